@@ -1,0 +1,1 @@
+//! Simulation of an electromechanical actuator with incipient faults: high- and low-fidelity models.

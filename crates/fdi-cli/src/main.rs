@@ -1,0 +1,3 @@
+//! The command `fdi`.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Fault detection and isolation of electromechanical actuators from stator current.

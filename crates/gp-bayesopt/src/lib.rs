@@ -1,0 +1,1 @@
+//! Gaussian processes, Bayesian optimisation and solvers for inverse problems.
