@@ -1,0 +1,87 @@
+//! The generated pages under `docs/validation/`.
+//!
+//! A page is one file in this folder with two functions: `quick`, figures that
+//! anyone can recompute in seconds (deterministic, compared by `--check`), and
+//! `text`, the whole page as Markdown.
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+
+/// One recomputable figure of a page.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(crate) struct Figure {
+    /// What the page calls it.
+    pub(crate) id: String,
+    /// Its value.
+    pub(crate) value: f64,
+    /// Relative difference that a recomputation may show.
+    pub(crate) tolerance_rel: f64,
+    /// Unit, `1` for a pure number.
+    pub(crate) unit: String,
+}
+
+/// The quick figures of a page as they are stored beside it.
+#[derive(Debug, Serialize, Deserialize)]
+struct Stored {
+    figure: Vec<Figure>,
+}
+
+/// A generated page.
+struct Page {
+    name: &'static str,
+    quick: fn() -> Result<Vec<Figure>>,
+    text: fn(&[Figure]) -> Result<String>,
+}
+
+/// Every page, in the order of the paper's pipeline.
+const PAGES: &[Page] = &[];
+
+/// Rebuilds the pages, or with `check` recomputes their quick figures.
+pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
+    let folder = root.join("docs/validation");
+    if let Some(name) = only
+        && !PAGES.iter().any(|page| page.name == name)
+    {
+        let known: Vec<_> = PAGES.iter().map(|page| page.name).collect();
+        bail!("no page `{name}`; the pages are {}", known.join(", "));
+    }
+    for page in PAGES.iter().filter(|page| only.is_none_or(|name| name == page.name)) {
+        let figures = (page.quick)().with_context(|| format!("figures of `{}`", page.name))?;
+        let beside = folder.join(page.name).with_extension("toml");
+        if check {
+            compare(page.name, &figures, &beside)?;
+            continue;
+        }
+        let text = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
+        fs::write(folder.join(page.name).with_extension("md"), text)?;
+        fs::write(&beside, toml::to_string_pretty(&Stored { figure: figures })?)?;
+    }
+    Ok(())
+}
+
+/// Compares recomputed figures with the stored ones.
+fn compare(page: &str, now: &[Figure], beside: &Path) -> Result<()> {
+    let text = fs::read_to_string(beside)
+        .with_context(|| format!("{}: run `cargo xtask validate {page}`", beside.display()))?;
+    let stored: Stored = toml::from_str(&text)?;
+    if stored.figure.len() != now.len() {
+        bail!("page `{page}` stores {} figures, {} recomputed", stored.figure.len(), now.len());
+    }
+    for (was, is) in stored.figure.iter().zip(now) {
+        let agree = (was.value - is.value).abs() <= was.tolerance_rel * was.value.abs();
+        if was.id != is.id || !agree {
+            bail!(
+                "page `{page}`: `{}` was {} and is {} {} (tolerance {} relative)",
+                was.id,
+                was.value,
+                is.value,
+                is.unit,
+                was.tolerance_rel
+            );
+        }
+    }
+    Ok(())
+}
