@@ -1,0 +1,7 @@
+//! Tests of the crate through its public interface.
+
+#![expect(clippy::unwrap_used, reason = "a case that cannot be built fails its test")]
+
+mod compression;
+mod dmd;
+mod svd;
