@@ -1,0 +1,201 @@
+//! Batches: order, forms, failures, exit codes.
+
+use std::{
+    fs,
+    io::{self, Write},
+};
+
+use clap::Parser;
+use fdi_cli::{Cli, ExitStatus, Streams, args::Command, diagnose_with};
+use fdi_core::report::Diagnosis;
+
+use crate::stand_in::{GOOD, StandIn, diagnose, folder};
+
+/// One of each, and every way in which a recording cannot be read.
+fn mixed() -> tempfile::TempDir {
+    folder(&[
+        ("faulty-1.csv", GOOD),
+        ("healthy-1.csv", GOOD),
+        ("partial-1.csv", GOOD),
+        ("partial-2.csv", GOOD),
+        ("strange-1.csv", GOOD),
+        ("x1-empty.csv", ""),
+        ("x2-header.csv", "time_s,current_a\n"),
+        ("x3-text.csv", "time_s,current_a\n0,one\n"),
+        ("x4-nan.csv", "time_s,current_a\n0,nan\n"),
+        ("x5-time.csv", "time_s,current_a\n0,1\n0.04,1\n0,1\n"),
+        ("x6-current.csv", "time_s,load_n_m\n0,1\n"),
+        ("x7-key.csv", "# rate = 2000\ntime_s,current_a\n0,1\n"),
+        ("x8-rate.csv", GOOD),
+    ])
+}
+
+#[test]
+fn people_get_a_table_sentences_and_one_line_for_each_failure() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let missing = folder.path().join("none.csv").display().to_string();
+    let outcome = diagnose(&["--stable", &path, &missing]);
+    insta::assert_snapshot!(outcome.text(folder.path()));
+}
+
+#[test]
+fn scripts_get_rows() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let outcome = diagnose(&["--stable", "--output-format", "csv", "-q", &path]);
+    insta::assert_snapshot!(outcome.text(folder.path()));
+}
+
+#[test]
+fn scripts_get_a_document_of_the_published_form() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let outcome = diagnose(&["--stable", "--seed", "7", "--output-format", "json", &path]);
+    insta::assert_snapshot!(outcome.text(folder.path()));
+    let document: Diagnosis = serde_json::from_str(&outcome.out).unwrap();
+    assert_eq!((document.records.len(), document.failed.len()), (5, 8));
+    assert_eq!((document.seed, document.bundle.as_str()), (7, "00ff"));
+    assert!(document.records.iter().all(|record| record.elapsed_s.is_none()));
+}
+
+#[test]
+fn scripts_get_one_object_a_line_in_the_order_of_the_input() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let outcome = diagnose(&["--output-format", "jsonl", &path]);
+    let lines: Vec<serde_json::Value> =
+        outcome.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of = |line: &serde_json::Value| line["recording"].as_str().unwrap().to_owned();
+    let names: Vec<String> = lines.iter().map(of).collect();
+    assert_eq!(names.len(), 13);
+    assert!(names.is_sorted(), "{names:?}");
+    assert!(lines[0]["elapsed_s"].is_f64());
+    assert_eq!(lines[5]["error"], "empty file: expected a header row with `time_s` and channels");
+}
+
+#[test]
+fn determinism_any_number_of_jobs_gives_the_same_bytes() {
+    let names: Vec<String> = (0..40)
+        .map(|i| format!("{}-{i:02}.csv", ["healthy", "faulty", "partial", "x"][i % 4]))
+        .collect();
+    let files: Vec<_> = names.iter().map(|name| (name.as_str(), GOOD)).collect();
+    let folder = folder(&files);
+    let path = folder.path().display().to_string();
+    for format in ["human", "json", "jsonl", "csv"] {
+        let with = |jobs| {
+            let arguments = ["--stable", "--output-format", format, "--jobs", jobs, &path];
+            let outcome = diagnose(&arguments);
+            (outcome.code, outcome.out, outcome.err)
+        };
+        let one = with("1");
+        assert_eq!(one, with("2"), "{format}");
+        assert_eq!(one, with("7"), "{format}");
+    }
+}
+
+#[test]
+fn a_defect_is_the_failure_of_one_recording() {
+    let folder = folder(&[("broken.csv", GOOD), ("healthy.csv", GOOD), ("panic.csv", GOOD)]);
+    let outcome = diagnose(&["--output-format", "json", &folder.path().display().to_string()]);
+    let document: Diagnosis = serde_json::from_str(&outcome.out).unwrap();
+    assert_eq!((outcome.code, document.records.len()), (2, 1));
+    let errors: Vec<_> = document.failed.iter().map(|failure| failure.error.as_str()).collect();
+    assert_eq!(
+        errors,
+        [
+            "internal error, please report it: `k2` is not finite",
+            "internal error, please report it"
+        ]
+    );
+}
+
+#[test]
+fn exit_codes_tell_what_was_found_only_when_asked() {
+    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD), ("strange.csv", GOOD)]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (faulty, healthy, strange) = (path("faulty.csv"), path("healthy.csv"), path("strange.csv"));
+    assert_eq!(diagnose(&[&faulty]).code, 0);
+    assert_eq!(diagnose(&["--exit-code", &healthy]).code, 0);
+    assert_eq!(diagnose(&["--exit-code", &healthy, &faulty]).code, 1);
+    assert_eq!(diagnose(&["--exit-code", &strange]).code, 1);
+    assert_eq!(diagnose(&["--exit-code", &faulty, &path("none.csv")]).code, 2);
+}
+
+#[test]
+fn the_product_goes_to_a_file() {
+    let folder = folder(&[("faulty.csv", GOOD)]);
+    let recording = folder.path().join("faulty.csv").display().to_string();
+    let target = folder.path().join("answer.json").display().to_string();
+    let arguments = ["--output-format", "json", "--stable", "--output", &target, &recording];
+    let outcome = diagnose(&arguments);
+    assert_eq!(
+        (outcome.out.as_str(), outcome.err.as_str()),
+        ("", "1 recording diagnosed: 1 faulty\n")
+    );
+    let document: Diagnosis = serde_json::from_str(&fs::read_to_string(target).unwrap()).unwrap();
+    assert_eq!(document.records.len(), 1);
+}
+
+#[test]
+fn shards_share_out_the_batch() {
+    let folder =
+        folder(&[("healthy-1.csv", GOOD), ("healthy-2.csv", GOOD), ("healthy-3.csv", GOOD)]);
+    let path = folder.path().display().to_string();
+    let count = |shard| {
+        let arguments = ["--output-format", "json", "--shard", shard, &path];
+        let document: Diagnosis = serde_json::from_str(&diagnose(&arguments).out).unwrap();
+        document.records.len()
+    };
+    assert_eq!((count("1/2"), count("2/2")), (2, 1));
+}
+
+#[test]
+fn more_is_said_when_asked_and_less_too() {
+    let folder = folder(&[("healthy.csv", GOOD)]);
+    let path = folder.path().join("healthy.csv").display().to_string();
+    let quiet = diagnose(&["-q", &path]);
+    assert_eq!(quiet.err, "");
+    let verbose = diagnose(&["-v", "--stable", &path]);
+    assert_eq!(verbose.err, format!("{path}: healthy\n1 recording diagnosed: 1 healthy\n"));
+}
+
+#[test]
+fn columns_are_mapped() {
+    let folder = folder(&[("healthy.csv", "t_ms,I\n0,1\n0.5,2\n")]);
+    let path = folder.path().join("healthy.csv").display().to_string();
+    let mapped = ["--map", "time_s=t_ms*0.001", "--map", "current_a=I", &path];
+    assert_eq!(diagnose(&mapped).code, 0);
+    let unmapped = diagnose(&[&path]);
+    assert_eq!(unmapped.code, 2);
+    assert!(unmapped.err.contains("no column `time_s`"), "{}", unmapped.err);
+}
+
+/// A reader that has seen enough.
+struct Closed;
+
+impl Write for Closed {
+    fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+        Err(io::ErrorKind::BrokenPipe.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_broken_pipe_is_success() {
+    let files: Vec<_> = (0..30).map(|i| format!("healthy-{i}.csv")).collect();
+    let files: Vec<_> = files.iter().map(|name| (name.as_str(), GOOD)).collect();
+    let folder = folder(&files);
+    let path = folder.path().display().to_string();
+    for format in ["human", "json", "jsonl", "csv"] {
+        let cli = Cli::parse_from(["fdi", "diagnose", "-q", "--output-format", format, &path]);
+        let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
+        let mut err = Vec::new();
+        let mut streams = Streams { out: &mut Closed, err: &mut err };
+        let status = diagnose_with(&StandIn, args, &cli.global, &mut streams).unwrap();
+        assert_eq!((status, err.as_slice()), (ExitStatus::Done, &b""[..]), "{format}");
+    }
+}
