@@ -24,6 +24,7 @@ pub struct Cli {
 /// Options that mean the same in every command.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Everywhere")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 pub struct GlobalArgs {
     /// Write the product (result, recording, bundle) to this file instead of standard output
     #[arg(long, short, global = true, value_name = "FILE")]
@@ -54,6 +55,9 @@ pub struct GlobalArgs {
     /// Leave out what differs from run to run (timings)
     #[arg(long, global = true)]
     pub stable: bool,
+    /// Write the date and time into the JSON document
+    #[arg(long, global = true, conflicts_with = "stable")]
+    pub stamp: bool,
     /// When to colour
     #[arg(long, global = true, value_enum, default_value_t, value_name = "WHEN")]
     pub color: Color,
@@ -122,6 +126,10 @@ pub enum Command {
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording
     Schema(SchemaArgs),
+    /// Completions for a shell, to standard output
+    Completions(CompletionsArgs),
+    /// The manual page, to standard output
+    Man,
 }
 
 /// Which columns of a file are which channels.
@@ -374,6 +382,14 @@ impl SchemaArg {
             Self::Bundle => Schema::Bundle,
         }
     }
+}
+
+/// Options of `fdi completions`.
+#[derive(Clone, Debug, Args)]
+pub struct CompletionsArgs {
+    /// Which shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
 }
 
 /// Options of `fdi inspect`.

@@ -10,6 +10,7 @@ mod exit;
 mod output;
 mod reference;
 mod simulator;
+mod stamp;
 mod streams;
 
 pub use args::{Cli, DiagnoseArgs, GlobalArgs, OutputFormat};
@@ -36,6 +37,8 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
         Command::Bundle(BundleCommand::Build(args)) => command::build(args, &cli.global, streams),
         Command::Bundle(BundleCommand::Show(args)) => command::show(args, &cli.global, streams),
         Command::Schema(args) => command::schema(args, &cli.global, streams),
+        Command::Completions(args) => command::completions(args, &cli.global, streams),
+        Command::Man => command::man(&cli.global, streams),
         Command::Inspect(args) => command::inspect(args, &cli.global, streams),
     }
 }

@@ -38,6 +38,7 @@ impl Answer {
 pub(crate) struct Head {
     pub(crate) bundle: String,
     pub(crate) seed: u64,
+    pub(crate) stamp: Option<String>,
 }
 
 /// Writes answers in one form, as they come.
@@ -52,13 +53,14 @@ pub(crate) trait AnswerWriter {
     fn end(&mut self) -> io::Result<()>;
 }
 
-/// The writer of a form.
+/// The writer of a form; `styled` where the stream takes care of colours.
 pub(crate) fn writer<'a>(
     format: OutputFormat,
+    styled: bool,
     out: &'a mut dyn Write,
 ) -> Box<dyn AnswerWriter + 'a> {
     match format {
-        OutputFormat::Human => Box::new(human::Human::new(out)),
+        OutputFormat::Human => Box::new(human::Human::new(out, styled)),
         OutputFormat::Json => Box::new(json::Document::new(out)),
         OutputFormat::Jsonl => Box::new(json::Lines::new(out)),
         OutputFormat::Csv => Box::new(csv::Rows::new(out)),

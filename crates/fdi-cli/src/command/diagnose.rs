@@ -18,6 +18,7 @@ use crate::{
     DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, Streams,
     batch::in_order,
     output::{Answer, Head, Tally, writer},
+    stamp,
 };
 
 /// Diagnoses the recordings that the options name.
@@ -38,13 +39,18 @@ pub fn diagnose_with(
         Some(jobs) => jobs.get(),
         None => thread::available_parallelism().map_or(1, usize::from),
     };
-    let head = Head { bundle: diagnoser.bundle_sha256().to_owned(), seed: global.seed };
+    let head = Head {
+        bundle: diagnoser.bundle_sha256().to_owned(),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+    };
     let mut tally = Tally::default();
     let verbose = global.verbose;
     let Streams { out, err } = streams;
     let mut product = Streams { out: &mut **out, err: &mut io::sink() };
     product.product(global.output.as_deref(), |out| {
-        let mut writer = writer(global.output_format, out);
+        let styled = global.output.is_none();
+        let mut writer = writer(global.output_format, styled, out);
         writer.begin(&head)?;
         in_order(
             &inputs,

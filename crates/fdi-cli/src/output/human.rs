@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    fmt::{self, Write as _},
     io::{self, Write},
 };
 
@@ -20,6 +21,7 @@ const MARK: &str = " *";
 /// Collects the rows, since a table is as wide as its widest cell.
 pub(super) struct Human<'a> {
     out: &'a mut dyn Write,
+    styled: bool,
     rows: Vec<Row>,
     notices: BTreeMap<(NoticeCode, String), Vec<usize>>,
 }
@@ -33,14 +35,43 @@ struct Row {
 }
 
 impl<'a> Human<'a> {
-    pub(super) fn new(out: &'a mut dyn Write) -> Self {
-        Self { out, rows: Vec::new(), notices: BTreeMap::new() }
+    pub(super) fn new(out: &'a mut dyn Write, styled: bool) -> Self {
+        Self { out, styled, rows: Vec::new(), notices: BTreeMap::new() }
     }
 
     fn names(&self) -> Vec<&str> {
         let full: Vec<_> = self.rows.iter().map(|row| row.recording.as_str()).collect();
         let folder = common_folder(&full);
         full.iter().map(|name| &name[folder..]).collect()
+    }
+
+    /// The table, what it means, and what to know about it.
+    fn tell(&self, text: &mut String) -> fmt::Result {
+        let names = self.names();
+        let header = ["recording", "verdict"].map(str::to_owned).into_iter();
+        let header: Vec<_> =
+            header.chain(FaultId::ALL.map(heading)).chain(["fit".into()]).collect();
+        let with_name = |(name, row): (&&str, &Row)| {
+            std::iter::once((*name).to_owned()).chain(row.cells.iter().cloned()).collect()
+        };
+        let rows: Vec<Vec<String>> = names.iter().zip(&self.rows).map(with_name).collect();
+        table(text, &header, &rows)?;
+        let marked = if self.rows.iter().any(|row| row.detected) { "* detected; " } else { "" };
+        writeln!(text, "\n{marked}- not determined; fit: residual over what noise explains")?;
+        let sentence = |(name, row): (&&str, &Row)| {
+            row.sentence.as_ref().map(|sentence| format!("{name}: {sentence}\n"))
+        };
+        let sentences: Vec<_> = names.iter().zip(&self.rows).filter_map(sentence).collect();
+        let notice = |((code, message), of): (&(NoticeCode, String), &Vec<usize>)| {
+            format!("{}: {message} ({})\n", code.code(), listed(of, &names))
+        };
+        let notices: Vec<_> = self.notices.iter().map(notice).collect();
+        for block in [sentences, notices] {
+            if !block.is_empty() {
+                write!(text, "\n{}", block.concat())?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -68,41 +99,22 @@ impl AnswerWriter for Human<'_> {
         if self.rows.is_empty() {
             return Ok(());
         }
-        let names: Vec<String> = self.names().into_iter().map(str::to_owned).collect();
-        let header = ["recording", "verdict"].map(str::to_owned).into_iter();
-        let header: Vec<_> =
-            header.chain(FaultId::ALL.map(heading)).chain(["fit".into()]).collect();
-        let with_name = |(name, row): (&String, &Row)| {
-            std::iter::once(name.clone()).chain(row.cells.iter().cloned()).collect()
-        };
-        let rows: Vec<Vec<String>> = names.iter().zip(&self.rows).map(with_name).collect();
         let mut text = String::new();
-        table(&mut text, &header, &rows).expect("a String takes all text");
-        self.out.write_all(text.as_bytes())?;
-        let marked = if self.rows.iter().any(|row| row.detected) { "* detected; " } else { "" };
-        writeln!(self.out, "\n{marked}- not determined; fit: residual over what noise explains")?;
-        let told =
-            names.iter().zip(&self.rows).filter_map(|(n, row)| Some((n, row.sentence.as_ref()?)));
-        for (index, (name, sentence)) in told.enumerate() {
-            let gap = if index == 0 { "\n" } else { "" };
-            writeln!(self.out, "{gap}{name}: {sentence}")?;
+        self.tell(&mut text).expect("a String takes all text");
+        if !self.styled {
+            text = anstream::adapter::strip_str(&text).to_string();
         }
-        for (index, ((code, message), of)) in self.notices.iter().enumerate() {
-            let gap = if index == 0 { "\n" } else { "" };
-            let of = listed(of, &names);
-            writeln!(self.out, "{gap}{}: {message} ({of})", code.code())?;
-        }
-        Ok(())
+        self.out.write_all(text.as_bytes())
     }
 }
 
 /// The recordings of a notice; a long list is cut, JSON has it all.
-fn listed(rows: &[usize], names: &[String]) -> String {
+fn listed(rows: &[usize], names: &[&str]) -> String {
     const SHOWN: usize = 6;
     if rows.len() == names.len() && rows.len() > 1 {
         return "all recordings".to_owned();
     }
-    let shown: Vec<_> = rows.iter().take(SHOWN).map(|&row| names[row].as_str()).collect();
+    let shown: Vec<_> = rows.iter().take(SHOWN).map(|&row| names[row]).collect();
     let rest = rows.len().saturating_sub(SHOWN);
     let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
     format!("{}{more}", shown.join(", "))

@@ -30,9 +30,13 @@ impl AnswerWriter for Document<'_> {
         write!(
             self.out,
             "{{\"schema_version\":{SCHEMA_VERSION},\"tool\":{tool},\"bundle\":{bundle},\
-             \"seed\":{},\"records\":[",
+             \"seed\":{}",
             head.seed
-        )
+        )?;
+        if let Some(stamp) = &head.stamp {
+            write!(self.out, ",\"stamp\":{}", serde_json::to_string(stamp)?)?;
+        }
+        write!(self.out, ",\"records\":[")
     }
 
     fn answer(&mut self, answer: &Answer) -> io::Result<()> {

@@ -3,13 +3,14 @@
 use std::{
     fs,
     io::{self, Write},
+    path::Path,
 };
 
 use clap::Parser;
 use fdi_cli::{Cli, ExitStatus, Streams, args::Command, diagnose_with};
-use fdi_core::report::Diagnosis;
+use fdi_core::{RecordingDate, report::Diagnosis};
 
-use crate::stand_in::{GOOD, StandIn, diagnose, folder};
+use crate::stand_in::{GOOD, StandIn, diagnose, diagnose_coloured, folder};
 
 /// One of each, and every way in which a recording cannot be read.
 fn mixed() -> tempfile::TempDir {
@@ -138,6 +139,16 @@ fn the_product_goes_to_a_file() {
 }
 
 #[test]
+fn a_table_in_a_file_has_no_colours() {
+    let folder = folder(&[("faulty.csv", GOOD)]);
+    let recording = folder.path().join("faulty.csv").display().to_string();
+    let target = folder.path().join("answer.txt").display().to_string();
+    diagnose_coloured(&["--output", &target, &recording]);
+    let text = fs::read_to_string(target).unwrap();
+    assert!(text.contains("0.031±0.002 *") && !text.contains('\u{1b}'), "{text}");
+}
+
+#[test]
 fn shards_share_out_the_batch() {
     let folder =
         folder(&[("healthy-1.csv", GOOD), ("healthy-2.csv", GOOD), ("healthy-3.csv", GOOD)]);
@@ -169,6 +180,45 @@ fn columns_are_mapped() {
     let unmapped = diagnose(&[&path]);
     assert_eq!(unmapped.code, 2);
     assert!(unmapped.err.contains("no column `time_s`"), "{}", unmapped.err);
+}
+
+#[test]
+fn the_date_is_written_only_when_asked() {
+    let folder = folder(&[("healthy.csv", GOOD)]);
+    let path = folder.path().join("healthy.csv").display().to_string();
+    let stamp = |arguments: &[&str]| {
+        let arguments = [&["--output-format", "json", &path], arguments].concat();
+        serde_json::from_str::<Diagnosis>(&diagnose(&arguments).out).unwrap().stamp
+    };
+    assert_eq!(stamp(&[]), None);
+    let stamped = stamp(&["--stamp"]).unwrap();
+    assert!(RecordingDate::parse(&stamped).is_some(), "{stamped}");
+}
+
+#[test]
+fn colours_add_nothing_but_colour() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let plain = diagnose(&["--stable", &path]);
+    let coloured = diagnose_coloured(&["--stable", &path]);
+    assert!(coloured.out.contains("\u{1b}[1m\u{1b}[31m0.031±0.002 *"), "{}", coloured.out);
+    assert_eq!(anstream::adapter::strip_str(&coloured.out).to_string(), plain.out);
+}
+
+/// A real recording of another machine: its text breaks off where its runs begin
+/// anew, and the message names its rate and that of the bundle. Skipped, and said
+/// so, where the data are not at hand.
+#[test]
+fn a_real_recording_of_another_machine_names_both_rates() {
+    let Some(data) = std::env::var_os("FDI_MEASURED_DATA") else {
+        eprintln!("skipped: FDI_MEASURED_DATA does not name the folder of measured data");
+        return;
+    };
+    let path = Path::new(&data).join("cranfield_ema/normal.csv.gz").display().to_string();
+    let outcome = diagnose(&["-q", "--map", "time_s=time", "--map", "current_a=current", &path]);
+    assert_eq!(outcome.code, 2);
+    let end = "(the rows before are at 25 Hz), and the bundle is for 2000 Hz\n";
+    assert!(outcome.err.ends_with(end), "{}", outcome.err);
 }
 
 /// A reader that has seen enough.

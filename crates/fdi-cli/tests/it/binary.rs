@@ -69,6 +69,18 @@ fn colours_are_for_those_who_want_them() {
 }
 
 #[test]
+fn shells_and_manuals_know_the_commands() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let (code, out, err) = fdi(&["completions", shell]);
+        assert_eq!((code, err.as_str()), (0, ""));
+        assert!(out.contains("diagnose"), "{shell}");
+    }
+    let (code, out, err) = fdi(&["man"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains(".TH fdi 1") && out.contains("diagnose"));
+}
+
+#[test]
 fn a_reader_that_goes_away_is_no_error() {
     let program = assert_cmd::cargo::cargo_bin!("fdi");
     let mut child = std::process::Command::new(program)

@@ -1,6 +1,10 @@
 //! Integration tests of `fdi`: exit code, standard output and standard error.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests fail by panicking")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "helpers of tests fail by panicking, and say when a test is skipped"
+)]
 
 mod batch;
 mod binary;

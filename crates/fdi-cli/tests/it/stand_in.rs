@@ -128,12 +128,18 @@ impl Outcome {
 
 /// Runs `fdi diagnose` with the stand-in, as if neither stream were a terminal.
 pub(crate) fn diagnose(arguments: &[&str]) -> Outcome {
+    let mut outcome = diagnose_coloured(arguments);
+    outcome.out = anstream::adapter::strip_str(&outcome.out).to_string();
+    outcome
+}
+
+/// Runs `fdi diagnose` with the stand-in, as if both streams wanted colours.
+pub(crate) fn diagnose_coloured(arguments: &[&str]) -> Outcome {
     let command_line = ["fdi", "diagnose"].iter().chain(arguments);
     let cli = Cli::try_parse_from(command_line).unwrap();
     let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
     let (mut out, mut err) = (Vec::new(), Vec::new());
-    let mut plain = anstream::StripStream::new(&mut out);
-    let mut streams = Streams { out: &mut plain, err: &mut err };
+    let mut streams = Streams { out: &mut out, err: &mut err };
     let status = diagnose_with(&StandIn, args, &cli.global, &mut streams).unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     Outcome { code: status.code(), out: text(out), err: text(err) }
