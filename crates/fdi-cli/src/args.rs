@@ -3,7 +3,10 @@
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use fdi_core::{RootSeed, Schema};
+use fdi_core::{
+    RootSeed, Schema,
+    report::{Fidelity, Method},
+};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -167,6 +170,13 @@ pub struct DiagnoseArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,
+    /// Keep the answers in FILE, one a line, and go on where it ends
+    ///
+    /// A batch that was interrupted is run again with the same options: recordings
+    /// that FILE has are not diagnosed again, and their answers are told with the
+    /// others. With `--stable` nothing tells FILE from that of an uninterrupted run.
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub resume: Option<PathBuf>,
     /// Diagnose only every N-th recording, beginning with the I-th (from 1)
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
@@ -197,6 +207,29 @@ pub enum MethodArg {
     Ei,
     /// Upper confidence bound.
     Ucb,
+}
+
+impl FidelityArg {
+    /// The same in answers.
+    pub fn of_report(self) -> Fidelity {
+        match self {
+            Self::Low => Fidelity::Low,
+            Self::High => Fidelity::High,
+        }
+    }
+}
+
+impl MethodArg {
+    /// The same in answers.
+    pub fn of_report(self) -> Method {
+        match self {
+            Self::Composite => Method::Composite,
+            Self::Emulator => Method::Emulator,
+            Self::TwoStepEi => Method::TwoStepEi,
+            Self::Ei => Method::Ei,
+            Self::Ucb => Method::Ucb,
+        }
+    }
 }
 
 /// What a recording is reduced to.

@@ -10,6 +10,11 @@ pub trait Diagnoser: Sync {
     /// SHA-256 of the bundle that stands at the head of the answer.
     fn bundle_sha256(&self) -> &str;
 
+    /// Whether answers made with the bundle of that SHA-256 may stand beside its own.
+    fn knows_bundle(&self, sha256: &str) -> bool {
+        sha256 == self.bundle_sha256()
+    }
+
     /// Rates that recordings may have, Hz: named when one cannot even be read and
     /// its rate is another.
     fn rates_hz(&self) -> &[f64];

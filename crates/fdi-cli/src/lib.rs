@@ -9,6 +9,7 @@ mod diagnoser;
 mod exit;
 mod output;
 mod reference;
+mod resume;
 mod simulator;
 mod stamp;
 mod streams;

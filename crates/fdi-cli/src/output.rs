@@ -11,6 +11,7 @@ use std::io::{self, Write};
 use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
+pub(crate) use json::to_line;
 pub(crate) use table::table;
 
 /// What came of one recording.
@@ -21,6 +22,14 @@ pub(crate) enum Answer {
 }
 
 impl Answer {
+    /// The recording that it is of.
+    pub(crate) fn recording(&self) -> &str {
+        match self {
+            Self::Diagnosed(record) => &record.recording,
+            Self::Failed(failure) => &failure.recording,
+        }
+    }
+
     /// One line that says that it is done.
     pub(crate) fn in_a_word(&self) -> String {
         match self {

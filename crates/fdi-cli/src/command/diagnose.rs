@@ -15,9 +15,10 @@ use fdi_core::{
 };
 
 use crate::{
-    DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, Streams,
+    DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
     batch::in_order,
     output::{Answer, Head, Tally, writer},
+    resume::Resume,
     stamp,
 };
 
@@ -33,40 +34,18 @@ pub fn diagnose_with(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    let batch = Batch { diagnoser, map: ColumnMap::new(&args.map.map)?, stable: global.stable };
+    let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
+    let map = ColumnMap::new(&args.map.map)?;
+    let batch = Batch { diagnoser, map, stable: global.stable, one_a_line };
     let inputs = inputs(args);
-    let jobs = match global.jobs {
-        Some(jobs) => jobs.get(),
-        None => thread::available_parallelism().map_or(1, usize::from),
+    let resume = match &args.resume {
+        Some(path) => {
+            let recordings = inputs.iter().map(Input::path);
+            Some(Resume::open(path, recordings, |answer| batch.accepts(answer, args))?)
+        }
+        None => None,
     };
-    let head = Head {
-        bundle: diagnoser.bundle_sha256().to_owned(),
-        seed: global.seed,
-        stamp: global.stamp.then(stamp::now),
-    };
-    let mut tally = Tally::default();
-    let verbose = global.verbose;
-    let Streams { out, err } = streams;
-    let mut product = Streams { out: &mut **out, err: &mut io::sink() };
-    product.product(global.output.as_deref(), |out| {
-        let styled = global.output.is_none();
-        let mut writer = writer(global.output_format, styled, out);
-        writer.begin(&head)?;
-        in_order(
-            &inputs,
-            jobs,
-            |_, input| batch.answer(input),
-            |answer| {
-                if verbose {
-                    // that progress cannot be told is no failure
-                    let _ = writeln!(err, "{}", answer.in_a_word());
-                }
-                tally.count(&answer);
-                writer.answer(&answer)
-            },
-        )?;
-        writer.end()
-    })?;
+    let tally = tell(&batch, &inputs, resume, global, streams)?;
     for failure in &tally.failures {
         streams.say(format_args!("error: {}: {}", failure.recording, failure.error));
     }
@@ -74,6 +53,54 @@ pub fn diagnose_with(
         streams.say(format_args!("{}", tally.sentence()));
     }
     Ok(status(&tally, args.exit_code))
+}
+
+/// Diagnoses what is not done yet and writes all answers.
+fn tell(
+    batch: &Batch<'_>,
+    inputs: &[Input],
+    mut resume: Option<Resume>,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Tally> {
+    let jobs = match global.jobs {
+        Some(jobs) => jobs.get(),
+        None => thread::available_parallelism().map_or(1, usize::from),
+    };
+    let head = Head {
+        bundle: batch.diagnoser.bundle_sha256().to_owned(),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+    };
+    let todo = &inputs[resume.as_ref().map_or(0, Resume::done)..];
+    let mut tally = Tally::default();
+    let Streams { out, err } = streams;
+    let mut product = Streams { out: &mut **out, err: &mut io::sink() };
+    product.product(global.output.as_deref(), |out| {
+        let styled = global.output.is_none();
+        let mut writer = writer(global.output_format, styled, out);
+        writer.begin(&head)?;
+        if let Some(resume) = &resume {
+            resume.replay(|answer| {
+                tally.count(answer);
+                writer.answer(answer)
+            })?;
+        }
+        let emit = |answer| {
+            if let Some(resume) = &mut resume {
+                resume.keep(&answer)?;
+            }
+            if global.verbose {
+                // that progress cannot be told is no failure
+                let _ = writeln!(err, "{}", answer.in_a_word());
+            }
+            tally.count(&answer);
+            writer.answer(&answer)
+        };
+        in_order(todo, jobs, |_, input| batch.answer(input), emit)?;
+        writer.end()
+    })?;
+    Ok(tally)
 }
 
 fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
@@ -90,6 +117,15 @@ fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
 enum Input {
     Recording(PathBuf),
     Broken(Failure),
+}
+
+impl Input {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Recording(path) => path,
+            Self::Broken(failure) => Path::new(&failure.recording),
+        }
+    }
 }
 
 /// The entries that the paths stand for, in their order.
@@ -115,6 +151,7 @@ struct Batch<'a> {
     diagnoser: &'a dyn Diagnoser,
     map: ColumnMap,
     stable: bool,
+    one_a_line: bool,
 }
 
 impl Batch<'_> {
@@ -132,10 +169,32 @@ impl Batch<'_> {
         }
     }
 
+    /// Refuses an answer of an earlier run that these options would not give.
+    fn accepts(&self, answer: &Answer, args: &DiagnoseArgs) -> Result<()> {
+        let Answer::Diagnosed(record) = answer else { return Ok(()) };
+        let (method, fidelity) = (args.method.of_report(), args.fidelity.of_report());
+        if record.method != method {
+            bail!("was made with the method `{}`, now it is `{method}`", record.method);
+        }
+        if record.fidelity != fidelity {
+            bail!("was made with the fidelity `{}`, now it is `{fidelity}`", record.fidelity);
+        }
+        match record.bundle.as_deref() {
+            Some(bundle) if !self.diagnoser.knows_bundle(bundle) => {
+                bail!("was made with the bundle `{bundle}`, which is not used now")
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn diagnose(&self, path: &Path) -> Result<RecordDiagnosis> {
         let start = clock();
         let recording = Recording::read(path, &self.map).map_err(|error| self.explain(error))?;
         let mut record = self.diagnoser.diagnose(&recording)?;
+        if self.one_a_line {
+            // there is no head to name it
+            record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
+        }
         record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
         if let Some(name) = record.not_finite() {
             bail!("internal error, please report it: `{name}` is not finite");

@@ -82,11 +82,7 @@ impl AnswerWriter for Lines<'_> {
     }
 
     fn answer(&mut self, answer: &Answer) -> io::Result<()> {
-        match answer {
-            Answer::Diagnosed(record) => put(self.out, record)?,
-            Answer::Failed(failure) => put(self.out, failure)?,
-        }
-        self.out.write_all(b"\n")?;
+        self.out.write_all(&to_line(answer)?)?;
         // whoever follows the stream sees each answer at once
         self.out.flush()
     }
@@ -94,6 +90,17 @@ impl AnswerWriter for Lines<'_> {
     fn end(&mut self) -> io::Result<()> {
         Ok(())
     }
+}
+
+/// An answer as a line of JSON Lines.
+pub(crate) fn to_line(answer: &Answer) -> io::Result<Vec<u8>> {
+    let mut line = Vec::new();
+    match answer {
+        Answer::Diagnosed(record) => put(&mut line, record)?,
+        Answer::Failed(failure) => put(&mut line, failure)?,
+    }
+    line.push(b'\n');
+    Ok(line)
 }
 
 /// Writes one value; from the serialiser only the sink's own error can come.

@@ -10,7 +10,7 @@ use clap::Parser;
 use fdi_cli::{Cli, ExitStatus, Streams, args::Command, diagnose_with};
 use fdi_core::{RecordingDate, report::Diagnosis};
 
-use crate::stand_in::{GOOD, StandIn, diagnose, diagnose_coloured, folder};
+use crate::stand_in::{GOOD, StandIn, diagnose, diagnose_coloured, folder, try_diagnose};
 
 /// One of each, and every way in which a recording cannot be read.
 fn mixed() -> tempfile::TempDir {
@@ -146,6 +146,58 @@ fn a_table_in_a_file_has_no_colours() {
     diagnose_coloured(&["--output", &target, &recording]);
     let text = fs::read_to_string(target).unwrap();
     assert!(text.contains("0.031±0.002 *") && !text.contains('\u{1b}'), "{text}");
+}
+
+/// Wherever a run is killed, what it has written is a beginning of the file, down to
+/// a byte: going on from any such beginning ends in the same file and answer.
+#[test]
+fn determinism_a_resumed_batch_ends_like_an_uninterrupted_one() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let kept = tempfile::tempdir().unwrap();
+    let kept = kept.path().join("kept.jsonl");
+    let run = || {
+        let kept = kept.display().to_string();
+        let outcome = diagnose(&["--stable", "--output-format", "json", "--resume", &kept, &path]);
+        (outcome.code, outcome.out, outcome.err)
+    };
+    let whole = run();
+    let file = fs::read(&kept).unwrap();
+    assert_eq!(String::from_utf8(file.clone()).unwrap().lines().count(), 13);
+    for length in (0..=file.len()).step_by(97).chain([file.len() - 1, file.len()]) {
+        fs::write(&kept, &file[..length]).unwrap();
+        assert_eq!(run(), whole, "{length} bytes");
+        assert_eq!(fs::read(&kept).unwrap(), file, "{length} bytes");
+    }
+}
+
+#[test]
+fn answers_of_another_batch_are_not_gone_on_with() {
+    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD)]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let kept = path("kept.jsonl");
+    diagnose(&["--resume", &kept, &path("faulty.csv")]);
+    let error = |arguments: &[&str]| {
+        let error = try_diagnose(&[&["--resume", &kept], arguments].concat()).err().unwrap();
+        format!("{error:#}").replace(&folder.path().display().to_string(), "[folder]")
+    };
+    assert_eq!(
+        error(&[&path("healthy.csv")]),
+        "`[folder]/kept.jsonl` line 1 is of `[folder]/faulty.csv`, the batch has \
+         `[folder]/healthy.csv` there"
+    );
+    assert_eq!(
+        error(&["--method", "ei", &path("faulty.csv")]),
+        "`[folder]/kept.jsonl` line 1: was made with the method `composite`, now it is `ei`"
+    );
+    let text = fs::read_to_string(&kept).unwrap();
+    fs::write(&kept, text.replace("00ff", "11ff")).unwrap();
+    assert_eq!(
+        error(&[&path("faulty.csv")]),
+        "`[folder]/kept.jsonl` line 1: was made with the bundle `11ff`, which is not used now"
+    );
+    fs::write(&kept, "{}\n").unwrap();
+    assert!(error(&[&path("faulty.csv")]).contains("line 1: is no answer of `diagnose`"));
 }
 
 #[test]

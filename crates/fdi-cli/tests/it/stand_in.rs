@@ -119,10 +119,11 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
-    /// All of it, without the name of the temporary folder.
+    /// All of it, without the name of the temporary folder and the version.
     pub(crate) fn text(&self, folder: &Path) -> String {
         let text = format!("exit {}\n--- stdout\n{}--- stderr\n{}", self.code, self.out, self.err);
-        text.replace(&folder.display().to_string(), "[folder]")
+        let version = concat!("fdi ", env!("CARGO_PKG_VERSION"));
+        text.replace(&folder.display().to_string(), "[folder]").replace(version, "fdi [version]")
     }
 }
 
@@ -135,12 +136,17 @@ pub(crate) fn diagnose(arguments: &[&str]) -> Outcome {
 
 /// Runs `fdi diagnose` with the stand-in, as if both streams wanted colours.
 pub(crate) fn diagnose_coloured(arguments: &[&str]) -> Outcome {
+    try_diagnose(arguments).unwrap()
+}
+
+/// The same, or what keeps the command from being done at all.
+pub(crate) fn try_diagnose(arguments: &[&str]) -> Result<Outcome> {
     let command_line = ["fdi", "diagnose"].iter().chain(arguments);
     let cli = Cli::try_parse_from(command_line).unwrap();
     let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let mut streams = Streams { out: &mut out, err: &mut err };
-    let status = diagnose_with(&StandIn, args, &cli.global, &mut streams).unwrap();
+    let status = diagnose_with(&StandIn, args, &cli.global, &mut streams)?;
     let text = |bytes| String::from_utf8(bytes).unwrap();
-    Outcome { code: status.code(), out: text(out), err: text(err) }
+    Ok(Outcome { code: status.code(), out: text(out), err: text(err) })
 }
