@@ -56,7 +56,7 @@ pub fn reference_values() -> Vec<(Vec<f64>, Vec<f64>)> {
 fn from_plane(z: &[f64]) -> Vec<f64> {
     let mut k = z.to_vec();
     k[5] = z[5].hypot(z[6]).min(1.0);
-    k[6] = ((z[6].atan2(z[5]) / PI + 1.0) / 2.0).clamp(0.0, 1.0);
+    k[6] = (0.5 + 0.5 * z[6].atan2(z[5]) / PI).clamp(0.0, 1.0);
     k
 }
 

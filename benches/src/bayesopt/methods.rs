@@ -1,8 +1,8 @@
 //! The methods, each as a user would call it.
 
 use gp_bayesopt::{
-    Ask, Bounds, Confidence, Criterion, Design, Fantasies, LevenbergMarquardt, Outcome, SolveError,
-    Study, StudyOptions,
+    Ask, Bounds, Confidence, Criterion, DerivativeFreeGaussNewton, Design, Fantasies,
+    LevenbergMarquardt, Outcome, Population, PopulationOptions, SolveError, Study, StudyOptions,
 };
 
 use crate::bayesopt::{Problem, Run, Tracker};
@@ -33,11 +33,19 @@ pub const METHODS: &[Method] = &[
     Method { name: "lm", start: Start::Near, budget: 300, solve: lm },
     Method { name: "composite", start: Start::Near, budget: 80, solve: composite_near },
     Method { name: "composite", start: Start::Blind, budget: 80, solve: composite_blind },
+    Method { name: "dfo", start: Start::Near, budget: 400, solve: dfo },
+    Method { name: "dfo-restarts", start: Start::Blind, budget: 2000, solve: dfo_restarts },
     Method { name: "lm-restarts", start: Start::Blind, budget: 2000, solve: lm_restarts },
     Method { name: "ei", start: Start::Blind, budget: 100, solve: ei },
     Method { name: "ucb-printed", start: Start::Blind, budget: 100, solve: ucb_printed },
     Method { name: "ucb-srinivas", start: Start::Blind, budget: 100, solve: ucb_srinivas },
     Method { name: "two-step-ei", start: Start::Blind, budget: 100, solve: two_step },
+    Method { name: "cma-es", start: Start::Near, budget: 60_000, solve: cma_near },
+    Method { name: "cma-es", start: Start::Blind, budget: 60_000, solve: cma },
+    Method { name: "pso", start: Start::Blind, budget: 60_000, solve: pso },
+    Method { name: "de", start: Start::Blind, budget: 60_000, solve: de },
+    Method { name: "gwo", start: Start::Blind, budget: 60_000, solve: gwo },
+    Method { name: "ga", start: Start::Blind, budget: 60_000, solve: ga },
 ];
 
 /// Norm of the residual that ends a run: far below every level of the tables.
@@ -142,4 +150,70 @@ fn ucb_srinivas(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
 
 fn two_step(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
     scalar(tracker, problem, seed, Criterion::TwoStep(Fantasies::GaussHermite(8)));
+}
+
+/// One derivative-free run from some coordinates of the chart.
+fn local_dfo(tracker: &mut Tracker<'_>, problem: &Problem, start: &[f64], radius: f64) {
+    let chart = &problem.chart;
+    let solver = DerivativeFreeGaussNewton {
+        initial_radius: radius,
+        max_evaluations: tracker.left().max(1),
+        target: DONE,
+        ..DerivativeFreeGaussNewton::default()
+    };
+    let residual = |z: &[f64]| tracker.residual(&(chart.to_point)(z));
+    match solver.solve(residual, start, &chart.bounds) {
+        Ok(_) | Err(SolveError::Evaluation { .. }) => {}
+        Err(error) => panic!("{}: {error}", problem.name),
+    }
+}
+
+fn dfo(tracker: &mut Tracker<'_>, problem: &Problem, _seed: u64) {
+    local_dfo(tracker, problem, &problem.chart.start, 0.02);
+}
+
+fn dfo_restarts(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    let starts = Design::Sobol.points(&problem.chart.bounds, 1000, seed).expect("a design");
+    for start in starts {
+        if tracker.best() <= DONE || tracker.left() == 0 {
+            break;
+        }
+        local_dfo(tracker, problem, &start, 0.1);
+    }
+}
+
+fn population(
+    tracker: &mut Tracker<'_>,
+    problem: &Problem,
+    method: Population,
+    (start, seed): (Option<(Vec<f64>, f64)>, u64),
+) {
+    let max_evaluations = tracker.left();
+    let options = PopulationOptions { max_evaluations, target: DONE, start, seed, members: None };
+    method.minimise(|x| tracker.norm(x), &problem.bounds, &options).expect("a run");
+}
+
+fn cma_near(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    let start = Some((problem.nominal.clone(), 0.02));
+    population(tracker, problem, Population::CmaEs, (start, seed));
+}
+
+fn cma(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    population(tracker, problem, Population::CmaEs, (None, seed));
+}
+
+fn pso(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    population(tracker, problem, Population::Swarm, (None, seed));
+}
+
+fn de(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    population(tracker, problem, Population::DifferentialEvolution, (None, seed));
+}
+
+fn gwo(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    population(tracker, problem, Population::GreyWolves, (None, seed));
+}
+
+fn ga(tracker: &mut Tracker<'_>, problem: &Problem, seed: u64) {
+    population(tracker, problem, Population::Genetic, (None, seed));
 }
