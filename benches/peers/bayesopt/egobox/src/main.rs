@@ -48,7 +48,7 @@ fn main() {
             let variance = gp.predict_var(&probe).expect("variances");
             println!("predict_ms,{}", start.elapsed().as_secs_f64() * 1e3);
             for i in 0..probe.nrows() {
-                println!("{:?},{:?}", mean[i], variance[[i, 0]]);
+                println!("{:?},{:?}", mean[i], variance[i]);
             }
         }
     }
