@@ -27,9 +27,9 @@ mod seed;
 pub mod store;
 
 pub use record::{
-    Channel, ChannelKind, ChannelName, ColumnMap, ColumnMapError, CommandSource, CsvFormat,
-    Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate, Sampling,
-    WriteError, list_recordings,
+    Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
+    CsvFormat, Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate,
+    Sampling, WriteError, guess_columns, list_recordings,
 };
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
