@@ -47,9 +47,9 @@ pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;
 pub use record::{
-    Channel, ChannelKind, ChannelName, ColumnMap, ColumnMapError, CommandSource, CsvFormat,
-    Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate, Sampling,
-    WriteError, list_recordings,
+    Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
+    CsvFormat, Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate,
+    Sampling, WriteError, guess_columns, list_recordings,
 };
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
