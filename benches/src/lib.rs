@@ -1,1 +1,3 @@
 //! Cases shared by the benches: seeded and in memory.
+
+pub mod reduce;
