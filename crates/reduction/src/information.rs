@@ -92,11 +92,12 @@ impl Information {
         noise: &NoiseCovariance,
         weights: &Matrix,
     ) -> Result<Self, InformationError> {
-        let whitened = noise.whiten(sensitivities)?;
-        let svd = decomposition::thin_svd(&noise.times_transposed(weights)?)?;
-        let rank = numerical_rank(&svd.singular_values, weights.rows(), weights.columns());
-        let basis = svd.left.leading_columns(rank.max(1));
-        Ok(Self { root: basis.transposed_times(&whitened) })
+        Ok(Self::of_signal(sensitivities, noise)?.seen_by(&seen(noise, weights)?))
+    }
+
+    /// What is left of the information in a subspace of the whitened signals.
+    pub(crate) fn seen_by(&self, basis: &Matrix) -> Self {
+        Self { root: basis.transposed_times(&self.root) }
     }
 
     /// `I`, one parameter a row and a column.
@@ -153,6 +154,13 @@ impl Information {
         }
         Ok(inverse)
     }
+}
+
+/// Orthonormal basis of `Lᵀ·Eᵀ`: what an encoding sees of the whitened signals.
+pub(crate) fn seen(noise: &NoiseCovariance, weights: &Matrix) -> Result<Matrix, InformationError> {
+    let svd = decomposition::thin_svd(&noise.times_transposed(weights)?)?;
+    let rank = numerical_rank(&svd.singular_values, weights.rows(), weights.columns());
+    Ok(svd.left.leading_columns(rank.max(1)))
 }
 
 /// Cramér–Rao bound: the covariance that no unbiased estimate undercuts.

@@ -32,6 +32,7 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod bounds;
 mod complex;
 mod compression;
 mod decomposition;
@@ -50,6 +51,7 @@ mod streaming;
 mod svd;
 mod training_set;
 
+pub use bounds::{BoundCase, EncodingBounds};
 pub use complex::Complex;
 pub use compression::{
     CompressionConfig, CompressionError, CompressionMap, CompressionParts, Encoder, Encoding,
