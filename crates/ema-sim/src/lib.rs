@@ -1,1 +1,58 @@
-//! Simulation of an electromechanical actuator with incipient faults: high- and low-fidelity models.
+//! Simulation of an electromechanical actuator with incipient faults: a high-fidelity model
+//! that goes from event to event, and a low-fidelity one for monitoring.
+//!
+//! ```text
+//!            ┌────────────┐ I_ref ┌──────────┐ v_j ┌─────────┐ T_m ┌──────────────┐ θ_u
+//! command ──▶│ controller │──────▶│ inverter │────▶│ winding │────▶│ transmission │──────▶
+//!            └────────────┘       └──────────┘     └─────────┘     └──────────────┘
+//!               ▲   ▲   ω_m, θ_u       ▲  i_j           │ i_j            │    ▲ load
+//!               └───┴──────────────────┴────────────────┴────────────────┘    │
+//! ```
+//!
+//! Everything is in SI units, deterministic, and free of input, output, clocks and environment.
+//!
+//! # Examples
+//!
+//! ```
+//! use ema_sim::{
+//!     Envelope, EnvelopeFilter, FaultId, FaultLevel, HealthState, HighFidelity, Scenario,
+//!     presets::EMA_48,
+//! };
+//!
+//! let worn = HealthState::HEALTHY.with(FaultId::Friction, FaultLevel::new(0.05)?);
+//! let model = HighFidelity::new(&EMA_48, &Scenario::chirp())?;
+//! let trace = model.simulate(&(&worn).into());
+//! let envelope = trace.envelope_a(Envelope::ConductingPhase, EMA_48.motor.pole_pairs);
+//! let signal = EnvelopeFilter::DEFAULT.apply(&envelope, trace.rate_hz);
+//! assert_eq!(signal.len(), 1000);
+//! # Ok::<_, Box<dyn std::error::Error>>(())
+//! ```
+
+mod controller;
+mod drive_train;
+mod envelope;
+mod error;
+mod fault;
+mod high_fidelity;
+mod low_fidelity;
+mod noise;
+mod params;
+mod phase;
+pub mod presets;
+mod scenario;
+mod series;
+mod trace;
+mod winding;
+
+pub use envelope::{Envelope, EnvelopeFilter};
+pub use error::{ParameterError, SimulationError};
+pub use fault::{
+    FAULT_COUNT, FaultCoordinates, FaultId, FaultLevel, FaultLevelError, HealthState,
+    PhysicalFaults,
+};
+pub use high_fidelity::HighFidelity;
+pub use low_fidelity::LowFidelity;
+pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
+pub use phase::{ContinuingPhase, PerPhase, Sector};
+pub use scenario::{Command, Imperfections, Scenario};
+pub use trace::{HighFidelityTrace, LowFidelityTrace};

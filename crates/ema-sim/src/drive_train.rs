@@ -1,0 +1,190 @@
+//! Motor shaft, gear, dry friction, backlash and end stops: one inertia with kinematic play.
+//!
+//! ```text
+//! J·ω' = T_m − F_d·sgn ω − c·ω − T_l
+//! θ_u  = clamp(θ_u, θ_m/i_g − b/2, θ_m/i_g + b/2)
+//! ```
+//!
+//! The dry friction has the four states of Borello and Dalla Vedova (IJEIT 3(8), 2014): stopped
+//! and staying, stopped and breaking away, moving on, moving and stopping. All are instants of
+//! the solution here, found between steps and not rounded to one.
+
+use crate::{fault::PhysicalFaults, params::Actuator};
+
+/// Which way the shaft moves; sticking is a state of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Backward,
+    Stuck,
+    Forward,
+}
+
+impl Direction {
+    /// −1, 0 or 1.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Backward => -1.0,
+            Self::Stuck => 0.0,
+            Self::Forward => 1.0,
+        }
+    }
+}
+
+/// Which flank of the play carries the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Contact {
+    /// Neither: the surface stays where it was left.
+    Free,
+    /// The motor pushes the surface up.
+    Upper,
+    /// The motor pushes the surface down.
+    Lower,
+}
+
+/// State and constants of the drive train; angles on the motor side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DriveTrain {
+    pub(crate) inertia_kg_m2: f64,
+    pub(crate) viscous_n_m_s_per_rad: f64,
+    kinetic_n_m: f64,
+    static_n_m: f64,
+    gear_ratio: f64,
+    half_play_rad: f64,
+    stop_rad: f64,
+    load_forward_n_m: f64,
+    load_backward_n_m: f64,
+    /// Motor angle from its start.
+    pub(crate) angle_rad: f64,
+    pub(crate) speed_rad_per_s: f64,
+    pub(crate) direction: Direction,
+    contact: Contact,
+    /// Surface angle times the gear ratio, valid while the contact is free.
+    left_at_rad: f64,
+}
+
+impl DriveTrain {
+    /// The drive train at rest.
+    pub(crate) fn new(
+        actuator: &Actuator,
+        faults: &PhysicalFaults,
+        load_n_m: f64,
+        backlash_side_ratio: f64,
+    ) -> Self {
+        let t = &actuator.transmission;
+        let half_play_rad = 0.5 * t.backlash_rad * faults.backlash_ratio * t.gear_ratio;
+        let reflected = load_n_m / t.gear_ratio;
+        let against = 1.0 / t.efficiency_ratio;
+        let along = t.efficiency_ratio;
+        Self {
+            inertia_kg_m2: actuator.total_inertia_kg_m2(),
+            viscous_n_m_s_per_rad: actuator.motor.viscous_n_m_s_per_rad,
+            kinetic_n_m: t.kinetic_friction_n_m * faults.friction_ratio,
+            static_n_m: t.static_friction_n_m * faults.friction_ratio,
+            gear_ratio: t.gear_ratio,
+            half_play_rad,
+            stop_rad: t.stop_rad * t.gear_ratio,
+            load_forward_n_m: reflected * if reflected > 0.0 { against } else { along },
+            load_backward_n_m: reflected * if reflected < 0.0 { against } else { along },
+            angle_rad: 0.0,
+            speed_rad_per_s: 0.0,
+            direction: Direction::Stuck,
+            contact: Contact::Free,
+            left_at_rad: -backlash_side_ratio * half_play_rad,
+        }
+    }
+
+    /// Angle of the surface.
+    pub(crate) fn surface_rad(&self) -> f64 {
+        self.surface_on_motor_side() / self.gear_ratio
+    }
+
+    /// Angle of the surface times the gear ratio.
+    fn surface_on_motor_side(&self) -> f64 {
+        match self.contact {
+            Contact::Free => self.left_at_rad,
+            Contact::Upper => self.angle_rad - self.half_play_rad,
+            Contact::Lower => self.angle_rad + self.half_play_rad,
+        }
+    }
+
+    /// Torque on the moving shaft besides the motor's and the viscous one.
+    pub(crate) fn external_n_m(&self) -> f64 {
+        let load = match self.contact {
+            Contact::Free => 0.0,
+            Contact::Upper => self.load_forward_n_m,
+            Contact::Lower => self.load_backward_n_m,
+        };
+        -self.direction.sign() * self.kinetic_n_m - load
+    }
+
+    /// Motor angles, from the start, at which something changes while moving as now.
+    pub(crate) fn bounds_rad(&self) -> (f64, f64) {
+        let most = self.stop_rad + self.half_play_rad;
+        match self.contact {
+            Contact::Free => {
+                (self.left_at_rad - self.half_play_rad, self.left_at_rad + self.half_play_rad)
+            }
+            Contact::Upper => (f64::NEG_INFINITY, most),
+            Contact::Lower => (-most, f64::INFINITY),
+        }
+    }
+
+    /// Motor torques between which a shaft at rest stays there.
+    pub(crate) fn breakaway_n_m(&self) -> (f64, f64) {
+        let most = self.stop_rad + self.half_play_rad;
+        let (low, high) =
+            (self.left_at_rad - self.half_play_rad, self.left_at_rad + self.half_play_rad);
+        let forward = if self.angle_rad >= most {
+            f64::INFINITY
+        } else if self.angle_rad >= high {
+            self.static_n_m + self.load_forward_n_m
+        } else {
+            self.static_n_m
+        };
+        let backward = if self.angle_rad <= -most {
+            f64::NEG_INFINITY
+        } else if self.angle_rad <= low {
+            -self.static_n_m + self.load_backward_n_m
+        } else {
+            -self.static_n_m
+        };
+        (backward, forward)
+    }
+
+    /// The shaft has come to zero speed: the surface is left where it is, and the motor torque
+    /// decides whether the shaft sticks.
+    pub(crate) fn stand_still(&mut self, motor_n_m: f64) {
+        self.left_at_rad = self.surface_on_motor_side();
+        self.contact = Contact::Free;
+        self.speed_rad_per_s = 0.0;
+        self.direction = Direction::Stuck;
+        let (backward, forward) = self.breakaway_n_m();
+        if motor_n_m > forward {
+            self.break_away(Direction::Forward);
+        } else if motor_n_m < backward {
+            self.break_away(Direction::Backward);
+        }
+    }
+
+    /// The shaft at rest starts to move; flanks that touch go along.
+    pub(crate) fn break_away(&mut self, direction: Direction) {
+        self.direction = direction;
+        let (low, high) =
+            (self.left_at_rad - self.half_play_rad, self.left_at_rad + self.half_play_rad);
+        if direction == Direction::Forward && self.angle_rad >= high {
+            self.contact = Contact::Upper;
+        } else if direction == Direction::Backward && self.angle_rad <= low {
+            self.contact = Contact::Lower;
+        }
+    }
+
+    /// The shaft has reached a bound of [`bounds_rad`](Self::bounds_rad): the play closes, or
+    /// the surface meets its stop and the shaft with it, without bouncing.
+    pub(crate) fn reach_bound(&mut self, motor_n_m: f64) {
+        match self.contact {
+            Contact::Free if self.direction == Direction::Forward => self.contact = Contact::Upper,
+            Contact::Free => self.contact = Contact::Lower,
+            Contact::Upper | Contact::Lower => self.stand_still(motor_n_m),
+        }
+    }
+}

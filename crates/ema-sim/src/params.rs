@@ -1,0 +1,216 @@
+//! Parameters of an actuator, one struct a block of Fig. 2 of the FREEDOM paper.
+
+use crate::error::ParameterError;
+
+/// Shape of the back-EMF over the electrical angle, with unit peak.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BackEmfShape {
+    /// Trapezoid with a flat top of 120°, straight flanks of 60°: the brushless DC machine.
+    Trapezoid,
+    /// Sine: the permanent-magnet synchronous machine.
+    Sinusoid,
+}
+
+/// Electrical machine, star-connected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// Pole pairs `P`; the electrical angle is `P·θ_m`.
+    pub pole_pairs: u32,
+    /// Resistance of one phase, `R_p`.
+    pub resistance_ohm: f64,
+    /// Inductance of one phase, self less mutual, `L_p`.
+    pub inductance_henry: f64,
+    /// Peak back-EMF of one phase over speed, `k_p`.
+    pub back_emf_v_s_per_rad: f64,
+    /// Shape of the back-EMF.
+    pub back_emf_shape: BackEmfShape,
+    /// Rotor inertia, `J_m`.
+    pub inertia_kg_m2: f64,
+    /// Viscous drag on the motor shaft, `c_m`.
+    pub viscous_n_m_s_per_rad: f64,
+}
+
+impl Motor {
+    /// Torque over envelope current with two phases conducting, `k = 2·k_p`.
+    pub fn torque_constant_n_m_per_a(&self) -> f64 {
+        2.0 * self.back_emf_v_s_per_rad
+    }
+}
+
+/// Inverter with unipolar, centre-aligned carrier modulation, and its synchronous current loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inverter {
+    /// Supply, `V_dc`; the legs switch between `±V_dc/2`.
+    pub bus_voltage_v: f64,
+    /// Carrier frequency, a whole multiple of the controller's rate.
+    pub carrier_hz: f64,
+    /// Bandwidth that the current loop is tuned for (pole of the winding cancelled).
+    pub current_bandwidth_hz: f64,
+}
+
+/// Gear, backlash, friction and end stops between motor and surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// Motor angle over surface angle, `i_g`.
+    pub gear_ratio: f64,
+    /// Inertia of the surface side, `J_u`.
+    pub surface_inertia_kg_m2: f64,
+    /// Whole play at the surface, `b`.
+    pub backlash_rad: f64,
+    /// Kinetic dry friction at the motor shaft, `F_d`.
+    pub kinetic_friction_n_m: f64,
+    /// Static dry friction at the motor shaft, `F_s`.
+    pub static_friction_n_m: f64,
+    /// Share of the torque that the gear passes on, `η`.
+    pub efficiency_ratio: f64,
+    /// The surface stops at plus and minus this angle.
+    pub stop_rad: f64,
+}
+
+/// Position and speed cascade.
+///
+/// ```text
+/// ω_ref = sat(K_pos·i_g·(θ_cmd − θ_u), ω_max)
+/// I_ref = sat(K_s·(ω_ref − ω_m) + ξ, I_max)      ξ' = K_i·(ω_ref − ω_m), held while saturated
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controller {
+    /// Rate of the cascade.
+    pub sample_hz: f64,
+    /// Position gain, `K_pos`.
+    pub position_gain_per_s: f64,
+    /// Largest speed that the position loop asks for, `ω_max`.
+    pub speed_limit_rad_per_s: f64,
+    /// Proportional gain of the speed loop, `K_s`.
+    pub speed_gain_a_s_per_rad: f64,
+    /// Integral gain of the speed loop, `K_i`.
+    pub speed_integral_a_per_rad: f64,
+    /// Largest current asked for, `I_max`.
+    pub current_limit_a: f64,
+}
+
+/// What the control electronics measure badly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensing {
+    /// Step of the surface encoder.
+    pub surface_step_rad: f64,
+    /// Step of the current set-point.
+    pub current_reference_step_a: f64,
+    /// White noise on the measured speed, rms.
+    pub speed_noise_rad_per_s: f64,
+    /// Uniform noise on the current feedback, half width.
+    pub current_noise_half_width_a: f64,
+}
+
+/// An actuator: every number the simulators need.
+///
+/// # Examples
+///
+/// ```
+/// let actuator = ema_sim::presets::EMA_48;
+/// assert!(actuator.check().is_ok());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actuator {
+    /// Electrical machine.
+    pub motor: Motor,
+    /// Power electronics.
+    pub inverter: Inverter,
+    /// Gear and surface.
+    pub transmission: Transmission,
+    /// Position and speed loops.
+    pub controller: Controller,
+    /// Sensors of the control electronics.
+    pub sensing: Sensing,
+}
+
+impl Actuator {
+    /// Inertia at the motor shaft, `J = J_m + J_u/i_g²`.
+    pub fn total_inertia_kg_m2(&self) -> f64 {
+        let i_g = self.transmission.gear_ratio;
+        self.motor.inertia_kg_m2 + self.transmission.surface_inertia_kg_m2 / (i_g * i_g)
+    }
+
+    /// Refuses parameters that no machine has.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterError`] naming the first field that is not finite or out of its bounds.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        let m = &self.motor;
+        let v = &self.inverter;
+        let t = &self.transmission;
+        let c = &self.controller;
+        let s = &self.sensing;
+        within("motor.pole-pairs", f64::from(m.pole_pairs), 1.0, 1000.0)?;
+        positive("motor.resistance-ohm", m.resistance_ohm)?;
+        positive("motor.inductance-henry", m.inductance_henry)?;
+        positive("motor.back-emf-v-s-per-rad", m.back_emf_v_s_per_rad)?;
+        positive("motor.inertia-kg-m2", m.inertia_kg_m2)?;
+        not_negative("motor.viscous-n-m-s-per-rad", m.viscous_n_m_s_per_rad)?;
+        positive("inverter.bus-voltage-v", v.bus_voltage_v)?;
+        positive("inverter.carrier-hz", v.carrier_hz)?;
+        positive("inverter.current-bandwidth-hz", v.current_bandwidth_hz)?;
+        positive("transmission.gear-ratio", t.gear_ratio)?;
+        not_negative("transmission.surface-inertia-kg-m2", t.surface_inertia_kg_m2)?;
+        not_negative("transmission.backlash-rad", t.backlash_rad)?;
+        not_negative("transmission.kinetic-friction-n-m", t.kinetic_friction_n_m)?;
+        within(
+            "transmission.static-friction-n-m",
+            t.static_friction_n_m,
+            t.kinetic_friction_n_m,
+            f64::MAX,
+        )?;
+        within("transmission.efficiency-ratio", t.efficiency_ratio, 0.01, 1.0)?;
+        positive("transmission.stop-rad", t.stop_rad)?;
+        positive("controller.sample-hz", c.sample_hz)?;
+        not_negative("controller.position-gain-per-s", c.position_gain_per_s)?;
+        positive("controller.speed-limit-rad-per-s", c.speed_limit_rad_per_s)?;
+        not_negative("controller.speed-gain-a-s-per-rad", c.speed_gain_a_s_per_rad)?;
+        not_negative("controller.speed-integral-a-per-rad", c.speed_integral_a_per_rad)?;
+        positive("controller.current-limit-a", c.current_limit_a)?;
+        not_negative("sensing.surface-step-rad", s.surface_step_rad)?;
+        not_negative("sensing.current-reference-step-a", s.current_reference_step_a)?;
+        not_negative("sensing.speed-noise-rad-per-s", s.speed_noise_rad_per_s)?;
+        not_negative("sensing.current-noise-half-width-a", s.current_noise_half_width_a)?;
+        let periods = v.carrier_hz / c.sample_hz;
+        if (periods - libm::round(periods)).abs() > 1e-9 || periods < 1.0 {
+            return Err(ParameterError::CarrierNotMultiple {
+                carrier_hz: v.carrier_hz,
+                sample_hz: c.sample_hz,
+            });
+        }
+        // A segment between switching instants spans at most one carrier period; its Taylor
+        // series needs the winding to change little in that time.
+        let turns = crate::fault::LEAST_TURNS_FRAC;
+        let rate = m.resistance_ohm / (m.inductance_henry * turns);
+        let healthy_rate = rate * turns;
+        if healthy_rate > 0.5 * v.carrier_hz {
+            return Err(ParameterError::WindingTooFast {
+                time_constant_s: 1.0 / healthy_rate,
+                carrier_hz: v.carrier_hz,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Requires `least ≤ value ≤ most`.
+fn within(field: &'static str, value: f64, least: f64, most: f64) -> Result<(), ParameterError> {
+    if value.is_finite() && value >= least && value <= most {
+        Ok(())
+    } else {
+        Err(ParameterError::OutOfBounds { field, value, least, most })
+    }
+}
+
+/// Requires a finite value above zero.
+fn positive(field: &'static str, value: f64) -> Result<(), ParameterError> {
+    within(field, value, f64::MIN_POSITIVE, f64::MAX)
+}
+
+/// Requires a finite value of zero or more.
+fn not_negative(field: &'static str, value: f64) -> Result<(), ParameterError> {
+    within(field, value, 0.0, f64::MAX)
+}

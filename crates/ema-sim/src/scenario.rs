@@ -1,0 +1,173 @@
+//! A test: command, load, duration, initial state, and the imperfections of the electronics.
+
+use libm::{floor, sin};
+
+use crate::{error::SimulationError, params::Actuator};
+
+/// Command to the position loop, at the surface.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Command {
+    /// Linear chirp from rest, `a·sin(2π·(f_0·t + (f_1 − f_0)/(2·T)·t²))`.
+    Chirp {
+        /// Amplitude `a`.
+        amplitude_rad: f64,
+        /// Frequency at the start, `f_0`.
+        start_hz: f64,
+        /// Frequency at the end of the sweep, `f_1`.
+        end_hz: f64,
+        /// Length of the sweep, `T`.
+        sweep_s: f64,
+    },
+    /// `a·sin(2π·f·t)`.
+    Sine {
+        /// Amplitude `a`.
+        amplitude_rad: f64,
+        /// Frequency `f`.
+        frequency_hz: f64,
+    },
+    /// Samples at a fixed rate, held straight between them and constant after the last.
+    Recorded {
+        /// Angles.
+        values_rad: Vec<f64>,
+        /// Rate of the samples.
+        rate_hz: f64,
+    },
+}
+
+impl Command {
+    /// The chirp of the FREEDOM paper, section IV: 5 mrad, 0 to 15 Hz in 0.5 s.
+    ///
+    /// The printed start frequency is unreadable; 0 Hz is this project's reading.
+    pub const CHIRP: Self =
+        Self::Chirp { amplitude_rad: 5e-3, start_hz: 0.0, end_hz: 15.0, sweep_s: 0.5 };
+
+    /// The sine of the FREEDOM paper's bench: 0.12 rad, 0.2 Hz.
+    pub const SINE: Self = Self::Sine { amplitude_rad: 0.12, frequency_hz: 0.2 };
+
+    /// The command at a time.
+    pub fn at(&self, time_s: f64) -> f64 {
+        use core::f64::consts::TAU;
+        match self {
+            Self::Chirp { amplitude_rad, start_hz, end_hz, sweep_s } => {
+                let t = time_s;
+                let turns = start_hz * t + 0.5 * (end_hz - start_hz) / sweep_s * t * t;
+                amplitude_rad * sin(TAU * turns)
+            }
+            Self::Sine { amplitude_rad, frequency_hz } => {
+                amplitude_rad * sin(TAU * frequency_hz * time_s)
+            }
+            Self::Recorded { values_rad, rate_hz } => {
+                let place = (time_s * rate_hz).max(0.0);
+                let before = floor(place) as usize;
+                match (values_rad.get(before), values_rad.get(before + 1)) {
+                    (Some(a), Some(b)) => a + (b - a) * (place - before as f64),
+                    _ => values_rad.last().copied().unwrap_or(0.0),
+                }
+            }
+        }
+    }
+}
+
+/// What of the control electronics is imperfect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Imperfections {
+    /// Noise on measured speed and current.
+    pub controller_noise: bool,
+    /// Steps of the encoder and of the current set-point.
+    pub digitisation: bool,
+}
+
+impl Imperfections {
+    /// Noise and digitisation on, as in a real drive.
+    pub const REAL: Self = Self { controller_noise: true, digitisation: true };
+    /// Neither.
+    pub const NONE: Self = Self { controller_noise: false, digitisation: false };
+}
+
+/// A test of an actuator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Set-point of the surface.
+    pub command: Command,
+    /// Hinge moment on the surface, positive against positive motion.
+    pub load_n_m: f64,
+    /// Length.
+    pub duration_s: f64,
+    /// Mechanical angle of the rotor at the start; zero where phase A's electrical angle is.
+    pub start_angle_rad: f64,
+    /// Place of the surface in the backlash at the start, −1 to 1 (1: the upper side touches).
+    pub backlash_side_ratio: f64,
+    /// Imperfections of the electronics.
+    pub imperfections: Imperfections,
+    /// Seed of the controller's noise.
+    pub seed: u64,
+}
+
+impl Scenario {
+    /// The chirp test of the paper's numerical experiments: 0.5 s with a load of 0.5 N·m.
+    pub fn chirp() -> Self {
+        Self {
+            command: Command::CHIRP,
+            load_n_m: 0.5,
+            duration_s: 0.5,
+            start_angle_rad: 0.0,
+            backlash_side_ratio: 0.0,
+            imperfections: Imperfections::NONE,
+            seed: 0,
+        }
+    }
+
+    /// The sine test of the paper's bench: one period of 5 s without load.
+    pub fn sine() -> Self {
+        Self { command: Command::SINE, load_n_m: 0.0, duration_s: 5.0, ..Self::chirp() }
+    }
+
+    /// The same test with the rotor turned at the start.
+    #[must_use]
+    pub fn turned_to(mut self, start_angle_rad: f64) -> Self {
+        self.start_angle_rad = start_angle_rad;
+        self
+    }
+
+    /// The same test with real electronics and a seed for their noise.
+    #[must_use]
+    pub fn with_real_electronics(mut self, seed: u64) -> Self {
+        self.imperfections = Imperfections::REAL;
+        self.seed = seed;
+        self
+    }
+
+    /// The command at each tick of the controller.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError`] for a field out of bounds or a command beyond the stops.
+    pub(crate) fn sampled_command(&self, actuator: &Actuator) -> Result<Vec<f64>, SimulationError> {
+        let bounded = |field, value: f64, least, most| {
+            if value >= least && value <= most {
+                Ok(())
+            } else {
+                Err(SimulationError::Scenario { field, value, least, most })
+            }
+        };
+        let sample_hz = actuator.controller.sample_hz;
+        bounded("scenario.load-n-m", self.load_n_m, -1e6, 1e6)?;
+        bounded("scenario.duration-s", self.duration_s, 1.0 / sample_hz, 1e4)?;
+        bounded("scenario.start-angle-rad", self.start_angle_rad, -1e6, 1e6)?;
+        bounded("scenario.backlash-side-ratio", self.backlash_side_ratio, -1.0, 1.0)?;
+        let ticks = libm::round(self.duration_s * sample_hz) as usize;
+        let stop_rad = actuator.transmission.stop_rad;
+        (0..ticks)
+            .map(|tick| {
+                let time_s = tick as f64 / sample_hz;
+                let command_rad = self.command.at(time_s);
+                if command_rad.abs() <= stop_rad {
+                    Ok(command_rad)
+                } else {
+                    Err(SimulationError::CommandBeyondStops { command_rad, time_s, stop_rad })
+                }
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,54 @@
+//! What a simulation returns: channels sampled at the controller's rate.
+
+use crate::{envelope::Envelope, phase::PerPhase};
+
+/// Signals of the high-fidelity model, sampled at each tick before the controller acts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HighFidelityTrace {
+    /// Rate of all channels.
+    pub rate_hz: f64,
+    /// Set-point of the surface.
+    pub command_rad: Vec<f64>,
+    /// Currents of the phases A, B, C.
+    pub phase_currents_a: [Vec<f64>; 3],
+    /// Rotor angle, with the start angle.
+    pub motor_angle_rad: Vec<f64>,
+    /// Rotor speed.
+    pub motor_speed_rad_per_s: Vec<f64>,
+    /// Angle of the surface.
+    pub surface_angle_rad: Vec<f64>,
+    /// What it cost: segments between events.
+    pub segments: u64,
+}
+
+impl HighFidelityTrace {
+    /// Phase currents of one sample.
+    pub fn phases_a(&self, sample: usize) -> PerPhase {
+        [0, 1, 2].map(|phase| self.phase_currents_a[phase][sample])
+    }
+
+    /// The envelope current at the trace's own rate, not yet filtered.
+    pub fn envelope_a(&self, envelope: Envelope, pole_pairs: u32) -> Vec<f64> {
+        let electrical: Vec<f64> =
+            self.motor_angle_rad.iter().map(|theta| theta * f64::from(pole_pairs)).collect();
+        let [a, b, c] = &self.phase_currents_a;
+        envelope.of_phases([a, b, c], &electrical)
+    }
+}
+
+/// Signals of the low-fidelity model, sampled at each tick before the controller acts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LowFidelityTrace {
+    /// Rate of all channels.
+    pub rate_hz: f64,
+    /// Equivalent direct current `I_m`.
+    pub current_a: Vec<f64>,
+    /// Rotor angle, with the start angle.
+    pub motor_angle_rad: Vec<f64>,
+    /// Rotor speed.
+    pub motor_speed_rad_per_s: Vec<f64>,
+    /// Angle of the surface.
+    pub surface_angle_rad: Vec<f64>,
+    /// What it cost: segments between events.
+    pub segments: u64,
+}
