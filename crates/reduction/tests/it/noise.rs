@@ -23,6 +23,11 @@ fn models(size: usize) -> Vec<NoiseModel> {
         NoiseModel::White { variance: 0.25 },
         NoiseModel::Diagonal((0..size).map(|at| 1.0 + at as f64).collect()),
         NoiseModel::Stationary { autocovariance },
+        NoiseModel::Banded(vec![
+            (0..size).map(|at| 1.0 + 0.1 * at as f64).collect(),
+            vec![0.4; size - 1],
+            vec![-0.2; size - 2],
+        ]),
         NoiseModel::Dense(dense),
         NoiseModel::Factor(factor),
     ]
@@ -92,6 +97,10 @@ fn unsound_models_are_refused() {
         new(&NoiseModel::Stationary { autocovariance: vec![] }, 0.0),
         NoiseError::Values(_)
     ));
+    assert_eq!(
+        new(&NoiseModel::Banded(vec![vec![1.0; 4], vec![0.1; 4]]), 0.0),
+        NoiseError::Band { lag: 1, found: 4, expected: 3 }
+    );
     let slanted = Matrix::from_fn(4, 4, |row, column| (row + 2 * column) as f64).unwrap();
     assert!(matches!(new(&NoiseModel::Dense(slanted), 0.0), NoiseError::NotSymmetric { .. }));
     let flat = Matrix::from_fn(4, 3, |_, _| 1.0).unwrap();
