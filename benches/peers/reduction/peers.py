@@ -1,7 +1,8 @@
 """Timings of numpy, PyDMD and MiniSom on the cases of `benches/src/reduce.rs`.
 
 One warm-up (none for MiniSom, which takes seconds), then as many runs as said,
-wall time in milliseconds: `peer job shape runs minimum median` a line.
+time of this thread on the processor in milliseconds, so that what else runs on
+the machine counts little: `peer job shape runs minimum median` a line.
 """
 
 import sys
@@ -34,9 +35,9 @@ def clock(peer, job, shape, runs, work, warm=True):
         work()
     spent = []
     for _ in range(runs):
-        start = time.perf_counter()
+        start = time.thread_time()
         work()
-        spent.append((time.perf_counter() - start) * 1e3)
+        spent.append((time.thread_time() - start) * 1e3)
     print(peer, job, shape, runs, f"{min(spent):.3f}", f"{np.median(spent):.3f}", flush=True)
 
 

@@ -1,6 +1,7 @@
 //! `docs/validation/reduction.md`: the compression against closed forms, PyDMD,
 //! MiniSom and numpy.
 
+#[cfg_attr(not(test), expect(dead_code, reason = "waits for the reference dataset"))]
 mod encodings;
 
 use std::fmt::Write as _;
@@ -30,11 +31,7 @@ const CLOSED_FORMS: [Line; 6] = [
         what: "thin SVD of 400 × 60 waves: `‖X − UΣVᵀ‖ ÷ ‖X‖`",
         bar: 1e-11,
     },
-    Line {
-        id: "svd-orthogonality",
-        what: "the same: largest entry of `UᵀU − 1`",
-        bar: 1e-11,
-    },
+    Line { id: "svd-orthogonality", what: "the same: largest entry of `UᵀU − 1`", bar: 1e-11 },
     Line {
         id: "dmd-projected-eigenvalues",
         what: "two-mode field, projected DMD: largest error of an eigenvalue",
@@ -209,9 +206,9 @@ fn speed(page: &mut String) -> Result<()> {
     writeln!(
         page,
         "\n## Speed\n\n\
-         One run of `benches/peers/reduction/compare.sh`, everything on one thread; times in\n\
-         milliseconds, minimum and median of the runs. numpy and PyDMD ran before and after this\n\
-         crate; their faster figure counts. Ratio: peer's minimum over ours. {}.\n\n\
+         One run of `benches/peers/reduction/compare.sh`, everything on one thread; time on the\n\
+         processor in milliseconds, minimum · median of the runs. numpy and PyDMD ran before and\n\
+         after this crate; their faster figure counts. Ratio: peer's minimum over ours. {}.\n\n\
          | job | shape | this crate | peer | peer's time | ratio | asked for | |\n\
          |---|---|--:|---|--:|--:|--:|---|",
         comments.join("; ")
@@ -316,15 +313,11 @@ fn dmd_errors() -> Result<Vec<f64>> {
     let lambda = [polar(0.99, 0.3), polar(0.9, 1.1)];
     let snapshots = Snapshots::from_fn(300, 20, |row, step| {
         let x = row as f64 / 300.0;
-        let shapes = [
-            Complex::new((3.0 * x).sin(), (5.0 * x).cos()),
-            Complex::new(x * x, (-4.0 * x).exp()),
-        ];
+        let shapes =
+            [Complex::new((3.0 * x).sin(), (5.0 * x).cos()), Complex::new(x * x, (-4.0 * x).exp())];
         (0..2).map(|k| (shapes[k] * lambda[k].power(step as u32)).re).sum()
     })?;
-    let fit = |kind| {
-        Dmd::fit(&snapshots, &DmdConfig { rank: RankRule::Energy(1.0 - 1e-12), kind })
-    };
+    let fit = |kind| Dmd::fit(&snapshots, &DmdConfig { rank: RankRule::Energy(1.0 - 1e-12), kind });
     let error = |dmd: &Dmd| {
         (0..2).map(|k| (dmd.eigenvalues()[2 * k] - lambda[k]).modulus()).fold(0.0, f64::max)
     };
@@ -366,8 +359,7 @@ fn topographic_errors() -> Result<Vec<f64>> {
         let (u, v) = ((row / 24) as f64 / 24.0, (row % 24) as f64 / 24.0);
         [u, v, 0.3 * (3.0 * u).sin()][feature]
     })?;
-    let online =
-        Training::Online { rate: Schedule::inverse(0.5), order: SampleOrder::Shuffled };
+    let online = Training::Online { rate: Schedule::inverse(0.5), order: SampleOrder::Shuffled };
     [online, Training::Batch]
         .into_iter()
         .map(|training| {
@@ -477,7 +469,8 @@ fn minisom_difference(
     let neurons = grid.neurons();
     let mut start = vec![0.0; neurons * 3];
     for (theirs, feature) in (0..neurons).flat_map(|neuron| (0..3).map(move |f| (neuron, f))) {
-        start[feature * neurons + place(theirs)] = (1.3 * theirs as f64 + 0.7 * feature as f64).cos();
+        start[feature * neurons + place(theirs)] =
+            (1.3 * theirs as f64 + 0.7 * feature as f64).cos();
     }
     let config = SomConfig {
         grid,
