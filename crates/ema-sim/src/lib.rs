@@ -35,7 +35,10 @@ mod error;
 mod fault;
 mod high_fidelity;
 mod low_fidelity;
+#[cfg(feature = "model-file")]
+pub mod model_file;
 mod noise;
+mod parameter;
 mod params;
 mod phase;
 pub mod presets;
@@ -52,6 +55,7 @@ pub use fault::{
 };
 pub use high_fidelity::HighFidelity;
 pub use low_fidelity::LowFidelity;
+pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use scenario::{Command, Imperfections, Scenario};

@@ -1,6 +1,9 @@
 //! Parameters of an actuator, one struct a block of Fig. 2 of the FREEDOM paper.
 
-use crate::error::ParameterError;
+use crate::{
+    error::ParameterError,
+    parameter::{Parameter, within},
+};
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,42 +141,16 @@ impl Actuator {
     ///
     /// [`ParameterError`] naming the first field that is not finite or out of its bounds.
     pub fn check(&self) -> Result<(), ParameterError> {
-        let m = &self.motor;
-        let v = &self.inverter;
-        let t = &self.transmission;
-        let c = &self.controller;
-        let s = &self.sensing;
-        within("motor.pole-pairs", f64::from(m.pole_pairs), 1.0, 1000.0)?;
-        positive("motor.resistance-ohm", m.resistance_ohm)?;
-        positive("motor.inductance-henry", m.inductance_henry)?;
-        positive("motor.back-emf-v-s-per-rad", m.back_emf_v_s_per_rad)?;
-        positive("motor.inertia-kg-m2", m.inertia_kg_m2)?;
-        not_negative("motor.viscous-n-m-s-per-rad", m.viscous_n_m_s_per_rad)?;
-        positive("inverter.bus-voltage-v", v.bus_voltage_v)?;
-        positive("inverter.carrier-hz", v.carrier_hz)?;
-        positive("inverter.current-bandwidth-hz", v.current_bandwidth_hz)?;
-        positive("transmission.gear-ratio", t.gear_ratio)?;
-        not_negative("transmission.surface-inertia-kg-m2", t.surface_inertia_kg_m2)?;
-        not_negative("transmission.backlash-rad", t.backlash_rad)?;
-        not_negative("transmission.kinetic-friction-n-m", t.kinetic_friction_n_m)?;
+        for parameter in Parameter::ALL {
+            parameter.check(self)?;
+        }
+        let (m, v, t, c) = (&self.motor, &self.inverter, &self.transmission, &self.controller);
         within(
             "transmission.static-friction-n-m",
             t.static_friction_n_m,
             t.kinetic_friction_n_m,
             f64::MAX,
         )?;
-        within("transmission.efficiency-ratio", t.efficiency_ratio, 0.01, 1.0)?;
-        positive("transmission.stop-rad", t.stop_rad)?;
-        positive("controller.sample-hz", c.sample_hz)?;
-        not_negative("controller.position-gain-per-s", c.position_gain_per_s)?;
-        positive("controller.speed-limit-rad-per-s", c.speed_limit_rad_per_s)?;
-        not_negative("controller.speed-gain-a-s-per-rad", c.speed_gain_a_s_per_rad)?;
-        not_negative("controller.speed-integral-a-per-rad", c.speed_integral_a_per_rad)?;
-        positive("controller.current-limit-a", c.current_limit_a)?;
-        not_negative("sensing.surface-step-rad", s.surface_step_rad)?;
-        not_negative("sensing.current-reference-step-a", s.current_reference_step_a)?;
-        not_negative("sensing.speed-noise-rad-per-s", s.speed_noise_rad_per_s)?;
-        not_negative("sensing.current-noise-half-width-a", s.current_noise_half_width_a)?;
         let periods = v.carrier_hz / c.sample_hz;
         if (periods - libm::round(periods)).abs() > 1e-9 || periods < 1.0 {
             return Err(ParameterError::CarrierNotMultiple {
@@ -181,36 +158,15 @@ impl Actuator {
                 sample_hz: c.sample_hz,
             });
         }
-        // A segment between switching instants spans at most one carrier period; its Taylor
+        // A segment between switching instants spans up to half a carrier period; its Taylor
         // series needs the winding to change little in that time.
-        let turns = crate::fault::LEAST_TURNS_FRAC;
-        let rate = m.resistance_ohm / (m.inductance_henry * turns);
-        let healthy_rate = rate * turns;
-        if healthy_rate > 0.5 * v.carrier_hz {
+        let time_constant_s = m.inductance_henry / m.resistance_ohm;
+        if time_constant_s * v.carrier_hz < 2.0 {
             return Err(ParameterError::WindingTooFast {
-                time_constant_s: 1.0 / healthy_rate,
+                time_constant_s,
                 carrier_hz: v.carrier_hz,
             });
         }
         Ok(())
     }
-}
-
-/// Requires `least ≤ value ≤ most`.
-fn within(field: &'static str, value: f64, least: f64, most: f64) -> Result<(), ParameterError> {
-    if value.is_finite() && value >= least && value <= most {
-        Ok(())
-    } else {
-        Err(ParameterError::OutOfBounds { field, value, least, most })
-    }
-}
-
-/// Requires a finite value above zero.
-fn positive(field: &'static str, value: f64) -> Result<(), ParameterError> {
-    within(field, value, f64::MIN_POSITIVE, f64::MAX)
-}
-
-/// Requires a finite value of zero or more.
-fn not_negative(field: &'static str, value: f64) -> Result<(), ParameterError> {
-    within(field, value, 0.0, f64::MAX)
 }

@@ -172,8 +172,8 @@ impl Metadata {
         Ok(())
     }
 
-    /// The same as `#` lines, ready to stand before a header.
-    pub(super) fn to_lines(&self) -> String {
+    /// As TOML, one key a line; reading it again gives the same.
+    pub fn to_toml(&self) -> String {
         let number = |value: Option<f64>| value.map(|value| format!("{value:?}"));
         let command = self.command.as_ref().map(|command| match command {
             CommandSource::Recorded => "recorded",
@@ -191,7 +191,7 @@ impl Metadata {
             number(self.phase_rate_hz),
         ];
         let lines = keys().into_iter().zip(values);
-        lines.filter_map(|(key, value)| Some(format!("# {key} = {}\n", value?))).collect()
+        lines.filter_map(|(key, value)| Some(format!("{key} = {}\n", value?))).collect()
     }
 }
 
@@ -315,7 +315,7 @@ mod tests {
             metadata.phase_rate_hz,
         ];
         assert_eq!(numbers.map(Option::unwrap), [10_000.0, 200.0, -0.5, 0.02, 10_000.0]);
-        assert_eq!(metadata.to_lines().lines().count(), KEY_TABLE.len());
+        assert_eq!(metadata.to_toml().lines().count(), KEY_TABLE.len());
     }
 
     #[test]

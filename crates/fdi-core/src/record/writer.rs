@@ -93,7 +93,10 @@ impl Recording {
             return Err(WriteError::TimeDecimals { found: format.time_decimals });
         }
         let mut columns = self.columns(format)?;
-        let mut out = self.metadata.to_lines();
+        let mut out = String::new();
+        for line in self.metadata.to_toml().lines() {
+            out.extend(["# ", line, "\n"]);
+        }
         out.push_str("time_s");
         for column in &columns {
             out.push(',');

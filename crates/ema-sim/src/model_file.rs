@@ -1,0 +1,456 @@
+//! Model files: an actuator as TOML text.
+//!
+//! ```toml
+//! base = "ema-48"             # a preset; without it every parameter must be given
+//! name = "left aileron"
+//! faults = ["k1", "k2"]       # what this machine can have; all seven when left out
+//!
+//! [motor]
+//! resistance-ohm = 1.1        # keys carry the unit; the rest comes from the base
+//!
+//! [tolerance.motor]           # relative half-widths of what is known only roughly
+//! resistance-ohm = 0.05
+//! ```
+//!
+//! Keys that are not known are refused, so that a slip of the pen changes nothing silently. The
+//! text is all there is here; reading the disk is the caller's.
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use crate::{
+    error::ParameterError,
+    fault::FaultId,
+    parameter::Parameter,
+    params::{Actuator, BackEmfShape},
+    presets,
+};
+
+/// What a model file describes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// What its owner calls the machine.
+    pub name: Option<String>,
+    /// Its parameters.
+    pub actuator: Actuator,
+    /// The faults that it can have.
+    pub faults: Vec<FaultId>,
+    /// What is known only roughly.
+    pub tolerance: Vec<Tolerance>,
+}
+
+/// A parameter that a data sheet knows only roughly: uniform within a relative half-width.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// Which parameter.
+    pub parameter: &'static Parameter,
+    /// Half-width over value.
+    pub half_width_frac: f64,
+}
+
+impl PartialEq for Tolerance {
+    fn eq(&self, other: &Self) -> bool {
+        self.parameter.key() == other.parameter.key()
+            && self.half_width_frac == other.half_width_frac
+    }
+}
+
+/// Why a text is not a model. Lines count from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelFileError {
+    /// Not TOML.
+    #[error("line {line}: {message}")]
+    Syntax {
+        /// Where.
+        line: usize,
+        /// What the TOML reader says.
+        message: String,
+    },
+    /// A key that no model has.
+    #[error("line {line}: unknown key `{key}`{}", .closest.map_or_else(String::new, |k| format!(", did you mean `{k}`")))]
+    UnknownKey {
+        /// Where.
+        line: usize,
+        /// The key, with its block.
+        key: String,
+        /// The known key most like it.
+        closest: Option<&'static str>,
+    },
+    /// A value of another kind than the key needs.
+    #[error("line {line}: `{key}` is {found}, expected {expected}")]
+    WrongType {
+        /// Where.
+        line: usize,
+        /// The key, with its block.
+        key: String,
+        /// What it needs.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// Without a base every parameter must be given.
+    #[error("`{key}` is missing; give it, or a `base`")]
+    Missing {
+        /// The key, with its block.
+        key: &'static str,
+    },
+    /// The base is not a preset.
+    #[error("line {line}: base `{base}` is not one of {}", PRESETS.map(|(name, _)| name).join(", "))]
+    UnknownBase {
+        /// Where.
+        line: usize,
+        /// What stands there.
+        base: String,
+    },
+    /// The file describes an effect that this simulator does not have.
+    #[error("line {line}: effect `{id}` is not one that this version simulates")]
+    UnknownEffect {
+        /// Where.
+        line: usize,
+        /// Its identifier.
+        id: String,
+    },
+    /// A parameter that no machine has.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
+/// The presets that a file can start from.
+pub const PRESETS: [(&str, Actuator); 1] = [("ema-48", presets::EMA_48)];
+
+/// Names of the back-EMF shapes.
+const SHAPES: [(&str, BackEmfShape); 2] =
+    [("trapezoid", BackEmfShape::Trapezoid), ("sinusoid", BackEmfShape::Sinusoid)];
+/// The one parameter that is a choice.
+const SHAPE_KEY: &str = "motor.back-emf-shape";
+
+impl From<Actuator> for Model {
+    fn from(actuator: Actuator) -> Self {
+        Self { name: None, actuator, faults: FaultId::ALL.to_vec(), tolerance: Vec::new() }
+    }
+}
+
+/// Reads a model.
+///
+/// # Errors
+///
+/// [`ModelFileError`] naming line and key.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::{model_file, presets::EMA_48};
+///
+/// let model = model_file::parse("base = \"ema-48\"\n[motor]\nresistance-ohm = 1.1\n")?;
+/// assert_eq!(model.actuator.motor.resistance_ohm, 1.1);
+/// assert_eq!(model.actuator.transmission, EMA_48.transmission);
+/// # Ok::<_, model_file::ModelFileError>(())
+/// ```
+pub fn parse(text: &str) -> Result<Model, ModelFileError> {
+    let table = document(text)?;
+    let base = match entry(&table, "base") {
+        None => None,
+        Some(value) => {
+            let name = string(text, "base", value)?;
+            let preset = PRESETS.iter().find(|(known, _)| *known == name);
+            let (_, actuator) = preset.ok_or_else(|| ModelFileError::UnknownBase {
+                line: line_of(text, value),
+                base: name.to_owned(),
+            })?;
+            Some(Model::from(*actuator))
+        }
+    };
+    Reader { text, complete: base.is_some() }.model(&table, base)
+}
+
+/// Reads a model whose `base` is another model; what the key says is not looked at.
+///
+/// # Errors
+///
+/// [`ModelFileError`] naming line and key.
+pub fn parse_onto(text: &str, base: &Model) -> Result<Model, ModelFileError> {
+    Reader { text, complete: true }.model(&document(text)?, Some(base.clone()))
+}
+
+/// The `base` that a text names, where it names one.
+///
+/// # Errors
+///
+/// [`ModelFileError`] when the text is not TOML or the base not a text.
+pub fn base_of(text: &str) -> Result<Option<String>, ModelFileError> {
+    let table = document(text)?;
+    entry(&table, "base").map(|value| string(text, "base", value).map(str::to_owned)).transpose()
+}
+
+/// Writes a model, complete and without a base; [`parse`] gives it back bit for bit.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::{model_file, presets::EMA_48};
+///
+/// let text = model_file::write(&EMA_48.into());
+/// assert_eq!(model_file::parse(&text)?.actuator, EMA_48);
+/// # Ok::<_, model_file::ModelFileError>(())
+/// ```
+pub fn write(model: &Model) -> String {
+    let mut lines = Vec::new();
+    if let Some(name) = &model.name {
+        lines.push(format!("name = {}", toml::Value::from(name.as_str())));
+    }
+    if model.faults != FaultId::ALL {
+        let names: Vec<_> =
+            model.faults.iter().map(|fault| format!("\"{}\"", fault.symbol())).collect();
+        lines.push(format!("faults = [{}]", names.join(", ")));
+    }
+    let mut open_block = "";
+    for parameter in Parameter::ALL {
+        let (block, key) = split(parameter.key());
+        if block != open_block {
+            open_block = block;
+            lines.push(format!("\n[{block}]"));
+            if block == "motor" {
+                lines.push(shape_line(model.actuator.motor.back_emf_shape));
+            }
+        }
+        lines.push(format!("{key} = {:?}", parameter.get(&model.actuator)));
+    }
+    let mut tolerance = model.tolerance.clone();
+    tolerance.sort_by_key(|tolerance| tolerance.parameter.key());
+    for tolerance in tolerance {
+        let (block, key) = split(tolerance.parameter.key());
+        let header = format!("\n[tolerance.{block}]");
+        if !lines.contains(&header) {
+            lines.push(header);
+        }
+        lines.push(format!("{key} = {:?}", tolerance.half_width_frac));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn shape_line(shape: BackEmfShape) -> String {
+    let named = SHAPES.iter().find(|(_, known)| *known == shape);
+    format!("{} = \"{}\"", split(SHAPE_KEY).1, named.map_or("", |(name, _)| name))
+}
+
+/// Block and field of a key.
+fn split(key: &'static str) -> (&'static str, &'static str) {
+    key.split_once('.').unwrap_or(("", key))
+}
+
+/// Keys at the top besides the blocks.
+const TOP: [&str; 3] = ["base", "name", "faults"];
+
+/// Reads the parts of a file.
+struct Reader<'a> {
+    text: &'a str,
+    /// Whether a base fills what is left out.
+    complete: bool,
+}
+
+impl Reader<'_> {
+    fn model(&self, table: &DeTable<'_>, base: Option<Model>) -> Result<Model, ModelFileError> {
+        let mut model = base.unwrap_or_else(|| presets::EMA_48.into());
+        let mut given = Vec::new();
+        for (key, value) in table {
+            match key.get_ref().as_ref() {
+                "base" => {}
+                "name" => model.name = Some(string(self.text, "name", value)?.to_owned()),
+                "faults" => model.faults = self.faults(value)?,
+                "effect" => return Err(self.unknown_effect(value)),
+                "tolerance" => {
+                    for (block, inner) in self.table("tolerance", value)? {
+                        self.tolerances(block.get_ref(), inner, &mut model.tolerance)?;
+                    }
+                }
+                block => self.block((block, key), value, &mut model.actuator, &mut given)?,
+            }
+        }
+        let keys = Parameter::ALL.iter().map(Parameter::key).chain([SHAPE_KEY]);
+        for key in keys {
+            if !self.complete && !given.contains(&key) {
+                return Err(ModelFileError::Missing { key });
+            }
+        }
+        model.actuator.check()?;
+        Ok(model)
+    }
+
+    fn block(
+        &self,
+        (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
+        value: &Spanned<DeValue<'_>>,
+        actuator: &mut Actuator,
+        given: &mut Vec<&'static str>,
+    ) -> Result<(), ModelFileError> {
+        if !Parameter::ALL.iter().any(|parameter| split(parameter.key()).0 == block) {
+            return Err(self.unknown(block, at));
+        }
+        for (key, value) in self.table(block, value)? {
+            let path = format!("{block}.{}", key.get_ref());
+            if path == SHAPE_KEY {
+                let name = string(self.text, &path, value)?;
+                let known = SHAPES.iter().find(|(known, _)| *known == name);
+                let (_, shape) = known.ok_or_else(|| {
+                    self.wrong(&path, "\"trapezoid\" or \"sinusoid\"", value, name.to_owned())
+                })?;
+                actuator.motor.back_emf_shape = *shape;
+                given.push(SHAPE_KEY);
+                continue;
+            }
+            let parameter = Parameter::find(&path).ok_or_else(|| self.unknown(&path, key))?;
+            let number = self.number(&path, value)?;
+            if parameter.key() == "motor.pole-pairs" && libm::floor(number) != number {
+                return Err(self.wrong(&path, "a whole number", value, number.to_string()));
+            }
+            parameter.set(actuator, number);
+            given.push(parameter.key());
+        }
+        Ok(())
+    }
+
+    fn tolerances(
+        &self,
+        block: &str,
+        value: &Spanned<DeValue<'_>>,
+        tolerances: &mut Vec<Tolerance>,
+    ) -> Result<(), ModelFileError> {
+        for (key, value) in self.table("tolerance", value)? {
+            let path = format!("{block}.{}", key.get_ref());
+            let parameter = Parameter::find(&path).ok_or_else(|| self.unknown(&path, key))?;
+            let half_width_frac = self.number(&path, value)?;
+            if !(0.0..1.0).contains(&half_width_frac) {
+                return Err(self.wrong(
+                    &format!("tolerance.{path}"),
+                    "a share of the value, from 0 to 1",
+                    value,
+                    half_width_frac.to_string(),
+                ));
+            }
+            tolerances.retain(|earlier| earlier.parameter.key() != parameter.key());
+            tolerances.push(Tolerance { parameter, half_width_frac });
+        }
+        Ok(())
+    }
+
+    fn faults(&self, value: &Spanned<DeValue<'_>>) -> Result<Vec<FaultId>, ModelFileError> {
+        let expected = "a list of \"k1\" to \"k7\"";
+        let list = value.get_ref().as_array().ok_or_else(|| {
+            self.wrong("faults", expected, value, value.get_ref().type_str().to_owned())
+        })?;
+        let fault = |item: &Spanned<DeValue<'_>>| {
+            let symbol = string(self.text, "faults", item)?;
+            let known = FaultId::ALL.into_iter().find(|fault| fault.symbol() == symbol);
+            known.ok_or_else(|| self.wrong("faults", expected, item, format!("\"{symbol}\"")))
+        };
+        list.iter().map(fault).collect()
+    }
+
+    fn table<'t, 'i>(
+        &self,
+        key: &str,
+        value: &'t Spanned<DeValue<'i>>,
+    ) -> Result<&'t DeTable<'i>, ModelFileError> {
+        let found = || value.get_ref().type_str().to_owned();
+        value.get_ref().as_table().ok_or_else(|| self.wrong(key, "a table", value, found()))
+    }
+
+    fn number(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<f64, ModelFileError> {
+        let parsed = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+            _ => None,
+        };
+        parsed.ok_or_else(|| {
+            self.wrong(key, "a number", value, value.get_ref().type_str().to_owned())
+        })
+    }
+
+    fn wrong(
+        &self,
+        key: &str,
+        expected: &'static str,
+        value: &Spanned<DeValue<'_>>,
+        found: String,
+    ) -> ModelFileError {
+        let line = line_of(self.text, value);
+        ModelFileError::WrongType { line, key: key.to_owned(), expected, found }
+    }
+
+    fn unknown<T>(&self, key: &str, at: &Spanned<T>) -> ModelFileError {
+        ModelFileError::UnknownKey {
+            line: line_of(self.text, at),
+            key: key.to_owned(),
+            closest: closest(key),
+        }
+    }
+
+    fn unknown_effect(&self, value: &Spanned<DeValue<'_>>) -> ModelFileError {
+        let first = value.get_ref().get(0).unwrap_or(value);
+        let id = first.get_ref().get("id").and_then(|id| id.get_ref().as_str());
+        ModelFileError::UnknownEffect {
+            line: line_of(self.text, first),
+            id: id.unwrap_or("without an id").to_owned(),
+        }
+    }
+}
+
+fn document(text: &str) -> Result<DeTable<'_>, ModelFileError> {
+    let table = DeTable::parse(text).map_err(|error| ModelFileError::Syntax {
+        line: line_at(text, error.span().map_or(0, |span| span.start)),
+        message: error.message().lines().next().unwrap_or_default().to_owned(),
+    })?;
+    Ok(table.into_inner())
+}
+
+fn entry<'t, 'i>(table: &'t DeTable<'i>, key: &str) -> Option<&'t Spanned<DeValue<'i>>> {
+    table.iter().find(|(known, _)| known.get_ref().as_ref() == key).map(|(_, value)| value)
+}
+
+fn string<'t>(
+    text: &str,
+    key: &str,
+    value: &'t Spanned<DeValue<'_>>,
+) -> Result<&'t str, ModelFileError> {
+    value.get_ref().as_str().ok_or_else(|| ModelFileError::WrongType {
+        line: line_of(text, value),
+        key: key.to_owned(),
+        expected: "a text",
+        found: value.get_ref().type_str().to_owned(),
+    })
+}
+
+fn line_of<T>(text: &str, at: &Spanned<T>) -> usize {
+    line_at(text, at.span().start)
+}
+
+fn line_at(text: &str, offset: usize) -> usize {
+    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
+}
+
+/// The known key with the fewest edits, when they are few.
+fn closest(key: &str) -> Option<&'static str> {
+    let known = Parameter::ALL.iter().map(Parameter::key).chain([SHAPE_KEY]).chain(TOP);
+    let blocks = Parameter::ALL.iter().map(|parameter| split(parameter.key()).0);
+    let (edits, best) = known.chain(blocks).map(|name| (distance(key, name), name)).min()?;
+    (edits * 3 <= key.len()).then_some(best)
+}
+
+/// Number of letters to insert, delete or replace.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = corner + usize::from(x != *y);
+            corner = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(corner + 1);
+        }
+    }
+    row[b.len()]
+}

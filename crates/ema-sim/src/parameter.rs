@@ -1,0 +1,146 @@
+//! Every number of an actuator by name: what model files, checks and calibration share.
+
+use crate::{error::ParameterError, params::Actuator};
+
+/// One number of an [`Actuator`], by the key that model files use.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::{Parameter, presets::EMA_48};
+///
+/// let resistance = Parameter::find("motor.resistance-ohm").unwrap();
+/// let mut actuator = EMA_48;
+/// resistance.set(&mut actuator, 1.1);
+/// assert_eq!(resistance.get(&actuator), 1.1);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    key: &'static str,
+    least: f64,
+    most: f64,
+    get: fn(&Actuator) -> f64,
+    set: fn(&mut Actuator, f64),
+}
+
+/// Lower bound of what must be above zero.
+const POSITIVE: f64 = f64::MIN_POSITIVE;
+/// No bound but finite.
+const FINITE: f64 = f64::MAX;
+
+macro_rules! parameters {
+    ($($key:literal: $block:ident.$field:ident as $kind:ty, $least:expr, $most:expr;)*) => {
+        &[$(Parameter {
+            key: $key,
+            least: $least,
+            most: $most,
+            get: |actuator| <$kind as Number>::read(actuator.$block.$field),
+            set: |actuator, value| actuator.$block.$field = <$kind as Number>::made_of(value),
+        }),*]
+    };
+}
+
+impl Parameter {
+    /// All numbers, block by block.
+    pub const ALL: &'static [Self] = parameters! {
+        "motor.pole-pairs": motor.pole_pairs as u32, 1.0, 1000.0;
+        "motor.resistance-ohm": motor.resistance_ohm as f64, POSITIVE, FINITE;
+        "motor.inductance-henry": motor.inductance_henry as f64, POSITIVE, FINITE;
+        "motor.back-emf-v-s-per-rad": motor.back_emf_v_s_per_rad as f64, POSITIVE, FINITE;
+        "motor.inertia-kg-m2": motor.inertia_kg_m2 as f64, POSITIVE, FINITE;
+        "motor.viscous-n-m-s-per-rad": motor.viscous_n_m_s_per_rad as f64, 0.0, FINITE;
+        "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
+        "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FINITE;
+        "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
+        "transmission.gear-ratio": transmission.gear_ratio as f64, POSITIVE, FINITE;
+        "transmission.surface-inertia-kg-m2":
+            transmission.surface_inertia_kg_m2 as f64, 0.0, FINITE;
+        "transmission.backlash-rad": transmission.backlash_rad as f64, 0.0, FINITE;
+        "transmission.kinetic-friction-n-m": transmission.kinetic_friction_n_m as f64, 0.0, FINITE;
+        "transmission.static-friction-n-m": transmission.static_friction_n_m as f64, 0.0, FINITE;
+        "transmission.efficiency-ratio": transmission.efficiency_ratio as f64, 0.01, 1.0;
+        "transmission.stop-rad": transmission.stop_rad as f64, POSITIVE, FINITE;
+        "controller.sample-hz": controller.sample_hz as f64, POSITIVE, FINITE;
+        "controller.position-gain-per-s": controller.position_gain_per_s as f64, 0.0, FINITE;
+        "controller.speed-limit-rad-per-s":
+            controller.speed_limit_rad_per_s as f64, POSITIVE, FINITE;
+        "controller.speed-gain-a-s-per-rad": controller.speed_gain_a_s_per_rad as f64, 0.0, FINITE;
+        "controller.speed-integral-a-per-rad":
+            controller.speed_integral_a_per_rad as f64, 0.0, FINITE;
+        "controller.current-limit-a": controller.current_limit_a as f64, POSITIVE, FINITE;
+        "sensing.surface-step-rad": sensing.surface_step_rad as f64, 0.0, FINITE;
+        "sensing.current-reference-step-a": sensing.current_reference_step_a as f64, 0.0, FINITE;
+        "sensing.speed-noise-rad-per-s": sensing.speed_noise_rad_per_s as f64, 0.0, FINITE;
+        "sensing.current-noise-half-width-a":
+            sensing.current_noise_half_width_a as f64, 0.0, FINITE;
+    };
+
+    /// The parameter with a key.
+    pub fn find(key: &str) -> Option<&'static Self> {
+        Self::ALL.iter().find(|parameter| parameter.key == key)
+    }
+
+    /// Block and field, with unit: `motor.resistance-ohm`.
+    pub fn key(&self) -> &'static str {
+        self.key
+    }
+
+    /// Least and largest value that a machine can have.
+    pub fn bounds(&self) -> (f64, f64) {
+        (self.least, self.most)
+    }
+
+    /// Its value.
+    pub fn get(&self, actuator: &Actuator) -> f64 {
+        (self.get)(actuator)
+    }
+
+    /// Replaces its value; [`Actuator::check`] says whether the result can be simulated. The
+    /// number of pole pairs is rounded.
+    pub fn set(&self, actuator: &mut Actuator, value: f64) {
+        (self.set)(actuator, value);
+    }
+
+    /// Refuses what is not finite or out of bounds.
+    pub(crate) fn check(&self, actuator: &Actuator) -> Result<(), ParameterError> {
+        within(self.key, self.get(actuator), self.least, self.most)
+    }
+}
+
+/// Requires `least ≤ value ≤ most`.
+pub(crate) fn within(
+    field: &'static str,
+    value: f64,
+    least: f64,
+    most: f64,
+) -> Result<(), ParameterError> {
+    if value.is_finite() && value >= least && value <= most {
+        Ok(())
+    } else {
+        Err(ParameterError::OutOfBounds { field, value, least, most })
+    }
+}
+
+/// How a field is read and written as a number.
+trait Number: Copy {
+    fn read(self) -> f64;
+    fn made_of(value: f64) -> Self;
+}
+
+impl Number for f64 {
+    fn read(self) -> f64 {
+        self
+    }
+    fn made_of(value: f64) -> Self {
+        value
+    }
+}
+
+impl Number for u32 {
+    fn read(self) -> f64 {
+        f64::from(self)
+    }
+    fn made_of(value: f64) -> Self {
+        libm::round(value) as Self
+    }
+}

@@ -1,0 +1,111 @@
+//! Model files against presets, and what they refuse.
+
+use ema_sim::{
+    Actuator, FaultId, Parameter,
+    model_file::{self, Model, ModelFileError},
+    presets::EMA_48,
+};
+use proptest::prelude::*;
+
+fn message(text: &str) -> String {
+    model_file::parse(text).expect_err(text).to_string()
+}
+
+#[test]
+fn the_preset_equals_its_file() {
+    let text = include_str!("../../../../fixtures/models/ema-48.toml");
+    let model = model_file::parse(text).unwrap();
+    assert_eq!(model.actuator, EMA_48);
+    assert_eq!(model.faults, FaultId::ALL);
+    let again = model_file::parse(&model_file::write(&model)).unwrap();
+    assert_eq!(again, model);
+}
+
+#[test]
+fn a_base_fills_what_is_left_out() {
+    let model = model_file::parse(
+        "base = \"ema-48\"\nname = \"left \\\"aileron\\\"\"\nfaults = [\"k1\", \"k2\"]\n\
+         [motor]\npole-pairs = 5\n[tolerance.motor]\nresistance-ohm = 0.05\n",
+    )
+    .unwrap();
+    let mut wanted = EMA_48;
+    wanted.motor.pole_pairs = 5;
+    assert_eq!(model.actuator, wanted);
+    assert_eq!(model.faults, [FaultId::Friction, FaultId::Backlash]);
+    assert_eq!(model.tolerance[0].parameter.key(), "motor.resistance-ohm");
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    let onto = model_file::parse_onto("base = \"left.toml\"\n[motor]\npole-pairs = 6\n", &model);
+    let onto = onto.unwrap();
+    assert_eq!((onto.actuator.motor.pole_pairs, onto.name), (6, model.name));
+    assert_eq!(model_file::base_of("base = \"left.toml\"").unwrap().unwrap(), "left.toml");
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_line() {
+    let cases = [
+        ("[motor\n", "line 1: "),
+        (
+            "base = \"ema-48\"\n[motor]\nresistence-ohm = 1.0\n",
+            "line 3: unknown key `motor.resistence-ohm`, did you mean `motor.resistance-ohm`",
+        ),
+        ("base = \"ema-48\"\n[moter]\n", "line 2: unknown key `moter`, did you mean `motor`"),
+        ("base = \"ema-49\"\n", "line 1: base `ema-49` is not one of ema-48"),
+        ("base = 3\n", "line 1: `base` is integer, expected a text"),
+        (
+            "base = \"ema-48\"\n[motor]\nresistance-ohm = \"1\"\n",
+            "line 3: `motor.resistance-ohm` is string, expected a number",
+        ),
+        (
+            "base = \"ema-48\"\n[motor]\npole-pairs = 2.5\n",
+            "line 3: `motor.pole-pairs` is 2.5, expected a whole number",
+        ),
+        (
+            "base = \"ema-48\"\n[motor]\nback-emf-shape = \"square\"\n",
+            "line 3: `motor.back-emf-shape` is square, expected \"trapezoid\" or \"sinusoid\"",
+        ),
+        (
+            "base = \"ema-48\"\nfaults = [\"k9\"]\n",
+            "line 2: `faults` is \"k9\", expected a list of \"k1\" to \"k7\"",
+        ),
+        (
+            "base = \"ema-48\"\n[tolerance.motor]\nresistance-ohm = 5\n",
+            "line 3: `tolerance.motor.resistance-ohm` is 5, expected a share of the value, \
+             from 0 to 1",
+        ),
+        (
+            "base = \"ema-48\"\n\n[[effect]]\nid = \"E99\"\n",
+            "line 3: effect `E99` is not one that this version simulates",
+        ),
+        ("[motor]\npole-pairs = 4\n", "`motor.resistance-ohm` is missing; give it, or a `base`"),
+    ];
+    for (text, wanted) in cases {
+        let found = message(text);
+        assert!(found.starts_with(wanted), "{text:?}: {found}");
+    }
+}
+
+#[test]
+fn parameters_that_no_machine_has_are_refused() {
+    for value in ["-1.0", "nan", "inf", "0.0"] {
+        let text = format!("base = \"ema-48\"\n[motor]\ninertia-kg-m2 = {value}\n");
+        let error = model_file::parse(&text).unwrap_err();
+        assert!(matches!(error, ModelFileError::Parameter(_)), "{value}: {error}");
+        assert!(error.to_string().contains("motor.inertia-kg-m2"));
+    }
+}
+
+proptest! {
+    #[test]
+    fn property_any_model_survives_its_file(scale in prop::collection::vec(0.9_f64..1.1, 24)) {
+        let mut actuator: Actuator = EMA_48;
+        let keep = ["motor.pole-pairs", "inverter.carrier-hz", "controller.sample-hz",
+            "transmission.kinetic-friction-n-m", "transmission.efficiency-ratio"];
+        let free = Parameter::ALL.iter().filter(|p| !keep.contains(&p.key()));
+        for (parameter, factor) in free.zip(scale) {
+            let value = parameter.get(&actuator);
+            parameter.set(&mut actuator, value * factor);
+        }
+        let model = Model::from(actuator);
+        prop_assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    }
+}
