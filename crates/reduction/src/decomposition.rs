@@ -106,6 +106,19 @@ impl Qr {
         result
     }
 
+    /// Orthonormal basis of `min(m, n)` columns.
+    pub(crate) fn thin_basis(&self) -> Matrix {
+        let size = self.coefficients.columns();
+        let mut identity = Matrix::zeros(size, size);
+        (0..size).for_each(|index| identity.set(index, index, 1.0));
+        self.lift(&identity)
+    }
+
+    /// Gives the memory of the factored matrix back, to be filled anew.
+    pub(crate) fn into_memory(self) -> Vec<f64> {
+        self.basis.into_values()
+    }
+
     fn apply(&self, matrix: MatMut<'_, f64>) {
         let size = self.coefficients.columns();
         let basis: MatRef<'_, f64> = self.basis.view().subcols(0, size);

@@ -32,20 +32,26 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod bounds;
 mod complex;
 mod compression;
 mod decomposition;
 mod dmd;
+mod figure;
+mod information;
 mod matrix;
 mod noise;
 mod placement;
+mod randomised;
 mod rank;
 mod sensitivity;
 mod snapshots;
 mod som;
+mod streaming;
 mod svd;
 mod training_set;
 
+pub use bounds::{BoundCase, EncodingBounds};
 pub use complex::Complex;
 pub use compression::{
     CompressionConfig, CompressionError, CompressionMap, CompressionParts, Encoder, Encoding,
@@ -53,13 +59,22 @@ pub use compression::{
 };
 pub use decomposition::NoConvergence;
 pub use dmd::{Dmd, DmdConfig, DmdError, DmdKind};
+pub use figure::ModeFigure;
+pub use information::{CramerRao, Information, InformationError};
 pub use matrix::{Matrix, MatrixError};
 pub use noise::{NoiseCovariance, NoiseError, NoiseModel};
+pub use randomised::{RandomisedConfig, randomised_svd};
 pub use rank::RankRule;
 pub use sensitivity::{Regression, Sensitivities, SensitivityError};
 pub use snapshots::Snapshots;
 pub use som::{
     Decay, Grid, SampleOrder, Schedule, Som, SomConfig, SomError, SomStart, Topology, Training,
 };
+pub use streaming::{StreamedSvd, StreamingConfig, StreamingError, StreamingSvd};
 pub use svd::{Svd, SvdError, thin_svd};
 pub use training_set::{ModeScaling, TrainingScaling, TrainingSet};
+
+/// The examples of the crate's README, compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -49,7 +49,17 @@ pub enum NoiseError {
         /// Its column.
         column: usize,
     },
-    /// A NaN or an infinity in an autocovariance.
+    /// A band of another length than its place asks for.
+    #[error("band {lag} has {found} entries where {expected} are needed")]
+    Band {
+        /// Distance from the diagonal.
+        lag: usize,
+        /// Entries given.
+        found: usize,
+        /// Entries needed.
+        expected: usize,
+    },
+    /// No value, or a NaN or an infinity.
     #[error(transparent)]
     Values(#[from] MatrixError),
     /// No Cholesky factor: noise without any part in some direction, where the
@@ -79,6 +89,9 @@ pub enum NoiseModel {
         /// Autocovariance at lags 0, 1, …
         autocovariance: Vec<f64>,
     },
+    /// Zero far from the diagonal: entry `(j + lag, j)` is `bands[lag][j]`, each
+    /// band shorter than the one before by one.
+    Banded(Vec<Vec<f64>>),
     /// Any symmetric positive definite matrix.
     Dense(Matrix),
     /// `Σ = F·Fᵀ`: a filter `F` applied to white noise of unit variance.
@@ -107,19 +120,23 @@ pub struct NoiseCovariance {
 #[derive(Clone, Debug, PartialEq)]
 enum Covariance {
     Diagonal(Vec<f64>),
-    Stationary(Vec<f64>),
+    Banded(Bands),
     Dense(Matrix),
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Lower {
     Diagonal(Vec<f64>),
-    /// `bands[lag·size + j]` is entry `(j + lag, j)`.
-    Banded {
-        bands: Vec<f64>,
-        lags: usize,
-    },
+    Banded(Bands),
     Dense(Matrix),
+}
+
+/// The lower half of a banded matrix: `values[lag·size + j]` is entry
+/// `(j + lag, j)`.
+#[derive(Clone, Debug, PartialEq)]
+struct Bands {
+    values: Vec<f64>,
+    lags: usize,
 }
 
 /// Pivots below this fraction of the largest variance are rounding: the
@@ -146,7 +163,7 @@ impl NoiseCovariance {
             Covariance::Diagonal(variances) => {
                 Lower::Diagonal(variances.iter().map(|variance| variance.sqrt()).collect())
             }
-            Covariance::Stationary(autocovariance) => banded_cholesky(autocovariance, size)?,
+            Covariance::Banded(bands) => banded_cholesky(bands, size)?,
             Covariance::Dense(matrix) => dense_cholesky(matrix)?,
         };
         Ok(Self { size, covariance, lower })
@@ -170,8 +187,15 @@ impl NoiseCovariance {
                 column[location] = variances[location];
                 column
             }
-            Covariance::Stationary(autocovariance) => (0..self.size)
-                .map(|other| autocovariance.get(other.abs_diff(location)).copied().unwrap_or(0.0))
+            Covariance::Banded(bands) => (0..self.size)
+                .map(|other| {
+                    let lag = other.abs_diff(location);
+                    if lag < bands.lags {
+                        bands.values[lag * self.size + other.min(location)]
+                    } else {
+                        0.0
+                    }
+                })
                 .collect(),
             Covariance::Dense(matrix) => matrix.column(location).to_vec(),
         }
@@ -181,7 +205,7 @@ impl NoiseCovariance {
     pub fn variances(&self) -> Vec<f64> {
         match &self.covariance {
             Covariance::Diagonal(variances) => variances.clone(),
-            Covariance::Stationary(autocovariance) => vec![autocovariance[0]; self.size],
+            Covariance::Banded(bands) => bands.values[..self.size].to_vec(),
             Covariance::Dense(matrix) => (0..self.size).map(|at| matrix.get(at, at)).collect(),
         }
     }
@@ -252,13 +276,13 @@ impl NoiseModel {
                 Ok(Covariance::Diagonal(variances))
             }
             Self::Stationary { autocovariance } => {
-                let lags = autocovariance.len();
-                Matrix::from_column_major(lags, 1, autocovariance.clone())?;
-                let mut lagged = autocovariance[..lags.min(size)].to_vec();
-                lagged[0] += floor;
-                positive(lagged[0], 0)?;
-                Ok(Covariance::Stationary(lagged))
+                let lags = autocovariance.len().min(size);
+                let bands: Vec<Vec<f64>> =
+                    (0..lags).map(|lag| vec![autocovariance[lag]; size - lag]).collect();
+                Matrix::from_column_major(autocovariance.len(), 1, autocovariance.clone())?;
+                Ok(Covariance::Banded(Bands::new(&bands, size, floor)?))
             }
+            Self::Banded(bands) => Ok(Covariance::Banded(Bands::new(bands, size, floor)?)),
             Self::Dense(matrix) => {
                 check_symmetric(matrix)?;
                 same_size(matrix.rows(), size)?;
@@ -309,31 +333,53 @@ fn with_floor(mut matrix: Matrix, floor: f64) -> Matrix {
     matrix
 }
 
-fn banded_cholesky(autocovariance: &[f64], size: usize) -> Result<Lower, NoiseError> {
-    let lags = autocovariance.len();
-    let mut bands = vec![0.0; lags * size];
-    for (lag, &value) in autocovariance.iter().enumerate() {
-        bands[lag * size..(lag + 1) * size - lag].fill(value);
+impl Bands {
+    fn new(bands: &[Vec<f64>], size: usize, floor: f64) -> Result<Self, NoiseError> {
+        if bands.is_empty() || size == 0 {
+            return Err(MatrixError::Empty { rows: size, columns: bands.len() }.into());
+        }
+        let mut values = vec![0.0; bands.len() * size];
+        for (lag, band) in bands.iter().enumerate() {
+            let (found, expected) = (band.len(), size.saturating_sub(lag));
+            if found != expected {
+                return Err(NoiseError::Band { lag, found, expected });
+            }
+            if let Some(row) = band.iter().position(|value| !value.is_finite()) {
+                return Err(MatrixError::NotFinite { row, column: lag }.into());
+            }
+            values[lag * size..lag * size + found].copy_from_slice(band);
+        }
+        for (location, variance) in values[..size].iter_mut().enumerate() {
+            *variance += floor;
+            positive(*variance, location)?;
+        }
+        Ok(Self { values, lags: bands.len() })
     }
+}
+
+fn banded_cholesky(covariance: &Bands, size: usize) -> Result<Lower, NoiseError> {
+    let Bands { mut values, lags } = covariance.clone();
+    let largest = values[..size].iter().fold(0.0_f64, |top, value| top.max(*value));
     for column in 0..size {
-        let pivot = bands[column];
-        if pivot.is_nan() || pivot <= PIVOT_REL * autocovariance[0] {
+        let pivot = values[column];
+        if pivot.is_nan() || pivot <= PIVOT_REL * largest {
             return Err(NoiseError::NotPositiveDefinite { pivot, location: column });
         }
         let root = pivot.sqrt();
         let reach = (lags - 1).min(size - 1 - column);
-        bands[column] = root;
+        values[column] = root;
         for lag in 1..=reach {
-            bands[lag * size + column] /= root;
+            values[lag * size + column] /= root;
         }
         for ahead in 1..=reach {
-            let factor = bands[ahead * size + column];
+            let factor = values[ahead * size + column];
             for lag in ahead..=reach {
-                bands[(lag - ahead) * size + column + ahead] -= factor * bands[lag * size + column];
+                values[(lag - ahead) * size + column + ahead] -=
+                    factor * values[lag * size + column];
             }
         }
     }
-    Ok(Lower::Banded { bands, lags })
+    Ok(Lower::Banded(Bands { values, lags }))
 }
 
 fn dense_cholesky(matrix: &Matrix) -> Result<Lower, NoiseError> {
@@ -368,8 +414,8 @@ impl Lower {
     fn below(&self, column: usize, size: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (values, stride, from, count) = match self {
             Self::Diagonal(deviations) => (deviations.as_slice(), 1, column, 1),
-            Self::Banded { bands, lags } => {
-                (bands.as_slice(), size, column, (*lags).min(size - column))
+            Self::Banded(bands) => {
+                (bands.values.as_slice(), size, column, bands.lags.min(size - column))
             }
             Self::Dense(lower) => (lower.values(), 1, column * size + column, size - column),
         };

@@ -11,7 +11,7 @@ use rand::RngExt;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use crate::{Matrix, SvdError};
-use epoch::{batch_epoch, online_epoch};
+use epoch::{OnlineEpoch, Samples, batch_epoch};
 use kernel::Weights;
 
 pub use grid::{Grid, Topology};
@@ -192,25 +192,24 @@ impl Som {
         let features = samples.columns();
         // One sample after another, as the kernels read them.
         let samples = samples.transposed().into_values();
-        kernel::dispatch(|| match config.training {
-            Training::Online { rate, order } => {
-                let mut queue: Vec<usize> = (0..samples.len() / features).collect();
-                for epoch in 0..config.epochs {
+        let samples = Samples { values: &samples, features };
+        let mut queue: Vec<usize> = (0..samples.values.len() / features).collect();
+        for epoch in 0..config.epochs {
+            match config.training {
+                Training::Online { rate, order } => {
                     if order == SampleOrder::Shuffled {
                         shuffle(&mut queue, &mut random);
                     }
                     let rate = rate.at(epoch, config.epochs);
-                    let shares = config.shares(epoch, rate, weights.padded());
-                    online_epoch(&mut weights, &samples, features, (&queue, &shares));
+                    let shares = &config.shares(epoch, rate, weights.padded());
+                    OnlineEpoch { weights: &mut weights, samples, queue: &queue, shares }.run();
                 }
-            }
-            Training::Batch => {
-                for epoch in 0..config.epochs {
+                Training::Batch => {
                     let shares = config.shares(epoch, 1.0, weights.padded());
-                    batch_epoch(&mut weights, &samples, features, (config.grid, &shares));
+                    batch_epoch(&mut weights, samples, config.grid, &shares);
                 }
             }
-        });
+        }
         let weights = Matrix::raw(config.grid.neurons(), features, weights.by_feature());
         Ok(Self { grid: config.grid, weights })
     }
@@ -234,9 +233,7 @@ impl Som {
         self.check_features(samples)?;
         let mut weights = Weights::new(self.grid.neurons(), self.weights.values());
         let rows = samples.transposed();
-        Ok(kernel::dispatch(|| {
-            (0..rows.columns()).map(|row| weights.winner(rows.column(row))).collect()
-        }))
+        Ok((0..rows.columns()).map(|row| weights.winner(rows.column(row))).collect())
     }
 
     fn check_features(&self, samples: &Matrix) -> Result<(), SomError> {

@@ -7,10 +7,8 @@
 
 #![expect(
     clippy::inline_always,
-    reason = "a closure is compiled for a vector unit with what is inlined into it"
+    reason = "only what is inlined is compiled for the vector unit that dispatch finds"
 )]
-
-use pulp::Arch;
 
 /// Neurons that are worked on at a time.
 const LANES: usize = 32;
@@ -53,11 +51,12 @@ impl Weights {
     pub(super) fn distances_squared(&mut self, sample: &[f64]) -> &[f64] {
         for (block, out) in self.distances.chunks_exact_mut(LANES).enumerate() {
             let mut sums = [0.0; LANES];
-            let from = block * LANES;
             for (row, &value) in self.values.chunks_exact(self.padded).zip(sample) {
-                for (sum, weight) in sums.iter_mut().zip(&row[from..from + LANES]) {
-                    let difference = weight - value;
-                    *sum += difference * difference;
+                let (weights, _) = row.as_chunks::<LANES>();
+                let weights = &weights[block];
+                for lane in 0..LANES {
+                    let difference = weights[lane] - value;
+                    sums[lane] += difference * difference;
                 }
             }
             out.copy_from_slice(&sums);
@@ -75,10 +74,14 @@ impl Weights {
     /// `w_j += h_j·(sample − w_j)` for every neuron.
     #[inline(always)]
     pub(super) fn pull(&mut self, sample: &[f64], shares: &[f64]) {
-        for (share, from) in shares.chunks_exact(LANES).zip((0..).step_by(LANES)) {
+        let (shares, _) = shares.as_chunks::<LANES>();
+        for (block, shares) in shares.iter().enumerate() {
+            let shares = *shares;
             for (row, &value) in self.values.chunks_exact_mut(self.padded).zip(sample) {
-                for (weight, share) in row[from..from + LANES].iter_mut().zip(share) {
-                    *weight += share * (value - *weight);
+                let (weights, _) = row.as_chunks_mut::<LANES>();
+                let weights = &mut weights[block];
+                for lane in 0..LANES {
+                    weights[lane] += shares[lane] * (value - weights[lane]);
                 }
             }
         }
@@ -103,9 +106,4 @@ fn first_smallest(values: &[f64]) -> usize {
         smallest = if low < smallest { low } else { smallest };
     }
     values.iter().position(|&value| value == smallest).unwrap_or(0)
-}
-
-/// Runs `work` compiled for the widest vector unit that the machine has.
-pub(super) fn dispatch<R>(work: impl FnOnce() -> R) -> R {
-    Arch::new().dispatch(work)
 }

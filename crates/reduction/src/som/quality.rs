@@ -1,4 +1,4 @@
-use super::{Som, SomError, Weights, kernel};
+use super::{Som, SomError, Weights};
 use crate::Matrix;
 
 impl Som {
@@ -53,11 +53,9 @@ impl Som {
         self.check_features(samples)?;
         let mut weights = Weights::new(self.grid.neurons(), self.weights.values());
         let rows = samples.transposed();
-        Ok(kernel::dispatch(|| {
-            (0..rows.columns())
-                .map(|row| Nearest::of(weights.distances_squared(rows.column(row))))
-                .collect()
-        }))
+        Ok((0..rows.columns())
+            .map(|row| Nearest::of(weights.distances_squared(rows.column(row))))
+            .collect())
     }
 }
 

@@ -1,7 +1,7 @@
 use reduction::{
-    CompressionConfig, CompressionError, CompressionMap, DmdConfig, Encoding, Grid, Matrix,
-    NoiseCovariance, NoiseModel, Placement, RankRule, Regression, SensitivityError, Snapshots,
-    SomConfig, SomError, TrainingData,
+    CompressionConfig, CompressionError, CompressionMap, DmdConfig, Encoder, Encoding, Grid,
+    LengthError, Matrix, NoiseCovariance, NoiseModel, PartsError, Placement, RankRule, Regression,
+    SensitivityError, Snapshots, SomConfig, SomError, TrainingData,
 };
 
 /// Signals of 240 values that depend smoothly on three parameters.
@@ -179,4 +179,74 @@ fn bad_input_is_refused_with_its_numbers() {
         reduction::Som::fit(&samples, &SomConfig::default()),
         Err(SomError::MoreNeuronsThanSamples { neurons: 30, samples: 5 })
     );
+}
+
+#[test]
+fn zeros_and_constants_have_no_compression() {
+    for value in [0.0, 0.1] {
+        let constant = Snapshots::from_fn(50, 9, |_, _| value).unwrap();
+        for encoding in ENCODINGS {
+            let fitted = CompressionMap::fit(&(&constant).into(), &config(encoding));
+            assert_eq!(fitted, Err(CompressionError::NoVariation { snapshots: 9 }), "{encoding:?}");
+        }
+    }
+}
+
+#[test]
+fn signals_that_differ_by_a_constant_compress() {
+    // Each signal flat, but not the same: one direction.
+    let flat = Snapshots::from_fn(50, 9, |_, column| column as f64).unwrap();
+    let map = CompressionMap::fit(&(&flat).into(), &config(Encoding::Modes)).unwrap();
+    assert_eq!(map.encoded_len(), 1);
+    let decoded = map.decode(&map.encode(flat.snapshot(4)).unwrap()).unwrap();
+    assert!(decoded.iter().all(|value| (value - 4.0).abs() < 1e-13));
+}
+
+#[test]
+fn signals_of_another_length_are_refused() {
+    let (snapshots, _) = smooth_signals(20);
+    let map = CompressionMap::fit(&(&snapshots).into(), &config(Encoding::Modes)).unwrap();
+    let expected = map.encoded_len();
+    assert_eq!(map.encode(&[0.0; 239]), Err(LengthError { found: 239, expected: 240 }));
+    assert_eq!(
+        map.decode(&vec![0.0; expected + 1]),
+        Err(LengthError { found: expected + 1, expected })
+    );
+}
+
+#[test]
+fn tampered_parts_are_refused() {
+    let (snapshots, _) = smooth_signals(20);
+    let config = config(Encoding::Points(Placement::Uniform));
+    let parts = CompressionMap::fit(&(&snapshots).into(), &config).unwrap().into_parts();
+    let tampered = |change: &dyn Fn(&mut reduction::CompressionParts)| {
+        let mut parts = parts.clone();
+        change(&mut parts);
+        CompressionMap::from_parts(parts).unwrap_err()
+    };
+    assert_eq!(tampered(&|p| p.encoder = Encoder::Select(vec![])), PartsError::NothingKept);
+    assert_eq!(
+        tampered(&|p| p.encoder = Encoder::Select((0..11).chain([240]).collect())),
+        PartsError::Location { location: 240, signal_len: 240 }
+    );
+    assert_eq!(
+        tampered(&|p| p.encoder = Encoder::Select((0..11).chain([3]).collect())),
+        PartsError::NotIncreasing { location: 3 }
+    );
+    assert_eq!(
+        tampered(&|p| {
+            p.encoder =
+                Encoder::Average((0..12).map(|at| vec![at; usize::from(at != 5)]).collect());
+        }),
+        PartsError::EmptyGroup { group: 5 }
+    );
+    assert_eq!(tampered(&|p| p.mean[7] = f64::NAN), PartsError::NotFinite { index: 7 });
+    assert_eq!(
+        tampered(&|p| p.first_mode = vec![0.0; 3]),
+        PartsError::FirstMode { found: 3, expected: 240 }
+    );
+    assert!(matches!(
+        tampered(&|p| p.decoder = Matrix::from_fn(240, 5, |_, _| 0.0).unwrap()),
+        PartsError::Shape { columns: 5, expected_columns: 12, .. }
+    ));
 }

@@ -4,4 +4,10 @@
 
 mod compression;
 mod dmd;
+mod information;
+mod noise;
+mod property;
+mod references;
+mod som;
+mod streaming;
 mod svd;
