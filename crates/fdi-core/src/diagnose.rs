@@ -3,7 +3,7 @@
 use std::sync::{Mutex, OnceLock};
 use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates};
+use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState};
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
 
 use crate::{
@@ -20,6 +20,7 @@ use crate::{
     report::{
         Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status, Verdict,
     },
+    scalar_search,
 };
 
 /// Why a recording could not be diagnosed.
@@ -51,8 +52,9 @@ pub enum DiagnoseError {
 pub struct DiagnoseOptions {
     /// How fault levels are searched.
     pub method: Method,
-    /// Most evaluations of the monitor in one search.
-    pub max_evaluations: usize,
+    /// Most evaluations of the monitor in one search; `None`: 200 for `composite`, and
+    /// 20 a fault and 10 for the scalar methods.
+    pub max_evaluations: Option<usize>,
     /// Noise on each phase sample, where the user knows it, A.
     pub noise_a: Option<f64>,
     /// Seed of what is random.
@@ -61,7 +63,7 @@ pub struct DiagnoseOptions {
 
 impl Default for DiagnoseOptions {
     fn default() -> Self {
-        Self { method: Method::Composite, max_evaluations: 200, noise_a: None, seed: 0 }
+        Self { method: Method::Composite, max_evaluations: None, noise_a: None, seed: 0 }
     }
 }
 
@@ -344,6 +346,10 @@ impl Run<'_> {
     fn explain(&self, hypothesis: &Hypothesis<'_>, noise: Noise) -> Result<Outcome, DiagnoseError> {
         let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
         let likelihood = Likelihood::new(hypothesis.error, &unit, noise.level_a)?;
+        let seed = self.options.seed;
+        if let Some(criterion) = scalar_search::criterion(self.options.method, seed) {
+            return self.scalar(hypothesis, &likelihood, criterion);
+        }
         let fit = self.fit(hypothesis, &likelihood, &START)?;
         let adequate = fit.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let inside = fit.estimate.iter().all(|level| level.abs() <= TRAINED_LEVEL);
@@ -364,6 +370,41 @@ impl Run<'_> {
             }
         }
         self.outcome(hypothesis, &likelihood, fit, (adequate, false), spent)
+    }
+
+    /// The paper's search on the mask. Where it ends is not where the likelihood is greatest:
+    /// the step that is left to there, to first order, is counted as uncertainty, and what the
+    /// model cannot explain is judged after it.
+    fn scalar(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        criterion: gp_bayesopt::Criterion,
+    ) -> Result<Outcome, DiagnoseError> {
+        let sought = self.diagnoser.bundle.experiment.sought_indices();
+        let mask = &self.diagnoser.bundle.mask;
+        let mut monitor = self.monitor(hypothesis)?;
+        let budget =
+            self.options.max_evaluations.unwrap_or(scalar_search::default_budget(sought.len()));
+        let discrepancy = |levels: &[f64]| {
+            let point = coordinates_of(&sought, levels);
+            let residual = self.residual(hypothesis, &mut monitor, &point);
+            mask.iter().map(|&i| residual[i] * residual[i]).sum::<f64>().sqrt()
+        };
+        let (levels, evaluations) =
+            scalar_search::minimise(criterion, &sought, budget, self.options.seed, discrepancy)
+                .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
+        let estimate = coordinates_of(&sought, &levels);
+        let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
+        let jacobian = self.jacobian(hypothesis, &estimate)?;
+        let (step, misfit) =
+            likelihood.linear_step(&jacobian, &residual_a).ok_or(DiagnoseError::Undetermined)?;
+        let adequate = misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
+        let fit = FitResult { estimate, residual_a, misfit, evaluations: evaluations + 1 };
+        let spent = fit.evaluations + 2 * jacobian.len() as u64;
+        let mut outcome = self.outcome(hypothesis, likelihood, fit, (adequate, false), spent)?;
+        outcome.posterior.covariance += &step * step.transpose();
+        Ok(outcome)
     }
 
     /// A fit by severe faults, from several starts, with the monitor's error growing with the
@@ -424,7 +465,7 @@ impl Run<'_> {
             .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
         let solver = LevenbergMarquardt {
             steps: Some(vec![DIFFERENCE_STEP; indices.len()]),
-            max_evaluations: self.options.max_evaluations,
+            max_evaluations: self.options.max_evaluations.unwrap_or(COMPOSITE_EVALUATIONS),
             step_tolerance: STEP_TOLERANCE,
             ..LevenbergMarquardt::default()
         };
@@ -642,12 +683,25 @@ fn slope(pairs: &[(f64, f64)]) -> f64 {
     cross / square.max(f64::MIN_POSITIVE)
 }
 
+/// Most evaluations of one composite search.
+const COMPOSITE_EVALUATIONS: usize = 200;
 /// Damage that a search for severe faults starts from.
 const SEVERE_START: f64 = 0.3;
 /// Rounds in which size of the damage and its error covariance settle.
 const SEVERE_ROUNDS: usize = 2;
 /// Steps below this end a search; levels are of interest to 1e-5.
 const STEP_TOLERANCE: f64 = 1e-6;
+
+/// The coordinates looked for of levels looked for, `k6` and `k7` taken together.
+fn coordinates_of(sought: &[usize], levels: &[f64]) -> Vec<f64> {
+    let mut all = HealthState::HEALTHY.levels();
+    for (&index, &level) in sought.iter().zip(levels) {
+        all[index] = level.clamp(0.0, 1.0);
+    }
+    let health = HealthState::new(all).unwrap_or(HealthState::HEALTHY);
+    let coordinates = health.coordinates().0;
+    sought.iter().map(|&index| coordinates[index]).collect()
+}
 
 /// Length of a damage vector, never zero.
 fn size_of(point: &[f64]) -> f64 {

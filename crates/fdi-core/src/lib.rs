@@ -20,6 +20,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod artefact;
 mod banded;
 mod bundle;
 mod dataset;
@@ -32,11 +33,13 @@ mod observation;
 mod posterior;
 mod record;
 pub mod report;
+mod scalar_search;
 mod schema;
 mod seed;
 mod simulated;
 pub mod store;
 
+pub use artefact::{dataset_from_bytes, dataset_to_bytes};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
 pub use bundle::{Bundle, BundleError, DEFAULT_NOISE_A, ErrorChoice, MASK_POINTS, StartAngle};
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};

@@ -109,6 +109,25 @@ impl Likelihood {
         Some(covariance)
     }
 
+    /// The generalised least-squares step for a residual, and the misfit per sample after it, to
+    /// first order.
+    pub(crate) fn linear_step(
+        &self,
+        jacobian: &[Vec<f64>],
+        residual: &[f64],
+    ) -> Option<(DVector<f64>, f64)> {
+        let step = Estimator::new(&self.factor, jacobian)?.apply(residual);
+        let mut left = residual.to_vec();
+        for (row, part) in jacobian.iter().zip(step.iter()) {
+            for (value, slope) in left.iter_mut().zip(row) {
+                *value -= part * slope;
+            }
+        }
+        self.factor.whiten(&mut left);
+        let misfit = dot(&left, &left) / left.len() as f64;
+        Some((step, misfit))
+    }
+
     /// The misfit per sample that a recording of the modelled machine hardly exceeds.
     ///
     /// The misfits of the reference errors, each through the fold that does not know it and with
