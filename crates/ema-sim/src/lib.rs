@@ -42,6 +42,7 @@ mod parameter;
 mod params;
 mod phase;
 pub mod presets;
+mod probe;
 mod scenario;
 mod series;
 mod trace;
