@@ -16,10 +16,10 @@ use crate::{
     scenario::Scenario,
     series::{less, root, value},
     trace::HighFidelityTrace,
-    winding::{Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
+    winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
 
-/// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a segment.
+/// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
 const REFRESH_TICKS: usize = 64;
 
 /// The high-fidelity model of an actuator in one test.
@@ -83,9 +83,7 @@ impl HighFidelity {
         let mut trace = empty_trace(&self.actuator, self.command_rad.len());
         run.begin(current_loop.period_s);
         for (tick, &command_rad) in self.command_rad.iter().enumerate() {
-            if tick % REFRESH_TICKS == 0 {
-                run.refresh();
-            }
+            run.centre_gap(tick % REFRESH_TICKS == 0);
             run.record(command_rad, &mut trace);
             let reference_a =
                 cascade.step(command_rad, run.sample.surface_rad, run.sample.speed_rad_per_s);
@@ -170,6 +168,9 @@ impl CurrentLoop {
     }
 }
 
+/// Turn after which the air gap's series is centred anew, should a tick bring more.
+const GAP_REACH_RAD: f64 = 0.05;
+
 /// What ends a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Event {
@@ -201,6 +202,7 @@ struct Run<P> {
     positive_a: f64,
     idle_a: f64,
     rotor: RotorAngle,
+    gap: AirGap,
     sector: Sector,
     at: SectorWinding,
     /// Whether the negative phase goes on from the sector before, the positive one into the next.
@@ -265,6 +267,7 @@ impl<P: Probe> Run<P> {
             DriveTrain::new(actuator, faults, scenario.load_n_m, scenario.backlash_side_ratio);
         let start_angle_rad = scenario.start_angle_rad;
         let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
+        let rotor = RotorAngle::new(start_angle_rad);
         let mut run = Self {
             longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
             shaft: train.shaft(),
@@ -273,7 +276,8 @@ impl<P: Probe> Run<P> {
             start_angle_rad,
             positive_a: 0.0,
             idle_a: 0.0,
-            rotor: RotorAngle::new(start_angle_rad),
+            rotor,
+            gap: winding.air_gap(&rotor),
             sector,
             at: *winding.sector(sector),
             begins_with_negative: true,
@@ -294,10 +298,17 @@ impl<P: Probe> Run<P> {
         self.hold(edge_s(0.0, period_s), (-self.half_bus_v, -self.half_bus_v));
     }
 
-    /// Takes the sines afresh, so that their rotation does not drift.
-    fn refresh(&mut self) {
-        if self.winding.follows_angle {
-            self.rotor = RotorAngle::new(self.start_angle_rad + self.train.angle_rad);
+    /// Centres the air gap's series on the rotor; from time to time with its sines taken afresh,
+    /// so that their rotation does not drift.
+    fn centre_gap(&mut self, afresh: bool) {
+        if self.winding.eccentric {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            if afresh {
+                self.rotor = RotorAngle::new(motor_rad);
+            } else {
+                self.rotor.turn(motor_rad - self.rotor.motor_rad);
+            }
+            self.gap = self.winding.air_gap(&self.rotor);
         }
     }
 
@@ -391,6 +402,11 @@ impl<P: Probe> Run<P> {
         let (v, u) = (self.half_bus_v, duty.abs());
         let active = if duty < 0.0 { (-v, v) } else { (v, -v) };
         let active_s = 0.5 * u * period_s;
+        if (self.start_angle_rad + self.train.angle_rad - self.rotor.motor_rad).abs()
+            > GAP_REACH_RAD
+        {
+            self.centre_gap(false);
+        }
         self.hold(active_s, active);
         self.hold(0.5 * (1.0 - u) * period_s, (v, v));
         self.hold(active_s, active);
@@ -442,8 +458,9 @@ impl<P: Probe> Run<P> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
     fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
-        let coupling =
-            self.winding.coupling(&self.at, &self.rotor, self.along(self.train.angle_rad));
+        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
+        let along = self.along(angle_rad);
+        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
         let diode = self.diode(&coupling, legs_v);
         let speed = self.train.speed_rad_per_s;
         let segment = if diode == 0.0 {
@@ -559,10 +576,6 @@ impl<P: Probe> Run<P> {
         if self.train.direction != Direction::Stuck {
             self.train.speed_rad_per_s = end.speed_rad_per_s;
             self.train.angle_rad += end.turn_rad;
-            if self.winding.follows_angle {
-                self.rotor.turn_sines(end.turn_rad);
-                self.rotor.motor_rad = self.start_angle_rad + self.train.angle_rad;
-            }
         }
     }
 

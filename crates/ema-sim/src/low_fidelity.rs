@@ -169,7 +169,7 @@ impl Run {
 
     /// Takes the sines afresh, so that their rotation does not drift.
     fn refresh(&mut self) {
-        if self.winding.follows_angle {
+        if self.winding.eccentric {
             self.rotor = RotorAngle::new(self.start_angle_rad + self.train.angle_rad);
         }
     }
@@ -232,8 +232,8 @@ impl Run {
         }
         self.train.speed_rad_per_s = speed;
         self.train.angle_rad += turn_rad;
-        if self.winding.follows_angle {
-            self.rotor.turn_sines(turn_rad);
+        if self.winding.eccentric {
+            self.rotor.turn(turn_rad);
         }
         self.segments += 1;
         if event != Event::Tick {

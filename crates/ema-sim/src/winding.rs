@@ -36,8 +36,8 @@ pub(crate) struct Winding {
     sectors_per_rad: f64,
     eccentricity_cos: f64,
     eccentricity_sin: f64,
-    /// Whether the rotor's sine and cosine are needed.
-    pub(crate) follows_angle: bool,
+    /// Whether the air gap changes with the angle.
+    pub(crate) eccentric: bool,
 }
 
 /// What a sector fixes.
@@ -87,15 +87,32 @@ impl RotorAngle {
         Self { motor_rad, sin, cos }
     }
 
-    /// Turns the sines by a small angle, below a tenth of a radian.
+    /// Turns by a small angle, below a tenth of a radian.
     #[inline]
-    pub(crate) fn turn_sines(&mut self, by_rad: f64) {
+    pub(crate) fn turn(&mut self, by_rad: f64) {
         let q = by_rad * by_rad;
         let s = by_rad * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0)));
         let c = 1.0 - q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0)));
         let (sin, cos) = (self.sin, self.cos);
         self.sin = sin * c + cos * s;
         self.cos = cos * c - sin * s;
+        self.motor_rad += by_rad;
+    }
+}
+
+/// The air gap's modulation about a motor angle, good for a turn of a tenth of a radian.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AirGap {
+    centre_rad: f64,
+    series: Series,
+}
+
+impl AirGap {
+    /// The modulation near an angle.
+    #[inline]
+    fn near(&self, motor_rad: f64) -> LocalQuadratic {
+        let (d, c) = (motor_rad - self.centre_rad, &self.series);
+        [value(c, d), c[1] + d * (2.0 * c[2] + 3.0 * c[3] * d), c[2] + 3.0 * c[3] * d]
     }
 }
 
@@ -142,7 +159,7 @@ impl Winding {
             sectors_per_rad: pole_pairs / FRAC_PI_3,
             eccentricity_cos: faults.eccentricity_cos,
             eccentricity_sin: faults.eccentricity_sin,
-            follows_angle: !centred || motor.back_emf_shape == BackEmfShape::Sinusoid,
+            eccentric: !centred,
         }
     }
 
@@ -171,30 +188,46 @@ impl Winding {
         [1.0 + along, -across, -0.5 * along]
     }
 
-    /// The coupling of the two loops near an angle, at a place in the sector from 0 to 1.
+    /// Modulation of the air gap about a motor angle.
+    pub(crate) fn air_gap(&self, rotor: &RotorAngle) -> AirGap {
+        let along = self.eccentricity_cos * rotor.cos - self.eccentricity_sin * rotor.sin;
+        let across = self.eccentricity_cos * rotor.sin + self.eccentricity_sin * rotor.cos;
+        AirGap {
+            centre_rad: rotor.motor_rad,
+            series: [1.0 + along, -across, -0.5 * along, across / 6.0, along / 24.0],
+        }
+    }
+
+    /// The coupling of the two loops near a motor angle, at a place in the sector from 0 to 1.
     #[inline]
-    pub(crate) fn coupling(&self, at: &SectorWinding, rotor: &RotorAngle, along: f64) -> Coupling {
+    pub(crate) fn coupling(
+        &self,
+        at: &SectorWinding,
+        gap: &AirGap,
+        motor_rad: f64,
+        along: f64,
+    ) -> Coupling {
+        let g = gap.near(motor_rad);
         match self.shape {
             BackEmfShape::Trapezoid => {
                 // within a sector the pair is on its flat tops, the idle phase on a flank
                 let flank = at.idle_peak * at.flank;
                 let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
                 let (b0, b1) = (flank * top - at.negative_peak, flank * slope);
-                let g = self.gap(rotor);
                 Coupling {
                     pair: g.map(|g| at.pair_peak * g),
                     idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
                 }
             }
-            BackEmfShape::Sinusoid => self.sinusoid(at, rotor),
+            BackEmfShape::Sinusoid => self.sinusoid(at, &g, motor_rad),
         }
     }
 
-    fn sinusoid(&self, at: &SectorWinding, rotor: &RotorAngle) -> Coupling {
-        let (p, gap) = (self.pole_pairs, self.gap(rotor));
+    fn sinusoid(&self, at: &SectorWinding, gap: &LocalQuadratic, motor_rad: f64) -> Coupling {
+        let p = self.pole_pairs;
         let one = |phase: usize, peak: f64| {
-            let (s, c) = libm::sincos(p * rotor.motor_rad - TAU / 3.0 * phase as f64);
-            times(&[s, p * c, -0.5 * p * p * s].map(|f| peak * f), &gap)
+            let (s, c) = libm::sincos(p * motor_rad - TAU / 3.0 * phase as f64);
+            times(&[s, p * c, -0.5 * p * p * s].map(|f| peak * f), gap)
         };
         let positive = one(at.positive, at.pair_peak + at.negative_peak);
         let negative = one(at.negative, -at.negative_peak);
