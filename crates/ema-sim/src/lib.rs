@@ -43,6 +43,7 @@ mod params;
 mod phase;
 mod phase_sensor;
 pub mod presets;
+mod probe;
 mod scenario;
 mod series;
 mod trace;
