@@ -2,6 +2,7 @@
 
 mod ci;
 mod docs;
+mod gen_dataset;
 mod tidy;
 mod validate;
 
@@ -9,6 +10,7 @@ use anyhow::{Result, bail};
 
 /// What `cargo xtask` prints without a task.
 const TASKS: &str = "\
+cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
 cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
 cargo xtask tidy                        dependency edges, paths named in docs, licences
@@ -21,6 +23,8 @@ fn main() -> Result<()> {
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),
         ["docs", "--check"] => docs::run(&root, true),
+        ["gen-dataset"] => gen_dataset::run(&root, false),
+        ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
         ["tidy"] => tidy::run(&root),
         ["validate"] => validate::run(&root, None, false),
         ["validate", "--check"] => validate::run(&root, None, true),
