@@ -69,6 +69,7 @@ pub(crate) fn run(root: &Path) -> Result<()> {
     let mut problems = edges(&metadata);
     problems.extend(leaves(root)?);
     problems.extend(licences(&metadata));
+    problems.extend(same_licences(root)?);
     let files = committed(root)?;
     problems.extend(named_paths(root, &files));
     problems.extend(machine_paths(root, &files));
@@ -131,6 +132,17 @@ fn licences(metadata: &Metadata) -> Vec<String> {
         None => Some(format!("`{}` states no licence", package.name)),
     };
     metadata.packages.iter().filter_map(told).collect()
+}
+
+/// Where the list of `cargo deny` is another one.
+fn same_licences(root: &Path) -> Result<Option<String>> {
+    let deny: toml::Table = toml::from_str(&fs::read_to_string(root.join("deny.toml"))?)?;
+    let listed =
+        deny.get("licenses").and_then(|table| table.get("allow")).and_then(|list| list.as_array());
+    let listed: BTreeSet<_> =
+        listed.into_iter().flatten().filter_map(|entry| entry.as_str()).collect();
+    let same = listed == LICENCES.iter().copied().collect();
+    Ok((!same).then(|| "deny.toml allows other licences than `cargo xtask tidy`".to_owned()))
 }
 
 /// Whether an SPDX expression can be met with the list. `AND` binds tighter than

@@ -9,7 +9,7 @@
 //! and staying, stopped and breaking away, moving on, moving and stopping. All are instants of
 //! the solution here, found between steps and not rounded to one.
 
-use crate::{fault::PhysicalFaults, params::Actuator};
+use crate::{fault::PhysicalFaults, params::Actuator, series::RECIPROCALS, winding::Shaft};
 
 /// Which way the shaft moves; sticking is a state of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub(crate) struct DriveTrain {
     pub(crate) viscous_n_m_s_per_rad: f64,
     kinetic_n_m: f64,
     static_n_m: f64,
-    gear_ratio: f64,
+    per_gear_ratio: f64,
     half_play_rad: f64,
     stop_rad: f64,
     load_forward_n_m: f64,
@@ -80,7 +80,7 @@ impl DriveTrain {
             viscous_n_m_s_per_rad: actuator.motor.viscous_n_m_s_per_rad,
             kinetic_n_m: t.kinetic_friction_n_m * faults.friction_ratio,
             static_n_m: t.static_friction_n_m * faults.friction_ratio,
-            gear_ratio: t.gear_ratio,
+            per_gear_ratio: 1.0 / t.gear_ratio,
             half_play_rad,
             stop_rad: t.stop_rad * t.gear_ratio,
             load_forward_n_m: reflected * if reflected > 0.0 { against } else { along },
@@ -95,16 +95,17 @@ impl DriveTrain {
 
     /// Angle of the surface.
     pub(crate) fn surface_rad(&self) -> f64 {
-        self.surface_on_motor_side() / self.gear_ratio
+        self.surface_rad_at(self.angle_rad)
     }
 
-    /// Angle of the surface times the gear ratio.
-    fn surface_on_motor_side(&self) -> f64 {
-        match self.contact {
+    /// Angle of the surface with the motor at another angle and the contact unchanged.
+    pub(crate) fn surface_rad_at(&self, angle_rad: f64) -> f64 {
+        let on_motor_side = match self.contact {
             Contact::Free => self.left_at_rad,
-            Contact::Upper => self.angle_rad - self.half_play_rad,
-            Contact::Lower => self.angle_rad + self.half_play_rad,
-        }
+            Contact::Upper => angle_rad - self.half_play_rad,
+            Contact::Lower => angle_rad + self.half_play_rad,
+        };
+        on_motor_side * self.per_gear_ratio
     }
 
     /// Torque on the moving shaft besides the motor's and the viscous one.
@@ -115,6 +116,16 @@ impl DriveTrain {
             Contact::Lower => self.load_backward_n_m,
         };
         -self.direction.sign() * self.kinetic_n_m - load
+    }
+
+    /// The shaft's equation in the present state.
+    pub(crate) fn shaft(&self) -> Shaft {
+        let moves = if self.direction == Direction::Stuck { 0.0 } else { 1.0 };
+        Shaft {
+            per_inertia: RECIPROCALS.map(|r| moves * r / self.inertia_kg_m2),
+            external_n_m: self.external_n_m(),
+            viscous_n_m_s_per_rad: self.viscous_n_m_s_per_rad,
+        }
     }
 
     /// Motor angles, from the start, at which something changes while moving as now.
@@ -154,7 +165,11 @@ impl DriveTrain {
     /// The shaft has come to zero speed: the surface is left where it is, and the motor torque
     /// decides whether the shaft sticks.
     pub(crate) fn stand_still(&mut self, motor_n_m: f64) {
-        self.left_at_rad = self.surface_on_motor_side();
+        self.left_at_rad = match self.contact {
+            Contact::Free => self.left_at_rad,
+            Contact::Upper => self.angle_rad - self.half_play_rad,
+            Contact::Lower => self.angle_rad + self.half_play_rad,
+        };
         self.contact = Contact::Free;
         self.speed_rad_per_s = 0.0;
         self.direction = Direction::Stuck;

@@ -11,12 +11,16 @@ use crate::{
     fault::PhysicalFaults,
     noise::NoiseSource,
     params::Actuator,
-    phase::{ContinuingPhase, PerPhase, Sector},
+    phase::{PerPhase, Sector},
+    probe::{Circuit, Probe},
     scenario::Scenario,
-    series::{root, value},
+    series::{less, root, value},
     trace::HighFidelityTrace,
-    winding::{Connection, RotorAngle, Segment, Winding},
+    winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
+
+/// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
+const REFRESH_TICKS: usize = 64;
 
 /// The high-fidelity model of an actuator in one test.
 ///
@@ -26,7 +30,7 @@ use crate::{
 ///
 /// # Cost
 ///
-/// About five segments a carrier period, no allocation inside the loop.
+/// About six segments a carrier period, no allocation inside the loop.
 ///
 /// # Examples
 ///
@@ -66,24 +70,30 @@ impl HighFidelity {
 
     /// Runs the test on an actuator with the given damage.
     pub fn simulate(&self, faults: &PhysicalFaults) -> HighFidelityTrace {
-        let mut run = Run::new(&self.actuator, &self.scenario, faults);
+        self.observed(faults, ()).0
+    }
+
+    /// Runs the test with a probe on every segment.
+    fn observed<P: Probe>(&self, faults: &PhysicalFaults, probe: P) -> (HighFidelityTrace, P) {
+        let mut run = Run::new(&self.actuator, &self.scenario, faults, probe);
         let mut cascade = Cascade::new(&self.actuator, &self.scenario);
         let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
         let periods =
             libm::round(self.actuator.inverter.carrier_hz / self.actuator.controller.sample_hz);
         let mut trace = empty_trace(&self.actuator, self.command_rad.len());
-        for &command_rad in &self.command_rad {
-            run.refresh();
+        run.begin(current_loop.period_s);
+        for (tick, &command_rad) in self.command_rad.iter().enumerate() {
+            run.centre_gap(tick % REFRESH_TICKS == 0);
             run.record(command_rad, &mut trace);
-            let surface_rad = run.train.surface_rad();
-            let reference_a = cascade.step(command_rad, surface_rad, run.train.speed_rad_per_s);
+            let reference_a =
+                cascade.step(command_rad, run.sample.surface_rad, run.sample.speed_rad_per_s);
             for _ in 0..periods as usize {
-                let duty = current_loop.step(reference_a, run.follow.current_a(&run.currents_a));
-                run.carrier_period(duty, current_loop.period_s);
+                let duty = current_loop.step(reference_a, run.sample.feedback_a);
+                run.carrier_period(duty, current_loop.pending_duty, current_loop.period_s);
             }
         }
         trace.segments = run.segments;
-        trace
+        (trace, run.probe)
     }
 }
 
@@ -158,10 +168,13 @@ impl CurrentLoop {
     }
 }
 
+/// Turn after which the air gap's series is centred anew, should a tick bring more.
+const GAP_REACH_RAD: f64 = 0.05;
+
 /// What ends a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Event {
-    /// The legs switch.
+    /// The legs switch, or the segment is as long as it may be.
     Switching,
     /// The shaft comes to zero speed.
     Standstill,
@@ -176,172 +189,368 @@ enum Event {
 }
 
 /// State of a run.
-struct Run {
+struct Run<P> {
     winding: Winding,
     train: DriveTrain,
+    /// The shaft's equation in the present state of the drive train.
+    shaft: Shaft,
     half_bus_v: f64,
+    /// A segment is cut at this length, where its series would lose accuracy.
+    longest_s: f64,
     start_angle_rad: f64,
-    currents_a: PerPhase,
+    /// Currents of the positive and the idle phase of the sector; the negative one carries the rest.
+    positive_a: f64,
+    idle_a: f64,
     rotor: RotorAngle,
+    gap: AirGap,
+    sector: Sector,
+    at: SectorWinding,
+    /// Whether the negative phase goes on from the sector before, the positive one into the next.
+    begins_with_negative: bool,
     /// Motor angles from the start between which the sector lasts.
     sector_rad: (f64, f64),
-    follow: ContinuingPhase,
+    /// Motor angles from the start between which neither sector nor contact changes.
+    window_rad: (f64, f64),
+    /// What the electronics see at the last seam of two carrier periods.
+    sample: Sample,
     segments: u64,
+    probe: P,
 }
 
-impl Run {
-    fn new(actuator: &Actuator, scenario: &Scenario, faults: &PhysicalFaults) -> Self {
+/// A segment with what it was solved from.
+struct Step {
+    segment: Segment,
+    coupling: Coupling,
+    /// Sign of the idle phase's current through its diodes, 0 when none conducts.
+    diode: f64,
+}
+
+/// What the electronics sample.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sample {
+    currents_a: PerPhase,
+    feedback_a: f64,
+    angle_rad: f64,
+    speed_rad_per_s: f64,
+    surface_rad: f64,
+}
+
+/// Length of the edges of a carrier period.
+fn edge_s(duty: f64, period_s: f64) -> f64 {
+    0.25 * (1.0 - duty.abs()) * period_s
+}
+
+/// State at the end of a span.
+struct End {
+    positive_a: f64,
+    idle_a: f64,
+    speed_rad_per_s: f64,
+    turn_rad: f64,
+}
+
+impl End {
+    #[inline]
+    fn of(segment: &Segment, at_s: f64) -> Self {
+        Self {
+            positive_a: value(&segment.positive, at_s),
+            idle_a: value(&segment.idle, at_s),
+            speed_rad_per_s: value(&segment.speed, at_s),
+            turn_rad: value(&segment.turn, at_s),
+        }
+    }
+}
+
+impl<P: Probe> Run<P> {
+    fn new(actuator: &Actuator, scenario: &Scenario, faults: &PhysicalFaults, probe: P) -> Self {
         let winding = Winding::new(&actuator.motor, faults);
+        let train =
+            DriveTrain::new(actuator, faults, scenario.load_n_m, scenario.backlash_side_ratio);
         let start_angle_rad = scenario.start_angle_rad;
         let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
+        let rotor = RotorAngle::new(start_angle_rad);
         let mut run = Self {
-            winding,
-            train: DriveTrain::new(
-                actuator,
-                faults,
-                scenario.load_n_m,
-                scenario.backlash_side_ratio,
-            ),
+            longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
+            shaft: train.shaft(),
+            train,
             half_bus_v: 0.5 * actuator.inverter.bus_voltage_v,
             start_angle_rad,
-            currents_a: [0.0; 3],
-            rotor: RotorAngle::new(start_angle_rad, sector),
+            positive_a: 0.0,
+            idle_a: 0.0,
+            rotor,
+            gap: winding.air_gap(&rotor),
+            sector,
+            at: *winding.sector(sector),
+            begins_with_negative: true,
+            winding,
             sector_rad: (0.0, 0.0),
-            follow: ContinuingPhase::new(sector),
+            window_rad: (0.0, 0.0),
+            sample: Sample::default(),
             segments: 0,
+            probe,
         };
         run.enter(sector);
         run
     }
 
-    /// Takes the sines afresh, so that their rotation does not drift.
-    fn refresh(&mut self) {
-        self.rotor =
-            RotorAngle::new(self.start_angle_rad + self.train.angle_rad, self.rotor.sector);
+    /// The first edge of the first carrier period, whose duty is zero.
+    fn begin(&mut self, period_s: f64) {
+        self.sample = self.sample_now();
+        self.hold(edge_s(0.0, period_s), (-self.half_bus_v, -self.half_bus_v));
+    }
+
+    /// Centres the air gap's series on the rotor; from time to time with its sines taken afresh,
+    /// so that their rotation does not drift.
+    fn centre_gap(&mut self, afresh: bool) {
+        if self.winding.eccentric {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            if afresh {
+                self.rotor = RotorAngle::new(motor_rad);
+            } else {
+                self.rotor.turn(motor_rad - self.rotor.motor_rad);
+            }
+            self.gap = self.winding.air_gap(&self.rotor);
+        }
+    }
+
+    fn sample_now(&self) -> Sample {
+        let (positive_a, idle_a) = (self.positive_a, self.idle_a);
+        let speed_rad_per_s = self.train.speed_rad_per_s;
+        self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 })
+    }
+
+    /// The sample in a segment without events; a shaft at rest has no speed and no turn in it.
+    #[inline]
+    fn sample_at(&self, seam: &End) -> Sample {
+        let angle_rad = self.train.angle_rad + seam.turn_rad;
+        Sample {
+            currents_a: self.phases_a(seam.positive_a, seam.idle_a),
+            feedback_a: self.feedback_a(seam, self.along(angle_rad)),
+            angle_rad,
+            speed_rad_per_s: seam.speed_rad_per_s,
+            surface_rad: self.train.surface_rad_at(angle_rad),
+        }
     }
 
     fn record(&self, command_rad: f64, trace: &mut HighFidelityTrace) {
+        let sample = &self.sample;
         trace.command_rad.push(command_rad);
-        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(self.currents_a) {
+        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(sample.currents_a) {
             channel.push(current_a);
         }
-        trace.motor_angle_rad.push(self.rotor.motor_rad);
-        trace.motor_speed_rad_per_s.push(self.train.speed_rad_per_s);
-        trace.surface_angle_rad.push(self.train.surface_rad());
+        trace.motor_angle_rad.push(self.start_angle_rad + sample.angle_rad);
+        trace.motor_speed_rad_per_s.push(sample.speed_rad_per_s);
+        trace.surface_angle_rad.push(sample.surface_rad);
+    }
+
+    /// What the current loop measures: the phase in the middle third of its conduction, which
+    /// goes on conducting through the commutation nearest to the rotor.
+    ///
+    /// The measured phase changes at the middle of a sector, where the idle phase has no
+    /// back-EMF and hence no current, so that the feedback is continuous.
+    #[inline]
+    fn feedback_a(&self, at: &End, along: f64) -> f64 {
+        if self.begins_with_negative == (along < 0.5) {
+            at.positive_a + at.idle_a
+        } else {
+            at.positive_a
+        }
+    }
+
+    /// Currents of the phases A, B, C from those of the sector's roles.
+    #[inline]
+    fn phases_a(&self, positive_a: f64, idle_a: f64) -> PerPhase {
+        let mut currents_a = [0.0; 3];
+        currents_a[self.at.positive] = positive_a;
+        currents_a[self.at.idle] = idle_a;
+        currents_a[self.at.negative] = -(positive_a + idle_a);
+        currents_a
+    }
+
+    /// Place in the sector, 0 to 1.
+    #[inline]
+    fn along(&self, angle_rad: f64) -> f64 {
+        (angle_rad - self.sector_rad.0) * self.winding.sectors_per_rad()
     }
 
     fn enter(&mut self, sector: Sector) {
-        self.rotor.sector = sector;
-        self.follow.update(sector);
+        let currents_a = self.phases_a(self.positive_a, self.idle_a);
+        self.sector = sector;
+        self.at = *self.winding.sector(sector);
+        self.begins_with_negative = sector.place().is_multiple_of(2);
+        self.positive_a = currents_a[self.at.positive];
+        self.idle_a = currents_a[self.at.idle];
         self.sector_rad = sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad);
+        self.renew();
     }
 
-    /// One carrier period: the legs of the positive and the negative phase with duties
-    /// `(1 ± u)/2`, both centred.
-    fn carrier_period(&mut self, duty: f64, period_s: f64) {
+    /// Takes over what the drive train's state decides.
+    fn renew(&mut self) {
+        self.shaft = self.train.shaft();
+        let bound = self.train.bounds_rad();
+        self.window_rad = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
+    }
+
+    /// One carrier period from the end of its first edge on: the legs of the positive and the
+    /// negative phase with duties `(1 ± u)/2`, both centred, up to the end of the next period's
+    /// first edge. What the electronics sample at the seam is left in [`Self::sample`].
+    ///
+    /// ```text
+    ///  −V −V │ active │ +V +V │ active │ −V −V ┊ −V −V │ …
+    ///  edge            centre             edge  seam
+    /// ```
+    fn carrier_period(&mut self, duty: f64, next_duty: f64, period_s: f64) {
         let (v, u) = (self.half_bus_v, duty.abs());
         let active = if duty < 0.0 { (-v, v) } else { (v, -v) };
-        let (edge_s, active_s, centre_s) =
-            (0.25 * (1.0 - u) * period_s, 0.5 * u * period_s, 0.5 * (1.0 - u) * period_s);
-        self.hold(edge_s, (-v, -v));
+        let active_s = 0.5 * u * period_s;
+        if (self.start_angle_rad + self.train.angle_rad - self.rotor.motor_rad).abs()
+            > GAP_REACH_RAD
+        {
+            self.centre_gap(false);
+        }
         self.hold(active_s, active);
-        self.hold(centre_s, (v, v));
+        self.hold(0.5 * (1.0 - u) * period_s, (v, v));
         self.hold(active_s, active);
-        self.hold(edge_s, (-v, -v));
+        self.hold_over_seam(edge_s(duty, period_s), edge_s(next_duty, period_s));
+    }
+
+    /// Both legs at the lower rail to the seam of two carrier periods and on.
+    ///
+    /// Mostly one segment covers both; where something happens in it, it is cut at the seam.
+    fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
+        let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
+        if span_s <= self.longest_s {
+            let (step, end) = self.solve(span_s, legs_v);
+            if !self.interrupted(&step, &end, span_s) {
+                let seam = End::of(&step.segment, before_s);
+                self.sample = self.sample_at(&seam);
+                self.observe(&step, span_s, legs_v);
+                self.commit(&end);
+                return;
+            }
+        }
+        self.hold(before_s, legs_v);
+        self.sample = self.sample_now();
+        self.hold(after_s, legs_v);
     }
 
     /// Holds the legs of the positive and the negative phase at their potentials for a time.
     fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let coupling = self.winding.coupling(&self.rotor);
-            let sector = self.rotor.sector;
-            let (p, n, idle) =
-                (sector.positive_phase(), sector.negative_phase(), sector.idle_phase());
-            let mut potential_v = [0.0; 3];
-            (potential_v[p], potential_v[n]) = legs_v;
-            let freewheel = self.freewheel(&coupling, &potential_v);
-            potential_v[idle] = -freewheel * self.half_bus_v;
-            let connection =
-                if freewheel == 0.0 { Connection::Pair(p, n) } else { Connection::Three };
-            let segment = Segment::solve(
-                &self.winding,
-                &self.train,
-                &coupling,
-                (connection, &potential_v),
-                &self.currents_a,
-            );
-            let (event, at_s) = self.first_event(&segment, left_s, freewheel);
-            self.commit(&segment, at_s);
-            self.handle(event, &segment, at_s);
-            left_s = if event == Event::Switching { 0.0 } else { left_s - at_s };
+            let span_s = left_s.min(self.longest_s);
+            let (step, mut end) = self.solve(span_s, legs_v);
+            if self.interrupted(&step, &end, span_s) {
+                let (event, at_s) = self.first_event(&step, &end, span_s);
+                end = End::of(&step.segment, at_s);
+                self.observe(&step, at_s, legs_v);
+                self.commit(&end);
+                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+                left_s -= at_s;
+            } else {
+                self.observe(&step, span_s, legs_v);
+                self.commit(&end);
+                left_s -= span_s;
+            }
         }
+    }
+
+    /// The solution from now, and the state that it reaches after a span if nothing happens.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
+    fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
+        let along = self.along(angle_rad);
+        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
+        let diode = self.diode(&coupling, legs_v);
+        let speed = self.train.speed_rad_per_s;
+        let segment = if diode == 0.0 {
+            let state = (self.positive_a, speed);
+            Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
+        } else {
+            let idle_v = -diode * self.half_bus_v;
+            let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
+            let state = (self.positive_a, self.idle_a, speed);
+            Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
+        };
+        let end = End::of(&segment, span_s);
+        (Step { segment, coupling, diode }, end)
+    }
+
+    #[inline]
+    fn observe(&mut self, step: &Step, span_s: f64, legs_v: (f64, f64)) {
+        let circuit = Circuit { legs_v, idle_v: -step.diode * self.half_bus_v, at: &self.at };
+        self.probe.segment(&step.segment, span_s, &circuit, &self.train);
+        self.segments += 1;
     }
 
     /// Sign of the idle phase's current through its diodes, 0 when none conducts.
     ///
     /// A current that flows goes on; without one, a diode begins to conduct where the open
     /// terminal would leave the rails.
-    fn freewheel(&self, coupling: &[[f64; 4]; 3], potential_v: &PerPhase) -> f64 {
-        let sector = self.rotor.sector;
-        let idle = sector.idle_phase();
-        let current_a = self.currents_a[idle];
-        if current_a != 0.0 {
-            return current_a.signum();
+    #[inline]
+    fn diode(&self, coupling: &Coupling, legs_v: (f64, f64)) -> f64 {
+        if self.idle_a != 0.0 {
+            return self.idle_a.signum();
         }
-        let w = self.train.speed_rad_per_s;
-        let emf_v = [coupling[0][0] * w, coupling[1][0] * w, coupling[2][0] * w];
-        let star_v = self.winding.star_point_v(
-            (sector.positive_phase(), sector.negative_phase()),
-            potential_v,
-            &self.currents_a,
-            &emf_v,
-        );
-        let terminal_v = star_v + emf_v[idle];
-        if terminal_v > self.half_bus_v {
+        let speed = self.train.speed_rad_per_s;
+        let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
+        if open_v > self.half_bus_v {
             -1.0
-        } else if terminal_v < -self.half_bus_v {
+        } else if open_v < -self.half_bus_v {
             1.0
         } else {
             0.0
         }
     }
 
+    /// Whether anything happens before the end of a span.
+    #[inline]
+    fn interrupted(&self, step: &Step, end: &End, span_s: f64) -> bool {
+        let freewheel_ends = end.idle_a * step.diode < 0.0;
+        let shaft_changes = if self.train.direction == Direction::Stuck {
+            let (backward, forward) = self.train.breakaway_n_m();
+            let torque = value(&step.coupling.torque_at_rest(&step.segment), span_s);
+            torque > forward || torque < backward
+        } else {
+            let to_rad = self.train.angle_rad + end.turn_rad;
+            end.speed_rad_per_s * self.train.direction.sign() <= 0.0
+                || to_rad > self.window_rad.1
+                || to_rad < self.window_rad.0
+        };
+        freewheel_ends || shaft_changes
+    }
+
     /// The first event within a span, and when.
-    fn first_event(&self, segment: &Segment, span_s: f64, freewheel: f64) -> (Event, f64) {
+    #[cold]
+    fn first_event(&self, step: &Step, end: &End, span_s: f64) -> (Event, f64) {
+        let segment = &step.segment;
         let mut first = (Event::Switching, span_s);
         let mut offer = |event, at_s: f64| {
             if at_s < first.1 {
                 first = (event, at_s);
             }
         };
-        if freewheel != 0.0 {
-            let idle = &segment.currents[self.rotor.sector.idle_phase()];
-            if value(idle, span_s) * freewheel <= 0.0 {
-                offer(Event::FreewheelEnd, root(idle, span_s));
-            }
+        if end.idle_a * step.diode < 0.0 {
+            offer(Event::FreewheelEnd, root(&segment.idle, span_s));
         }
         if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
-            let torque = value(&segment.torque, span_s);
-            if torque > forward {
-                offer(
-                    Event::Breakaway(Direction::Forward),
-                    root(&less(&segment.torque, forward), span_s),
-                );
-            } else if torque < backward {
-                offer(
-                    Event::Breakaway(Direction::Backward),
-                    root(&less(&segment.torque, backward), span_s),
-                );
+            let torque = step.coupling.torque_at_rest(segment);
+            let reached = value(&torque, span_s);
+            if reached > forward {
+                let at_s = root(&less(&torque, forward), span_s);
+                offer(Event::Breakaway(Direction::Forward), at_s);
+            } else if reached < backward {
+                let at_s = root(&less(&torque, backward), span_s);
+                offer(Event::Breakaway(Direction::Backward), at_s);
             }
             return first;
         }
-        if value(&segment.speed, span_s) * self.train.direction.sign() <= 0.0 {
+        if end.speed_rad_per_s * self.train.direction.sign() <= 0.0 {
             offer(Event::Standstill, root(&segment.speed, span_s));
         }
         let from_rad = self.train.angle_rad;
-        let to_rad = from_rad + value(&segment.turn, span_s);
+        let to_rad = from_rad + end.turn_rad;
         let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
         let mut reach = |event, angle_rad: f64| {
             offer(event, root(&less(&segment.turn, angle_rad - from_rad), span_s));
@@ -359,50 +568,53 @@ impl Run {
         first
     }
 
-    /// Moves the state along a segment.
-    fn commit(&mut self, segment: &Segment, by_s: f64) {
-        let sector = self.rotor.sector;
-        let (p, n, idle) = (sector.positive_phase(), sector.negative_phase(), sector.idle_phase());
-        self.currents_a[p] = value(&segment.currents[p], by_s);
-        self.currents_a[idle] = value(&segment.currents[idle], by_s);
-        self.currents_a[n] = -(self.currents_a[p] + self.currents_a[idle]);
+    /// Moves the state to the end of a segment.
+    #[inline]
+    fn commit(&mut self, end: &End) {
+        self.positive_a = end.positive_a;
+        self.idle_a = end.idle_a;
         if self.train.direction != Direction::Stuck {
-            self.train.speed_rad_per_s = value(&segment.speed, by_s);
-            let turn_rad = value(&segment.turn, by_s);
-            self.train.angle_rad += turn_rad;
-            self.rotor.turn(turn_rad);
+            self.train.speed_rad_per_s = end.speed_rad_per_s;
+            self.train.angle_rad += end.turn_rad;
         }
-        self.segments += 1;
     }
 
-    fn handle(&mut self, event: Event, segment: &Segment, at_s: f64) {
+    fn handle(&mut self, event: Event, torque_n_m: f64) {
         match event {
             Event::Switching => {}
-            Event::Standstill => self.train.stand_still(value(&segment.torque, at_s)),
+            Event::Standstill => self.train.stand_still(torque_n_m),
             Event::Breakaway(direction) => self.train.break_away(direction),
             Event::Sector(step) => {
                 self.train.angle_rad = if step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
-                self.enter(self.rotor.sector.shifted(step));
+                self.enter(self.sector.shifted(step));
             }
             Event::Bound => {
                 let (low, high) = self.train.bounds_rad();
                 let forward = self.train.direction == Direction::Forward;
                 self.train.angle_rad = if forward { high } else { low };
-                self.train.reach_bound(value(&segment.torque, at_s));
+                self.probe.impact(&self.train);
+                self.train.reach_bound(torque_n_m);
             }
-            Event::FreewheelEnd => {
-                let sector = self.rotor.sector;
-                self.currents_a[sector.idle_phase()] = 0.0;
-                self.currents_a[sector.negative_phase()] =
-                    -self.currents_a[sector.positive_phase()];
-            }
+            Event::FreewheelEnd => self.idle_a = 0.0,
         }
+        self.renew();
     }
 }
 
-/// A series less a constant.
-fn less(series: &[f64; 5], by: f64) -> [f64; 5] {
-    let mut shifted = *series;
-    shifted[0] -= by;
-    shifted
+/// Longest segment that four orders of the series solve to 1e-6 of its change: a share of the
+/// shortest time in the machine (winding, winding against inertia, turn of a sector).
+///
+/// The winding's rates are bounded by the largest `R_j/L_j`, which grows as `1/N_j`.
+fn longest_segment_s(actuator: &Actuator, faults: &PhysicalFaults) -> f64 {
+    let motor = &actuator.motor;
+    let most_turns = faults.healthy_turns_frac.iter().copied().fold(0.0, f64::max);
+    let least_turns = faults.healthy_turns_frac.iter().copied().fold(1.0, f64::min);
+    let winding_s = motor.inductance_henry / motor.resistance_ohm * least_turns;
+    let strongest = motor.torque_constant_n_m_per_a() * most_turns * 2.0;
+    let inductance_henry = 2.0 * motor.inductance_henry * least_turns * least_turns;
+    let swing_s = libm::sqrt(inductance_henry * actuator.total_inertia_kg_m2()) / strongest;
+    let weakest = motor.torque_constant_n_m_per_a() * least_turns;
+    let electrical_rad_per_s =
+        f64::from(motor.pole_pairs) * actuator.inverter.bus_voltage_v / weakest;
+    (0.15 * winding_s).min(0.3 * swing_s).min(0.2 / electrical_rad_per_s)
 }

@@ -18,9 +18,9 @@ use crate::{
     params::Actuator,
     phase::Sector,
     scenario::Scenario,
-    series::{Series, TERMS, root, value},
+    series::{RECIPROCALS, Series, less, root, value},
     trace::LowFidelityTrace,
-    winding::{LocalCubic, RotorAngle, Winding, along_time, product},
+    winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
 
 /// The monitoring model of an actuator in one test.
@@ -58,11 +58,9 @@ impl LowFidelity {
         Ok(Self { actuator: *actuator, scenario: scenario.clone(), command_rad })
     }
 
-    /// The same test with the rotor turned at the start.
-    #[must_use]
-    pub fn turned_to(mut self, start_angle_rad: f64) -> Self {
+    /// Turns the rotor at the start.
+    pub fn turn_to(&mut self, start_angle_rad: f64) {
         self.scenario.start_angle_rad = start_angle_rad;
-        self
     }
 
     /// Runs the test on an actuator with the given damage.
@@ -78,7 +76,7 @@ impl LowFidelity {
         };
         trace.segments = self.run(faults, |run| {
             trace.current_a.push(run.current_a);
-            trace.motor_angle_rad.push(run.rotor.motor_rad);
+            trace.motor_angle_rad.push(run.start_angle_rad + run.train.angle_rad);
             trace.motor_speed_rad_per_s.push(run.train.speed_rad_per_s);
             trace.surface_angle_rad.push(run.train.surface_rad());
         });
@@ -121,22 +119,20 @@ struct Run {
     bus_voltage_v: f64,
     start_angle_rad: f64,
     train: DriveTrain,
+    /// The shaft's equation in the present state of the drive train.
+    shaft: Shaft,
     rotor: RotorAngle,
+    sector: Sector,
+    /// Motor angles from the start between which the sector lasts.
     sector_rad: (f64, f64),
+    /// Motor angles from the start between which neither sector nor contact changes.
+    window_rad: (f64, f64),
     current_a: f64,
     segments: u64,
 }
 
-/// How the current follows the set-point.
-#[derive(Clone, Copy)]
-enum Source {
-    /// The set-point is reached.
-    Current(f64),
-    /// The supply is all used: `V_m = ±V_dc`.
-    Voltage(f64),
-}
-
 /// What ends a segment.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Event {
     Tick,
     Standstill,
@@ -147,28 +143,21 @@ enum Event {
 impl Run {
     fn new(actuator: &Actuator, scenario: &Scenario, faults: &PhysicalFaults) -> Self {
         let winding = Winding::new(&actuator.motor, faults);
+        let train =
+            DriveTrain::new(actuator, faults, scenario.load_n_m, scenario.backlash_side_ratio);
         let start_angle_rad = scenario.start_angle_rad;
         let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
-        let turns = faults.healthy_turns_frac;
-        let sectors = core::array::from_fn(|place| {
-            let sector = Sector::from_place(place);
-            let share = 0.5 * (turns[sector.positive_phase()] + turns[sector.negative_phase()]);
-            let motor = &actuator.motor;
-            (motor.torque_constant_n_m_per_a() * share, 2.0 * motor.resistance_ohm * share)
-        });
         let mut run = Self {
             winding,
-            sectors,
+            sectors: shape_of_sectors(actuator, faults),
             bus_voltage_v: actuator.inverter.bus_voltage_v,
             start_angle_rad,
-            train: DriveTrain::new(
-                actuator,
-                faults,
-                scenario.load_n_m,
-                scenario.backlash_side_ratio,
-            ),
-            rotor: RotorAngle::new(start_angle_rad, sector),
+            shaft: train.shaft(),
+            train,
+            rotor: RotorAngle::new(start_angle_rad),
+            sector,
             sector_rad: (0.0, 0.0),
+            window_rad: (0.0, 0.0),
             current_a: 0.0,
             segments: 0,
         };
@@ -178,63 +167,93 @@ impl Run {
 
     /// Takes the sines afresh, so that their rotation does not drift.
     fn refresh(&mut self) {
-        self.rotor =
-            RotorAngle::new(self.start_angle_rad + self.train.angle_rad, self.rotor.sector);
+        if self.winding.eccentric {
+            self.rotor = RotorAngle::new(self.start_angle_rad + self.train.angle_rad);
+        }
     }
 
     fn enter(&mut self, sector: Sector) {
-        self.rotor.sector = sector;
+        self.sector = sector;
         self.sector_rad = sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad);
+        self.renew();
+    }
+
+    /// Takes over what the drive train's state decides.
+    fn renew(&mut self) {
+        self.shaft = self.train.shaft();
+        let bound = self.train.bounds_rad();
+        self.window_rad = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
     }
 
     /// Holds the set-point for a time.
+    #[inline]
     fn advance(&mut self, reference_a: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let gap = self.winding.gap(&self.rotor);
-            let (torque_constant, resistance_ohm) = self.sectors[self.rotor.sector.place()];
-            let coupling = gap.map(|g| torque_constant * g);
+            let (torque_constant, resistance_ohm) = self.sectors[self.sector.place()];
+            let coupling = self.winding.gap(&self.rotor).map(|g| torque_constant * g);
             let emf_v = coupling[0] * self.train.speed_rad_per_s;
             let needed_v = resistance_ohm * reference_a + emf_v;
-            let source = if needed_v.abs() <= self.bus_voltage_v {
-                self.current_a = reference_a;
-                Source::Current(reference_a)
-            } else {
-                let v = self.bus_voltage_v.copysign(needed_v);
-                self.current_a = (v - emf_v) / resistance_ohm;
-                Source::Voltage(v)
-            };
+            let saturated = needed_v.abs() > self.bus_voltage_v;
+            let applied_v = self.bus_voltage_v.copysign(needed_v);
+            self.current_a =
+                if saturated { (applied_v - emf_v) / resistance_ohm } else { reference_a };
             if self.train.direction == Direction::Stuck {
                 self.train.stand_still(coupling[0] * self.current_a);
                 if self.train.direction == Direction::Stuck {
                     return;
                 }
+                self.renew();
             }
-            let motion = Motion::solve(&self.train, &coupling, resistance_ohm, source);
-            let (event, at_s) = self.first_event(&motion, left_s);
-            self.commit(&motion, at_s);
-            left_s = if matches!(event, Event::Tick) { 0.0 } else { left_s - at_s };
-            self.handle(&event, coupling[0] * self.current_a);
+            let speed = self.train.speed_rad_per_s;
+            let motion = if saturated {
+                Motion::at_voltage(&self.shaft, &coupling, resistance_ohm, applied_v, speed)
+            } else {
+                Motion::at_current(&self.shaft, &coupling, reference_a, speed)
+            };
+            left_s -= self.follow(&motion, left_s, &coupling);
         }
     }
 
-    fn first_event(&self, motion: &Motion, span_s: f64) -> (Event, f64) {
+    /// Follows a motion to its first event or the end of a span; returns the time taken.
+    #[inline]
+    fn follow(&mut self, motion: &Motion, span_s: f64, coupling: &LocalQuadratic) -> f64 {
+        let (mut speed, mut turn_rad) = (value(&motion.speed, span_s), value(&motion.turn, span_s));
+        let (mut event, mut at_s) = (Event::Tick, span_s);
+        let to_rad = self.train.angle_rad + turn_rad;
+        if speed * self.train.direction.sign() <= 0.0
+            || to_rad > self.window_rad.1
+            || to_rad < self.window_rad.0
+        {
+            (event, at_s) = self.first_event(motion, span_s, speed, to_rad);
+            (speed, turn_rad) = (value(&motion.speed, at_s), value(&motion.turn, at_s));
+        }
+        self.train.speed_rad_per_s = speed;
+        self.train.angle_rad += turn_rad;
+        if self.winding.eccentric {
+            self.rotor.turn(turn_rad);
+        }
+        self.segments += 1;
+        if event != Event::Tick {
+            self.handle(event, coupling[0] * self.current_a);
+        }
+        at_s
+    }
+
+    fn first_event(&self, motion: &Motion, span_s: f64, speed: f64, to_rad: f64) -> (Event, f64) {
         let mut first = (Event::Tick, span_s);
         let mut offer = |event, at_s: f64| {
             if at_s < first.1 {
                 first = (event, at_s);
             }
         };
-        if value(&motion.speed, span_s) * self.train.direction.sign() <= 0.0 {
+        if speed * self.train.direction.sign() <= 0.0 {
             offer(Event::Standstill, root(&motion.speed, span_s));
         }
         let from_rad = self.train.angle_rad;
-        let to_rad = from_rad + value(&motion.turn, span_s);
         let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
         let mut reach = |event, angle_rad: f64| {
-            let mut beyond = motion.turn;
-            beyond[0] -= angle_rad - from_rad;
-            offer(event, root(&beyond, span_s));
+            offer(event, root(&less(&motion.turn, angle_rad - from_rad), span_s));
         };
         if to_rad > sector.1 {
             reach(Event::Sector(1), sector.1);
@@ -249,22 +268,13 @@ impl Run {
         first
     }
 
-    fn commit(&mut self, motion: &Motion, by_s: f64) {
-        self.train.speed_rad_per_s = value(&motion.speed, by_s);
-        let turn_rad = value(&motion.turn, by_s);
-        self.train.angle_rad += turn_rad;
-        self.rotor.turn(turn_rad);
-        self.segments += 1;
-    }
-
-    fn handle(&mut self, event: &Event, torque_n_m: f64) {
+    fn handle(&mut self, event: Event, torque_n_m: f64) {
         match event {
             Event::Tick => {}
             Event::Standstill => self.train.stand_still(torque_n_m),
             Event::Sector(step) => {
-                self.train.angle_rad =
-                    if *step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
-                self.enter(self.rotor.sector.shifted(*step));
+                self.train.angle_rad = if step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
+                self.enter(self.sector.shifted(step));
             }
             Event::Bound => {
                 let (low, high) = self.train.bounds_rad();
@@ -273,7 +283,18 @@ impl Run {
                 self.train.reach_bound(torque_n_m);
             }
         }
+        self.renew();
     }
+}
+
+/// `2·k_p·F_sc` and `2·R_p·F_sc` for the six sectors.
+fn shape_of_sectors(actuator: &Actuator, faults: &PhysicalFaults) -> [(f64, f64); 6] {
+    let (motor, turns) = (&actuator.motor, faults.healthy_turns_frac);
+    core::array::from_fn(|place| {
+        let sector = Sector::from_place(place);
+        let share = 0.5 * (turns[sector.positive_phase()] + turns[sector.negative_phase()]);
+        (motor.torque_constant_n_m_per_a() * share, 2.0 * motor.resistance_ohm * share)
+    })
 }
 
 /// The shaft from now to the next event.
@@ -283,38 +304,48 @@ struct Motion {
 }
 
 impl Motion {
+    /// With the set-point reached.
     #[inline]
-    fn solve(
-        train: &DriveTrain,
-        coupling: &LocalCubic,
+    fn at_current(shaft: &Shaft, v: &LocalQuadratic, current_a: f64, w0: f64) -> Self {
+        let (j, c) = (&shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
+        let w1 = (v[0] * current_a + shaft.external_n_m - c * w0) * j[0];
+        let d2 = 0.5 * w1;
+        let w2 = (first(v, w0) * current_a - c * w1) * j[1];
+        let w3 = (second(v, w0, d2) * current_a - c * w2) * j[2];
+        Self {
+            speed: [w0, w1, w2, w3, -c * w3 * j[3]],
+            turn: [0.0, w0, d2, w2 * (1.0 / 3.0), 0.25 * w3],
+        }
+    }
+
+    /// With the supply all used: `I = (V − v·ω)/R`.
+    fn at_voltage(
+        shaft: &Shaft,
+        v: &LocalQuadratic,
         resistance_ohm: f64,
-        source: Source,
+        applied_v: f64,
+        w0: f64,
     ) -> Self {
-        let per_inertia = 1.0 / train.inertia_kg_m2;
-        let mut external = train.external_n_m();
-        let mut speed = [0.0; TERMS];
-        let mut turn = [0.0; TERMS];
-        speed[0] = train.speed_rad_per_s;
-        turn[1] = speed[0];
-        let mut current = [0.0; TERMS];
-        for m in 0..TERMS - 1 {
-            let v = along_time(coupling, &turn);
-            current[m] = match source {
-                Source::Current(i) if m == 0 => i,
-                Source::Current(_) => 0.0,
-                Source::Voltage(volts) => {
-                    let applied = if m == 0 { volts } else { 0.0 };
-                    (applied - product(&v, &speed, m)) / resistance_ohm
-                }
+        let mut speed = [w0, 0.0, 0.0, 0.0, 0.0];
+        let mut turn = [0.0, w0, 0.0, 0.0, 0.0];
+        let (mut k, mut current) = ([0.0; 4], [0.0; 4]);
+        let (mut source, mut external) = (applied_v, shaft.external_n_m);
+        for m in 0..4 {
+            k[m] = match m {
+                0 => v[0],
+                1 => first(v, turn[1]),
+                2 => second(v, turn[1], turn[2]),
+                _ => 0.0,
             };
-            let torque = product(&v, &current, m);
-            let next = (m + 1) as f64;
+            let emf: f64 = (0..=m).map(|n| k[n] * speed[m - n]).sum();
+            current[m] = (source - emf) / resistance_ohm;
+            let torque: f64 = (0..=m).map(|n| k[n] * current[m - n]).sum();
             speed[m + 1] =
-                (torque + external - train.viscous_n_m_s_per_rad * speed[m]) * per_inertia / next;
-            if m + 2 < TERMS {
-                turn[m + 2] = speed[m + 1] / (next + 1.0);
+                (torque + external - shaft.viscous_n_m_s_per_rad * speed[m]) * shaft.per_inertia[m];
+            if m < 3 {
+                turn[m + 2] = speed[m + 1] * RECIPROCALS[m + 1];
             }
-            external = 0.0;
+            (source, external) = (0.0, 0.0);
         }
         Self { speed, turn }
     }

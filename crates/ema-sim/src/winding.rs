@@ -8,52 +8,87 @@
 //!
 //! Torque and back-EMF share one `k_j`, so that what the winding loses the shaft gains. Between
 //! two events every right-hand side is smooth, and a Taylor series to the fourth order in time
-//! solves it: with the segments of a 20 kHz carrier the first term left out is below 1e-8 of the
-//! current.
+//! solves it: with the segments of a 20 kHz carrier the first term left out is below 1e-7 of the
+//! change in a segment. Phases are named by their role in the sector: positive, negative, idle.
 
 use core::f64::consts::{FRAC_PI_3, TAU};
 
 use crate::{
-    drive_train::{Direction, DriveTrain},
     fault::PhysicalFaults,
     params::{BackEmfShape, Motor},
     phase::{PerPhase, Sector},
-    series::{Series, TERMS},
+    series::{RECIPROCALS, Series, value},
 };
 
-/// A quantity near an angle, `c_0 + c_1·δ + c_2·δ² + c_3·δ³` for a turn by δ of the rotor.
-pub(crate) type LocalCubic = [f64; 4];
+/// A quantity near an angle, `c_0 + c_1·δ + c_2·δ²` for a turn by δ of the rotor.
+///
+/// The rotor turns by milliradians in a segment; the cubic term would change a current by less
+/// than 1e-8 A.
+pub(crate) type LocalQuadratic = [f64; 3];
 
 /// Electrical constants of a motor with its faults.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Winding {
-    pub(crate) resistance_ohm: PerPhase,
-    pub(crate) inductance_henry: PerPhase,
-    per_henry: PerPhase,
-    peak_v_s_per_rad: PerPhase,
+    sectors: [SectorWinding; 6],
     shape: BackEmfShape,
     pole_pairs: f64,
+    /// Sectors a radian of the rotor.
+    sectors_per_rad: f64,
     eccentricity_cos: f64,
     eccentricity_sin: f64,
+    /// Whether the air gap changes with the angle.
+    pub(crate) eccentric: bool,
 }
 
-/// How the rotor stands: its absolute angle with sine and cosine, and the sector.
+/// What a sector fixes.
+///
+/// With `x` the current of the positive and `y` that of the idle phase, the negative one carries
+/// `−(x + y)`, and two loops through it describe the star:
+///
+/// ```text
+/// C⁻¹·(x', y') = u − R·(x, y) − (a, b)·ω      a = k_pos − k_neg,  b = k_idle − k_neg
+/// T_m = a·x + b·y
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SectorWinding {
+    pub(crate) positive: usize,
+    pub(crate) negative: usize,
+    pub(crate) idle: usize,
+    /// Resistance of the pair, of the negative phase (shared by both loops), of the idle loop.
+    pair_ohm: f64,
+    negative_ohm: f64,
+    idle_ohm: f64,
+    /// `1/(m·L)` of the conducting pair, for coefficient m = 1 to 4.
+    pair_per_henry: [f64; 4],
+    /// Inverse of the two loops' inductances, `C`: diagonal of the pair, off it, of the idle.
+    per_henry: (f64, f64, f64),
+    /// Weight of the positive phase in the star point's potential while the idle one is open.
+    star_share: f64,
+    /// Peaks of `a` and of the negative and the idle phase's `k`.
+    pair_peak: f64,
+    negative_peak: f64,
+    idle_peak: f64,
+    /// +1 when the idle flank falls with the angle, −1 when it rises.
+    flank: f64,
+}
+
+/// How the rotor stands: its absolute angle with sine and cosine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RotorAngle {
     pub(crate) motor_rad: f64,
     pub(crate) sin: f64,
     pub(crate) cos: f64,
-    pub(crate) sector: Sector,
 }
 
 impl RotorAngle {
-    /// The rotor at an absolute angle, in a given sector.
-    pub(crate) fn new(motor_rad: f64, sector: Sector) -> Self {
+    /// The rotor at an absolute angle.
+    pub(crate) fn new(motor_rad: f64) -> Self {
         let (sin, cos) = libm::sincos(motor_rad);
-        Self { motor_rad, sin, cos, sector }
+        Self { motor_rad, sin, cos }
     }
 
     /// Turns by a small angle, below a tenth of a radian.
+    #[inline]
     pub(crate) fn turn(&mut self, by_rad: f64) {
         let q = by_rad * by_rad;
         let s = by_rad * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0)));
@@ -65,20 +100,66 @@ impl RotorAngle {
     }
 }
 
+/// The air gap's modulation about a motor angle, good for a turn of a tenth of a radian.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AirGap {
+    centre_rad: f64,
+    series: Series,
+}
+
+impl AirGap {
+    /// The modulation near an angle.
+    #[inline]
+    fn near(&self, motor_rad: f64) -> LocalQuadratic {
+        let (d, c) = (motor_rad - self.centre_rad, &self.series);
+        [value(c, d), c[1] + d * (2.0 * c[2] + 3.0 * c[3] * d), c[2] + 3.0 * c[3] * d]
+    }
+}
+
+impl SectorWinding {
+    fn new(place: usize, resistance: &PerPhase, inductance: &PerPhase, peak: &PerPhase) -> Self {
+        let sector = Sector::from_place(place);
+        let (positive, negative, idle) =
+            (sector.positive_phase(), sector.negative_phase(), sector.idle_phase());
+        let [lp, ln, lx] = [positive, negative, idle].map(|phase| inductance[phase]);
+        let determinant = lp * ln + lp * lx + ln * lx;
+        Self {
+            positive,
+            negative,
+            idle,
+            pair_ohm: resistance[positive] + resistance[negative],
+            negative_ohm: resistance[negative],
+            idle_ohm: resistance[idle] + resistance[negative],
+            pair_per_henry: RECIPROCALS.map(|r| r / (lp + ln)),
+            per_henry: ((lx + ln) / determinant, -ln / determinant, (lp + ln) / determinant),
+            star_share: ln / (lp + ln),
+            pair_peak: peak[positive] + peak[negative],
+            negative_peak: -peak[negative],
+            idle_peak: peak[idle],
+            flank: if place.is_multiple_of(2) { 1.0 } else { -1.0 },
+        }
+    }
+}
+
 impl Winding {
     /// A winding: with `N_j` of the turns left, `R ∝ N`, `L ∝ N²`, `k ∝ N`.
     pub(crate) fn new(motor: &Motor, faults: &PhysicalFaults) -> Self {
         let turns = faults.healthy_turns_frac;
-        let inductance_henry = turns.map(|n| motor.inductance_henry * n * n);
+        let resistance = turns.map(|n| motor.resistance_ohm * n);
+        let inductance = turns.map(|n| motor.inductance_henry * n * n);
+        let peak = turns.map(|n| motor.back_emf_v_s_per_rad * n);
+        let pole_pairs = f64::from(motor.pole_pairs);
+        let centred = faults.eccentricity_cos == 0.0 && faults.eccentricity_sin == 0.0;
         Self {
-            resistance_ohm: turns.map(|n| motor.resistance_ohm * n),
-            inductance_henry,
-            per_henry: inductance_henry.map(|l| 1.0 / l),
-            peak_v_s_per_rad: turns.map(|n| motor.back_emf_v_s_per_rad * n),
+            sectors: core::array::from_fn(|place| {
+                SectorWinding::new(place, &resistance, &inductance, &peak)
+            }),
             shape: motor.back_emf_shape,
-            pole_pairs: f64::from(motor.pole_pairs),
+            pole_pairs,
+            sectors_per_rad: pole_pairs / FRAC_PI_3,
             eccentricity_cos: faults.eccentricity_cos,
             eccentricity_sin: faults.eccentricity_sin,
+            eccentric: !centred,
         }
     }
 
@@ -87,241 +168,235 @@ impl Winding {
         self.pole_pairs
     }
 
+    /// Sectors a radian of the rotor.
+    #[inline]
+    pub(crate) fn sectors_per_rad(&self) -> f64 {
+        self.sectors_per_rad
+    }
+
+    /// What a sector fixes.
+    #[inline]
+    pub(crate) fn sector(&self, sector: Sector) -> &SectorWinding {
+        &self.sectors[sector.place()]
+    }
+
     /// Modulation of the air gap, `1 + ζ·cos(θ_m + φ)`, near an angle.
     #[inline]
-    pub(crate) fn gap(&self, rotor: &RotorAngle) -> LocalCubic {
-        if self.eccentricity_cos == 0.0 && self.eccentricity_sin == 0.0 {
-            return [1.0, 0.0, 0.0, 0.0];
-        }
+    pub(crate) fn gap(&self, rotor: &RotorAngle) -> LocalQuadratic {
         let along = self.eccentricity_cos * rotor.cos - self.eccentricity_sin * rotor.sin;
         let across = self.eccentricity_cos * rotor.sin + self.eccentricity_sin * rotor.cos;
-        [1.0 + along, -across, -0.5 * along, across * (1.0 / 6.0)]
+        [1.0 + along, -across, -0.5 * along]
     }
 
-    /// The `k_j` of the three phases near an angle, V·s/rad or N·m/A.
-    #[inline]
-    pub(crate) fn coupling(&self, rotor: &RotorAngle) -> [LocalCubic; 3] {
-        let gap = self.gap(rotor);
-        match self.shape {
-            BackEmfShape::Trapezoid => self.trapezoid(rotor, &gap),
-            BackEmfShape::Sinusoid => self.sinusoid(rotor, &gap),
+    /// Modulation of the air gap about a motor angle.
+    pub(crate) fn air_gap(&self, rotor: &RotorAngle) -> AirGap {
+        let along = self.eccentricity_cos * rotor.cos - self.eccentricity_sin * rotor.sin;
+        let across = self.eccentricity_cos * rotor.sin + self.eccentricity_sin * rotor.cos;
+        AirGap {
+            centre_rad: rotor.motor_rad,
+            series: [1.0 + along, -across, -0.5 * along, across / 6.0, along / 24.0],
         }
     }
 
-    /// Within a sector the conducting phases are on their flat tops, the idle one on a flank.
+    /// The coupling of the two loops near a motor angle, at a place in the sector from 0 to 1.
     #[inline]
-    fn trapezoid(&self, rotor: &RotorAngle, gap: &LocalCubic) -> [LocalCubic; 3] {
-        let sector = rotor.sector;
-        let idle = sector.idle_phase();
-        let flank = if sector.place().is_multiple_of(2) { 1.0 } else { -1.0 };
-        let along = (rotor.motor_rad * self.pole_pairs - sector.begin_rad()) / FRAC_PI_3;
-        let top = flank * (1.0 - 2.0 * along);
-        let slope = -2.0 * flank * self.pole_pairs / FRAC_PI_3;
-        let mut k = [[0.0; 4]; 3];
-        for (phase, sign) in [(sector.positive_phase(), 1.0), (sector.negative_phase(), -1.0)] {
-            let peak = sign * self.peak_v_s_per_rad[phase];
-            k[phase] = gap.map(|g| peak * g);
-        }
-        let peak = self.peak_v_s_per_rad[idle];
-        k[idle] = [
-            peak * top * gap[0],
-            peak * (top * gap[1] + slope * gap[0]),
-            peak * (top * gap[2] + slope * gap[1]),
-            peak * (top * gap[3] + slope * gap[2]),
-        ];
-        k
-    }
-
-    /// The sine and its derivatives.
-    fn sinusoid(&self, rotor: &RotorAngle, gap: &LocalCubic) -> [LocalCubic; 3] {
-        let p = self.pole_pairs;
-        core::array::from_fn(|phase| {
-            let (s, c) = libm::sincos(p * rotor.motor_rad - TAU / 3.0 * phase as f64);
-            let f = [s, p * c, -0.5 * p * p * s, -p * p * p * c / 6.0];
-            let peak = self.peak_v_s_per_rad[phase];
-            [
-                peak * f[0] * gap[0],
-                peak * (f[0] * gap[1] + f[1] * gap[0]),
-                peak * (f[0] * gap[2] + f[1] * gap[1] + f[2] * gap[0]),
-                peak * (f[0] * gap[3] + f[1] * gap[2] + f[2] * gap[1] + f[3] * gap[0]),
-            ]
-        })
-    }
-
-    /// Potential of the star point with two phases connected.
-    #[inline]
-    pub(crate) fn star_point_v(
+    pub(crate) fn coupling(
         &self,
-        (p, n): (usize, usize),
-        legs_v: &PerPhase,
-        currents_a: &PerPhase,
-        emf_v: &PerPhase,
-    ) -> f64 {
-        let drive = |j: usize| legs_v[j] - self.resistance_ohm[j] * currents_a[j] - emf_v[j];
-        (drive(p) * self.per_henry[p] + drive(n) * self.per_henry[n])
-            / (self.per_henry[p] + self.per_henry[n])
+        at: &SectorWinding,
+        gap: &AirGap,
+        motor_rad: f64,
+        along: f64,
+    ) -> Coupling {
+        let g = gap.near(motor_rad);
+        match self.shape {
+            BackEmfShape::Trapezoid => {
+                // within a sector the pair is on its flat tops, the idle phase on a flank
+                let flank = at.idle_peak * at.flank;
+                let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
+                let (b0, b1) = (flank * top - at.negative_peak, flank * slope);
+                Coupling {
+                    pair: g.map(|g| at.pair_peak * g),
+                    idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
+                }
+            }
+            BackEmfShape::Sinusoid => self.sinusoid(at, &g, motor_rad),
+        }
     }
+
+    fn sinusoid(&self, at: &SectorWinding, gap: &LocalQuadratic, motor_rad: f64) -> Coupling {
+        let p = self.pole_pairs;
+        let one = |phase: usize, peak: f64| {
+            let (s, c) = libm::sincos(p * motor_rad - TAU / 3.0 * phase as f64);
+            times(&[s, p * c, -0.5 * p * p * s].map(|f| peak * f), gap)
+        };
+        let positive = one(at.positive, at.pair_peak + at.negative_peak);
+        let negative = one(at.negative, -at.negative_peak);
+        let idle = one(at.idle, at.idle_peak);
+        Coupling {
+            pair: core::array::from_fn(|m| positive[m] - negative[m]),
+            idle: core::array::from_fn(|m| idle[m] - negative[m]),
+        }
+    }
+}
+
+/// Flux change a radian, near an angle, of the two loops: `a` of the conducting pair, `b` of the
+/// idle phase against the negative one; V·s/rad or N·m/A.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coupling {
+    pair: LocalQuadratic,
+    idle: LocalQuadratic,
+}
+
+impl Coupling {
+    /// Motor torque at a time of a segment.
+    pub(crate) fn torque_n_m(&self, segment: &Segment, at_s: f64) -> f64 {
+        let turn = value(&segment.turn, at_s);
+        let near = |k: &LocalQuadratic| k[0] + turn * (k[1] + turn * k[2]);
+        near(&self.pair) * value(&segment.positive, at_s)
+            + near(&self.idle) * value(&segment.idle, at_s)
+    }
+
+    /// Motor torque over a segment of a rotor at rest.
+    pub(crate) fn torque_at_rest(&self, segment: &Segment) -> Series {
+        let (a, b) = (self.pair[0], self.idle[0]);
+        core::array::from_fn(|m| a * segment.positive[m] + b * segment.idle[m])
+    }
+
+    /// Potential of the idle terminal while it is open.
+    #[inline]
+    pub(crate) fn open_terminal_v(
+        &self,
+        at: &SectorWinding,
+        (positive_v, negative_v): (f64, f64),
+        current_a: f64,
+        speed_rad_per_s: f64,
+    ) -> f64 {
+        let drop_v = at.pair_ohm * current_a + self.pair[0] * speed_rad_per_s;
+        let negative_drop_v = at.negative_ohm * current_a + self.idle[0] * speed_rad_per_s;
+        negative_v + negative_drop_v + at.star_share * (positive_v - negative_v - drop_v)
+    }
+}
+
+/// Product of two local quadratics, to the second power.
+fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
+    [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
+}
+
+/// The shaft's equation in a state of the drive train.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shaft {
+    /// `1/(m·J)` for coefficient m = 1 to 4; zero while the shaft sticks.
+    pub(crate) per_inertia: [f64; 4],
+    /// Torque besides the motor's and the viscous one.
+    pub(crate) external_n_m: f64,
+    pub(crate) viscous_n_m_s_per_rad: f64,
 }
 
 /// The solution from now to the next event.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
-    /// Phase currents, A.
-    pub(crate) currents: [Series; 3],
+    /// Current of the positive phase, A.
+    pub(crate) positive: Series,
+    /// Current of the idle phase, A; zero while it is open.
+    pub(crate) idle: Series,
     /// Motor speed, rad/s.
     pub(crate) speed: Series,
     /// Turn of the rotor from now, rad.
     pub(crate) turn: Series,
-    /// Motor torque, N·m, to the third order.
-    pub(crate) torque: Series,
 }
 
-/// Taylor coefficients of `k(δ(t))` up to the third.
+/// Coefficient of `t` in `k(δ(t))`.
 #[inline]
-pub(crate) fn along_time(k: &LocalCubic, d: &Series) -> [f64; 4] {
-    [
-        k[0],
-        k[1] * d[1],
-        k[1] * d[2] + k[2] * d[1] * d[1],
-        k[1] * d[3] + 2.0 * k[2] * d[1] * d[2] + k[3] * d[1] * d[1] * d[1],
-    ]
+pub(crate) fn first(k: &LocalQuadratic, d1: f64) -> f64 {
+    k[1] * d1
 }
 
-/// Coefficient `m` of a product of two series.
+/// Coefficient of `t²` in `k(δ(t))`.
 #[inline]
-pub(crate) fn product(a: &[f64; 4], b: &Series, m: usize) -> f64 {
-    let mut sum = a[0] * b[m];
-    for k in 1..=m {
-        sum += a[k] * b[m - k];
-    }
-    sum
-}
-
-/// Which phases carry current, and with what leg voltages.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Connection {
-    /// Two phases in series, the third open.
-    Pair(usize, usize),
-    /// All three.
-    Three,
+pub(crate) fn second(k: &LocalQuadratic, d1: f64, d2: f64) -> f64 {
+    k[1] * d2 + k[2] * d1 * d1
 }
 
 impl Segment {
-    /// Solves the winding and the shaft from a state.
+    /// Two phases in series, one current: the idle phase is open.
     #[inline]
-    pub(crate) fn solve(
-        winding: &Winding,
-        train: &DriveTrain,
-        coupling: &[LocalCubic; 3],
-        (connection, legs_v): (Connection, &PerPhase),
-        currents_a: &PerPhase,
+    pub(crate) fn pair(
+        at: &SectorWinding,
+        shaft: &Shaft,
+        coupling: &Coupling,
+        loop_v: f64,
+        (i0, w0): (f64, f64),
     ) -> Self {
-        let moving = train.direction != Direction::Stuck;
-        let shaft = Shaft {
-            per_inertia: if moving { 1.0 / train.inertia_kg_m2 } else { 0.0 },
-            external_n_m: train.external_n_m(),
-            viscous: train.viscous_n_m_s_per_rad,
-            speed: if moving { train.speed_rad_per_s } else { 0.0 },
-        };
-        match connection {
-            Connection::Pair(p, n) => {
-                pair(winding, &shaft, coupling, (p, n, legs_v), currents_a[p])
-            }
-            Connection::Three => three(winding, &shaft, coupling, legs_v, currents_a),
+        let (k, r) = (&coupling.pair, at.pair_ohm);
+        let (l, j, c) = (&at.pair_per_henry, &shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
+        let (k0, k1) = (k[0], first(k, w0));
+        let t0 = k0 * i0;
+        let i1 = (loop_v - r * i0 - k0 * w0) * l[0];
+        let w1 = (t0 + shaft.external_n_m - c * w0) * j[0];
+        let d2 = 0.5 * w1;
+        let t1 = k0 * i1 + k1 * i0;
+        let i2 = -(r * i1 + k0 * w1 + k1 * w0) * l[1];
+        let w2 = (t1 - c * w1) * j[1];
+        let (d3, k2) = (w2 * (1.0 / 3.0), second(k, w0, d2));
+        let t2 = k0 * i2 + k1 * i1 + k2 * i0;
+        let i3 = -(r * i2 + k0 * w2 + k1 * w1 + k2 * w0) * l[2];
+        let w3 = (t2 - c * w2) * j[2];
+        let i4 = -(r * i3 + k0 * w3 + k1 * w2 + k2 * w1) * l[3];
+        let w4 = (k0 * i3 + k1 * i2 + k2 * i1 - c * w3) * j[3];
+        Self {
+            positive: [i0, i1, i2, i3, i4],
+            idle: [0.0; 5],
+            speed: [w0, w1, w2, w3, w4],
+            turn: [0.0, w0, d2, d3, 0.25 * w3],
         }
     }
-}
 
-/// What the shaft equation needs.
-struct Shaft {
-    per_inertia: f64,
-    external_n_m: f64,
-    viscous: f64,
-    speed: f64,
-}
-
-impl Shaft {
-    /// Next coefficients of speed and turn from coefficient `m` of the torque.
+    /// All three phases connected; voltages of the positive and the idle leg against the
+    /// negative one.
     #[inline]
-    fn advance(&self, m: usize, torque: f64, speed: &mut Series, turn: &mut Series) {
-        let external = if m == 0 { self.external_n_m } else { 0.0 };
-        let next = m + 1;
-        speed[next] =
-            (torque + external - self.viscous * speed[m]) * self.per_inertia / next as f64;
-        if next + 1 < TERMS {
-            turn[next + 1] = speed[next] / (next + 1) as f64;
+    pub(crate) fn three(
+        at: &SectorWinding,
+        shaft: &Shaft,
+        coupling: &Coupling,
+        (pair_v, idle_v): (f64, f64),
+        (x0, y0, w0): (f64, f64, f64),
+    ) -> Self {
+        let (a, b) = (&coupling.pair, &coupling.idle);
+        let (j, c) = (&shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
+        let (cx, cxy, cy) = at.per_henry;
+        let rates = |u: f64, v: f64, x: f64, y: f64, share: f64| {
+            let u = u - at.pair_ohm * x - at.negative_ohm * y;
+            let v = v - at.negative_ohm * x - at.idle_ohm * y;
+            ((cx * u + cxy * v) * share, (cxy * u + cy * v) * share)
+        };
+        let (a0, b0, a1, b1) = (a[0], b[0], first(a, w0), first(b, w0));
+        let t0 = a0 * x0 + b0 * y0;
+        let (x1, y1) = rates(pair_v - a0 * w0, idle_v - b0 * w0, x0, y0, 1.0);
+        let w1 = (t0 + shaft.external_n_m - c * w0) * j[0];
+        let d2 = 0.5 * w1;
+        let t1 = a0 * x1 + a1 * x0 + b0 * y1 + b1 * y0;
+        let (x2, y2) = rates(-(a0 * w1 + a1 * w0), -(b0 * w1 + b1 * w0), x1, y1, 0.5);
+        let w2 = (t1 - c * w1) * j[1];
+        let d3 = w2 * (1.0 / 3.0);
+        let (a2, b2) = (second(a, w0, d2), second(b, w0, d2));
+        let t2 = a0 * x2 + a1 * x1 + a2 * x0 + b0 * y2 + b1 * y1 + b2 * y0;
+        let (x3, y3) = rates(
+            -(a0 * w2 + a1 * w1 + a2 * w0),
+            -(b0 * w2 + b1 * w1 + b2 * w0),
+            x2,
+            y2,
+            1.0 / 3.0,
+        );
+        let w3 = (t2 - c * w2) * j[2];
+        let t3 = (a0 * x3 + a1 * x2 + a2 * x1) + (b0 * y3 + b1 * y2 + b2 * y1);
+        let (x4, y4) =
+            rates(-(a0 * w3 + a1 * w2 + a2 * w1), -(b0 * w3 + b1 * w2 + b2 * w1), x3, y3, 0.25);
+        let w4 = (t3 - c * w3) * j[3];
+        Self {
+            positive: [x0, x1, x2, x3, x4],
+            idle: [y0, y1, y2, y3, y4],
+            speed: [w0, w1, w2, w3, w4],
+            turn: [0.0, w0, d2, d3, 0.25 * w3],
         }
     }
-}
-
-/// Two phases in series: one current.
-#[inline]
-fn pair(
-    winding: &Winding,
-    shaft: &Shaft,
-    coupling: &[LocalCubic; 3],
-    (p, n, legs_v): (usize, usize, &PerPhase),
-    current_a: f64,
-) -> Segment {
-    let loop_k: LocalCubic = core::array::from_fn(|m| coupling[p][m] - coupling[n][m]);
-    let resistance = winding.resistance_ohm[p] + winding.resistance_ohm[n];
-    let per_henry = 1.0 / (winding.inductance_henry[p] + winding.inductance_henry[n]);
-    let mut i = [0.0; TERMS];
-    let mut w = [0.0; TERMS];
-    let mut d = [0.0; TERMS];
-    let mut torque = [0.0; TERMS];
-    i[0] = current_a;
-    w[0] = shaft.speed;
-    d[1] = shaft.speed;
-    let mut source = legs_v[p] - legs_v[n];
-    for m in 0..TERMS - 1 {
-        let k = along_time(&loop_k, &d);
-        i[m + 1] = (source - resistance * i[m] - product(&k, &w, m)) * per_henry / (m + 1) as f64;
-        torque[m] = product(&k, &i, m);
-        shaft.advance(m, torque[m], &mut w, &mut d);
-        source = 0.0;
-    }
-    let mut currents = [[0.0; TERMS]; 3];
-    currents[p] = i;
-    currents[n] = i.map(|c| -c);
-    Segment { currents, speed: w, turn: d, torque }
-}
-
-/// All three phases connected.
-#[inline]
-fn three(
-    winding: &Winding,
-    shaft: &Shaft,
-    coupling: &[LocalCubic; 3],
-    legs_v: &PerPhase,
-    currents_a: &PerPhase,
-) -> Segment {
-    let per_henry = &winding.per_henry;
-    let whole = 1.0 / (per_henry[0] + per_henry[1] + per_henry[2]);
-    let mut i = currents_a.map(|a| [a, 0.0, 0.0, 0.0, 0.0]);
-    let mut w = [0.0; TERMS];
-    let mut d = [0.0; TERMS];
-    let mut torque = [0.0; TERMS];
-    w[0] = shaft.speed;
-    d[1] = shaft.speed;
-    let mut source = *legs_v;
-    for m in 0..TERMS - 1 {
-        let k = [
-            along_time(&coupling[0], &d),
-            along_time(&coupling[1], &d),
-            along_time(&coupling[2], &d),
-        ];
-        let drive: PerPhase = core::array::from_fn(|j| {
-            source[j] - winding.resistance_ohm[j] * i[j][m] - product(&k[j], &w, m)
-        });
-        let star =
-            (drive[0] * per_henry[0] + drive[1] * per_henry[1] + drive[2] * per_henry[2]) * whole;
-        for j in 0..3 {
-            i[j][m + 1] = (drive[j] - star) * per_henry[j] / (m + 1) as f64;
-            torque[m] += product(&k[j], &i[j], m);
-        }
-        shaft.advance(m, torque[m], &mut w, &mut d);
-        source = [0.0; 3];
-    }
-    Segment { currents: i, speed: w, turn: d, torque }
 }

@@ -79,6 +79,27 @@ impl BandedMatrix {
         }
     }
 
+    /// `A·x`.
+    ///
+    /// # Panics
+    ///
+    /// When the length is not the matrix order.
+    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), self.order);
+        let (b, wide) = (self.half_band, self.half_band + 1);
+        let mut product = vec![0.0; self.order];
+        for i in 0..self.order {
+            let row = &self.rows[i * wide..(i + 1) * wide];
+            let first = i.saturating_sub(b);
+            let below = &row[first + b - i..b];
+            product[i] += dot(below, &x[first..i]) + row[b] * x[i];
+            for (value, a) in product[first..i].iter_mut().zip(below) {
+                *value += a * x[i];
+            }
+        }
+        product
+    }
+
     /// Mean of the diagonal.
     pub fn mean_diagonal(&self) -> f64 {
         let wide = self.half_band + 1;
@@ -142,6 +163,26 @@ impl BandedCholesky {
             let first = i.saturating_sub(b);
             let sum = dot(&row[first + b - i..b], &r[first..i]);
             r[i] = (r[i] - sum) / row[b];
+        }
+    }
+
+    /// Solves `Lᵀ·x = z` in place; after [`whiten`](Self::whiten) this gives `A⁻¹·r`.
+    ///
+    /// # Panics
+    ///
+    /// When the length is not the matrix order.
+    pub fn whiten_transposed(&self, z: &mut [f64]) {
+        let (b, wide) = (self.factor.half_band, self.factor.half_band + 1);
+        assert_eq!(z.len(), self.factor.order);
+        for i in (0..z.len()).rev() {
+            let row = &self.factor.rows[i * wide..(i + 1) * wide];
+            let first = i.saturating_sub(b);
+            let (before, rest) = z.split_at_mut(i);
+            rest[0] /= row[b];
+            let x = rest[0];
+            for (value, l) in before[first..].iter_mut().zip(&row[first + b - i..b]) {
+                *value -= l * x;
+            }
         }
     }
 
@@ -221,6 +262,19 @@ mod tests {
             for (i, value) in column.iter().enumerate() {
                 assert!((value - a.at(i, j)).abs() < FACTOR_REL * 3.0, "{i} {j}");
             }
+        }
+    }
+
+    #[test]
+    fn both_solves_invert_the_product() {
+        let a = example(40, 4);
+        let x: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.3).cos()).collect();
+        let mut b = a.times(&x);
+        let factor = a.cholesky().unwrap();
+        factor.whiten(&mut b);
+        factor.whiten_transposed(&mut b);
+        for (got, want) in b.iter().zip(&x) {
+            assert!((got - want).abs() < FACTOR_REL * 10.0);
         }
     }
 

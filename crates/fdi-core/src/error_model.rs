@@ -20,6 +20,27 @@ pub enum Trend {
     Constant,
     /// Linearly, in the coordinates.
     Linear,
+    /// With squares and products of the coordinates too.
+    Quadratic,
+}
+
+impl Trend {
+    /// Every trend, from the simplest on.
+    pub const ALL: [Self; 3] = [Self::Constant, Self::Linear, Self::Quadratic];
+
+    /// The terms of the trend at a point away from the centre, the constant first.
+    fn terms(self, away: &[f64]) -> Vec<f64> {
+        let mut terms = vec![1.0];
+        if self != Self::Constant {
+            terms.extend(away);
+        }
+        if self == Self::Quadratic {
+            for (i, a) in away.iter().enumerate() {
+                terms.extend(away[i..].iter().map(|b| a * b));
+            }
+        }
+        terms
+    }
 }
 
 /// Why an error model could not be learnt.
@@ -45,10 +66,12 @@ pub enum ErrorModelError {
 /// The learnt error of a monitor.
 #[derive(Clone, Debug)]
 pub struct ErrorModel {
-    mean: Vec<f64>,
-    /// One row a sought coordinate; empty for a constant trend.
-    slopes: Vec<Vec<f64>>,
+    trend: Trend,
+    /// One row a term of the trend.
+    coefficients: Vec<Vec<f64>>,
     centre: Vec<f64>,
+    /// Spread of the conditions in each coordinate, the unit that terms are formed in.
+    spread: Vec<f64>,
     residuals: Vec<Vec<f64>>,
     taper_support_samples: usize,
 }
@@ -68,20 +91,24 @@ impl ErrorModel {
     ) -> Result<Self, ErrorModelError> {
         let count = differences.len();
         let dimension = coordinates.first().map_or(0, Vec::len);
-        let terms = match trend {
-            Trend::Constant => 1,
-            Trend::Linear => 1 + dimension,
+        let moment = |power: i32, shift: &[f64]| -> Vec<f64> {
+            (0..dimension)
+                .map(|d| {
+                    let sum: f64 = coordinates.iter().map(|c| (c[d] - shift[d]).powi(power)).sum();
+                    sum / count.max(1) as f64
+                })
+                .collect()
         };
+        let centre = moment(1, &vec![0.0; dimension]);
+        let spread: Vec<f64> =
+            moment(2, &centre).iter().map(|v| v.sqrt().max(f64::MIN_POSITIVE)).collect();
+        let rows: Vec<Vec<f64>> =
+            coordinates.iter().map(|c| trend.terms(&away(c, &centre, &spread))).collect();
+        let terms = rows.first().map_or(1, Vec::len);
         if count < terms + 2 {
             return Err(ErrorModelError::TooFewSignals { found: count, needed: terms });
         }
-        let centre: Vec<f64> = (0..dimension)
-            .map(|d| coordinates.iter().map(|c| c[d]).sum::<f64>() / count as f64)
-            .collect();
-        let design = DMatrix::from_fn(count, terms, |row, term| match term {
-            0 => 1.0,
-            d => coordinates[row][d - 1] - centre[d - 1],
-        });
+        let design = DMatrix::from_fn(count, terms, |row, term| rows[row][term]);
         let gram = design.tr_mul(&design);
         let inverse = gram.cholesky().ok_or(ErrorModelError::DegenerateConditions)?.inverse();
         let pseudo = &inverse * design.transpose();
@@ -109,22 +136,24 @@ impl ErrorModel {
                 residual
             })
             .collect();
-        let mean = fitted.remove(0);
-        Ok(Self { mean, slopes: fitted, centre, residuals, taper_support_samples })
+        let coefficients = fitted;
+        Ok(Self { trend, coefficients, centre, spread, residuals, taper_support_samples })
     }
 
     /// The mean error at a point of the sought coordinates.
     pub fn mean_at(&self, coordinates: &[f64]) -> Vec<f64> {
-        let mut mean = self.mean.clone();
-        for ((slope, coordinate), centre) in self.slopes.iter().zip(coordinates).zip(&self.centre) {
-            add_scaled(&mut mean, coordinate - centre, slope);
+        let terms = self.trend.terms(&away(coordinates, &self.centre, &self.spread));
+        let mut mean = vec![0.0; self.coefficients[0].len()];
+        for (coefficient, term) in self.coefficients.iter().zip(terms) {
+            add_scaled(&mut mean, term, coefficient);
         }
         mean
     }
 
-    /// How the mean error changes with a sought coordinate; `None` for a constant trend.
-    pub fn slope(&self, coordinate: usize) -> Option<&[f64]> {
-        self.slopes.get(coordinate).map(Vec::as_slice)
+    /// The same mean with other residuals, as learnt elsewhere.
+    #[must_use]
+    pub(crate) fn with_residuals(&self, residuals: Vec<Vec<f64>>) -> Self {
+        Self { residuals, ..self.clone() }
     }
 
     /// Leave-one-out residuals, one a reference signal.
@@ -141,10 +170,39 @@ impl ErrorModel {
     pub fn covariance(&self) -> BandedMatrix {
         tapered_covariance(&self.residuals, self.taper_support_samples)
     }
+
+    /// Deals the residuals into folds: for each fold the covariance learnt without it, and the
+    /// residuals in it.
+    pub fn folds(&self) -> Vec<(BandedMatrix, Vec<&[f64]>)> {
+        (0..FOLDS)
+            .map(|fold| {
+                let (inside, outside) = deal(&self.residuals, fold);
+                (tapered_covariance(&outside, self.taper_support_samples), inside)
+            })
+            .collect()
+    }
+}
+
+/// Distance from the centre in units of the spread.
+fn away(coordinates: &[f64], centre: &[f64], spread: &[f64]) -> Vec<f64> {
+    coordinates.iter().zip(centre).zip(spread).map(|((c, m), s)| (c - m) / s).collect()
+}
+
+/// Folds that the residuals are dealt into for cross-fitting.
+const FOLDS: usize = 4;
+
+/// The residuals in a fold, and the others.
+fn deal(residuals: &[Vec<f64>], fold: usize) -> (Vec<&[f64]>, Vec<&[f64]>) {
+    let (mut inside, mut outside) = (Vec::new(), Vec::new());
+    for (row, residual) in residuals.iter().enumerate() {
+        let part = if row % FOLDS == fold { &mut inside } else { &mut outside };
+        part.push(residual.as_slice());
+    }
+    (inside, outside)
 }
 
 /// Mean outer product of residuals, tapered.
-fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usize) -> BandedMatrix {
+pub(crate) fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usize) -> BandedMatrix {
     let samples = residuals.first().map_or(0, |r| r.as_ref().len());
     let half_band = support.saturating_sub(1);
     let mut covariance = BandedMatrix::zeros(samples, half_band);
@@ -197,26 +255,18 @@ pub fn choose_taper(
     candidates_samples: &[usize],
     floor: &BandedMatrix,
 ) -> Result<Vec<(usize, f64)>, NotPositiveDefinite> {
-    const FOLDS: usize = 4;
     candidates_samples
         .iter()
         .map(|&support| {
             let mut log_likelihood = 0.0;
             for fold in 0..FOLDS {
-                let part = |inside: bool| {
-                    residuals
-                        .iter()
-                        .enumerate()
-                        .filter(move |(row, _)| (row % FOLDS == fold) == inside)
-                        .map(|(_, residual)| residual)
-                };
-                let kept: Vec<&Vec<f64>> = part(false).collect();
+                let (inside, outside) = deal(residuals, fold);
                 let mut covariance =
                     BandedMatrix::zeros(floor.order(), floor.half_band().max(support));
-                covariance.add_scaled(1.0, &tapered_covariance(&kept, support));
+                covariance.add_scaled(1.0, &tapered_covariance(&outside, support));
                 covariance.add_scaled(1.0, floor);
                 let factor = covariance.cholesky()?;
-                for residual in part(true) {
+                for residual in inside {
                     log_likelihood += log_density(&factor, residual);
                 }
             }

@@ -10,6 +10,8 @@ use ema_sim::{
 pub struct Experiment {
     /// Its name, also that of the command in metadata.
     pub name: String,
+    /// Name of the actuator's model.
+    pub model_name: String,
     /// The machine.
     pub actuator: Actuator,
     /// The test, with ideal electronics and start angle zero.
@@ -27,6 +29,7 @@ impl Experiment {
     pub fn chirp() -> Self {
         Self {
             name: "chirp".into(),
+            model_name: "ema-48".into(),
             actuator: EMA_48,
             scenario: Scenario::chirp(),
             envelope: Envelope::ConductingPhase,
@@ -102,6 +105,11 @@ pub struct Monitor {
 }
 
 impl Monitor {
+    /// Turns the rotor at the start.
+    pub fn turn_to(&mut self, start_angle_rad: f64) {
+        self.model.turn_to(start_angle_rad);
+    }
+
     /// The signal at a point of the damage space.
     pub fn signal(&mut self, coordinates: &FaultCoordinates) -> Vec<f64> {
         self.model.simulate_current(&PhysicalFaults::from(coordinates), &mut self.current_a);

@@ -24,12 +24,19 @@ pub fn unit_noise_covariance(
     let keep_every = (phase_rate_hz / filter.output_hz).round().max(1.0) as usize;
     let reach = response.len() / keep_every;
     let mut covariance = BandedMatrix::zeros(samples, reach);
+    let half_band = covariance.half_band();
+    // once the response has died out the rows repeat
+    let settled = reach + half_band + 1;
     for i in 0..samples {
-        for j in i.saturating_sub(covariance.half_band())..=i {
-            let lag = (i - j) * keep_every;
-            // n runs back from sample j to the start of the recording
-            let count = (j * keep_every + 1).min(response.len().saturating_sub(lag));
-            *covariance.at_mut(i, j) = dot(&response[..count], &response[lag..lag + count]);
+        for j in i.saturating_sub(half_band)..=i {
+            *covariance.at_mut(i, j) = if i > settled {
+                covariance.at(settled, settled - (i - j))
+            } else {
+                let lag = (i - j) * keep_every;
+                // n runs back from sample j to the start of the recording
+                let count = (j * keep_every + 1).min(response.len().saturating_sub(lag));
+                dot(&response[..count], &response[lag..lag + count])
+            };
         }
     }
     covariance

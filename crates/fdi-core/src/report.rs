@@ -18,7 +18,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// The answer to a batch of recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Diagnosis {
-    /// [`SCHEMA_VERSION`].
+    /// Version of this form.
     pub schema_version: u32,
     /// Name and version of the program, `fdi 0.1.0`.
     pub tool: String,
@@ -379,7 +379,7 @@ impl RecordDiagnosis {
 /// What a bundle holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BundleSummary {
-    /// [`SCHEMA_VERSION`].
+    /// Version of this form.
     pub schema_version: u32,
     /// SHA-256 of the bundle, hexadecimal.
     pub sha256: String,
@@ -387,7 +387,7 @@ pub struct BundleSummary {
     pub model: String,
     /// Name of the command that it is for.
     pub command: String,
-    /// Name of the envelope that it is for ([`EnvelopeKind::name`]).
+    /// Name of the envelope that it is for.
     pub envelope: String,
     /// Rate of the envelope, Hz.
     pub rate_hz: f64,

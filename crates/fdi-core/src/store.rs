@@ -177,14 +177,12 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
 }
 
 /// Encodes plain data into a container.
-#[cfg_attr(not(test), expect(dead_code, reason = "the bundle and the dataset are its users"))]
 pub(crate) fn encode<T: Encode>(kind: ArtefactKind, data: &T) -> Vec<u8> {
     let payload = bincode::encode_to_vec(data, codec());
     seal(kind, &payload.expect("plain data in memory can always be encoded"))
 }
 
 /// Decodes plain data from a container.
-#[cfg_attr(not(test), expect(dead_code, reason = "the bundle and the dataset are its users"))]
 pub(crate) fn decode<T: Decode<()>>(bytes: &[u8], kind: ArtefactKind) -> Result<T, StoreError> {
     let payload = open(bytes, kind)?;
     let (data, read) = bincode::decode_from_slice(payload, codec())
@@ -222,7 +220,8 @@ fn field<const N: usize>(header: &[u8], start: usize) -> [u8; N] {
     header[start..start + N].try_into().expect("the range has N bytes")
 }
 
-fn hex(bytes: &[u8]) -> String {
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
     use std::fmt::Write;
     bytes.iter().fold(String::new(), |mut text, byte| {
         write!(text, "{byte:02x}").expect("a String takes all text");

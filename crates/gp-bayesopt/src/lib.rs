@@ -1,8 +1,10 @@
 #![doc = include_str!("../README.md")]
 
 mod acquisition;
+mod baseline;
 mod bounds;
 mod covariance;
+mod derivative_free;
 mod design;
 mod dual;
 mod error;
@@ -21,8 +23,10 @@ mod stop;
 mod study;
 
 pub use acquisition::{Acquisition, Confidence, Fantasies, NormImprovement, Scored, TwoStep};
+pub use baseline::{Population, PopulationOptions, PopulationSolution};
 pub use bounds::{Bounds, InputKind};
 pub use covariance::{condition_number, covariance};
+pub use derivative_free::DerivativeFreeGaussNewton;
 pub use design::Design;
 pub use error::{
     AcquisitionError, BoundsError, CovarianceError, DesignError, FitError, MatrixError,

@@ -8,6 +8,6 @@ mod cholesky;
 mod least_squares;
 mod symmetric;
 
-pub(crate) use cholesky::{Factor, factor, lanes_dot, subtract_rows, wide};
+pub(crate) use cholesky::{Factor, GROUP, factor, lanes_dot, subtract_rows, wide};
 pub(crate) use least_squares::damped_step;
 pub(crate) use symmetric::{eigen, solve_positive, solve_small};

@@ -68,7 +68,7 @@ impl Maximiser {
         let signal = gp.signal_variance().sqrt();
         let candidates = self.candidates(gp);
         let mut rated = Vec::with_capacity(candidates.len());
-        for chunk in candidates.chunks(64) {
+        for chunk in candidates.chunks(128) {
             let block = gp.block(chunk);
             for (i, unit) in chunk.iter().enumerate() {
                 let std = signal * block.share[i].sqrt();
@@ -93,7 +93,7 @@ impl Maximiser {
 
     /// Maximises the two-step criterion of one output. The second points are
     /// the candidates; the first points are the quarter of them where plain
-    /// expected improvement is largest and as many others.
+    /// expected improvement is largest and every sixth of the others.
     ///
     /// # Errors
     /// Those of [`Self::maximise`].
@@ -110,7 +110,7 @@ impl Maximiser {
         let order = second.by_improvement(gp, best);
         let leading = order.len() / 4;
         let mut keep: Vec<usize> = order[..leading].to_vec();
-        keep.extend(order[leading..].iter().step_by(3));
+        keep.extend(order[leading..].iter().step_by(6));
         keep.sort_unstable();
         candidates = keep.iter().map(|&i| candidates[i].clone()).collect();
         let values = rule.values(gp, &candidates, &second, best);
@@ -119,7 +119,8 @@ impl Maximiser {
             let (value, gradient) = rule.slope(gp, unit, &second, best);
             Some((-value, gradient.iter().map(|g| -g).collect()))
         };
-        Ok(self.refine(gp.bounds(), rated, self.restarts.div_ceil(4), slope))
+        let short = Self { evaluations: self.evaluations.div_ceil(2), ..self.clone() };
+        Ok(short.refine(gp.bounds(), rated, self.restarts.div_ceil(4), slope))
     }
 
     /// Maximises the logarithm of the expected improvement of the squared norm
@@ -141,7 +142,7 @@ impl Maximiser {
         let q = gp.outputs();
         let mut rated = Vec::with_capacity(candidates.len());
         let mut mean = vec![0.0; q];
-        for chunk in candidates.chunks(64) {
+        for chunk in candidates.chunks(128) {
             let block = gp.block(chunk);
             for (i, unit) in chunk.iter().enumerate() {
                 for (o, m) in mean.iter_mut().enumerate() {

@@ -15,6 +15,7 @@ pub(crate) enum Purpose {
     Starts,
     Candidates,
     Fantasies,
+    Population,
 }
 
 /// A seeded stream of uniform and normal numbers.

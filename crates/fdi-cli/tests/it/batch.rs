@@ -13,9 +13,10 @@ use fdi_core::{RecordingDate, report::Diagnosis};
 use crate::stand_in::{GOOD, StandIn, diagnose, diagnose_coloured, folder, try_diagnose};
 
 /// One of each, and every way in which a recording cannot be read.
-fn mixed() -> tempfile::TempDir {
+pub(crate) fn mixed() -> tempfile::TempDir {
     folder(&[
         ("faulty-1.csv", GOOD),
+        ("half-1.csv", GOOD),
         ("healthy-1.csv", GOOD),
         ("partial-1.csv", GOOD),
         ("partial-2.csv", GOOD),
@@ -55,7 +56,7 @@ fn scripts_get_a_document_of_the_published_form() {
     let outcome = diagnose(&["--stable", "--seed", "7", "--output-format", "json", &path]);
     insta::assert_snapshot!(outcome.text(folder.path()));
     let document: Diagnosis = serde_json::from_str(&outcome.out).unwrap();
-    assert_eq!((document.records.len(), document.failed.len()), (5, 8));
+    assert_eq!((document.records.len(), document.failed.len()), (6, 8));
     assert_eq!((document.seed, document.bundle.as_str()), (7, "00ff"));
     assert!(document.records.iter().all(|record| record.elapsed_s.is_none()));
 }
@@ -69,10 +70,10 @@ fn scripts_get_one_object_a_line_in_the_order_of_the_input() {
         outcome.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let of = |line: &serde_json::Value| line["recording"].as_str().unwrap().to_owned();
     let names: Vec<String> = lines.iter().map(of).collect();
-    assert_eq!(names.len(), 13);
+    assert_eq!(names.len(), 14);
     assert!(names.is_sorted(), "{names:?}");
     assert!(lines[0]["elapsed_s"].is_f64());
-    assert_eq!(lines[5]["error"], "empty file: expected a header row with `time_s` and channels");
+    assert_eq!(lines[6]["error"], "empty file: expected a header row with `time_s` and channels");
 }
 
 #[test]
@@ -163,7 +164,7 @@ fn determinism_a_resumed_batch_ends_like_an_uninterrupted_one() {
     };
     let whole = run();
     let file = fs::read(&kept).unwrap();
-    assert_eq!(String::from_utf8(file.clone()).unwrap().lines().count(), 13);
+    assert_eq!(String::from_utf8(file.clone()).unwrap().lines().count(), 14);
     for length in (0..=file.len()).step_by(97).chain([file.len() - 1, file.len()]) {
         fs::write(&kept, &file[..length]).unwrap();
         assert_eq!(run(), whole, "{length} bytes");

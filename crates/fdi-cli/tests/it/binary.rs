@@ -55,6 +55,19 @@ fn inspect_says_what_a_file_holds() {
 }
 
 #[test]
+fn inspect_guesses_what_foreign_columns_are() {
+    let folder = folder(&[("r.csv", "Time [ms],I_A,I_B,I_C,rem\n0,1,2,-3,x\n0.5,1,2,-3,\n")]);
+    let file = folder.path().join("r.csv").display().to_string();
+    let text = |arguments: &[&str]| {
+        let (code, out, err) = fdi(arguments);
+        let text = format!("exit {code}\n--- stdout\n{out}--- stderr\n{err}");
+        text.replace(&folder.path().display().to_string(), "[folder]")
+    };
+    insta::assert_snapshot!(text(&["inspect", &file]));
+    insta::assert_snapshot!(text(&["inspect", "--map", "time_s=Time [ms]*0.001", &file]));
+}
+
+#[test]
 fn a_file_that_cannot_be_read_is_named() {
     let (code, out, err) = fdi(&["inspect", "none.csv"]);
     assert_eq!((code, out.as_str()), (2, ""));

@@ -9,4 +9,5 @@
 mod batch;
 mod binary;
 mod reference;
+mod schema;
 mod stand_in;

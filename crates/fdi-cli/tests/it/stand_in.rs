@@ -36,6 +36,14 @@ impl Diagnoser for StandIn {
                 let levels = [0.031, 0.02, 0.0, 0.06, 0.0, 0.012, 0.75];
                 Ok(record(recording, Verdict::Faulty, levels))
             }
+            "half" => {
+                let mut record = partial(recording);
+                record.verdict = Verdict::Faulty;
+                let interval = [0.01, 0.03];
+                let level = Fault::determined(FaultId::K2, 0.02, 0.005, interval, Some(true));
+                record.faults[FaultId::K2 as usize] = level;
+                Ok(record)
+            }
             "partial" => Ok(partial(recording)),
             "strange" => {
                 let mut record = record(recording, Verdict::ModelInadequate, [0.0; 7]);

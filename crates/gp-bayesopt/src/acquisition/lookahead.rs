@@ -11,12 +11,14 @@ use super::expected::{Scored, one_output};
 use crate::{
     error::{AcquisitionError, SettingError},
     gp::{Block, GaussianProcess},
-    linalg::{subtract_rows, wide},
+    kernel::exp_negative,
+    linalg::{GROUP, subtract_rows, wide},
     normal::{density, distribution, improvement},
     random::{Purpose, Stream},
 };
 
-/// `1/√(2π)`: an improvement never exceeds `(gain)⁺ + σ/√(2π)`.
+/// `1/√(2π)`. An improvement never exceeds `gain⁺ + σ·φ(z)/(1 + z²)`, because
+/// Mills's ratio is at least `t/(1 + t²)`.
 const PEAK: f64 = 0.398_942_280_401_432_7;
 
 /// How the expectation over the next observation is taken.
@@ -133,8 +135,10 @@ impl TwoStep {
         let mut values = Vec::with_capacity(first.len());
         for chunk in first.chunks(64) {
             let block = gp.block(chunk);
-            for i in 0..chunk.len() {
-                let look = Look { rule: self, gp, first: (&block, i), second, best };
+            let all = wide(Covariances { gp, first: &block, second });
+            for (i, row) in all.chunks_exact(second.block.count).enumerate() {
+                let covariance = row.to_vec();
+                let look = Look { rule: self, gp, first: (&block, i), second, best, covariance };
                 values.push(wide(look).value);
             }
         }
@@ -150,7 +154,8 @@ impl TwoStep {
         best: f64,
     ) -> (f64, Vec<f64>) {
         let block = gp.block(std::slice::from_ref(&unit.to_vec()));
-        let looked = wide(Look { rule: self, gp, first: (&block, 0), second, best });
+        let covariance = wide(Covariances { gp, first: &block, second });
+        let looked = wide(Look { rule: self, gp, first: (&block, 0), second, best, covariance });
         let (belief, slope) = gp.believe_with_slope(unit);
         let signal = gp.signal_std()[0];
         let noise = gp.report().noise_ratio;
@@ -211,6 +216,54 @@ impl Second {
     }
 }
 
+/// Columns of a tile, so that it stays in the first cache.
+const TILE: usize = 128;
+
+/// Posterior covariances of all first with all second points, first × second.
+struct Covariances<'a> {
+    gp: &'a GaussianProcess,
+    first: &'a Block,
+    second: &'a Second,
+}
+
+impl NullaryFnOnce for Covariances<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn call(self) -> Vec<f64> {
+        let Self { gp, first, second: Second { block: second, .. } } = self;
+        let count = second.count;
+        let mut all = vec![0.0; first.count * count];
+        let mut spare = vec![0.0; count];
+        for (i, row) in all.chunks_exact_mut(count).enumerate() {
+            gp.prior_row(first, i, second, row, &mut spare);
+        }
+        let mut from = 0;
+        while from < count {
+            let to = (from + TILE).min(count);
+            let mut start = 0;
+            while start < gp.len() {
+                let end = (start + GROUP).min(gp.len());
+                for (i, row) in all.chunks_exact_mut(count).enumerate() {
+                    subtract_rows(
+                        &mut row[from..to],
+                        start..end,
+                        |k| first.whitened[k * first.count + i],
+                        |k| &second.whitened[k * count + from..k * count + to],
+                    );
+                }
+                start = end;
+            }
+            from = to;
+        }
+        let variance = gp.signal_variance();
+        for c in &mut all {
+            *c *= variance;
+        }
+        all
+    }
+}
+
 /// The two-step criterion of one first point.
 struct Look<'a> {
     rule: &'a TwoStep,
@@ -218,6 +271,8 @@ struct Look<'a> {
     first: (&'a Block, usize),
     second: &'a Second,
     best: f64,
+    /// Posterior covariance with each second point.
+    covariance: Vec<f64>,
 }
 
 impl NullaryFnOnce for Look<'_> {
@@ -225,30 +280,17 @@ impl NullaryFnOnce for Look<'_> {
 
     #[inline(always)]
     fn call(self) -> Looked {
-        let Self { rule, gp, first: (block, at), second, best } = self;
+        let Self { rule, gp, first: (block, at), second, best, covariance } = self;
         let count = second.block.count;
         let variance = gp.signal_variance();
         let noise = gp.report().noise_ratio;
-        let mut covariance = vec![0.0; count];
-        let mut spare = vec![0.0; count];
-        gp.prior_row(block, at, &second.block, &mut covariance, &mut spare);
-        let n = gp.len();
-        subtract_rows(
-            &mut covariance,
-            0..n,
-            |i| block.whitened[i * block.count + at],
-            |i| &second.block.whitened[i * count..(i + 1) * count],
-        );
-        for c in &mut covariance {
-            *c *= variance;
-        }
         let mean = block.mean[at];
         let std = (variance * block.share[at]).sqrt();
         let observed = (variance * (block.share[at] + noise)).sqrt();
         let now = if std > 0.0 { std * improvement((best - mean) / std) } else { 0.0 };
         let inverse = if observed > 0.0 { 1.0 / observed } else { 0.0 };
         let mut pull = vec![0.0; count];
-        let mut later = spare;
+        let mut later = vec![0.0; count];
         for i in 0..count {
             pull[i] = covariance[i] * inverse;
             let left = variance * second.block.share[i] - pull[i] * pull[i];
@@ -259,10 +301,7 @@ impl NullaryFnOnce for Look<'_> {
         let mut chosen = Vec::with_capacity(rule.nodes.len());
         for &(z, weight) in &rule.nodes {
             let best1 = best.min(mean + observed * z);
-            for i in 0..count {
-                let gain = best1 - second.block.mean[i] - pull[i] * z;
-                ceiling[i] = gain.max(0.0) + PEAK * later[i];
-            }
+            ceilings(&mut ceiling, (best1, z), &second.block.mean, (&pull, &later));
             let exact = |i: usize| {
                 let gain = best1 - second.block.mean[i] - pull[i] * z;
                 if later[i] > 0.0 { later[i] * improvement(gain / later[i]) } else { gain.max(0.0) }
@@ -284,11 +323,31 @@ impl NullaryFnOnce for Look<'_> {
     }
 }
 
+/// Upper bounds of the improvement at each second point.
+#[inline(always)]
+fn ceilings(out: &mut [f64], (best, z): (f64, f64), mean: &[f64], (pull, later): (&[f64], &[f64])) {
+    let n = out.len();
+    // slices of one length, so that the loop needs no checks
+    let (mean, pull, later) = (&mean[..n], &pull[..n], &later[..n]);
+    for i in 0..n {
+        let gain = best - mean[i] - pull[i] * z;
+        let u = gain / (later[i] + f64::MIN_POSITIVE);
+        let u2 = u * u;
+        let tail = later[i] * PEAK * exp_negative(-0.5 * u2) / (1.0 + u2);
+        out[i] = gain.max(0.0) + tail;
+    }
+}
+
 /// Index of the largest entry.
 #[inline(always)]
 fn highest(values: &[f64]) -> usize {
-    let top = values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
-    values.iter().position(|v| *v == top).unwrap_or(0)
+    let mut top = 0;
+    for i in 1..values.len() {
+        if values[i] > values[top] {
+            top = i;
+        }
+    }
+    top
 }
 
 /// Nodes and weights for the standard normal law, by Newton's method on the

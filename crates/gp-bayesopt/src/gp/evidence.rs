@@ -98,8 +98,9 @@ impl<'a> Evidence<'a> {
     /// Everything at `theta` (logarithms of the length scales, then of the
     /// noise ratio if that is fitted). Fails with the pivot that broke.
     pub(super) fn solve(&self, theta: &[f64]) -> Result<Solved, f64> {
-        let (matrix, _) = wide(Covariance { evidence: self, theta });
-        self.solve_with(matrix)
+        let mut memory = Memory::default();
+        wide(Covariance { evidence: self, theta, memory: &mut memory });
+        self.solve_with(memory.matrix)
     }
 
     fn solve_with(&self, matrix: Vec<f64>) -> Result<Solved, f64> {
@@ -107,12 +108,27 @@ impl<'a> Evidence<'a> {
     }
 
     /// Log-likelihood and gradient, `None` when the covariance is indefinite.
-    pub(super) fn value_and_gradient(&self, theta: &[f64]) -> Option<(f64, Vec<f64>)> {
-        let (matrix, slopes) = wide(Covariance { evidence: self, theta });
-        let solved = self.solve_with(matrix).ok()?;
-        let gradient = wide(Gradient { evidence: self, theta, solved: &solved, slopes });
+    pub(super) fn value_and_gradient(
+        &self,
+        theta: &[f64],
+        memory: &mut Memory,
+    ) -> Option<(f64, Vec<f64>)> {
+        wide(Covariance { evidence: self, theta, memory });
+        let solved = self.solve_with(std::mem::take(&mut memory.matrix)).ok()?;
+        let gradient = wide(Gradient { evidence: self, theta, solved: &solved, memory });
+        memory.matrix = solved.factor.into_buffer();
         Some((solved.ln_likelihood, gradient))
     }
+}
+
+/// Memory that one evaluation leaves to the next.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    matrix: Vec<f64>,
+    r2: Vec<f64>,
+    slopes: Vec<f64>,
+    triangle: Vec<f64>,
+    inverse: Vec<f64>,
 }
 
 /// Means, variances and likelihood for a factored covariance.
@@ -150,26 +166,28 @@ pub(super) fn profile(data: &Data, factor: Factor) -> Solved {
 struct Covariance<'a, 'b> {
     evidence: &'b Evidence<'a>,
     theta: &'b [f64],
+    memory: &'b mut Memory,
 }
 
 impl NullaryFnOnce for Covariance<'_, '_> {
-    type Output = (Vec<f64>, Vec<f64>);
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> Self::Output {
-        let Self { evidence, theta } = self;
+    fn call(self) {
+        let Self { evidence, theta, memory: Memory { matrix, r2, slopes, .. } } = self;
         let n = evidence.data.len();
-        let mut r2 = vec![0.0; n * (n - 1) / 2];
-        let mut slopes = vec![0.0; r2.len()];
+        r2.clear();
+        r2.resize(n * (n - 1) / 2, 0.0);
+        slopes.resize(r2.len(), 0.0);
         for (squares, theta) in evidence.squares.iter().zip(theta) {
             let weight = libm::exp(-2.0 * theta);
             for (r2, s) in r2.iter_mut().zip(squares) {
                 *r2 += weight * s;
             }
         }
-        evidence.kernel.evaluate(&mut r2, &mut slopes);
+        evidence.kernel.evaluate(r2, slopes);
         let diagonal = 1.0 + evidence.noise(theta) + evidence.jitter;
-        let mut matrix = vec![0.0; n * n];
+        matrix.resize(n * n, 0.0);
         let mut at = 0;
         for i in 0..n {
             matrix[i * n + i] = diagonal;
@@ -177,7 +195,6 @@ impl NullaryFnOnce for Covariance<'_, '_> {
             matrix[i * n + i + 1..(i + 1) * n].copy_from_slice(&r2[at..at + width]);
             at += width;
         }
-        (matrix, slopes)
     }
 }
 
@@ -186,7 +203,7 @@ struct Gradient<'a, 'b> {
     evidence: &'b Evidence<'a>,
     theta: &'b [f64],
     solved: &'b Solved,
-    slopes: Vec<f64>,
+    memory: &'b mut Memory,
 }
 
 impl NullaryFnOnce for Gradient<'_, '_> {
@@ -194,12 +211,13 @@ impl NullaryFnOnce for Gradient<'_, '_> {
 
     #[inline(always)]
     fn call(self) -> Vec<f64> {
-        let Self { evidence, theta, solved, mut slopes } = self;
+        let Self { evidence, theta, solved, memory } = self;
+        let Memory { slopes, triangle, inverse: w, .. } = memory;
         let n = evidence.data.len();
         let varying: Vec<usize> =
             (0..solved.variance.len()).filter(|&o| solved.variance[o] > 0.0).collect();
         let count = varying.len() as f64;
-        let mut w = solved.factor.inverse_upper();
+        solved.factor.inverse_upper_into(triangle, w);
         let mut trace = 0.0;
         let mut at = 0;
         for i in 0..n {
@@ -225,7 +243,7 @@ impl NullaryFnOnce for Gradient<'_, '_> {
             .squares
             .iter()
             .zip(theta)
-            .map(|(squares, theta)| -libm::exp(-2.0 * theta) * lanes_dot(&slopes, squares))
+            .map(|(squares, theta)| -libm::exp(-2.0 * theta) * lanes_dot(slopes, squares))
             .collect();
         if evidence.fixed_noise.is_none() {
             gradient.push(-0.5 * evidence.noise(theta) * trace);

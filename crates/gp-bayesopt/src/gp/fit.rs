@@ -2,7 +2,7 @@
 
 use super::{
     data::{Data, check_finite},
-    evidence::{Evidence, Solved},
+    evidence::{Evidence, Memory, Solved},
 };
 use crate::{
     bounds::Bounds,
@@ -13,6 +13,9 @@ use crate::{
     minimise::{Limits, minimise},
     random::{Purpose, Stream},
 };
+
+/// Centre of the prior on log length scales, `ln 1.5`.
+const LN_PRIOR_SCALE: f64 = 0.405_465_108_108_164_4;
 
 /// Jitters tried, relative to the signal variance.
 const JITTERS: [f64; 8] = [0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-4];
@@ -482,23 +485,50 @@ fn hyperparameters(
     if data.len() < 2 || data.scaling.iter().all(|s| s.spread == 0.0) {
         return (default, 0, data.len());
     }
-    let subset;
-    let (data, fitted_on) = if data.len() > options.max_fit_points {
-        let order = Stream::new(options.seed, Purpose::Starts, 1).permutation(data.len());
-        subset = data.subset(&order[..options.max_fit_points]);
-        (&subset, options.max_fit_points)
+    let order = Stream::new(options.seed, Purpose::Starts, 1).permutation(data.len());
+    let shared = (features, options);
+    let mut evaluations = 0;
+    // the starts compete on few points; the winner is refined on all
+    let scout = data.len() > SCOUTS * 3 / 2 && warm.is_none();
+    let first = if scout {
+        data.subset(&order[..SCOUTS])
     } else {
-        (data, data.len())
+        data.subset(&order[..data.len().min(options.max_fit_points)])
     };
+    let found = climb(&first, shared, warm, &mut evaluations);
+    if !scout {
+        return (found.unwrap_or(default), evaluations, first.len());
+    }
+    let most = options.max_fit_points.min(data.len());
+    let last = if most == data.len() { data.clone() } else { data.subset(&order[..most]) };
+    let refine = GpOptions { starts: 1, ..options.clone() };
+    let start = found.unwrap_or(default);
+    let found = climb(&last, (features, &refine), Some(&start), &mut evaluations);
+    (found.unwrap_or(start), evaluations, last.len())
+}
+
+/// Points on which the starts of a large fit compete.
+const SCOUTS: usize = 64;
+
+/// The most likely hyperparameters that any start leads to.
+fn climb(
+    data: &Data,
+    (features, options): (&Features, &GpOptions),
+    warm: Option<&[f64]>,
+    evaluations: &mut usize,
+) -> Option<Vec<f64>> {
+    let scales = features.scales();
+    let (lower, upper) = options.limits(scales);
     let groups = (features.groups(), scales);
     let evidence = Evidence::new(data, groups, options.kernel, options.fixed_noise())
         .with_jitter(if options.fixed_noise().is_some() { 1e-10 } else { 0.0 });
     let size = (data.len() * data.outputs()) as f64;
-    let cost = |theta: &[f64]| {
-        let (value, gradient) = evidence.value_and_gradient(theta)?;
-        let prior = |t: f64| options.prior_weight * (t - libm::log(1.5));
+    let mut memory = Memory::default();
+    let mut cost = |theta: &[f64]| {
+        let (value, gradient) = evidence.value_and_gradient(theta, &mut memory)?;
+        let prior = |t: f64| options.prior_weight * (t - LN_PRIOR_SCALE);
         let penalty: f64 =
-            theta[..scales].iter().map(|&t| 0.5 * prior(t) * (t - libm::log(1.5))).sum();
+            theta[..scales].iter().map(|&t| 0.5 * prior(t) * (t - LN_PRIOR_SCALE)).sum();
         let mut gradient: Vec<f64> = gradient.iter().map(|g| -g / size).collect();
         for (g, &t) in gradient.iter_mut().zip(&theta[..scales]) {
             *g += prior(t);
@@ -507,22 +537,20 @@ fn hyperparameters(
     };
     let limits = Limits {
         evaluations: options.evaluations_per_start,
-        decrease: 1e-8,
+        decrease: 1e-7,
         gradient: 1e-5,
         first_step: 0.7,
     };
-    let mut evaluations = 0;
     let mut best: Option<(f64, Vec<f64>)> = None;
-    let starts = starts(&evidence, options, (&lower, &upper), warm, &mut evaluations);
-    for start in starts {
-        if let Some(found) = minimise(cost, &start, (&lower, &upper), limits) {
-            evaluations += found.evaluations;
+    for start in starts(&evidence, options, (&lower, &upper), warm, evaluations) {
+        if let Some(found) = minimise(&mut cost, &start, (&lower, &upper), limits) {
+            *evaluations += found.evaluations;
             if best.as_ref().is_none_or(|(value, _)| found.value < *value) {
                 best = Some((found.value, found.point));
             }
         }
     }
-    (best.map_or(default, |(_, theta)| theta), evaluations, fitted_on)
+    best.map(|(_, theta)| theta)
 }
 
 /// Half an interval for every length scale, little noise.

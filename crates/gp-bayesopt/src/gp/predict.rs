@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Points predicted at once, so that their columns stay in the cache.
-const BLOCK: usize = 64;
+const BLOCK: usize = 128;
 
 /// Mean and standard deviation of the noise-free outputs at a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -244,7 +244,7 @@ impl GaussianProcess {
         let (scaled, _, slopes) = self.correlate(unit);
         let mut solved: Vec<f64> =
             (0..self.len()).map(|i| block.whitened[i * block.count + at]).collect();
-        self.solved.factor.solve_upper(&mut solved);
+        self.solved.factor.solve_upper_wide(&mut solved);
         let there: Vec<f64> =
             self.features.of(other).iter().zip(&self.inverse_scale).map(|(z, s)| z * s).collect();
         let mut r2 = [scaled.iter().zip(&there).map(|(a, b)| (a - b) * (a - b)).sum()];

@@ -8,7 +8,7 @@
 use pulp::NullaryFnOnce;
 
 /// Rows that one pass over a row subtracts at once.
-const GROUP: usize = 8;
+pub(crate) const GROUP: usize = 8;
 
 /// Runs a kernel with the widest vectors of this machine.
 pub(crate) fn wide<K: NullaryFnOnce>(kernel: K) -> K::Output {
@@ -17,15 +17,25 @@ pub(crate) fn wide<K: NullaryFnOnce>(kernel: K) -> K::Output {
 
 /// `y −= Σ_b c_b·x_b`, element by element in the order of `b`.
 #[inline(always)]
-pub(crate) fn subtract<const B: usize>(y: &mut [f64], c: [f64; B], x: [&[f64]; B]) {
+fn subtract_group(y: &mut [f64], c: [f64; GROUP], x: [&[f64]; GROUP]) {
     let n = y.len();
-    let x = x.map(|x| &x[..n]);
+    let [c0, c1, c2, c3, c4, c5, c6, c7] = c;
+    let [x0, x1, x2, x3, x4, x5, x6, x7] = x;
+    // slices of one length, so that the loop needs no checks
+    let (x0, x1, x2, x3) = (&x0[..n], &x1[..n], &x2[..n], &x3[..n]);
+    let (x4, x5, x6, x7) = (&x4[..n], &x5[..n], &x6[..n], &x7[..n]);
     for i in 0..n {
-        let mut v = y[i];
-        for b in 0..B {
-            v -= c[b] * x[b][i];
-        }
-        y[i] = v;
+        let first = ((y[i] - c0 * x0[i]) - c1 * x1[i]) - c2 * x2[i];
+        let second = ((first - c3 * x3[i]) - c4 * x4[i]) - c5 * x5[i];
+        y[i] = (second - c6 * x6[i]) - c7 * x7[i];
+    }
+}
+
+/// `y −= c·x`.
+#[inline(always)]
+fn subtract_one(y: &mut [f64], c: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= c * x;
     }
 }
 
@@ -39,12 +49,16 @@ pub(crate) fn subtract_rows<'a>(
 ) {
     let mut r = rows.start;
     while r + GROUP <= rows.end {
-        let at: [usize; GROUP] = std::array::from_fn(|b| r + b);
-        subtract(y, at.map(&c), at.map(&row));
+        // written out: an array's map is not always inlined into the kernel
+        let (r1, r2, r3) = (r + 1, r + 2, r + 3);
+        let (r4, r5, r6, r7) = (r + 4, r + 5, r + 6, r + 7);
+        let factors = [c(r), c(r1), c(r2), c(r3), c(r4), c(r5), c(r6), c(r7)];
+        let rows = [row(r), row(r1), row(r2), row(r3), row(r4), row(r5), row(r6), row(r7)];
+        subtract_group(y, factors, rows);
         r += GROUP;
     }
     while r < rows.end {
-        subtract(y, [c(r)], [row(r)]);
+        subtract_one(y, c(r), row(r));
         r += 1;
     }
 }
@@ -182,6 +196,11 @@ impl Factor {
         wide(SolveKernel { factor: self, v });
     }
 
+    /// Solves `U·v = b` in place, with the widest vectors.
+    pub(crate) fn solve_upper_wide(&self, v: &mut [f64]) {
+        wide(UpperKernel { factor: self, v });
+    }
+
     /// Solves `Uᵀ·V = B` in place for the `columns` columns of a row-major `B`.
     #[inline(always)]
     pub(crate) fn solve_lower_many(&self, b: &mut [f64], columns: usize) {
@@ -201,12 +220,25 @@ impl Factor {
         }
     }
 
+    /// Gives back the memory.
+    pub(crate) fn into_buffer(self) -> Vec<f64> {
+        self.upper
+    }
+
     /// The upper half of `A⁻¹`, row by row; the lower half is left zero.
-    #[inline(always)]
     pub(crate) fn inverse_upper(&self) -> Vec<f64> {
+        let (mut x, mut p) = (Vec::new(), Vec::new());
+        wide(InverseKernel { factor: self, x: &mut x, p: &mut p });
+        p
+    }
+
+    /// The same into `p`, with `x` for the triangular inverse.
+    #[inline(always)]
+    pub(crate) fn inverse_upper_into(&self, x: &mut Vec<f64>, p: &mut Vec<f64>) {
         let n = self.n;
-        let x = self.lower_inverse();
-        let mut p = vec![0.0; n * n];
+        self.lower_inverse(x);
+        p.clear();
+        p.resize(n * n, 0.0);
         for i in 0..n {
             let row = &mut p[i * n..(i + 1) * n];
             let mut k = i;
@@ -221,14 +253,14 @@ impl Factor {
                 k = end;
             }
         }
-        p
     }
 
     /// `U⁻ᵀ`, lower triangular, row by row.
     #[inline(always)]
-    fn lower_inverse(&self) -> Vec<f64> {
+    fn lower_inverse(&self, x: &mut Vec<f64>) {
         let n = self.n;
-        let mut x = vec![0.0; n * n];
+        x.clear();
+        x.resize(n * n, 0.0);
         for i in 0..n {
             let (above, at) = x.split_at_mut(i * n);
             let mut j = 0;
@@ -248,7 +280,6 @@ impl Factor {
             }
             at[i] = inverse;
         }
-        x
     }
 
     /// Extends the factor by one row and column: `column` is the covariance
@@ -286,6 +317,35 @@ impl NullaryFnOnce for SolveKernel<'_> {
     fn call(self) {
         self.factor.solve_lower(self.v);
         self.factor.solve_upper(self.v);
+    }
+}
+
+struct UpperKernel<'a> {
+    factor: &'a Factor,
+    v: &'a mut [f64],
+}
+
+impl NullaryFnOnce for UpperKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.factor.solve_upper(self.v);
+    }
+}
+
+struct InverseKernel<'a> {
+    factor: &'a Factor,
+    x: &'a mut Vec<f64>,
+    p: &'a mut Vec<f64>,
+}
+
+impl NullaryFnOnce for InverseKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.factor.inverse_upper_into(self.x, self.p);
     }
 }
 

@@ -4,8 +4,8 @@ use crate::matrix::Matrix;
 
 /// The step `s` that minimises `‖r + J·s‖² + λ·‖D·s‖²` on `low ≤ s ≤ high`.
 ///
-/// Inputs that would leave the box are pinned to its face and the others
-/// solved again, at most once for each input. A QR factorisation of the
+/// The input that would leave the box farthest is pinned to its face and the
+/// others solved again, at most once for each input. A QR factorisation of the
 /// stacked matrix keeps the conditioning of `J` rather than of `JᵀJ`.
 pub(crate) fn damped_step(
     jacobian: &Matrix,
@@ -19,20 +19,15 @@ pub(crate) fn damped_step(
     while !free.is_empty() {
         let right = shifted(jacobian, residual, &step, &free);
         let part = solve_free(jacobian, &right, damping, &free);
-        let outside: Vec<usize> = (0..free.len())
-            .filter(|&i| part[i] < low[free[i]] || part[i] > high[free[i]])
-            .collect();
+        let excess = |i: usize| (low[free[i]] - part[i]).max(part[i] - high[free[i]]);
+        let worst = (0..free.len()).max_by(|&a, &b| excess(a).total_cmp(&excess(b)));
         for (&input, &s) in free.iter().zip(&part) {
             step[input] = s.clamp(low[input], high[input]);
         }
-        if outside.is_empty() {
-            break;
-        }
-        let mut position = 0;
-        free.retain(|_| {
-            position += 1;
-            !outside.contains(&(position - 1))
-        });
+        match worst {
+            Some(i) if excess(i) > 0.0 => free.remove(i),
+            _ => break,
+        };
     }
     step
 }

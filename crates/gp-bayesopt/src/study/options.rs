@@ -91,9 +91,11 @@ impl StudyOptions {
     }
 
     /// A residual whose norm is minimised, every entry modelled with one
-    /// shared kernel.
+    /// shared kernel. The Sobol' design has `d + 1` points: enough for a first
+    /// linear model, the rest is left to the criterion.
     pub fn residual(bounds: Bounds, budget: usize) -> Self {
         Self {
+            design_points: bounds.dimension() + 1,
             objective: Objective::Residual,
             target: 0.0,
             gp: GpOptions {

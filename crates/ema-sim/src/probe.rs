@@ -1,0 +1,44 @@
+//! What an observer sees of a run: every segment, exactly as it was solved.
+
+use crate::{
+    drive_train::DriveTrain,
+    winding::{SectorWinding, Segment},
+};
+
+/// The legs during a segment.
+#[derive(Clone, Copy, Debug)]
+#[expect(dead_code, reason = "for observers that integrate energies")]
+pub(crate) struct Circuit<'a> {
+    /// Potentials of the positive and the negative phase's legs.
+    pub(crate) legs_v: (f64, f64),
+    /// Potential of the idle phase's leg while a diode of it conducts.
+    pub(crate) idle_v: f64,
+    pub(crate) at: &'a SectorWinding,
+}
+
+/// An observer; the one that sees nothing is `()` and costs nothing.
+pub(crate) trait Probe {
+    /// A segment, before the state moves to its end.
+    fn segment(
+        &mut self,
+        segment: &Segment,
+        span_s: f64,
+        circuit: &Circuit<'_>,
+        train: &DriveTrain,
+    );
+
+    /// The shaft is about to meet a bound with its present speed.
+    fn impact(&mut self, train: &DriveTrain);
+
+    /// Factor on the longest segment; below one, segments are cut finer.
+    fn longest_segment_ratio(&self) -> f64 {
+        1.0
+    }
+}
+
+impl Probe for () {
+    #[inline]
+    fn segment(&mut self, _: &Segment, _: f64, _: &Circuit<'_>, _: &DriveTrain) {}
+    #[inline]
+    fn impact(&mut self, _: &DriveTrain) {}
+}
