@@ -30,6 +30,7 @@
 
 mod controller;
 mod drive_train;
+mod energy;
 mod envelope;
 mod error;
 mod fault;
@@ -48,6 +49,7 @@ mod series;
 mod trace;
 mod winding;
 
+pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
 pub use error::{ParameterError, SimulationError};
 pub use fault::{
@@ -59,5 +61,5 @@ pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
 pub use phase::{ContinuingPhase, PerPhase, Sector};
-pub use scenario::{Command, Imperfections, Scenario};
+pub use scenario::{Command, Imperfections, InitialState, Scenario};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
