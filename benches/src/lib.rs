@@ -1,1 +1,4 @@
 //! Cases shared by the benches: seeded and in memory.
+
+pub mod bayesopt;
+pub mod reduce;

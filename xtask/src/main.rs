@@ -1,16 +1,30 @@
 //! Development tasks of the workspace: `cargo xtask …`.
 
+mod ci;
+mod docs;
+mod tidy;
 mod validate;
 
 use anyhow::{Result, bail};
 
+/// What `cargo xtask` prints without a task.
+const TASKS: &str = "\
+cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
+cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
+cargo xtask tidy                        dependency edges, paths named in docs, licences
+cargo xtask ci                          all that must pass";
+
 fn main() -> Result<()> {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize()?;
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+        ["ci"] => ci::run(&root),
+        ["docs"] => docs::run(&root, false),
+        ["docs", "--check"] => docs::run(&root, true),
+        ["tidy"] => tidy::run(&root),
         ["validate"] => validate::run(&root, None, false),
         ["validate", "--check"] => validate::run(&root, None, true),
         ["validate", page] => validate::run(&root, Some(page), false),
-        other => bail!("unknown task {other:?}"),
+        other => bail!("unknown task {other:?}; the tasks are\n{TASKS}"),
     }
 }

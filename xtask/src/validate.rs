@@ -4,6 +4,8 @@
 //! anyone can recompute in seconds (deterministic, compared by `--check`), and
 //! `text`, the whole page as Markdown.
 
+mod reduction;
+
 use std::{fs, path::Path};
 
 use anyhow::{Context, Result, bail};
@@ -37,7 +39,8 @@ struct Page {
 }
 
 /// Every page, in the order of the paper's pipeline.
-const PAGES: &[Page] = &[];
+const PAGES: &[Page] =
+    &[Page { name: "reduction", quick: reduction::quick, text: reduction::text }];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
 pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {

@@ -58,11 +58,9 @@ impl LowFidelity {
         Ok(Self { actuator: *actuator, scenario: scenario.clone(), command_rad })
     }
 
-    /// The same test with the rotor turned at the start.
-    #[must_use]
-    pub fn turned_to(mut self, start_angle_rad: f64) -> Self {
+    /// Turns the rotor at the start.
+    pub fn turn_to(&mut self, start_angle_rad: f64) {
         self.scenario.start_angle_rad = start_angle_rad;
-        self
     }
 
     /// Runs the test on an actuator with the given damage.

@@ -1,1 +1,59 @@
 //! Fault detection and isolation of electromechanical actuators from stator current.
+//!
+//! # Recordings
+//!
+//! A recording is a file of channels, each with its own time axis; the names of
+//! its columns carry the units (`docs/formats.md`).
+//!
+//! ```
+//! use fdi_core::{ChannelName, ColumnMap, Recording};
+//!
+//! let text = "# rate-hz = 2000\ntime_s,current_a\n0,0.10\n0.0005,0.12\n0.0010,0.11\n";
+//! let recording = Recording::parse("bench.csv", text.as_bytes(), &ColumnMap::default())?;
+//! let current = recording.channel(ChannelName::Current).expect("the file has it");
+//! assert_eq!(current.values(), [0.10, 0.12, 0.11]);
+//! assert_eq!(current.sampling()?.rate_hz, 2000.0);
+//! # Ok::<_, fdi_core::RecordError>(())
+//! ```
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+mod artefact;
+mod banded;
+mod bundle;
+mod dataset;
+mod diagnose;
+mod error_model;
+mod experiment;
+mod likelihood;
+mod noise_covariance;
+mod observation;
+mod posterior;
+mod record;
+pub mod report;
+mod scalar_search;
+mod schema;
+mod seed;
+mod simulated;
+pub mod store;
+
+pub use artefact::{dataset_from_bytes, dataset_to_bytes};
+pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+pub use bundle::{Bundle, BundleError, DEFAULT_NOISE_A, ErrorChoice, MASK_POINTS, StartAngle};
+pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
+pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
+pub use error_model::{ErrorModel, ErrorModelError, Trend, choose_taper};
+pub use experiment::{Experiment, Monitor};
+pub use noise_covariance::unit_noise_covariance;
+pub use observation::ObservationError;
+pub use posterior::FALSE_ALARM_RATE;
+pub use record::{
+    Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
+    CsvFormat, Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate,
+    Sampling, WriteError, guess_columns, list_recordings,
+};
+pub use schema::Schema;
+pub use seed::{Purpose, RootSeed};
+pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};

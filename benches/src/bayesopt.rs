@@ -1,0 +1,13 @@
+//! Inverse problems and the methods that are compared on them.
+
+mod held_out;
+mod inversion;
+mod methods;
+mod problem;
+mod tracker;
+
+pub use held_out::held_out;
+pub use inversion::{inversion, reference_values};
+pub use methods::{METHODS, Method, Start, run};
+pub use problem::{Chart, Problem};
+pub use tracker::{Level, Run, Tracker};

@@ -1,0 +1,490 @@
+//! The command line.
+
+use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use fdi_core::{
+    RootSeed, Schema,
+    report::{Fidelity, Method},
+};
+
+/// Diagnose electromechanical actuators from recordings of their stator current.
+///
+/// Data goes to standard output, everything else to standard error. Exit status: 0
+/// the work was done; with `--exit-code`, 1 when a fault was found; 2 it could not
+/// be done, or some recordings of a batch could not be.
+#[derive(Debug, Parser)]
+#[command(name = "fdi", version, propagate_version = true, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// What means the same everywhere.
+    #[command(flatten)]
+    pub global: GlobalArgs,
+}
+
+/// Options that mean the same in every command.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Everywhere")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
+pub struct GlobalArgs {
+    /// Write the product (result, recording, bundle) to this file instead of standard output
+    #[arg(long, short, global = true, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Form of the result
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        default_value_t,
+        env = "FDI_OUTPUT_FORMAT",
+        hide_env_values = true
+    )]
+    pub output_format: OutputFormat,
+    /// Seed of everything random; the same seed gives the same answer
+    #[arg(
+        long,
+        global = true,
+        default_value_t = 0,
+        value_name = "N",
+        env = "FDI_SEED",
+        hide_env_values = true
+    )]
+    pub seed: u64,
+    /// Recordings worked on at the same time [default: one for each processor]
+    #[arg(long, global = true, value_name = "N", env = "FDI_JOBS", hide_env_values = true)]
+    pub jobs: Option<NonZeroUsize>,
+    /// Leave out what differs from run to run (timings)
+    #[arg(long, global = true)]
+    pub stable: bool,
+    /// Write the date and time into the JSON document
+    #[arg(long, global = true, conflicts_with = "stable")]
+    pub stamp: bool,
+    /// When to colour
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "WHEN")]
+    pub color: Color,
+    /// Say only what went wrong
+    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say what is being done
+    #[arg(long, short, global = true, action = ArgAction::SetTrue)]
+    pub verbose: bool,
+}
+
+impl GlobalArgs {
+    pub(crate) fn root_seed(&self) -> RootSeed {
+        RootSeed(self.seed)
+    }
+}
+
+/// Form of a result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum OutputFormat {
+    /// A table and sentences for people.
+    #[default]
+    Human,
+    /// One JSON document.
+    Json,
+    /// One JSON object a line.
+    Jsonl,
+    /// One row a recording.
+    Csv,
+}
+
+/// When to colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal, unless `NO_COLOR` is set; `CLICOLOR_FORCE` holds.
+    #[default]
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+impl Color {
+    /// The same for the library that strips the colours.
+    pub fn choice(self) -> anstream::ColorChoice {
+        match self {
+            Self::Auto => anstream::ColorChoice::Auto,
+            Self::Always => anstream::ColorChoice::Always,
+            Self::Never => anstream::ColorChoice::Never,
+        }
+    }
+}
+
+/// A command.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fault levels with uncertainty, verdict and fit for each recording
+    Diagnose(DiagnoseArgs),
+    /// A recording of a simulated actuator
+    Simulate(SimulateArgs),
+    /// The offline stage: what is learnt from datasets
+    #[command(subcommand)]
+    Bundle(BundleCommand),
+    /// What a recording holds, and how to map its columns
+    Inspect(InspectArgs),
+    /// The JSON Schema of an answer, or the columns of a recording
+    Schema(SchemaArgs),
+    /// Completions for a shell, to standard output
+    Completions(CompletionsArgs),
+    /// The manual page, to standard output
+    Man,
+}
+
+/// Which columns of a file are which channels.
+#[derive(Clone, Debug, Default, Args)]
+pub struct MapArgs {
+    /// Read channel NAME from COLUMN, multiplied by FACTOR; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN[*FACTOR]")]
+    pub map: Vec<String>,
+}
+
+/// Options of `fdi diagnose`.
+#[derive(Clone, Debug, Args)]
+pub struct DiagnoseArgs {
+    /// Recordings (`.csv`, `.csv.gz`) and folders of recordings
+    #[arg(required = true, value_name = "PATH")]
+    pub paths: Vec<PathBuf>,
+    /// Bundle to diagnose with [default: the embedded one that fits the recording]
+    #[arg(long, value_name = "FILE")]
+    pub bundle: Option<PathBuf>,
+    /// Model to compare the recordings with
+    #[arg(long, value_enum, default_value_t = FidelityArg::Low)]
+    pub fidelity: FidelityArg,
+    /// How the fault levels are searched
+    #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
+    pub method: MethodArg,
+    /// Most evaluations of the model for one recording [default: the method's own]
+    #[arg(long, value_name = "N")]
+    pub max_evaluations: Option<NonZeroUsize>,
+    /// Numbers that recordings are reduced to [default: the bundle's own]
+    #[arg(long, value_enum)]
+    pub encoding: Option<EncodingArg>,
+    /// Noise on each phase per sample, rms in A, in place of the recording's own
+    #[arg(long, value_name = "RMS", value_parser = not_negative)]
+    pub noise_a: Option<f64>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub map: MapArgs,
+    /// Keep the answers in FILE, one a line, and go on where it ends
+    ///
+    /// A batch that was interrupted is run again with the same options: recordings
+    /// that FILE has are not diagnosed again, and their answers are told with the
+    /// others. With `--stable` nothing tells FILE from that of an uninterrupted run.
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub resume: Option<PathBuf>,
+    /// Diagnose only every N-th recording, beginning with the I-th (from 1)
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Exit with 1 when a fault or a model error is found
+    #[arg(long)]
+    pub exit_code: bool,
+}
+
+/// Which model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FidelityArg {
+    /// The monitoring model.
+    Low,
+    /// The reference model.
+    High,
+}
+
+/// How fault levels are searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Bayesian search on the residuals themselves.
+    Composite,
+    /// The bundle's emulator, no simulation.
+    Emulator,
+    /// Two-step lookahead expected improvement.
+    TwoStepEi,
+    /// Expected improvement.
+    Ei,
+    /// Upper confidence bound.
+    Ucb,
+}
+
+impl FidelityArg {
+    /// The same in answers.
+    pub fn of_report(self) -> Fidelity {
+        match self {
+            Self::Low => Fidelity::Low,
+            Self::High => Fidelity::High,
+        }
+    }
+}
+
+impl MethodArg {
+    /// The same in answers.
+    pub fn of_report(self) -> Method {
+        match self {
+            Self::Composite => Method::Composite,
+            Self::Emulator => Method::Emulator,
+            Self::TwoStepEi => Method::TwoStepEi,
+            Self::Ei => Method::Ei,
+            Self::Ucb => Method::Ucb,
+        }
+    }
+}
+
+/// What a recording is reduced to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EncodingArg {
+    /// The whole envelope.
+    Full,
+    /// The mask of informative points.
+    Points,
+    /// Means over the clusters of the map.
+    ClusterMeans,
+    /// Projections on the modes.
+    Modes,
+    /// Projections on the sensitivities.
+    Sensitivities,
+}
+
+impl EncodingArg {
+    /// The name in bundles.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Points => "points",
+            Self::ClusterMeans => "cluster-means",
+            Self::Modes => "modes",
+            Self::Sensitivities => "sensitivities",
+        }
+    }
+}
+
+/// Every N-th recording, beginning with the I-th.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    index: usize,
+    of: usize,
+}
+
+impl Shard {
+    /// Whether the recording with that index, from 0, belongs to it.
+    pub fn holds(self, recording: usize) -> bool {
+        recording % self.of == self.index - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let parse = || {
+            let (index, of) = text.split_once('/')?;
+            let (index, of): (usize, usize) = (index.parse().ok()?, of.parse().ok()?);
+            (1..=of).contains(&index).then_some(Self { index, of })
+        };
+        parse().ok_or("expected I/N with I from 1 to N, such as 2/8")
+    }
+}
+
+/// Options of `fdi simulate`.
+#[derive(Clone, Debug, Args)]
+pub struct SimulateArgs {
+    /// Model to simulate
+    #[arg(long, value_enum, default_value_t = FidelityArg::High)]
+    pub fidelity: FidelityArg,
+    /// Actuator: `ema-48`, `bench` or a model file
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "ema-48")]
+    pub model: String,
+    /// Command: `chirp`, `sine` or a recording with a command channel
+    #[arg(long, value_name = "NAME|FILE.csv", default_value = "chirp")]
+    pub command: String,
+    /// Fault levels from 0 to 1, such as `k1=0.02,k6=0.03,k7=0.6`; the others are 0
+    #[arg(long, value_name = "LEVELS", default_value = "")]
+    pub faults: FaultLevels,
+    /// White noise on each phase sample, rms in A
+    #[arg(long, value_name = "RMS", default_value_t = 0.0, value_parser = not_negative)]
+    pub noise_a: f64,
+    /// Bits of the converter that reads the phases [default: not digitised]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
+    pub adc_bits: Option<u8>,
+    /// Range of that converter, from -X to X A
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 20.0,
+        value_parser = positive,
+        requires = "adc_bits"
+    )]
+    pub adc_range_a: f64,
+    /// Rate of the phase samples in Hz
+    #[arg(long, value_name = "N", default_value_t = 10_000.0, value_parser = positive)]
+    pub rate_hz: f64,
+    /// Mechanical angle of the rotor at the first sample, rad
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 0.0,
+        value_parser = finite,
+        allow_negative_numbers = true
+    )]
+    pub start_angle_rad: f64,
+}
+
+/// Levels of the seven faults.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FaultLevels(pub [f64; 7]);
+
+impl FromStr for FaultLevels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut levels: [Option<f64>; 7] = [None; 7];
+        for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+            let form = || format!("`{entry}` is not of the form `k1=0.02`");
+            let (name, value) = entry.split_once('=').ok_or_else(form)?;
+            let number: Option<usize> =
+                name.trim().strip_prefix('k').and_then(|digit| digit.parse().ok());
+            let index = number
+                .filter(|number| (1..=7).contains(number))
+                .ok_or_else(|| format!("`{}` is no fault; they are k1 to k7", name.trim()))?;
+            let value: f64 = value.trim().parse().map_err(|_| form())?;
+            if !(0.0..=1.0).contains(&value) {
+                return Err(format!("k{index} is {value}, expected 0 to 1"));
+            }
+            if levels[index - 1].replace(value).is_some() {
+                return Err(format!("k{index} is given twice"));
+            }
+        }
+        Ok(Self(levels.map(|level| level.unwrap_or(0.0))))
+    }
+}
+
+/// A command about bundles.
+#[derive(Debug, Subcommand)]
+pub enum BundleCommand {
+    /// Learn a bundle from datasets
+    Build(BuildArgs),
+    /// Say what a bundle holds
+    Show(ShowArgs),
+}
+
+/// Options of `fdi bundle build`.
+#[derive(Clone, Debug, Args)]
+pub struct BuildArgs {
+    /// Datasets to learn from
+    #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
+    pub dataset: Vec<PathBuf>,
+    /// Encoding used unless `diagnose` asks for another
+    #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
+    pub encoding: EncodingArg,
+}
+
+/// Options of `fdi bundle show`.
+#[derive(Clone, Debug, Args)]
+pub struct ShowArgs {
+    /// The bundle [default: the embedded one]
+    #[arg(value_name = "FILE")]
+    pub file: Option<PathBuf>,
+}
+
+/// Options of `fdi schema`.
+#[derive(Clone, Debug, Args)]
+pub struct SchemaArgs {
+    /// Which form
+    #[arg(value_enum)]
+    pub form: SchemaArg,
+}
+
+/// A form that is read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SchemaArg {
+    /// Columns and metadata of a recording.
+    Recording,
+    /// The JSON of `diagnose`.
+    Diagnosis,
+    /// The JSON of `bundle show`.
+    Bundle,
+}
+
+impl SchemaArg {
+    pub(crate) fn schema(self) -> Schema {
+        match self {
+            Self::Recording => Schema::Recording,
+            Self::Diagnosis => Schema::Diagnosis,
+            Self::Bundle => Schema::Bundle,
+        }
+    }
+}
+
+/// Options of `fdi completions`.
+#[derive(Clone, Debug, Args)]
+pub struct CompletionsArgs {
+    /// Which shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+/// Options of `fdi inspect`.
+#[derive(Clone, Debug, Args)]
+pub struct InspectArgs {
+    /// The recording
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub map: MapArgs,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if value.is_finite() { Ok(value) } else { Err("expected a finite number".to_owned()) }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| {
+        if value > 0.0 { Ok(value) } else { Err("expected a positive number".to_owned()) }
+    })
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| {
+        if value >= 0.0 { Ok(value) } else { Err("expected a number that is not negative".into()) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_tree_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn fault_levels_are_checked() {
+        let parse = |text: &str| text.parse::<FaultLevels>().map(|levels| levels.0);
+        assert_eq!(parse("k1=0.02, k6=0.03,k7=1"), Ok([0.02, 0., 0., 0., 0., 0.03, 1.0]));
+        assert_eq!(parse(""), Ok([0.0; 7]));
+        assert_eq!(parse("k8=0.1"), Err("`k8` is no fault; they are k1 to k7".to_owned()));
+        assert_eq!(parse("k1=2"), Err("k1 is 2, expected 0 to 1".to_owned()));
+        assert_eq!(parse("k1=NaN"), Err("k1 is NaN, expected 0 to 1".to_owned()));
+        assert_eq!(parse("k1=0,k1=0"), Err("k1 is given twice".to_owned()));
+        assert_eq!(parse("k1"), Err("`k1` is not of the form `k1=0.02`".to_owned()));
+    }
+
+    #[test]
+    fn shards_share_out_everything_once() {
+        let shards: Vec<Shard> =
+            ["1/3", "2/3", "3/3"].map(|text| text.parse().unwrap()).into_iter().collect();
+        for recording in 0..10 {
+            assert_eq!(shards.iter().filter(|shard| shard.holds(recording)).count(), 1);
+        }
+        for bad in ["0/3", "4/3", "1", "a/b", "1/0"] {
+            assert!(bad.parse::<Shard>().is_err(), "{bad}");
+        }
+    }
+}

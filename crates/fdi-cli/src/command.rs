@@ -1,0 +1,15 @@
+//! One file a command.
+
+mod bundle;
+mod diagnose;
+mod generated;
+mod inspect;
+mod schema;
+mod simulate;
+
+pub(crate) use bundle::{build, show};
+pub use diagnose::diagnose_with;
+pub(crate) use generated::{completions, man};
+pub(crate) use inspect::inspect;
+pub(crate) use schema::schema;
+pub(crate) use simulate::simulate;

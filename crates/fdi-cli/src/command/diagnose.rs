@@ -1,0 +1,231 @@
+//! `fdi diagnose`.
+
+use std::{
+    io,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
+    thread,
+    time::Instant,
+};
+
+use anyhow::{Result, bail};
+use fdi_core::{
+    ColumnMap, RecordError, Recording, list_recordings,
+    report::{Failure, RecordDiagnosis, Verdict},
+};
+
+use crate::{
+    DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
+    batch::in_order,
+    output::{Answer, Head, Tally, writer},
+    resume::Resume,
+    stamp,
+};
+
+/// Diagnoses the recordings that the options name.
+///
+/// # Errors
+/// When the options are contradictory or the product cannot be written. What goes
+/// wrong with a recording stands in the answer and makes the status
+/// [`ExitStatus::Failed`].
+pub fn diagnose_with(
+    diagnoser: &dyn Diagnoser,
+    args: &DiagnoseArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
+    let map = ColumnMap::new(&args.map.map)?;
+    let batch = Batch { diagnoser, map, stable: global.stable, one_a_line };
+    let inputs = inputs(args);
+    let resume = match &args.resume {
+        Some(path) => {
+            let recordings = inputs.iter().map(Input::path);
+            Some(Resume::open(path, recordings, |answer| batch.accepts(answer, args))?)
+        }
+        None => None,
+    };
+    let tally = tell(&batch, &inputs, resume, global, streams)?;
+    for failure in &tally.failures {
+        streams.say(format_args!("error: {}: {}", failure.recording, failure.error));
+    }
+    if !global.quiet {
+        streams.say(format_args!("{}", tally.sentence()));
+    }
+    Ok(status(&tally, args.exit_code))
+}
+
+/// Diagnoses what is not done yet and writes all answers.
+fn tell(
+    batch: &Batch<'_>,
+    inputs: &[Input],
+    mut resume: Option<Resume>,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Tally> {
+    let jobs = match global.jobs {
+        Some(jobs) => jobs.get(),
+        None => thread::available_parallelism().map_or(1, usize::from),
+    };
+    let head = Head {
+        bundle: batch.diagnoser.bundle_sha256().to_owned(),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+    };
+    let todo = &inputs[resume.as_ref().map_or(0, Resume::done)..];
+    let mut tally = Tally::default();
+    let Streams { out, err } = streams;
+    let mut product = Streams { out: &mut **out, err: &mut io::sink() };
+    product.product(global.output.as_deref(), |out| {
+        let styled = global.output.is_none();
+        let mut writer = writer(global.output_format, styled, out);
+        writer.begin(&head)?;
+        if let Some(resume) = &resume {
+            resume.replay(|answer| {
+                tally.count(answer);
+                writer.answer(answer)
+            })?;
+        }
+        let emit = |answer| {
+            if let Some(resume) = &mut resume {
+                resume.keep(&answer)?;
+            }
+            if global.verbose {
+                // that progress cannot be told is no failure
+                let _ = writeln!(err, "{}", answer.in_a_word());
+            }
+            tally.count(&answer);
+            writer.answer(&answer)
+        };
+        in_order(todo, jobs, |_, input| batch.answer(input), emit)?;
+        writer.end()
+    })?;
+    Ok(tally)
+}
+
+fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
+    if !tally.failures.is_empty() {
+        ExitStatus::Failed
+    } else if exit_code && tally.found() {
+        ExitStatus::Found
+    } else {
+        ExitStatus::Done
+    }
+}
+
+/// One entry of a batch: a recording, or a path that gives none.
+enum Input {
+    Recording(PathBuf),
+    Broken(Failure),
+}
+
+impl Input {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Recording(path) => path,
+            Self::Broken(failure) => Path::new(&failure.recording),
+        }
+    }
+}
+
+/// The entries that the paths stand for, in their order.
+fn inputs(args: &DiagnoseArgs) -> Vec<Input> {
+    let mut inputs = Vec::new();
+    for path in &args.paths {
+        match list_recordings(path) {
+            Ok(found) => inputs.extend(found.into_iter().map(Input::Recording)),
+            Err(error) => inputs.push(Input::Broken(failure(path, error.to_string()))),
+        }
+    }
+    let Some(shard) = args.shard else { return inputs };
+    let kept = inputs.into_iter().enumerate().filter(|(index, _)| shard.holds(*index));
+    kept.map(|(_, input)| input).collect()
+}
+
+fn failure(path: &Path, error: String) -> Failure {
+    Failure { recording: path.display().to_string(), error }
+}
+
+/// What is the same for all recordings.
+struct Batch<'a> {
+    diagnoser: &'a dyn Diagnoser,
+    map: ColumnMap,
+    stable: bool,
+    one_a_line: bool,
+}
+
+impl Batch<'_> {
+    fn answer(&self, input: &Input) -> Answer {
+        let path = match input {
+            Input::Recording(path) => path,
+            Input::Broken(failure) => return Answer::Failed(failure.clone()),
+        };
+        // a defect that one recording brings to light must not take the others with it
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path)))
+            .unwrap_or_else(|_| bail!("internal error, please report it"));
+        match outcome {
+            Ok(record) => Answer::Diagnosed(Box::new(record)),
+            Err(error) => Answer::Failed(failure(path, format!("{error:#}"))),
+        }
+    }
+
+    /// Refuses an answer of an earlier run that these options would not give.
+    fn accepts(&self, answer: &Answer, args: &DiagnoseArgs) -> Result<()> {
+        let Answer::Diagnosed(record) = answer else { return Ok(()) };
+        let (method, fidelity) = (args.method.of_report(), args.fidelity.of_report());
+        if record.method != method {
+            bail!("was made with the method `{}`, now it is `{method}`", record.method);
+        }
+        if record.fidelity != fidelity {
+            bail!("was made with the fidelity `{}`, now it is `{fidelity}`", record.fidelity);
+        }
+        match record.bundle.as_deref() {
+            Some(bundle) if !self.diagnoser.knows_bundle(bundle) => {
+                bail!("was made with the bundle `{bundle}`, which is not used now")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn diagnose(&self, path: &Path) -> Result<RecordDiagnosis> {
+        let start = clock();
+        let recording = Recording::read(path, &self.map).map_err(|error| self.explain(error))?;
+        let mut record = self.diagnoser.diagnose(&recording)?;
+        if self.one_a_line {
+            // there is no head to name it
+            record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
+        }
+        record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
+        if let Some(name) = record.not_finite() {
+            bail!("internal error, please report it: `{name}` is not finite");
+        }
+        Ok(record)
+    }
+
+    /// Adds what the recording's rate says about it where its text breaks off.
+    fn explain(&self, error: RecordError) -> anyhow::Error {
+        let rates_hz = self.diagnoser.rates_hz();
+        let RecordError::TimeNotIncreasing { rate_before_hz: Some(found_hz), .. } = error else {
+            return error.into();
+        };
+        // within a percent it may be the same clock
+        let near = |&rate_hz: &f64| (rate_hz / found_hz - 1.0).abs() < 0.01;
+        if rates_hz.is_empty() || rates_hz.iter().any(near) {
+            return error.into();
+        }
+        let known: Vec<_> = rates_hz.iter().map(|rate_hz| format!("{rate_hz} Hz")).collect();
+        anyhow::anyhow!("{error}, and the bundle is for {}", known.join(" or "))
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "the command line is where the clock is read")]
+fn clock() -> Instant {
+    Instant::now()
+}
+
+impl Tally {
+    /// Whether a fault or a model error was found.
+    fn found(&self) -> bool {
+        self.of(Verdict::Faulty) + self.of(Verdict::ModelInadequate) > 0
+    }
+}

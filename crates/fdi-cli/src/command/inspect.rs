@@ -1,0 +1,100 @@
+//! `fdi inspect`.
+
+use std::fmt::Write;
+
+use anyhow::{Result, anyhow, bail};
+use fdi_core::{Channel, ColumnMap, Current, OtherColumn, RecordError, Recording, guess_columns};
+
+use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::InspectArgs, output::table};
+
+/// Says what a recording holds.
+pub(crate) fn inspect(
+    args: &InspectArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    if global.output_format != OutputFormat::Human {
+        bail!("`inspect` speaks to people only: `--output-format human`");
+    }
+    let map = ColumnMap::new(&args.map.map)?;
+    let file = args.file.display().to_string();
+    let recording = Recording::read(&args.file, &map).map_err(|error| {
+        let guess = match &error {
+            RecordError::NoTime { columns, .. } => advice(columns, args),
+            _ => None,
+        };
+        let hint = guess.map(|guess| format!("\n\nhint: {guess}")).unwrap_or_default();
+        anyhow!("{file}: {error}{hint}")
+    })?;
+    let mut text = describe(&recording)?;
+    let others: Vec<_> = recording.other_columns().iter().map(OtherColumn::name).collect();
+    if recording.require_current().is_err()
+        && let Some(guess) = advice(&others, args)
+    {
+        writeln!(text, "\nhint: {guess}")?;
+    }
+    streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
+    Ok(ExitStatus::Done)
+}
+
+/// The command that reads the file as its columns seem to be meant, if any does.
+fn advice<S: AsRef<str>>(columns: &[S], args: &InspectArgs) -> Option<String> {
+    let given = args.map.map.iter().cloned();
+    let guessed = guess_columns(columns);
+    let maps: Vec<_> = given
+        .chain(guessed.iter().map(ToString::to_string))
+        .map(|entry| format!("--map '{entry}'"))
+        .collect();
+    let command = format!("fdi inspect {} {}", maps.join(" "), args.file.display());
+    (!guessed.is_empty()).then(|| format!("if the names mean what they seem to, `{command}`"))
+}
+
+fn describe(recording: &Recording) -> Result<String> {
+    let mut text = String::new();
+    let header =
+        ["channel", "unit", "samples", "from s", "to s", "rate Hz", "even", "least", "greatest"];
+    let rows: Vec<_> = recording.channels().iter().map(row).collect();
+    if rows.is_empty() {
+        writeln!(text, "no channel but time")?;
+    } else {
+        table(&mut text, &header.map(str::to_owned), &rows)?;
+    }
+    let metadata = recording.metadata.to_toml();
+    if !metadata.is_empty() {
+        write!(text, "\n{metadata}")?;
+    }
+    for (index, column) in recording.other_columns().iter().enumerate() {
+        let gap = if index == 0 { "\n" } else { "" };
+        let (name, cells) = (column.name(), column.times_s().len());
+        writeln!(text, "{gap}column `{name}` ({cells} cells) is no channel and is ignored")?;
+    }
+    text.push('\n');
+    let current = match recording.require_current() {
+        Ok(Current::Phases(_)) => "from the three phases".to_owned(),
+        Ok(Current::Envelope(_)) => "from the envelope `current_a`".to_owned(),
+        Err(error) => error.to_string(),
+    };
+    writeln!(text, "current: {current}")?;
+    Ok(text)
+}
+
+fn row(channel: &Channel) -> Vec<String> {
+    let (times_s, values) = (channel.times_s(), channel.values());
+    let (rate, even) = channel.sampling().map_or_else(
+        |_| ("-".to_owned(), "-"),
+        |sampling| (sampling.rate_hz.to_string(), if sampling.is_uniform() { "yes" } else { "no" }),
+    );
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let greatest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    vec![
+        channel.name().to_string(),
+        channel.name().unit().to_owned(),
+        values.len().to_string(),
+        times_s[0].to_string(),
+        times_s[times_s.len() - 1].to_string(),
+        rate,
+        even.to_owned(),
+        least.to_string(),
+        greatest.to_string(),
+    ]
+}

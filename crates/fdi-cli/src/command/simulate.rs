@@ -1,0 +1,23 @@
+//! `fdi simulate`.
+
+use anyhow::Result;
+use fdi_core::CsvFormat;
+
+use crate::{ExitStatus, GlobalArgs, Streams, args::SimulateArgs, simulator};
+
+/// Simulates a recording and writes it; compressed if the file ends in `.csv.gz`.
+pub(crate) fn simulate(
+    args: &SimulateArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let recording = simulator::simulate(args, global.root_seed())?;
+    let format = CsvFormat::default();
+    if let Some(path) = &global.output {
+        recording.write(path, format)?;
+        return Ok(ExitStatus::Done);
+    }
+    let text = recording.to_csv(format)?;
+    streams.product(None, |out| out.write_all(text.as_bytes()))?;
+    Ok(ExitStatus::Done)
+}

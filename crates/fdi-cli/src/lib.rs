@@ -1,0 +1,45 @@
+//! The command `fdi`, as a library so that its tree of commands can be documented
+//! and its batches tested; no interface for other programs.
+
+pub mod args;
+mod batch;
+mod bundle;
+mod command;
+mod diagnoser;
+mod exit;
+mod output;
+mod reference;
+mod resume;
+mod simulator;
+mod stamp;
+mod streams;
+
+pub use args::{Cli, DiagnoseArgs, GlobalArgs, OutputFormat};
+pub use command::diagnose_with;
+pub use diagnoser::Diagnoser;
+pub use exit::ExitStatus;
+pub use reference::reference;
+pub use streams::Streams;
+
+use args::{BundleCommand, Command};
+
+/// Runs a parsed command line.
+///
+/// # Errors
+/// Whatever keeps the command from being done at all; what keeps single
+/// recordings of a batch from being done is in the answer.
+pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
+    match &cli.command {
+        Command::Diagnose(args) => {
+            let diagnoser = diagnoser::diagnoser(args, cli.global.root_seed())?;
+            diagnose_with(diagnoser.as_ref(), args, &cli.global, streams)
+        }
+        Command::Simulate(args) => command::simulate(args, &cli.global, streams),
+        Command::Bundle(BundleCommand::Build(args)) => command::build(args, &cli.global, streams),
+        Command::Bundle(BundleCommand::Show(args)) => command::show(args, &cli.global, streams),
+        Command::Schema(args) => command::schema(args, &cli.global, streams),
+        Command::Completions(args) => command::completions(args, &cli.global, streams),
+        Command::Man => command::man(&cli.global, streams),
+        Command::Inspect(args) => command::inspect(args, &cli.global, streams),
+    }
+}

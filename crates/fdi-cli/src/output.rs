@@ -1,0 +1,117 @@
+//! The forms of an answer.
+
+mod csv;
+mod human;
+mod json;
+mod sentence;
+mod table;
+
+use std::io::{self, Write};
+
+use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
+
+use crate::OutputFormat;
+pub(crate) use json::to_line;
+pub(crate) use table::table;
+
+/// What came of one recording.
+#[derive(Debug)]
+pub(crate) enum Answer {
+    Diagnosed(Box<RecordDiagnosis>),
+    Failed(Failure),
+}
+
+impl Answer {
+    /// The recording that it is of.
+    pub(crate) fn recording(&self) -> &str {
+        match self {
+            Self::Diagnosed(record) => &record.recording,
+            Self::Failed(failure) => &failure.recording,
+        }
+    }
+
+    /// One line that says that it is done.
+    pub(crate) fn in_a_word(&self) -> String {
+        match self {
+            Self::Diagnosed(record) => {
+                let took = record.elapsed_s.map(|elapsed_s| format!(" in {elapsed_s:.3} s"));
+                format!("{}: {}{}", record.recording, record.verdict, took.unwrap_or_default())
+            }
+            Self::Failed(failure) => format!("{}: failed", failure.recording),
+        }
+    }
+}
+
+/// What stands before all answers.
+#[derive(Debug)]
+pub(crate) struct Head {
+    pub(crate) bundle: String,
+    pub(crate) seed: u64,
+    pub(crate) stamp: Option<String>,
+}
+
+/// Writes answers in one form, as they come.
+pub(crate) trait AnswerWriter {
+    /// Before the first answer.
+    fn begin(&mut self, head: &Head) -> io::Result<()>;
+
+    /// One answer, in the order of the input.
+    fn answer(&mut self, answer: &Answer) -> io::Result<()>;
+
+    /// After the last answer.
+    fn end(&mut self) -> io::Result<()>;
+}
+
+/// The writer of a form; `styled` where the stream takes care of colours.
+pub(crate) fn writer<'a>(
+    format: OutputFormat,
+    styled: bool,
+    out: &'a mut dyn Write,
+) -> Box<dyn AnswerWriter + 'a> {
+    match format {
+        OutputFormat::Human => Box::new(human::Human::new(out, styled)),
+        OutputFormat::Json => Box::new(json::Document::new(out)),
+        OutputFormat::Jsonl => Box::new(json::Lines::new(out)),
+        OutputFormat::Csv => Box::new(csv::Rows::new(out)),
+    }
+}
+
+/// What came of a batch.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    verdicts: [usize; 4],
+    pub(crate) failures: Vec<Failure>,
+}
+
+/// The verdicts in the order in which they are told.
+const VERDICTS: [Verdict; 4] =
+    [Verdict::Healthy, Verdict::Faulty, Verdict::Undetermined, Verdict::ModelInadequate];
+
+impl Tally {
+    pub(crate) fn count(&mut self, answer: &Answer) {
+        match answer {
+            Answer::Diagnosed(record) => {
+                let of = VERDICTS.iter().position(|&verdict| verdict == record.verdict);
+                self.verdicts[of.expect("the list holds every verdict")] += 1;
+            }
+            Answer::Failed(failure) => self.failures.push(failure.clone()),
+        }
+    }
+
+    pub(crate) fn of(&self, verdict: Verdict) -> usize {
+        let counted = VERDICTS.iter().zip(self.verdicts);
+        counted.filter(|(of, _)| **of == verdict).map(|(_, count)| count).sum()
+    }
+
+    /// What came of the batch in one line.
+    pub(crate) fn sentence(&self) -> String {
+        let all: usize = self.verdicts.iter().sum();
+        let told = VERDICTS.iter().zip(self.verdicts).filter(|(_, count)| *count > 0);
+        let told: Vec<_> = told.map(|(verdict, count)| format!("{count} {verdict}")).collect();
+        let verdicts = if all == 0 { String::new() } else { format!(": {}", told.join(", ")) };
+        let failed = self.failures.len();
+        let failed = if failed == 0 { String::new() } else { format!("; {failed} failed") };
+        let noun = if all == 1 { "recording" } else { "recordings" };
+        format!("{all} {noun} diagnosed{verdicts}{failed}")
+    }
+}

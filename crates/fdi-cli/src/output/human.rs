@@ -1,0 +1,186 @@
+//! A table, what it means, and what to know about it.
+
+use std::{
+    collections::BTreeMap,
+    fmt::{self, Write as _},
+    io::{self, Write},
+};
+
+use anstyle::{AnsiColor, Style};
+use fdi_core::report::{Fault, FaultId, NoticeCode, RecordDiagnosis, Verdict};
+
+use super::{
+    Answer, AnswerWriter, Head,
+    sentence::{plus_minus, sentence},
+    table,
+};
+
+/// How a detected fault is marked, besides colour.
+const MARK: &str = " *";
+
+/// Collects the rows, since a table is as wide as its widest cell.
+pub(super) struct Human<'a> {
+    out: &'a mut dyn Write,
+    styled: bool,
+    rows: Vec<Row>,
+    notices: BTreeMap<(NoticeCode, String), Vec<usize>>,
+}
+
+/// What the table and the sentences need of a record.
+struct Row {
+    recording: String,
+    cells: Vec<String>,
+    sentence: Option<String>,
+    detected: bool,
+}
+
+impl<'a> Human<'a> {
+    pub(super) fn new(out: &'a mut dyn Write, styled: bool) -> Self {
+        Self { out, styled, rows: Vec::new(), notices: BTreeMap::new() }
+    }
+
+    fn names(&self) -> Vec<&str> {
+        let full: Vec<_> = self.rows.iter().map(|row| row.recording.as_str()).collect();
+        let folder = common_folder(&full);
+        full.iter().map(|name| &name[folder..]).collect()
+    }
+
+    /// The table, what it means, and what to know about it.
+    fn tell(&self, text: &mut String) -> fmt::Result {
+        let names = self.names();
+        let header = ["recording", "verdict"].map(str::to_owned).into_iter();
+        let header: Vec<_> =
+            header.chain(FaultId::ALL.map(heading)).chain(["fit".into()]).collect();
+        let with_name = |(name, row): (&&str, &Row)| {
+            std::iter::once((*name).to_owned()).chain(row.cells.iter().cloned()).collect()
+        };
+        let rows: Vec<Vec<String>> = names.iter().zip(&self.rows).map(with_name).collect();
+        table(text, &header, &rows)?;
+        let marked = if self.rows.iter().any(|row| row.detected) { "* detected; " } else { "" };
+        writeln!(text, "\n{marked}- not determined; fit: residual over what noise explains")?;
+        let sentence = |(name, row): (&&str, &Row)| {
+            row.sentence.as_ref().map(|sentence| format!("{name}: {sentence}\n"))
+        };
+        let sentences: Vec<_> = names.iter().zip(&self.rows).filter_map(sentence).collect();
+        let notice = |((code, message), of): (&(NoticeCode, String), &Vec<usize>)| {
+            format!("{}: {message} ({})\n", code.code(), listed(of, &names))
+        };
+        let notices: Vec<_> = self.notices.iter().map(notice).collect();
+        for block in [sentences, notices] {
+            if !block.is_empty() {
+                write!(text, "\n{}", block.concat())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl AnswerWriter for Human<'_> {
+    fn begin(&mut self, _head: &Head) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn answer(&mut self, answer: &Answer) -> io::Result<()> {
+        let Answer::Diagnosed(record) = answer else { return Ok(()) };
+        for notice in &record.notices {
+            let of = self.notices.entry((notice.code, notice.message.clone())).or_default();
+            of.push(self.rows.len());
+        }
+        self.rows.push(Row {
+            recording: record.recording.clone(),
+            cells: cells(record),
+            sentence: sentence(record),
+            detected: record.any_detected(),
+        });
+        Ok(())
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        if self.rows.is_empty() {
+            return Ok(());
+        }
+        let mut text = String::new();
+        self.tell(&mut text).expect("a String takes all text");
+        if !self.styled {
+            text = anstream::adapter::strip_str(&text).to_string();
+        }
+        self.out.write_all(text.as_bytes())
+    }
+}
+
+/// The recordings of a notice; a long list is cut, JSON has it all.
+fn listed(rows: &[usize], names: &[&str]) -> String {
+    const SHOWN: usize = 6;
+    if rows.len() == names.len() && rows.len() > 1 {
+        return "all recordings".to_owned();
+    }
+    let shown: Vec<_> = rows.iter().take(SHOWN).map(|&row| names[row]).collect();
+    let rest = rows.len().saturating_sub(SHOWN);
+    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    format!("{}{more}", shown.join(", "))
+}
+
+fn heading(id: FaultId) -> String {
+    let short = ["friction", "backlash", "short A", "short B", "short C", "eccentr.", "direction"];
+    format!("{id} {}", short[id as usize])
+}
+
+fn cells(record: &RecordDiagnosis) -> Vec<String> {
+    let mut cells = vec![paint(record.verdict.word(), of_verdict(record.verdict))];
+    for id in FaultId::ALL {
+        cells.push(record.fault(id).map_or_else(|| "-".to_owned(), level));
+    }
+    let ratio = record.fit.rms_a / record.fit.noise_floor_a;
+    let fit = if ratio.is_finite() { format!("{ratio:.2}") } else { "-".to_owned() };
+    let fit = if record.fit.adequate { fit } else { format!("{fit} !") };
+    cells.push(fit);
+    cells
+}
+
+fn level(fault: &Fault) -> String {
+    let (Some(value), Some(std)) = (fault.value, fault.std) else { return "-".to_owned() };
+    let text = plus_minus(value, std, "±");
+    if fault.detected == Some(true) {
+        paint(&(text + MARK), Style::new().bold().fg_color(Some(AnsiColor::Red.into())))
+    } else {
+        text
+    }
+}
+
+fn of_verdict(verdict: Verdict) -> Style {
+    let color = match verdict {
+        Verdict::Healthy => AnsiColor::Green,
+        Verdict::Faulty => AnsiColor::Red,
+        Verdict::Undetermined | Verdict::ModelInadequate => AnsiColor::Yellow,
+    };
+    Style::new().fg_color(Some(color.into()))
+}
+
+/// Text in a style; the stream takes the escape sequences out where there is no
+/// colour.
+fn paint(text: &str, style: Style) -> String {
+    format!("{style}{text}{style:#}")
+}
+
+/// Bytes that all names have in common up to their last `/`.
+fn common_folder(names: &[&str]) -> usize {
+    let Some((first, rest)) = names.split_first() else { return 0 };
+    let folder = first.rfind('/').map_or(0, |at| at + 1);
+    let shared = |length: &usize| rest.iter().all(|name| name.starts_with(&first[..*length]));
+    let ends = first[..folder].match_indices('/').map(|(at, _)| at + 1);
+    ends.rev().find(shared).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lose_the_folder_they_share() {
+        assert_eq!(common_folder(&["a/b/r1.csv", "a/b/r2.csv"]), 4);
+        assert_eq!(common_folder(&["a/b/r1.csv", "a/c/r2.csv"]), 2);
+        assert_eq!(common_folder(&["a/r1.csv", "b/r2.csv"]), 0);
+        assert_eq!(common_folder(&["a/r1.csv"]), 2);
+        assert_eq!(common_folder(&["r1.csv", "r1.csv"]), 0);
+    }
+}

@@ -1,0 +1,304 @@
+//! Batches: order, forms, failures, exit codes.
+
+use std::{
+    fs,
+    io::{self, Write},
+    path::Path,
+};
+
+use clap::Parser;
+use fdi_cli::{Cli, ExitStatus, Streams, args::Command, diagnose_with};
+use fdi_core::{RecordingDate, report::Diagnosis};
+
+use crate::stand_in::{GOOD, StandIn, diagnose, diagnose_coloured, folder, try_diagnose};
+
+/// One of each, and every way in which a recording cannot be read.
+pub(crate) fn mixed() -> tempfile::TempDir {
+    folder(&[
+        ("faulty-1.csv", GOOD),
+        ("half-1.csv", GOOD),
+        ("healthy-1.csv", GOOD),
+        ("partial-1.csv", GOOD),
+        ("partial-2.csv", GOOD),
+        ("strange-1.csv", GOOD),
+        ("x1-empty.csv", ""),
+        ("x2-header.csv", "time_s,current_a\n"),
+        ("x3-text.csv", "time_s,current_a\n0,one\n"),
+        ("x4-nan.csv", "time_s,current_a\n0,nan\n"),
+        ("x5-time.csv", "time_s,current_a\n0,1\n0.04,1\n0,1\n"),
+        ("x6-current.csv", "time_s,load_n_m\n0,1\n"),
+        ("x7-key.csv", "# rate = 2000\ntime_s,current_a\n0,1\n"),
+        ("x8-rate.csv", GOOD),
+    ])
+}
+
+#[test]
+fn people_get_a_table_sentences_and_one_line_for_each_failure() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let missing = folder.path().join("none.csv").display().to_string();
+    let outcome = diagnose(&["--stable", &path, &missing]);
+    insta::assert_snapshot!(outcome.text(folder.path()));
+}
+
+#[test]
+fn scripts_get_rows() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let outcome = diagnose(&["--stable", "--output-format", "csv", "-q", &path]);
+    insta::assert_snapshot!(outcome.text(folder.path()));
+}
+
+#[test]
+fn scripts_get_a_document_of_the_published_form() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let outcome = diagnose(&["--stable", "--seed", "7", "--output-format", "json", &path]);
+    insta::assert_snapshot!(outcome.text(folder.path()));
+    let document: Diagnosis = serde_json::from_str(&outcome.out).unwrap();
+    assert_eq!((document.records.len(), document.failed.len()), (6, 8));
+    assert_eq!((document.seed, document.bundle.as_str()), (7, "00ff"));
+    assert!(document.records.iter().all(|record| record.elapsed_s.is_none()));
+}
+
+#[test]
+fn scripts_get_one_object_a_line_in_the_order_of_the_input() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let outcome = diagnose(&["--output-format", "jsonl", &path]);
+    let lines: Vec<serde_json::Value> =
+        outcome.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of = |line: &serde_json::Value| line["recording"].as_str().unwrap().to_owned();
+    let names: Vec<String> = lines.iter().map(of).collect();
+    assert_eq!(names.len(), 14);
+    assert!(names.is_sorted(), "{names:?}");
+    assert!(lines[0]["elapsed_s"].is_f64());
+    assert_eq!(lines[6]["error"], "empty file: expected a header row with `time_s` and channels");
+}
+
+#[test]
+fn determinism_any_number_of_jobs_gives_the_same_bytes() {
+    let names: Vec<String> = (0..40)
+        .map(|i| format!("{}-{i:02}.csv", ["healthy", "faulty", "partial", "x"][i % 4]))
+        .collect();
+    let files: Vec<_> = names.iter().map(|name| (name.as_str(), GOOD)).collect();
+    let folder = folder(&files);
+    let path = folder.path().display().to_string();
+    for format in ["human", "json", "jsonl", "csv"] {
+        let with = |jobs| {
+            let arguments = ["--stable", "--output-format", format, "--jobs", jobs, &path];
+            let outcome = diagnose(&arguments);
+            (outcome.code, outcome.out, outcome.err)
+        };
+        let one = with("1");
+        assert_eq!(one, with("2"), "{format}");
+        assert_eq!(one, with("7"), "{format}");
+    }
+}
+
+#[test]
+fn a_defect_is_the_failure_of_one_recording() {
+    let folder = folder(&[("broken.csv", GOOD), ("healthy.csv", GOOD), ("panic.csv", GOOD)]);
+    let outcome = diagnose(&["--output-format", "json", &folder.path().display().to_string()]);
+    let document: Diagnosis = serde_json::from_str(&outcome.out).unwrap();
+    assert_eq!((outcome.code, document.records.len()), (2, 1));
+    let errors: Vec<_> = document.failed.iter().map(|failure| failure.error.as_str()).collect();
+    assert_eq!(
+        errors,
+        [
+            "internal error, please report it: `k2` is not finite",
+            "internal error, please report it"
+        ]
+    );
+}
+
+#[test]
+fn exit_codes_tell_what_was_found_only_when_asked() {
+    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD), ("strange.csv", GOOD)]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (faulty, healthy, strange) = (path("faulty.csv"), path("healthy.csv"), path("strange.csv"));
+    assert_eq!(diagnose(&[&faulty]).code, 0);
+    assert_eq!(diagnose(&["--exit-code", &healthy]).code, 0);
+    assert_eq!(diagnose(&["--exit-code", &healthy, &faulty]).code, 1);
+    assert_eq!(diagnose(&["--exit-code", &strange]).code, 1);
+    assert_eq!(diagnose(&["--exit-code", &faulty, &path("none.csv")]).code, 2);
+}
+
+#[test]
+fn the_product_goes_to_a_file() {
+    let folder = folder(&[("faulty.csv", GOOD)]);
+    let recording = folder.path().join("faulty.csv").display().to_string();
+    let target = folder.path().join("answer.json").display().to_string();
+    let arguments = ["--output-format", "json", "--stable", "--output", &target, &recording];
+    let outcome = diagnose(&arguments);
+    assert_eq!(
+        (outcome.out.as_str(), outcome.err.as_str()),
+        ("", "1 recording diagnosed: 1 faulty\n")
+    );
+    let document: Diagnosis = serde_json::from_str(&fs::read_to_string(target).unwrap()).unwrap();
+    assert_eq!(document.records.len(), 1);
+}
+
+#[test]
+fn a_table_in_a_file_has_no_colours() {
+    let folder = folder(&[("faulty.csv", GOOD)]);
+    let recording = folder.path().join("faulty.csv").display().to_string();
+    let target = folder.path().join("answer.txt").display().to_string();
+    diagnose_coloured(&["--output", &target, &recording]);
+    let text = fs::read_to_string(target).unwrap();
+    assert!(text.contains("0.031±0.002 *") && !text.contains('\u{1b}'), "{text}");
+}
+
+/// Wherever a run is killed, what it has written is a beginning of the file, down to
+/// a byte: going on from any such beginning ends in the same file and answer.
+#[test]
+fn determinism_a_resumed_batch_ends_like_an_uninterrupted_one() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let kept = tempfile::tempdir().unwrap();
+    let kept = kept.path().join("kept.jsonl");
+    let run = || {
+        let kept = kept.display().to_string();
+        let outcome = diagnose(&["--stable", "--output-format", "json", "--resume", &kept, &path]);
+        (outcome.code, outcome.out, outcome.err)
+    };
+    let whole = run();
+    let file = fs::read(&kept).unwrap();
+    assert_eq!(String::from_utf8(file.clone()).unwrap().lines().count(), 14);
+    for length in (0..=file.len()).step_by(97).chain([file.len() - 1, file.len()]) {
+        fs::write(&kept, &file[..length]).unwrap();
+        assert_eq!(run(), whole, "{length} bytes");
+        assert_eq!(fs::read(&kept).unwrap(), file, "{length} bytes");
+    }
+}
+
+#[test]
+fn answers_of_another_batch_are_not_gone_on_with() {
+    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD)]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let kept = path("kept.jsonl");
+    diagnose(&["--resume", &kept, &path("faulty.csv")]);
+    let error = |arguments: &[&str]| {
+        let error = try_diagnose(&[&["--resume", &kept], arguments].concat()).err().unwrap();
+        format!("{error:#}").replace(&folder.path().display().to_string(), "[folder]")
+    };
+    assert_eq!(
+        error(&[&path("healthy.csv")]),
+        "`[folder]/kept.jsonl` line 1 is of `[folder]/faulty.csv`, the batch has \
+         `[folder]/healthy.csv` there"
+    );
+    assert_eq!(
+        error(&["--method", "ei", &path("faulty.csv")]),
+        "`[folder]/kept.jsonl` line 1: was made with the method `composite`, now it is `ei`"
+    );
+    let text = fs::read_to_string(&kept).unwrap();
+    fs::write(&kept, text.replace("00ff", "11ff")).unwrap();
+    assert_eq!(
+        error(&[&path("faulty.csv")]),
+        "`[folder]/kept.jsonl` line 1: was made with the bundle `11ff`, which is not used now"
+    );
+    fs::write(&kept, "{}\n").unwrap();
+    assert!(error(&[&path("faulty.csv")]).contains("line 1: is no answer of `diagnose`"));
+}
+
+#[test]
+fn shards_share_out_the_batch() {
+    let folder =
+        folder(&[("healthy-1.csv", GOOD), ("healthy-2.csv", GOOD), ("healthy-3.csv", GOOD)]);
+    let path = folder.path().display().to_string();
+    let count = |shard| {
+        let arguments = ["--output-format", "json", "--shard", shard, &path];
+        let document: Diagnosis = serde_json::from_str(&diagnose(&arguments).out).unwrap();
+        document.records.len()
+    };
+    assert_eq!((count("1/2"), count("2/2")), (2, 1));
+}
+
+#[test]
+fn more_is_said_when_asked_and_less_too() {
+    let folder = folder(&[("healthy.csv", GOOD)]);
+    let path = folder.path().join("healthy.csv").display().to_string();
+    let quiet = diagnose(&["-q", &path]);
+    assert_eq!(quiet.err, "");
+    let verbose = diagnose(&["-v", "--stable", &path]);
+    assert_eq!(verbose.err, format!("{path}: healthy\n1 recording diagnosed: 1 healthy\n"));
+}
+
+#[test]
+fn columns_are_mapped() {
+    let folder = folder(&[("healthy.csv", "t_ms,I\n0,1\n0.5,2\n")]);
+    let path = folder.path().join("healthy.csv").display().to_string();
+    let mapped = ["--map", "time_s=t_ms*0.001", "--map", "current_a=I", &path];
+    assert_eq!(diagnose(&mapped).code, 0);
+    let unmapped = diagnose(&[&path]);
+    assert_eq!(unmapped.code, 2);
+    assert!(unmapped.err.contains("no column `time_s`"), "{}", unmapped.err);
+}
+
+#[test]
+fn the_date_is_written_only_when_asked() {
+    let folder = folder(&[("healthy.csv", GOOD)]);
+    let path = folder.path().join("healthy.csv").display().to_string();
+    let stamp = |arguments: &[&str]| {
+        let arguments = [&["--output-format", "json", &path], arguments].concat();
+        serde_json::from_str::<Diagnosis>(&diagnose(&arguments).out).unwrap().stamp
+    };
+    assert_eq!(stamp(&[]), None);
+    let stamped = stamp(&["--stamp"]).unwrap();
+    assert!(RecordingDate::parse(&stamped).is_some(), "{stamped}");
+}
+
+#[test]
+fn colours_add_nothing_but_colour() {
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let plain = diagnose(&["--stable", &path]);
+    let coloured = diagnose_coloured(&["--stable", &path]);
+    assert!(coloured.out.contains("\u{1b}[1m\u{1b}[31m0.031±0.002 *"), "{}", coloured.out);
+    assert_eq!(anstream::adapter::strip_str(&coloured.out).to_string(), plain.out);
+}
+
+/// A real recording of another machine: its text breaks off where its runs begin
+/// anew, and the message names its rate and that of the bundle. Skipped, and said
+/// so, where the data are not at hand.
+#[test]
+fn a_real_recording_of_another_machine_names_both_rates() {
+    let Some(data) = std::env::var_os("FDI_MEASURED_DATA") else {
+        eprintln!("skipped: FDI_MEASURED_DATA does not name the folder of measured data");
+        return;
+    };
+    let path = Path::new(&data).join("cranfield_ema/normal.csv.gz").display().to_string();
+    let outcome = diagnose(&["-q", "--map", "time_s=time", "--map", "current_a=current", &path]);
+    assert_eq!(outcome.code, 2);
+    let end = "(the rows before are at 25 Hz), and the bundle is for 2000 Hz\n";
+    assert!(outcome.err.ends_with(end), "{}", outcome.err);
+}
+
+/// A reader that has seen enough.
+struct Closed;
+
+impl Write for Closed {
+    fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+        Err(io::ErrorKind::BrokenPipe.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_broken_pipe_is_success() {
+    let files: Vec<_> = (0..30).map(|i| format!("healthy-{i}.csv")).collect();
+    let files: Vec<_> = files.iter().map(|name| (name.as_str(), GOOD)).collect();
+    let folder = folder(&files);
+    let path = folder.path().display().to_string();
+    for format in ["human", "json", "jsonl", "csv"] {
+        let cli = Cli::parse_from(["fdi", "diagnose", "-q", "--output-format", format, &path]);
+        let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
+        let mut err = Vec::new();
+        let mut streams = Streams { out: &mut Closed, err: &mut err };
+        let status = diagnose_with(&StandIn, args, &cli.global, &mut streams).unwrap();
+        assert_eq!((status, err.as_slice()), (ExitStatus::Done, &b""[..]), "{format}");
+    }
+}

@@ -1,0 +1,13 @@
+//! Integration tests of `fdi`: exit code, standard output and standard error.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "helpers of tests fail by panicking, and say when a test is skipped"
+)]
+
+mod batch;
+mod binary;
+mod reference;
+mod schema;
+mod stand_in;

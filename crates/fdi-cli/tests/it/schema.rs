@@ -1,0 +1,107 @@
+//! Answers against the schema that is published for them.
+
+use fdi_core::Schema;
+use serde_json::Value;
+
+use crate::{batch::mixed, stand_in::diagnose};
+
+/// Where a value is not what the schema says: the keywords that the published
+/// schemas use, and an error for any other.
+fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (keyword, rule) in schema.as_object().unwrap() {
+        let holds = match keyword.as_str() {
+            "$schema" | "$defs" | "title" | "description" | "format" => true,
+            "$ref" => {
+                let target = rule.as_str().unwrap().strip_prefix('#').unwrap();
+                found.extend(violations(value, root.pointer(target).unwrap(), root, at));
+                true
+            }
+            "type" => match rule {
+                Value::Array(types) => types.iter().any(|kind| is(value, kind)),
+                kind => is(value, kind),
+            },
+            "const" => value == rule,
+            "enum" => rule.as_array().unwrap().contains(value),
+            "oneOf" => {
+                let fits = |option: &&Value| violations(value, option, root, at).is_empty();
+                rule.as_array().unwrap().iter().filter(fits).count() == 1
+            }
+            "minimum" => value.as_f64() >= rule.as_f64(),
+            "minItems" => {
+                value.as_array().is_none_or(|all| all.len() as u64 >= rule.as_u64().unwrap())
+            }
+            "maxItems" => {
+                value.as_array().is_none_or(|all| all.len() as u64 <= rule.as_u64().unwrap())
+            }
+            "items" => {
+                for (index, item) in value.as_array().into_iter().flatten().enumerate() {
+                    found.extend(violations(item, rule, root, &format!("{at}/{index}")));
+                }
+                true
+            }
+            "required" => {
+                let missing = |name: &&Value| value.get(name.as_str().unwrap()).is_none();
+                !rule.as_array().unwrap().iter().any(|name| missing(&name))
+            }
+            // stricter than the schema, which lets readers meet fields of a later version
+            "properties" => value.as_object().unwrap().iter().all(|(name, inner)| {
+                let Some(of) = rule.get(name) else { return false };
+                found.extend(violations(inner, of, root, &format!("{at}/{name}")));
+                true
+            }),
+            other => panic!("keyword `{other}` at `{at}`"),
+        };
+        if !holds {
+            found.push(format!("{at}: {keyword} {rule}, found {value}"));
+        }
+    }
+    found
+}
+
+fn is(value: &Value, kind: &Value) -> bool {
+    match kind.as_str().unwrap() {
+        "null" => value.is_null(),
+        "boolean" => value.is_boolean(),
+        "string" => value.is_string(),
+        "number" => value.is_number(),
+        "integer" => value.is_u64() || value.is_i64(),
+        "array" => value.is_array(),
+        "object" => value.is_object(),
+        other => panic!("type `{other}`"),
+    }
+}
+
+#[test]
+fn answers_are_of_the_published_form() {
+    let schema: Value = serde_json::from_str(&Schema::Diagnosis.text()).unwrap();
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    for extra in [&["--stable"][..], &["--stamp"]] {
+        let arguments = [&["--output-format", "json", &path], extra].concat();
+        let answer: Value = serde_json::from_str(&diagnose(&arguments).out).unwrap();
+        assert_eq!(violations(&answer, &schema, &schema, ""), Vec::<String>::new());
+    }
+}
+
+/// Anti-test: what is not of the form is found.
+#[test]
+fn other_answers_are_not() {
+    let schema: Value = serde_json::from_str(&Schema::Diagnosis.text()).unwrap();
+    let folder = mixed();
+    let path = folder.path().display().to_string();
+    let answer: Value =
+        serde_json::from_str(&diagnose(&["--output-format", "json", &path]).out).unwrap();
+    for (pointer, wrong) in [
+        ("/records/0/verdict", "fine".into()),
+        ("/records/0/faults/0/value", "0.1".into()),
+        ("/records/0/faults/0/interval_95", vec![0.1].into()),
+        ("/records/0/evaluations", (-1).into()),
+        ("/failed", Value::Null),
+        ("/records/0/fit", serde_json::json!({})),
+    ] {
+        let mut changed = answer.clone();
+        *changed.pointer_mut(pointer).unwrap() = wrong;
+        assert!(!violations(&changed, &schema, &schema, "").is_empty(), "{pointer}");
+    }
+}

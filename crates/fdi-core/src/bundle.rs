@@ -1,0 +1,276 @@
+//! The offline bundle: an experiment, its reference signals, and what was chosen on them.
+
+use reduction::{
+    CompressionConfig, CompressionError, CompressionMap, MatrixError, Snapshots, SomConfig,
+};
+
+use crate::{
+    banded::{BandedMatrix, NotPositiveDefinite},
+    dataset::{Dataset, ReferenceDesign},
+    error_model::{ErrorModel, ErrorModelError, Trend, choose_taper},
+    experiment::Experiment,
+    observation::envelope_kind,
+    report::{BundleSummary, DatasetSummary, SCHEMA_VERSION},
+    seed::{Purpose, RootSeed},
+    store::StoreError,
+};
+
+/// Points of the paper's mask, section IV.
+pub const MASK_POINTS: usize = 30;
+/// Noise that a bundle expects on each phase sample when a recording tells none, A.
+pub const DEFAULT_NOISE_A: f64 = 0.020;
+/// Reach of the tapers tried, s.
+const TAPER_SUPPORTS_S: [f64; 6] = [0.010, 0.020, 0.040, 0.060, 0.080, 0.120];
+
+/// Why a bundle cannot be made or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BundleError {
+    /// Not a bundle, or a damaged one.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The content contradicts itself.
+    #[error("the bundle holds {what}")]
+    Content {
+        /// What is wrong.
+        what: String,
+    },
+    /// The design that everything is learnt on is missing.
+    #[error("no dataset of the design `incipient`: offset and discrepancy are learnt on it")]
+    NoIncipient,
+    /// The error model cannot be learnt.
+    #[error(transparent)]
+    ErrorModel(#[from] ErrorModelError),
+    /// No taper gives a covariance with a factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+    /// The signals cannot be compressed.
+    #[error(transparent)]
+    Compression(#[from] CompressionError),
+    /// The signals do not form snapshots.
+    #[error(transparent)]
+    Snapshots(#[from] MatrixError),
+    /// The experiment cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] ema_sim::SimulationError),
+}
+
+/// Where the rotor starts: which reference signals tell the monitor's error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StartAngle {
+    /// At zero: designs `incipient` and `sparse`.
+    Zero,
+    /// Anywhere: designs `turned` and `turned-sparse`.
+    Any,
+}
+
+impl StartAngle {
+    /// Whether a design tells the error for this start.
+    fn has(self, design: ReferenceDesign) -> bool {
+        match self {
+            Self::Zero => {
+                matches!(design, ReferenceDesign::Incipient | ReferenceDesign::Sparse)
+            }
+            Self::Any => design.is_turned(),
+        }
+    }
+}
+
+/// How the error of the monitor is modelled, chosen on the reference signals alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ErrorChoice {
+    /// For which start of the rotor.
+    pub start: StartAngle,
+    /// How the mean depends on the damage.
+    pub trend: Trend,
+    /// Samples that the taper reaches.
+    pub taper_support_samples: usize,
+}
+
+/// What the offline stage learnt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bundle {
+    /// The actuator and its test.
+    pub experiment: Experiment,
+    /// Reference signals.
+    pub datasets: Vec<Dataset>,
+    /// SHA-256 of the datasets as they were made; an artefact keeps their signals to 16 bits.
+    pub dataset_sha256: Vec<String>,
+    /// The paper's mask: samples kept by DMD and the self-organising map, ascending.
+    pub mask: Vec<usize>,
+    /// How errors are modelled.
+    pub choices: Vec<ErrorChoice>,
+    /// Noise expected on each phase sample, A.
+    pub noise_a: f64,
+}
+
+impl Bundle {
+    /// Learns a bundle from datasets of an experiment.
+    ///
+    /// Trend and taper of the error model are chosen by the likelihood of reference signals that
+    /// were left out; no test recording takes part.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] without an incipient dataset, or for signals that nothing can be learnt
+    /// from.
+    pub fn build(
+        experiment: &Experiment,
+        datasets: Vec<Dataset>,
+        root: RootSeed,
+    ) -> Result<Self, BundleError> {
+        let incipient = datasets
+            .iter()
+            .find(|dataset| dataset.design == ReferenceDesign::Incipient)
+            .ok_or(BundleError::NoIncipient)?;
+        let mask = informative_points(incipient, root)?;
+        let mut choices = Vec::new();
+        for start in [StartAngle::Zero, StartAngle::Any] {
+            let references = References::of(experiment, &datasets, start)?;
+            if !references.differences.is_empty() {
+                choices.push(references.choose(experiment, start)?);
+            }
+        }
+        let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
+        let experiment = experiment.clone();
+        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a: DEFAULT_NOISE_A })
+    }
+
+    /// The dataset of a design, where the bundle has it.
+    pub fn dataset(&self, design: ReferenceDesign) -> Option<&Dataset> {
+        self.datasets.iter().find(|dataset| dataset.design == design)
+    }
+
+    /// The error model for a start of the rotor, learnt afresh from the reference signals;
+    /// `None` where the bundle has none.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] when the monitor cannot be run or nothing can be learnt.
+    pub fn error_model(&self, start: StartAngle) -> Result<Option<ErrorModel>, BundleError> {
+        let Some(choice) = self.choices.iter().find(|choice| choice.start == start) else {
+            return Ok(None);
+        };
+        let References { differences, coordinates } =
+            References::of(&self.experiment, &self.datasets, start)?;
+        let support = choice.taper_support_samples;
+        Ok(Some(ErrorModel::learn(&differences, &coordinates, choice.trend, support)?))
+    }
+
+    /// What the bundle holds, for people and scripts.
+    pub fn summary(&self, sha256: String) -> BundleSummary {
+        let experiment = &self.experiment;
+        BundleSummary {
+            schema_version: SCHEMA_VERSION,
+            sha256,
+            model: experiment.model_name.clone(),
+            command: experiment.name.clone(),
+            envelope: envelope_kind(experiment.envelope).name().to_owned(),
+            rate_hz: experiment.filter.output_hz,
+            filter_hz: experiment.filter.corner_hz,
+            datasets: self
+                .datasets
+                .iter()
+                .zip(&self.dataset_sha256)
+                .map(|(dataset, sha256)| DatasetSummary {
+                    name: dataset.design.name().to_owned(),
+                    conditions: dataset.conditions.len() as u64,
+                    seed: dataset.seed,
+                    sha256: sha256.clone(),
+                })
+                .collect(),
+            default_encoding: "full".to_owned(),
+            encodings: Vec::new(),
+        }
+    }
+}
+
+/// The 30 informative points of the incipient signals: DMD, then a self-organising map.
+fn informative_points(dataset: &Dataset, root: RootSeed) -> Result<Vec<usize>, BundleError> {
+    let snapshots = Snapshots::from_columns(&dataset.signals_a)?;
+    let som = SomConfig { seed: root.derive(Purpose::Map, 0), ..SomConfig::default() };
+    let config = CompressionConfig { count: MASK_POINTS, som, ..CompressionConfig::default() };
+    let map = CompressionMap::fit(&(&snapshots).into(), &config)?;
+    let mut points = map.locations().map(<[usize]>::to_vec).unwrap_or_default();
+    points.sort_unstable();
+    Ok(points)
+}
+
+/// Reference less monitor, for every condition.
+pub(crate) fn differences(
+    experiment: &Experiment,
+    dataset: &Dataset,
+) -> Result<Vec<Vec<f64>>, ema_sim::SimulationError> {
+    let mut monitor = experiment.monitor(0.0)?;
+    Ok(dataset
+        .conditions
+        .iter()
+        .zip(&dataset.signals_a)
+        .map(|(condition, reference)| {
+            monitor.turn_to(condition.start_angle_rad);
+            let mut difference = monitor.signal(&condition.coordinates());
+            for (value, reference) in difference.iter_mut().zip(reference) {
+                *value = reference - *value;
+            }
+            difference
+        })
+        .collect())
+}
+
+/// The coordinates looked for, of every condition.
+pub(crate) fn sought_coordinates(experiment: &Experiment, dataset: &Dataset) -> Vec<Vec<f64>> {
+    let indices = experiment.sought_indices();
+    dataset
+        .conditions
+        .iter()
+        .map(|condition| indices.iter().map(|&i| condition.coordinates().0[i]).collect())
+        .collect()
+}
+
+/// Reference less monitor for one start of the rotor, with the coordinates looked for.
+struct References {
+    differences: Vec<Vec<f64>>,
+    coordinates: Vec<Vec<f64>>,
+}
+
+impl References {
+    fn of(
+        experiment: &Experiment,
+        datasets: &[Dataset],
+        start: StartAngle,
+    ) -> Result<Self, ema_sim::SimulationError> {
+        let mut references = Self { differences: Vec::new(), coordinates: Vec::new() };
+        for dataset in datasets.iter().filter(|dataset| start.has(dataset.design)) {
+            references.differences.extend(differences(experiment, dataset)?);
+            references.coordinates.extend(sought_coordinates(experiment, dataset));
+        }
+        Ok(references)
+    }
+
+    /// Trend and taper that explain left-out signals best.
+    fn choose(
+        &self,
+        experiment: &Experiment,
+        start: StartAngle,
+    ) -> Result<ErrorChoice, BundleError> {
+        let mut floor = BandedMatrix::zeros(experiment.samples(), 0);
+        floor.add_to_diagonal(crate::likelihood::FLOOR_A * crate::likelihood::FLOOR_A);
+        let supports = TAPER_SUPPORTS_S
+            .map(|support_s| (support_s * experiment.filter.output_hz).round().max(2.0) as usize);
+        let mut best: Option<(f64, ErrorChoice)> = None;
+        for trend in Trend::ALL {
+            let model = match ErrorModel::learn(&self.differences, &self.coordinates, trend, 2) {
+                Err(ErrorModelError::TooFewSignals { .. }) if best.is_some() => continue,
+                learnt => learnt?,
+            };
+            for (taper_support_samples, score) in
+                choose_taper(model.residuals(), &supports, &floor)?
+            {
+                if best.is_none_or(|(best_score, _)| score > best_score) {
+                    best = Some((score, ErrorChoice { start, trend, taper_support_samples }));
+                }
+            }
+        }
+        best.map(|(_, choice)| choice).ok_or(BundleError::NoIncipient)
+    }
+}

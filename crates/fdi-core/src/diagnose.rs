@@ -1,0 +1,787 @@
+//! The online diagnosis: from a recording to fault levels with their uncertainty.
+
+use std::sync::{Mutex, OnceLock};
+use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
+
+use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState};
+use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
+
+use crate::{
+    banded::{BandedMatrix, NotPositiveDefinite},
+    bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
+    dataset::ReferenceDesign,
+    error_model::ErrorModel,
+    experiment::Monitor,
+    likelihood::Likelihood,
+    noise_covariance::unit_noise_covariance,
+    observation::{Observation, ObservationError},
+    posterior::Posterior,
+    record::Recording,
+    report::{
+        Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status, Verdict,
+    },
+    scalar_search,
+};
+
+/// Why a recording could not be diagnosed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DiagnoseError {
+    /// The recording does not fit the bundle.
+    #[error(transparent)]
+    Observation(#[from] ObservationError),
+    /// The bundle's content cannot be used.
+    #[error(transparent)]
+    Bundle(#[from] BundleError),
+    /// The covariance of noise and model error has no factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+    /// The search could not be run.
+    #[error("the search failed: {reason}")]
+    Search {
+        /// What the solver says.
+        reason: String,
+    },
+    /// The recording leaves a fault without any effect on the signal.
+    #[error("the recording does not determine all faults looked for")]
+    Undetermined,
+}
+
+/// Settings of a diagnosis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiagnoseOptions {
+    /// How fault levels are searched.
+    pub method: Method,
+    /// Most evaluations of the monitor in one search; `None`: 200 for `composite`, and
+    /// 20 a fault and 10 for the scalar methods.
+    pub max_evaluations: Option<usize>,
+    /// Noise on each phase sample, where the user knows it, A.
+    pub noise_a: Option<f64>,
+    /// Seed of what is random.
+    pub seed: u64,
+}
+
+impl Default for DiagnoseOptions {
+    fn default() -> Self {
+        Self { method: Method::Composite, max_evaluations: None, noise_a: None, seed: 0 }
+    }
+}
+
+/// Diagnoses recordings of one experiment.
+#[derive(Debug)]
+pub struct Diagnoser {
+    bundle: Bundle,
+    /// Error of the monitor at start angle zero.
+    incipient: ErrorModel,
+    /// At any other angle; learnt when first needed.
+    turned: OnceLock<Option<ErrorModel>>,
+    /// How the monitor errs on severe damage; learnt when first needed.
+    severe: OnceLock<Option<SevereErrors>>,
+    /// Noise covariances by the rate of the phases.
+    unit_noise: Mutex<BTreeMap<u64, Arc<BandedMatrix>>>,
+}
+
+/// Differences for derivatives: large against the monitor's own kinks (the controller's ticks),
+/// small against the damage looked for.
+const DIFFERENCE_STEP: f64 = 1e-3;
+/// Where a search starts: damage in the middle of the incipient range.
+const START: [f64; FAULT_COUNT] = [0.02, 0.02, 0.02, 0.02, 0.02, 0.0, 0.0];
+/// Least value of each coordinate: an estimate free of bounds may be slightly negative, but not
+/// beyond what the machine can be given (backlash 1 + 99·k2 > 0).
+const LEAST: [f64; FAULT_COUNT] = [-0.05, -0.0099, -0.05, -0.05, -0.05, -1.0, -1.0];
+/// Start angles closer than this to zero count as zero, rad: at the slowest commutation of the
+/// chirp that is a tenth of a carrier period.
+const ANGLE_TOLERANCE_RAD: f64 = 1e-3;
+/// Largest level that the incipient designs hold, with a margin for the estimate's scatter.
+const TRAINED_LEVEL: f64 = 0.06;
+/// Start angles tried in one sector when the angle is not known.
+const UNKNOWN_ANGLES: usize = 8;
+/// Standard deviations of ln(misfit) over the reference signals that make a fit inadequate.
+const MISFIT_DEVIATIONS: f64 = 4.0;
+/// Natural logarithm of the factor by which a noise level may differ from the bundle's, one
+/// standard deviation.
+const NOISE_PRIOR_LN_STD: f64 = core::f64::consts::LN_2;
+
+/// A fit of the monitor to a signal.
+struct FitResult {
+    /// Estimates of the coordinates looked for.
+    estimate: Vec<f64>,
+    /// Residual, A.
+    residual_a: Vec<f64>,
+    /// Mean square of the whitened residual.
+    misfit: f64,
+    evaluations: u64,
+}
+
+impl FitResult {
+    /// `−2·ln` of the likelihood, less a constant.
+    fn cost(&self, likelihood: &Likelihood) -> f64 {
+        self.misfit * self.residual_a.len() as f64 + likelihood.log_determinant()
+    }
+}
+
+/// One way to explain a recording: how the monitor stands and errs.
+struct Hypothesis<'a> {
+    error: &'a ErrorModel,
+    start_angle_rad: f64,
+}
+
+impl Diagnoser {
+    /// Prepares a bundle: runs the monitor at its conditions and learns its error.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] for a bundle that nothing can be learnt from.
+    pub fn new(bundle: Bundle) -> Result<Self, BundleError> {
+        let incipient = bundle.error_model(StartAngle::Zero)?.ok_or(BundleError::NoIncipient)?;
+        Ok(Self {
+            bundle,
+            incipient,
+            turned: OnceLock::new(),
+            severe: OnceLock::new(),
+            unit_noise: Mutex::new(BTreeMap::new()),
+        })
+    }
+
+    /// The bundle.
+    pub fn bundle(&self) -> &Bundle {
+        &self.bundle
+    }
+
+    /// Diagnoses a recording.
+    ///
+    /// # Errors
+    ///
+    /// [`DiagnoseError`] for a recording that does not fit the bundle. A recording that the
+    /// model does not explain is a result, with the verdict `model-inadequate`.
+    pub fn diagnose(
+        &self,
+        recording: &Recording,
+        options: &DiagnoseOptions,
+    ) -> Result<RecordDiagnosis, DiagnoseError> {
+        let mut observation = Observation::of(recording, &self.bundle.experiment)?;
+        let notices = std::mem::take(&mut observation.notices);
+        let mut answer = match observation.start_angle_rad {
+            Some(angle_rad) => self.with_known_angle(&observation, angle_rad, options)?,
+            None => self.with_unknown_angle(&observation, options)?,
+        };
+        answer.notices.splice(0..0, notices);
+        answer.recording.clone_from(&recording.name);
+        Ok(answer)
+    }
+
+    /// The error model for another start angle than zero.
+    fn turned(&self) -> Result<Option<&ErrorModel>, BundleError> {
+        if let Some(model) = self.turned.get() {
+            return Ok(model.as_ref());
+        }
+        let model = self.bundle.error_model(StartAngle::Any)?;
+        Ok(self.turned.get_or_init(|| model).as_ref())
+    }
+
+    /// How the monitor errs on severe damage, from the wide design.
+    fn severe(&self) -> Result<Option<&SevereErrors>, BundleError> {
+        if let Some(errors) = self.severe.get() {
+            return Ok(errors.as_ref());
+        }
+        let experiment = &self.bundle.experiment;
+        let errors = match self.bundle.dataset(ReferenceDesign::Wide) {
+            Some(dataset) => Some(SevereErrors::learn(
+                &self.incipient,
+                differences(experiment, dataset)?,
+                &sought_coordinates(experiment, dataset),
+            )),
+            None => None,
+        };
+        Ok(self.severe.get_or_init(|| errors).as_ref())
+    }
+
+    fn unit_noise(&self, phase_rate_hz: f64) -> Arc<BandedMatrix> {
+        let mut cache = self.unit_noise.lock().expect("no thread panics while it holds the cache");
+        let experiment = &self.bundle.experiment;
+        Arc::clone(cache.entry(phase_rate_hz.to_bits()).or_insert_with(|| {
+            let filter = &experiment.filter;
+            let samples = experiment.samples();
+            // noise of equal density at the next whole multiple of the output's rate
+            let multiple = (phase_rate_hz / filter.output_hz - 1e-6).ceil().max(1.0);
+            let rate_hz = multiple * filter.output_hz;
+            let mut covariance = unit_noise_covariance(filter, rate_hz, samples);
+            let excess = rate_hz / phase_rate_hz - 1.0;
+            let base = covariance.clone();
+            covariance.add_scaled(excess, &base);
+            Arc::new(covariance)
+        }))
+    }
+
+    fn with_known_angle(
+        &self,
+        observation: &Observation,
+        angle_rad: f64,
+        options: &DiagnoseOptions,
+    ) -> Result<RecordDiagnosis, DiagnoseError> {
+        let turn = angle_rad.rem_euclid(TAU);
+        let at_zero = turn < ANGLE_TOLERANCE_RAD || TAU - turn < ANGLE_TOLERANCE_RAD;
+        let mut notices = Vec::new();
+        let error = if at_zero {
+            &self.incipient
+        } else if let Some(turned) = self.turned()? {
+            turned
+        } else {
+            notices.push(Notice {
+                code: NoticeCode::OutsideTraining,
+                message: format!(
+                    "the rotor starts at {angle_rad:.4} rad and the bundle knows only 0: intervals \
+                     may be too narrow"
+                ),
+            });
+            &self.incipient
+        };
+        let hypothesis = Hypothesis { error, start_angle_rad: angle_rad };
+        let run = Run { diagnoser: self, observation, options };
+        let (noise, spent) = run.noise(&hypothesis)?;
+        let outcome = run.explain(&hypothesis, noise)?;
+        if outcome.severe {
+            notices.push(Notice {
+                code: NoticeCode::OutsideTraining,
+                message: "a level lies beyond the incipient range that the bundle is learnt on; \
+                          intervals are widened by the error seen on severe faults"
+                    .to_owned(),
+            });
+        }
+        if noise.source == NoiseSource::Bundle {
+            notices.push(noise_notice(noise.level_a));
+        }
+        Ok(run.answer(&outcome, noise, spent, notices))
+    }
+
+    fn with_unknown_angle(
+        &self,
+        observation: &Observation,
+        options: &DiagnoseOptions,
+    ) -> Result<RecordDiagnosis, DiagnoseError> {
+        let error = self.turned()?.unwrap_or(&self.incipient);
+        let run = Run { diagnoser: self, observation, options };
+        let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
+        let sector_rad = TAU / 6.0 / pole_pairs;
+        let first = Hypothesis { error, start_angle_rad: 0.5 * sector_rad };
+        let (noise, mut spent) = run.noise(&first)?;
+        let mut outcomes = Vec::new();
+        for step in 0..UNKNOWN_ANGLES {
+            let start_angle_rad = (step as f64 + 0.5) / UNKNOWN_ANGLES as f64 * sector_rad;
+            let outcome = run.explain(&Hypothesis { error, start_angle_rad }, noise)?;
+            spent += outcome.evaluations;
+            outcomes.push(outcome);
+        }
+        let outcome = mixture(&self.bundle.experiment.sought_indices(), outcomes)
+            .ok_or(DiagnoseError::Undetermined)?;
+        spent -= outcome.evaluations;
+        let notices = vec![Notice {
+            code: NoticeCode::StartAngleUnknown,
+            message: "the rotor's start angle is not known, so that k3, k4, k5 and k7 cannot be \
+                      told apart; record `motor_angle_rad` or give `start-angle-rad`"
+                .to_owned(),
+        }];
+        Ok(run.answer(&outcome, noise, spent, notices))
+    }
+}
+
+/// A noise level with where it is from.
+#[derive(Clone, Copy)]
+struct Noise {
+    level_a: f64,
+    source: NoiseSource,
+}
+
+/// What explains a recording best.
+struct Outcome {
+    posterior: Posterior,
+    residual_a: Vec<f64>,
+    floor_a: f64,
+    adequate: bool,
+    severe: bool,
+    evaluations: u64,
+    cost: f64,
+}
+
+/// A diagnosis under way.
+struct Run<'a> {
+    diagnoser: &'a Diagnoser,
+    observation: &'a Observation,
+    options: &'a DiagnoseOptions,
+}
+
+impl Run<'_> {
+    /// The noise level: told by the user or the metadata, read off the recording, or else what
+    /// makes the residual most likely, with the bundle's level as a prior.
+    fn noise(&self, hypothesis: &Hypothesis<'_>) -> Result<(Noise, u64), DiagnoseError> {
+        let told = [
+            (self.options.noise_a, NoiseSource::Flag),
+            (self.observation.stated_noise_a, NoiseSource::Metadata),
+            (self.observation.measured_noise_a, NoiseSource::OutOfBand),
+        ];
+        for (level, source) in told {
+            if let Some(level_a) = level {
+                return Ok((Noise { level_a, source }, 0));
+            }
+        }
+        let prior_a = self.diagnoser.bundle.noise_a;
+        let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
+        let likelihood = Likelihood::new(hypothesis.error, &unit, prior_a)?;
+        let fit = self.fit(hypothesis, &likelihood, &START)?;
+        let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
+            let level_a = prior_a * ln_ratio.exp();
+            let factor = Likelihood::plain(hypothesis.error, &unit, level_a)?;
+            let mut white = fit.residual_a.clone();
+            factor.whiten(&mut white);
+            let prior = ln_ratio / NOISE_PRIOR_LN_STD;
+            Ok(white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant() + prior * prior)
+        };
+        let ln_ratio = least(cost, -3.0, 3.0)?;
+        let level_a = prior_a * ln_ratio.exp();
+        Ok((Noise { level_a, source: NoiseSource::Residual }, fit.evaluations))
+    }
+
+    /// Explains the recording under a hypothesis: by incipient faults, or where that fails by
+    /// severe ones.
+    fn explain(&self, hypothesis: &Hypothesis<'_>, noise: Noise) -> Result<Outcome, DiagnoseError> {
+        let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
+        let likelihood = Likelihood::new(hypothesis.error, &unit, noise.level_a)?;
+        let seed = self.options.seed;
+        if let Some(criterion) = scalar_search::criterion(self.options.method, seed) {
+            return self.scalar(hypothesis, &likelihood, criterion);
+        }
+        let fit = self.fit(hypothesis, &likelihood, &START)?;
+        let adequate = fit.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
+        let inside = fit.estimate.iter().all(|level| level.abs() <= TRAINED_LEVEL);
+        let mut spent = fit.evaluations;
+        if !(adequate && inside)
+            && let Some((severe, severe_likelihood)) = self.severe_fit(hypothesis, noise, &fit)?
+        {
+            spent += severe.evaluations;
+            if severe.cost(&severe_likelihood) < fit.cost(&likelihood) {
+                let adequate = severe.misfit <= severe_likelihood.largest_misfit(MISFIT_DEVIATIONS);
+                return self.outcome(
+                    hypothesis,
+                    &severe_likelihood,
+                    severe,
+                    (adequate, true),
+                    spent,
+                );
+            }
+        }
+        self.outcome(hypothesis, &likelihood, fit, (adequate, false), spent)
+    }
+
+    /// The paper's search on the mask. Where it ends is not where the likelihood is greatest:
+    /// the step that is left to there, to first order, is counted as uncertainty, and what the
+    /// model cannot explain is judged after it.
+    fn scalar(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        criterion: gp_bayesopt::Criterion,
+    ) -> Result<Outcome, DiagnoseError> {
+        let sought = self.diagnoser.bundle.experiment.sought_indices();
+        let mask = &self.diagnoser.bundle.mask;
+        let mut monitor = self.monitor(hypothesis)?;
+        let budget =
+            self.options.max_evaluations.unwrap_or(scalar_search::default_budget(sought.len()));
+        let discrepancy = |levels: &[f64]| {
+            let point = coordinates_of(&sought, levels);
+            let residual = self.residual(hypothesis, &mut monitor, &point);
+            mask.iter().map(|&i| residual[i] * residual[i]).sum::<f64>().sqrt()
+        };
+        let (levels, evaluations) =
+            scalar_search::minimise(criterion, &sought, budget, self.options.seed, discrepancy)
+                .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
+        let estimate = coordinates_of(&sought, &levels);
+        let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
+        let jacobian = self.jacobian(hypothesis, &estimate)?;
+        let (step, misfit) =
+            likelihood.linear_step(&jacobian, &residual_a).ok_or(DiagnoseError::Undetermined)?;
+        let adequate = misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
+        let fit = FitResult { estimate, residual_a, misfit, evaluations: evaluations + 1 };
+        let spent = fit.evaluations + 2 * jacobian.len() as u64;
+        let mut outcome = self.outcome(hypothesis, likelihood, fit, (adequate, false), spent)?;
+        outcome.posterior.covariance += &step * step.transpose();
+        Ok(outcome)
+    }
+
+    /// A fit by severe faults, from several starts, with the monitor's error growing with the
+    /// damage.
+    fn severe_fit(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        noise: Noise,
+        near: &FitResult,
+    ) -> Result<Option<(FitResult, Likelihood)>, DiagnoseError> {
+        let Some(severe) = self.diagnoser.severe()? else {
+            return Ok(None);
+        };
+        let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
+        let likelihood_at = |size: f64| -> Result<Likelihood, NotPositiveDefinite> {
+            let error = hypothesis.error.with_residuals(severe.at_size(size));
+            Likelihood::new(&error, &unit, noise.level_a)
+        };
+        let wide = likelihood_at(SEVERE_START)?;
+        let mut starts = vec![self.all_coordinates(&near.estimate)];
+        for index in self.diagnoser.bundle.experiment.sought_indices() {
+            let mut start = START;
+            start[index] = SEVERE_START;
+            starts.push(start);
+        }
+        let mut evaluations = 0;
+        let mut best: Option<FitResult> = None;
+        for start in starts {
+            let fit = self.fit(hypothesis, &wide, &start)?;
+            evaluations += fit.evaluations;
+            if best.as_ref().is_none_or(|best| fit.misfit < best.misfit) {
+                best = Some(fit);
+            }
+        }
+        let Some(mut best) = best else { return Ok(None) };
+        let mut likelihood = wide;
+        for _ in 0..SEVERE_ROUNDS {
+            likelihood = likelihood_at(size_of(&best.estimate))?;
+            best = self.fit(hypothesis, &likelihood, &self.all_coordinates(&best.estimate))?;
+            evaluations += best.evaluations;
+        }
+        best.evaluations = evaluations;
+        Ok(Some((best, likelihood)))
+    }
+
+    /// Levenberg-Marquardt on the whitened residual.
+    fn fit(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        start: &[f64; FAULT_COUNT],
+    ) -> Result<FitResult, DiagnoseError> {
+        let indices = self.diagnoser.bundle.experiment.sought_indices();
+        let mut monitor = self.monitor(hypothesis)?;
+        let select =
+            |all: &[f64; FAULT_COUNT]| -> Vec<f64> { indices.iter().map(|&i| all[i]).collect() };
+        let bounds = Bounds::new(&select(&LEAST), &vec![1.0; indices.len()])
+            .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
+        let solver = LevenbergMarquardt {
+            steps: Some(vec![DIFFERENCE_STEP; indices.len()]),
+            max_evaluations: self.options.max_evaluations.unwrap_or(COMPOSITE_EVALUATIONS),
+            step_tolerance: STEP_TOLERANCE,
+            ..LevenbergMarquardt::default()
+        };
+        let residual = |point: &[f64]| -> Result<Vec<f64>, std::convert::Infallible> {
+            let mut residual = self.residual(hypothesis, &mut monitor, point);
+            likelihood.whiten(&mut residual);
+            Ok(residual)
+        };
+        let solution = solver
+            .solve(residual, &select(start), &bounds)
+            .map_err(|error: SolveError<_>| DiagnoseError::Search { reason: error.to_string() })?;
+        let residual_a = self.residual(hypothesis, &mut monitor, &solution.point);
+        Ok(FitResult {
+            misfit: solution.norm * solution.norm / residual_a.len() as f64,
+            estimate: solution.point,
+            residual_a,
+            evaluations: solution.evaluations as u64 + 1,
+        })
+    }
+
+    fn monitor(&self, hypothesis: &Hypothesis<'_>) -> Result<Monitor, DiagnoseError> {
+        let monitor = self.diagnoser.bundle.experiment.monitor(hypothesis.start_angle_rad);
+        Ok(monitor.map_err(BundleError::from)?)
+    }
+
+    /// `y − y_LF(c) − m(c)`.
+    fn residual(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        monitor: &mut Monitor,
+        point: &[f64],
+    ) -> Vec<f64> {
+        let mut residual = monitor.signal(&FaultCoordinates(self.all_coordinates(point)));
+        let mean = hypothesis.error.mean_at(&within_training(point));
+        for ((value, mean), measured) in
+            residual.iter_mut().zip(mean).zip(&self.observation.signal_a)
+        {
+            *value = measured - *value - mean;
+        }
+        residual
+    }
+
+    /// The coordinates looked for among all seven, the others zero.
+    fn all_coordinates(&self, point: &[f64]) -> [f64; FAULT_COUNT] {
+        let mut all = [0.0; FAULT_COUNT];
+        for (index, &value) in
+            self.diagnoser.bundle.experiment.sought_indices().into_iter().zip(point)
+        {
+            all[index] = value;
+        }
+        all
+    }
+
+    /// Uncertainty and adequacy of a fit.
+    fn outcome(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        fit: FitResult,
+        (adequate, severe): (bool, bool),
+        spent: u64,
+    ) -> Result<Outcome, DiagnoseError> {
+        let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
+        let covariance =
+            likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?;
+        let cost = fit.cost(likelihood);
+        Ok(Outcome {
+            posterior: Posterior {
+                indices: self.diagnoser.bundle.experiment.sought_indices(),
+                estimate: fit.estimate,
+                covariance,
+            },
+            residual_a: fit.residual_a,
+            floor_a: likelihood.floor_a(),
+            adequate,
+            severe,
+            evaluations: spent + 2 * jacobian.len() as u64,
+            cost,
+        })
+    }
+
+    /// Central differences of the modelled signal, one row a coordinate looked for.
+    fn jacobian(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        point: &[f64],
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let mut monitor = self.monitor(hypothesis)?;
+        Ok((0..point.len())
+            .map(|place| {
+                let mut side = |sign: f64| {
+                    let mut moved = point.to_vec();
+                    moved[place] += sign * DIFFERENCE_STEP;
+                    self.residual(hypothesis, &mut monitor, &moved)
+                };
+                let (up, down) = (side(1.0), side(-1.0));
+                up.iter().zip(&down).map(|(u, d)| (d - u) / (2.0 * DIFFERENCE_STEP)).collect()
+            })
+            .collect())
+    }
+
+    /// The answer as it is reported.
+    fn answer(
+        &self,
+        outcome: &Outcome,
+        noise: Noise,
+        spent: u64,
+        mut notices: Vec<Notice>,
+    ) -> RecordDiagnosis {
+        let faults = outcome.posterior.faults();
+        let sought = &self.diagnoser.bundle.experiment.sought;
+        let any_null = (0..FAULT_COUNT - 1).any(|i| sought[i] && faults[i].value.is_none());
+        let any_detected = faults.iter().any(|fault| fault.detected == Some(true));
+        let eccentric = faults[5].detected == Some(true);
+        if faults[5].value.is_some() && !eccentric {
+            notices.push(Notice {
+                code: NoticeCode::PhaseUndetermined,
+                message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
+            });
+        }
+        let verdict = if !outcome.adequate {
+            Verdict::ModelInadequate
+        } else if any_detected {
+            Verdict::Faulty
+        } else if any_null {
+            Verdict::Undetermined
+        } else {
+            Verdict::Healthy
+        };
+        let count = outcome.residual_a.len() as f64;
+        let square_sum = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+        let rms_a = (square_sum(&mut outcome.residual_a.iter().copied()) / count).sqrt();
+        let mask = &self.diagnoser.bundle.mask;
+        let discrepancy = square_sum(&mut mask.iter().map(|&i| outcome.residual_a[i])).sqrt();
+        RecordDiagnosis {
+            recording: String::new(),
+            status: if any_null || !outcome.adequate { Status::Partial } else { Status::Ok },
+            verdict,
+            bundle: None,
+            method: self.options.method,
+            fidelity: Fidelity::Low,
+            evaluations: outcome.evaluations + spent,
+            elapsed_s: None,
+            discrepancy,
+            fit: Fit {
+                rms_a,
+                noise_floor_a: outcome.floor_a,
+                noise_a: noise.level_a,
+                noise_source: noise.source,
+                adequate: outcome.adequate,
+            },
+            faults,
+            covariance: outcome.posterior.report_covariance(),
+            notices,
+        }
+    }
+}
+
+/// Errors of the monitor on severe damage: they grow with a power of its size.
+#[derive(Debug)]
+struct SevereErrors {
+    /// Errors at unit size, one a wide condition, with the logarithm of the condition's size.
+    at_unit: Vec<(f64, Vec<f64>)>,
+    exponent: f64,
+}
+
+impl SevereErrors {
+    /// Learns the power from errors at points: the slope of ln(rms) over ln(size).
+    fn learn(model: &ErrorModel, mut errors: Vec<Vec<f64>>, points: &[Vec<f64>]) -> Self {
+        let sizes: Vec<f64> = points.iter().map(|point| size_of(point)).collect();
+        for (error, point) in errors.iter_mut().zip(points) {
+            let mean = model.mean_at(&within_training(point));
+            for (value, mean) in error.iter_mut().zip(mean) {
+                *value -= mean;
+            }
+        }
+        let ln_rms = |error: &Vec<f64>| {
+            let mean_square = error.iter().map(|v| v * v).sum::<f64>() / error.len() as f64;
+            0.5 * mean_square.max(f64::MIN_POSITIVE).ln()
+        };
+        let pairs: Vec<(f64, f64)> =
+            sizes.iter().zip(&errors).map(|(size, error)| (size.ln(), ln_rms(error))).collect();
+        let exponent = slope(&pairs).clamp(0.0, 4.0);
+        for (error, size) in errors.iter_mut().zip(&sizes) {
+            let scale = size.powf(-exponent);
+            for value in error {
+                *value *= scale;
+            }
+        }
+        let at_unit = sizes.iter().map(|size| size.ln()).zip(errors).collect();
+        Self { at_unit, exponent }
+    }
+
+    /// Errors for damage of a size: those of the conditions nearest in size, scaled to it.
+    fn at_size(&self, size: f64) -> Vec<Vec<f64>> {
+        let ln_size = size.ln();
+        let mut nearest: Vec<&(f64, Vec<f64>)> = self.at_unit.iter().collect();
+        nearest.sort_by(|a, b| (a.0 - ln_size).abs().total_cmp(&(b.0 - ln_size).abs()));
+        let scale = size.powf(self.exponent);
+        let scaled = |error: &[f64]| error.iter().map(|value| scale * value).collect();
+        nearest.iter().take(NEAREST_SEVERE).map(|(_, error)| scaled(error)).collect()
+    }
+}
+
+/// Wide conditions that tell the errors at a size of damage.
+const NEAREST_SEVERE: usize = 40;
+
+/// Least-squares slope of pairs (x, y).
+fn slope(pairs: &[(f64, f64)]) -> f64 {
+    let count = pairs.len() as f64;
+    let mean = |pick: fn(&(f64, f64)) -> f64| pairs.iter().map(pick).sum::<f64>() / count;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let cross: f64 = pairs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    let square: f64 = pairs.iter().map(|p| (p.0 - x) * (p.0 - x)).sum();
+    cross / square.max(f64::MIN_POSITIVE)
+}
+
+/// Most evaluations of one composite search.
+const COMPOSITE_EVALUATIONS: usize = 200;
+/// Damage that a search for severe faults starts from.
+const SEVERE_START: f64 = 0.3;
+/// Rounds in which size of the damage and its error covariance settle.
+const SEVERE_ROUNDS: usize = 2;
+/// Steps below this end a search; levels are of interest to 1e-5.
+const STEP_TOLERANCE: f64 = 1e-6;
+
+/// The coordinates looked for of levels looked for, `k6` and `k7` taken together.
+fn coordinates_of(sought: &[usize], levels: &[f64]) -> Vec<f64> {
+    let mut all = HealthState::HEALTHY.levels();
+    for (&index, &level) in sought.iter().zip(levels) {
+        all[index] = level.clamp(0.0, 1.0);
+    }
+    let health = HealthState::new(all).unwrap_or(HealthState::HEALTHY);
+    let coordinates = health.coordinates().0;
+    sought.iter().map(|&index| coordinates[index]).collect()
+}
+
+/// Length of a damage vector, never zero.
+fn size_of(point: &[f64]) -> f64 {
+    point.iter().map(|x| x * x).sum::<f64>().sqrt().max(TRAINED_LEVEL)
+}
+
+/// The nearest point that the trend of the error is learnt on.
+fn within_training(point: &[f64]) -> Vec<f64> {
+    point.iter().map(|x| x.clamp(-TRAINED_LEVEL, TRAINED_LEVEL)).collect()
+}
+
+fn noise_notice(level_a: f64) -> Notice {
+    Notice {
+        code: NoticeCode::NoiseFromBundle,
+        message: format!("the noise level {level_a} A is the bundle's"),
+    }
+}
+
+/// Joins the outcomes of equally likely start angles: what does not depend on the angle is
+/// averaged by likelihood, its spread over the angles added; the rest is dropped.
+fn mixture(sought: &[usize], mut outcomes: Vec<Outcome>) -> Option<Outcome> {
+    let least = outcomes.iter().map(|outcome| outcome.cost).fold(f64::INFINITY, f64::min);
+    let weights: Vec<f64> =
+        outcomes.iter().map(|outcome| (-0.5 * (outcome.cost - least)).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    let free: Vec<usize> =
+        (0..sought.len()).filter(|&place| FREE_OF_ANGLE.contains(&sought[place])).collect();
+    let mean: Vec<f64> = free
+        .iter()
+        .map(|&place| {
+            let sum: f64 = outcomes
+                .iter()
+                .zip(&weights)
+                .map(|(outcome, weight)| weight * outcome.posterior.estimate[place])
+                .sum();
+            sum / total
+        })
+        .collect();
+    let covariance = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| {
+        outcomes
+            .iter()
+            .zip(&weights)
+            .map(|(outcome, weight)| {
+                let posterior = &outcome.posterior;
+                let away = |place: usize, k: usize| posterior.estimate[free[place]] - mean[k];
+                weight * (posterior.covariance[(free[i], free[j])] + away(i, i) * away(j, j))
+            })
+            .sum::<f64>()
+            / total
+    });
+    let best =
+        (0..outcomes.len()).min_by(|&a, &b| outcomes[a].cost.total_cmp(&outcomes[b].cost))?;
+    let mut best = outcomes.swap_remove(best);
+    best.posterior = Posterior {
+        indices: free.iter().map(|&place| sought[place]).collect(),
+        estimate: mean,
+        covariance,
+    };
+    Some(best)
+}
+
+/// Coordinates that mean the same at any start angle: friction and backlash.
+const FREE_OF_ANGLE: [usize; 2] = [0, 1];
+
+/// Least point of a function with one valley, by golden section to a thousandth.
+fn least<E>(mut cost: impl FnMut(f64) -> Result<f64, E>, low: f64, high: f64) -> Result<f64, E> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    let (mut low, mut high) = (low, high);
+    let (mut a, mut b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+    let (mut cost_a, mut cost_b) = (cost(a)?, cost(b)?);
+    while high - low > 1e-2 {
+        if cost_a < cost_b {
+            (high, b, cost_b) = (b, a, cost_a);
+            a = high - GOLDEN * (high - low);
+            cost_a = cost(a)?;
+        } else {
+            (low, a, cost_a) = (a, b, cost_b);
+            b = low + GOLDEN * (high - low);
+            cost_b = cost(b)?;
+        }
+    }
+    Ok(0.5 * (low + high))
+}

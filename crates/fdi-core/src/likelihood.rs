@@ -1,0 +1,264 @@
+//! The likelihood of a recording: generalised least squares on the whole filtered envelope.
+//!
+//! ```text
+//! r(c) = y − y_LF(c) − m(c),   r ~ N(0, Σ),   Σ = S + a²·C
+//! ```
+//!
+//! with `S` the covariance of the monitor's error and `a²·C` that of the sensors' noise after
+//! the filter. The stated uncertainty is that of the estimator on errors that it has not seen:
+//! each reference error goes through the estimator built without its fold, and the scatter of
+//! what comes out is the monitor's share.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::{
+    banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot},
+    error_model::ErrorModel,
+};
+
+/// White floor of every covariance, A: far below any sensor, far above rounding. It keeps
+/// samples that are zero in all reference signals (the start) from being trusted absolutely.
+pub(crate) const FLOOR_A: f64 = 1e-5;
+
+/// A Gaussian model of residuals at one noise level.
+#[derive(Debug)]
+pub(crate) struct Likelihood {
+    factor: BandedCholesky,
+    noise: BandedMatrix,
+    /// Mean variance of a sample, A².
+    mean_variance: f64,
+    folds: Vec<Fold>,
+}
+
+/// Residuals with the factor of a covariance that does not know them.
+#[derive(Debug)]
+struct Fold {
+    factor: BandedCholesky,
+    residuals: Vec<Vec<f64>>,
+}
+
+impl Likelihood {
+    /// Joins model error and noise.
+    pub(crate) fn new(
+        error: &ErrorModel,
+        unit_noise: &BandedMatrix,
+        noise_a: f64,
+    ) -> Result<Self, NotPositiveDefinite> {
+        let noise = scaled(unit_noise, noise_a);
+        let with_noise = |model: &BandedMatrix| joined(model, &noise);
+        let whole = with_noise(&error.covariance());
+        let mean_variance = whole.mean_diagonal();
+        let folds = error
+            .folds()
+            .into_iter()
+            .map(|(covariance, residuals)| {
+                Ok(Fold {
+                    factor: with_noise(&covariance).cholesky()?,
+                    residuals: residuals.iter().map(|r| r.to_vec()).collect(),
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self { factor: whole.cholesky()?, noise, mean_variance, folds })
+    }
+
+    /// The factor of noise and model error alone, without what uncertainty needs.
+    pub(crate) fn plain(
+        error: &ErrorModel,
+        unit_noise: &BandedMatrix,
+        noise_a: f64,
+    ) -> Result<BandedCholesky, NotPositiveDefinite> {
+        joined(&error.covariance(), &scaled(unit_noise, noise_a)).cholesky()
+    }
+
+    /// Whitens a residual in place; its squared length is then the misfit.
+    pub(crate) fn whiten(&self, residual: &mut [f64]) {
+        self.factor.whiten(residual);
+    }
+
+    /// Root of the mean variance that noise and model error explain, A.
+    pub(crate) fn floor_a(&self) -> f64 {
+        self.mean_variance.sqrt()
+    }
+
+    /// Logarithm of the determinant of `Σ`.
+    pub(crate) fn log_determinant(&self) -> f64 {
+        self.factor.log_determinant()
+    }
+
+    /// Covariance of the generalised least-squares estimate for a Jacobian of the signal (one
+    /// row a coordinate).
+    ///
+    /// `None` when the Jacobian leaves a coordinate undetermined.
+    pub(crate) fn estimate_covariance(&self, jacobian: &[Vec<f64>]) -> Option<DMatrix<f64>> {
+        let whole = Estimator::new(&self.factor, jacobian)?;
+        let noise_images: Vec<Vec<f64>> =
+            whole.weights.iter().map(|weight| self.noise.times(weight)).collect();
+        let mut covariance =
+            symmetric(jacobian.len(), |i, j| dot(&whole.weights[i], &noise_images[j]));
+        let mut count = 0.0;
+        let mut scatter = DMatrix::zeros(jacobian.len(), jacobian.len());
+        for fold in &self.folds {
+            let estimator = Estimator::new(&fold.factor, jacobian)?;
+            for residual in &fold.residuals {
+                let shift = estimator.apply(residual);
+                scatter += &shift * shift.transpose();
+                count += 1.0;
+            }
+        }
+        covariance += scatter / f64::max(count, 1.0);
+        Some(covariance)
+    }
+
+    /// The generalised least-squares step for a residual, and the misfit per sample after it, to
+    /// first order.
+    pub(crate) fn linear_step(
+        &self,
+        jacobian: &[Vec<f64>],
+        residual: &[f64],
+    ) -> Option<(DVector<f64>, f64)> {
+        let step = Estimator::new(&self.factor, jacobian)?.apply(residual);
+        let mut left = residual.to_vec();
+        for (row, part) in jacobian.iter().zip(step.iter()) {
+            for (value, slope) in left.iter_mut().zip(row) {
+                *value -= part * slope;
+            }
+        }
+        self.factor.whiten(&mut left);
+        let misfit = dot(&left, &left) / left.len() as f64;
+        Some((step, misfit))
+    }
+
+    /// The misfit per sample that a recording of the modelled machine hardly exceeds.
+    ///
+    /// The misfits of the reference errors, each through the fold that does not know it and with
+    /// the expectation of the noise added, are taken as log-normal; `deviations` standard
+    /// deviations above their mean is the limit. The noise's own scatter, `√(2/n)`, is included.
+    pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
+        let logs: Vec<f64> = self
+            .folds
+            .iter()
+            .flat_map(|fold| {
+                let noise = self.noise_share(&fold.factor);
+                fold.residuals.iter().map(move |residual| {
+                    let mut white = residual.clone();
+                    fold.factor.whiten(&mut white);
+                    (dot(&white, &white) / white.len() as f64 + noise).ln()
+                })
+            })
+            .collect();
+        let count = logs.len().max(2) as f64;
+        let mean = logs.iter().sum::<f64>() / count;
+        let scatter = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
+        let own = 2.0 / self.noise.order() as f64;
+        (mean + deviations * (scatter + own).sqrt()).exp()
+    }
+
+    /// Expectation of the misfit per sample from noise alone, `tr(Σ⁻¹·N)/n`, from a few probing
+    /// vectors of ±1 (Hutchinson, Commun. Stat. Simul. Comput. 19, 1990); their scatter is below
+    /// a hundredth here.
+    fn noise_share(&self, factor: &BandedCholesky) -> f64 {
+        const PROBES: u64 = 4;
+        let order = self.noise.order();
+        let mut sum = 0.0;
+        for probe in 0..PROBES {
+            let signs: Vec<f64> =
+                (0..order as u64).map(|i| sign(i + probe * order as u64)).collect();
+            let mut image = self.noise.times(&signs);
+            factor.whiten(&mut image);
+            factor.whiten_transposed(&mut image);
+            sum += dot(&signs, &image);
+        }
+        sum / (PROBES as f64 * order as f64)
+    }
+}
+
+/// ±1 from a counter (the finaliser of SplitMix64): fixed probing vectors, not randomness.
+fn sign(counter: u64) -> f64 {
+    let mut z = counter.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    if (z ^ (z >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+}
+
+/// Covariance of noise of a level.
+fn scaled(unit_noise: &BandedMatrix, noise_a: f64) -> BandedMatrix {
+    let mut noise = BandedMatrix::zeros(unit_noise.order(), unit_noise.half_band());
+    noise.add_scaled(noise_a * noise_a, unit_noise);
+    noise
+}
+
+/// Sum of the covariances, with the floor.
+fn joined(model: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix {
+    let half_band = model.half_band().max(noise.half_band());
+    let mut whole = BandedMatrix::zeros(model.order(), half_band);
+    whole.add_scaled(1.0, model);
+    whole.add_scaled(1.0, noise);
+    whole.add_to_diagonal(FLOOR_A * FLOOR_A);
+    whole
+}
+
+/// A linear estimator: `δ = (JᵀΣ⁻¹J)⁻¹·JᵀΣ⁻¹·r`, one weight vector a coordinate.
+struct Estimator {
+    weights: Vec<Vec<f64>>,
+}
+
+impl Estimator {
+    fn new(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> Option<Self> {
+        let covariance = information(factor, jacobian).try_inverse()?;
+        let solved: Vec<Vec<f64>> = jacobian
+            .iter()
+            .map(|row| {
+                let mut x = row.clone();
+                factor.whiten(&mut x);
+                factor.whiten_transposed(&mut x);
+                x
+            })
+            .collect();
+        let samples = jacobian.first().map_or(0, Vec::len);
+        let weights = (0..jacobian.len())
+            .map(|i| {
+                let mut weight = vec![0.0; samples];
+                for (j, x) in solved.iter().enumerate() {
+                    for (w, value) in weight.iter_mut().zip(x) {
+                        *w += covariance[(i, j)] * value;
+                    }
+                }
+                weight
+            })
+            .collect();
+        Some(Self { weights })
+    }
+
+    fn apply(&self, residual: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(
+            self.weights.len(),
+            self.weights.iter().map(|weight| dot(weight, residual)),
+        )
+    }
+}
+
+/// `JᵀΣ⁻¹J`.
+fn information(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
+    let white: Vec<Vec<f64>> = jacobian
+        .iter()
+        .map(|row| {
+            let mut z = row.clone();
+            factor.whiten(&mut z);
+            z
+        })
+        .collect();
+    symmetric(jacobian.len(), |i, j| dot(&white[i], &white[j]))
+}
+
+/// A symmetric matrix from its lower half.
+fn symmetric(order: usize, element: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(order, order);
+    for i in 0..order {
+        for j in 0..=i {
+            let value = element(i, j);
+            matrix[(i, j)] = value;
+            matrix[(j, i)] = value;
+        }
+    }
+    matrix
+}

@@ -1,0 +1,384 @@
+//! From a recording to the signal that is diagnosed, at the rate and with the filter of an
+//! experiment.
+
+use ema_sim::{Envelope, EnvelopeFilter};
+
+use crate::{
+    experiment::Experiment,
+    record::{
+        Channel, ChannelName, CommandSource, Current, EnvelopeKind, RecordError, Recording,
+        Sampling,
+    },
+    report::{Notice, NoticeCode},
+};
+
+/// The diagnosed signal of a recording, with what the recording says of itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Observation {
+    /// Filtered envelope, A.
+    pub(crate) signal_a: Vec<f64>,
+    /// Rotor angle at the first sample, where it is known, rad.
+    pub(crate) start_angle_rad: Option<f64>,
+    /// Rate of the phase samples behind the envelope.
+    pub(crate) phase_rate_hz: f64,
+    /// Noise on each phase sample read off the recording itself, A.
+    pub(crate) measured_noise_a: Option<f64>,
+    /// Noise on each phase sample by the metadata, A.
+    pub(crate) stated_noise_a: Option<f64>,
+    pub(crate) notices: Vec<Notice>,
+}
+
+/// Why a recording does not fit an experiment.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObservationError {
+    /// The recording lacks what a diagnosis needs.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The samples do not stand on a uniform grid.
+    #[error(
+        "column `{column}` is sampled irregularly: a sample is {deviation_s:.2e} s off its grid, \
+         expected at most {tolerance_s:.2e} s"
+    )]
+    Irregular {
+        /// Column.
+        column: &'static str,
+        /// Largest distance from the grid.
+        deviation_s: f64,
+        /// Distance that rounding explains.
+        tolerance_s: f64,
+    },
+    /// The rate is not the bundle's.
+    #[error("column `{column}` is sampled at {found_hz} Hz, expected {expected}")]
+    Rate {
+        /// Column.
+        column: &'static str,
+        /// Its rate.
+        found_hz: f64,
+        /// What the bundle takes.
+        expected: String,
+    },
+    /// The recording ends too early.
+    #[error(
+        "the recording has {found_s} s of `{column}`, expected {expected_s} s for the command \
+         `{command}`"
+    )]
+    TooShort {
+        /// Column.
+        column: &'static str,
+        /// Its length.
+        found_s: f64,
+        /// Length needed.
+        expected_s: f64,
+        /// Command of the bundle.
+        command: String,
+    },
+    /// Another envelope than the bundle's.
+    #[error("`current_a` is the envelope `{found}`, expected `{expected}` as the bundle has it")]
+    OtherEnvelope {
+        /// By the metadata.
+        found: &'static str,
+        /// The bundle's.
+        expected: &'static str,
+    },
+    /// Another filter than the bundle's.
+    #[error(
+        "`current_a` was filtered at {found_hz} Hz, expected {expected_hz} Hz as the bundle has it"
+    )]
+    OtherFilter {
+        /// By the metadata.
+        found_hz: f64,
+        /// The bundle's.
+        expected_hz: f64,
+    },
+    /// Another command than the bundle's.
+    #[error("the recording is of the command `{found}`, the bundle is for `{expected}`")]
+    OtherCommand {
+        /// By the metadata.
+        found: String,
+        /// The bundle's.
+        expected: String,
+    },
+    /// The recorded command is not the bundle's.
+    #[error(
+        "`command_rad` is {found_rad} rad at {time_s} s, the bundle's command `{command}` \
+         {expected_rad} rad"
+    )]
+    CommandDiffers {
+        /// Recorded.
+        found_rad: f64,
+        /// The bundle's.
+        expected_rad: f64,
+        /// When they differ most.
+        time_s: f64,
+        /// Command of the bundle.
+        command: String,
+    },
+    /// Phase currents without the rotor's angle.
+    #[error(
+        "phase currents without `motor_angle_rad`: the sector is not known, so that no envelope \
+         can be formed"
+    )]
+    NoRotorAngle,
+    /// The channels of the phases differ in their time axis.
+    #[error("columns `{column}` and `phase_a_current_a` have different time axes")]
+    TimeAxes {
+        /// The column that differs.
+        column: &'static str,
+    },
+}
+
+/// Lowest rate at which phase currents still show the sectors.
+const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
+/// A sum of the phase currents below this is one that was computed, not measured, A.
+const COMPUTED_SUM_A: f64 = 1e-5;
+/// Largest difference of a recorded command from the bundle's, as a share of its range.
+const COMMAND_TOLERANCE: f64 = 0.01;
+
+impl Observation {
+    /// Reads the signal of an experiment off a recording.
+    pub(crate) fn of(
+        recording: &Recording,
+        experiment: &Experiment,
+    ) -> Result<Self, ObservationError> {
+        let mut notices = Vec::new();
+        match recording.require_current()? {
+            Current::Phases(phases) => {
+                let mut observation = of_phases(recording, phases, experiment)?;
+                check_command(recording, experiment, &mut notices)?;
+                observation.notices = notices;
+                Ok(observation)
+            }
+            Current::Envelope(channel) => {
+                let mut observation = of_envelope(recording, channel, experiment)?;
+                check_command(recording, experiment, &mut notices)?;
+                observation.notices = notices;
+                Ok(observation)
+            }
+        }
+    }
+}
+
+/// The uniform sampling of a channel that is long enough.
+fn uniform_sampling(channel: &Channel) -> Result<Sampling, ObservationError> {
+    let sampling = channel.sampling()?;
+    let column = channel.name().column();
+    if !sampling.is_uniform() {
+        let Sampling { deviation_s, tolerance_s, .. } = sampling;
+        return Err(ObservationError::Irregular { column, deviation_s, tolerance_s });
+    }
+    Ok(sampling)
+}
+
+/// Refuses a channel that ends before the command does.
+fn long_enough(
+    channel: &Channel,
+    sampling: &Sampling,
+    experiment: &Experiment,
+) -> Result<(), ObservationError> {
+    let expected_s = experiment.scenario.duration_s;
+    // the last output sample stands one output period before the end
+    let last_needed_s = expected_s - 1.0 / experiment.filter.output_hz;
+    let found_s = sampling.samples as f64 / sampling.rate_hz;
+    let last_s = (sampling.samples - 1) as f64 / sampling.rate_hz;
+    if last_s < last_needed_s * (1.0 - 1e-9) {
+        return Err(ObservationError::TooShort {
+            column: channel.name().column(),
+            found_s,
+            expected_s,
+            command: experiment.name.clone(),
+        });
+    }
+    Ok(())
+}
+
+/// Three phase currents with the rotor's angle.
+fn of_phases(
+    recording: &Recording,
+    phases: [&Channel; 3],
+    experiment: &Experiment,
+) -> Result<Observation, ObservationError> {
+    let first = phases[0];
+    let sampling = uniform_sampling(first)?;
+    let column = first.name().column();
+    if sampling.rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
+        let expected = format!("{LEAST_PHASE_RATE_HZ} Hz or more");
+        return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
+    }
+    long_enough(first, &sampling, experiment)?;
+    for other in &phases[1..] {
+        if other.times_s() != first.times_s() {
+            return Err(ObservationError::TimeAxes { column: other.name().column() });
+        }
+    }
+    let angle = recording.channel(ChannelName::MotorAngle).ok_or(ObservationError::NoRotorAngle)?;
+    let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
+    let electrical: Vec<f64> =
+        at_times(angle, first.times_s()).into_iter().map(|theta| theta * pole_pairs).collect();
+    let views = phases.map(Channel::values);
+    let envelope_a = experiment.envelope.of_phases(views, &electrical);
+    Ok(Observation {
+        signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
+        start_angle_rad: angle.values().first().copied(),
+        phase_rate_hz: sampling.rate_hz,
+        measured_noise_a: zero_sequence_noise_a(views),
+        stated_noise_a: recording.metadata.noise_a,
+        notices: Vec::new(),
+    })
+}
+
+/// An envelope as recorded.
+fn of_envelope(
+    recording: &Recording,
+    channel: &Channel,
+    experiment: &Experiment,
+) -> Result<Observation, ObservationError> {
+    let metadata = &recording.metadata;
+    let expected = envelope_kind(experiment.envelope);
+    let found = metadata.envelope.unwrap_or(expected);
+    if found != expected {
+        let (found, expected) = (found.name(), expected.name());
+        return Err(ObservationError::OtherEnvelope { found, expected });
+    }
+    let EnvelopeFilter { corner_hz, output_hz } = experiment.filter;
+    let sampling = uniform_sampling(channel)?;
+    let column = channel.name().column();
+    if !sampling.agrees_with(output_hz) {
+        let expected = format!("{output_hz} Hz as the bundle has it");
+        return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
+    }
+    if let Some(found_hz) = metadata.filter_hz
+        && (found_hz / corner_hz - 1.0).abs() > 1e-6
+    {
+        return Err(ObservationError::OtherFilter { found_hz, expected_hz: corner_hz });
+    }
+    long_enough(channel, &sampling, experiment)?;
+    Ok(Observation {
+        signal_a: channel.values()[..experiment.samples()].to_vec(),
+        start_angle_rad: metadata
+            .start_angle_rad
+            .or_else(|| recording.channel(ChannelName::MotorAngle)?.values().first().copied()),
+        phase_rate_hz: metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz),
+        measured_noise_a: None,
+        stated_noise_a: metadata.noise_a,
+        notices: Vec::new(),
+    })
+}
+
+/// The channel's values at given times, straight between its samples.
+fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
+    let (own, values) = (channel.times_s(), channel.values());
+    let mut place = 0;
+    times_s
+        .iter()
+        .map(|&t| {
+            while place + 2 < own.len() && own[place + 1] <= t {
+                place += 1;
+            }
+            if own.len() < 2 {
+                return values.first().copied().unwrap_or(0.0);
+            }
+            let span = own[place + 1] - own[place];
+            let share = ((t - own[place]) / span).clamp(0.0, 1.0);
+            values[place] + share * (values[place + 1] - values[place])
+        })
+        .collect()
+}
+
+/// Filters an envelope at its own rate and takes it at the experiment's.
+///
+/// A rate that is no whole multiple of the output's is first brought to the next one, straight
+/// between samples: the filter is exact for such a signal.
+fn filtered(envelope_a: &[f64], rate_hz: f64, experiment: &Experiment) -> Vec<f64> {
+    let filter = experiment.filter;
+    let multiple = rate_hz / filter.output_hz;
+    let mut signal = if (multiple - multiple.round()).abs() < 1e-6 {
+        filter.apply(envelope_a, rate_hz)
+    } else {
+        let fine_hz = multiple.ceil() * filter.output_hz;
+        let count = ((envelope_a.len() - 1) as f64 * fine_hz / rate_hz).floor() as usize + 1;
+        let fine: Vec<f64> = (0..count)
+            .map(|n| {
+                let place = n as f64 * rate_hz / fine_hz;
+                let before = (place.floor() as usize).min(envelope_a.len() - 2);
+                let share = place - before as f64;
+                envelope_a[before] + share * (envelope_a[before + 1] - envelope_a[before])
+            })
+            .collect();
+        filter.apply(&fine, fine_hz)
+    };
+    signal.truncate(experiment.samples());
+    signal
+}
+
+/// Noise of one phase from the sum of the three currents, which a star connection keeps at zero:
+/// whatever the model does, this is noise (offsets removed), quantisation included.
+fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
+    let [a, b, c] = phases;
+    let sums: Vec<f64> = a.iter().zip(b).zip(c).map(|((a, b), c)| a + b + c).collect();
+    let count = sums.len() as f64;
+    let mean = sums.iter().sum::<f64>() / count;
+    let variance = sums.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>() / (count - 1.0);
+    let noise_a = (variance / 3.0).sqrt();
+    (noise_a > COMPUTED_SUM_A).then_some(noise_a)
+}
+
+/// Compares the recording's command with the bundle's.
+fn check_command(
+    recording: &Recording,
+    experiment: &Experiment,
+    notices: &mut Vec<Notice>,
+) -> Result<(), ObservationError> {
+    if let Some(CommandSource::Named(found)) = &recording.metadata.command {
+        return if *found == experiment.name {
+            Ok(())
+        } else {
+            let (found, expected) = (found.clone(), experiment.name.clone());
+            Err(ObservationError::OtherCommand { found, expected })
+        };
+    }
+    let Some(channel) = recording.channel(ChannelName::Command) else {
+        notices.push(Notice {
+            code: NoticeCode::CommandAssumed,
+            message: format!(
+                "the recording does not say its command; `{}` of the bundle is assumed",
+                experiment.name
+            ),
+        });
+        return Ok(());
+    };
+    let command = |t: f64| experiment.scenario.command.at(t);
+    let start_s = channel.times_s().first().copied().unwrap_or(0.0);
+    let (mut range, mut worst) = (0.0f64, (0.0f64, 0.0, 0.0, 0.0));
+    for (&time_s, &found_rad) in channel.times_s().iter().zip(channel.values()) {
+        let since_s = time_s - start_s;
+        if since_s > experiment.scenario.duration_s {
+            break;
+        }
+        let expected_rad = command(since_s);
+        range = range.max(expected_rad.abs());
+        let difference = (found_rad - expected_rad).abs();
+        if difference > worst.0 {
+            worst = (difference, found_rad, expected_rad, time_s);
+        }
+    }
+    if worst.0 > COMMAND_TOLERANCE * range {
+        return Err(ObservationError::CommandDiffers {
+            found_rad: worst.1,
+            expected_rad: worst.2,
+            time_s: worst.3,
+            command: experiment.name.clone(),
+        });
+    }
+    Ok(())
+}
+
+/// The name in metadata of an envelope of the simulation.
+pub(crate) fn envelope_kind(envelope: Envelope) -> EnvelopeKind {
+    match envelope {
+        Envelope::HalfAbsSum => EnvelopeKind::HalfAbsSum,
+        Envelope::SignedProjection => EnvelopeKind::SignedProjection,
+        Envelope::QAxis => EnvelopeKind::QAxis,
+        _ => EnvelopeKind::ConductingPhase,
+    }
+}

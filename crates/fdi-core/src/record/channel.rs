@@ -1,0 +1,266 @@
+//! Channels of a recording: their names, units and samples.
+
+use std::{fmt, sync::Arc};
+
+use super::{RecordError, Sampling};
+
+/// Group of a channel in the table of columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChannelKind {
+    /// Angles, speeds and torques of a rotary actuator.
+    Rotary,
+    /// Positions, speeds and forces of a linear actuator.
+    Linear,
+    /// Currents and voltages.
+    Electrical,
+    /// Anything else.
+    Other,
+}
+
+impl ChannelKind {
+    /// The word used in the table of columns.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Rotary => "rotary",
+            Self::Linear => "linear",
+            Self::Electrical => "electrical",
+            Self::Other => "other",
+        }
+    }
+}
+
+macro_rules! channels {
+    ($($variant:ident $column:literal $unit:literal $kind:ident $meaning:literal;)+) => {
+        /// A channel that the format knows.
+        ///
+        /// The column's name states the SI unit.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        #[non_exhaustive]
+        pub enum ChannelName {
+            $(#[doc = concat!("`", $column, "`, ", $unit, ": ", $meaning, ".")] $variant,)+
+        }
+
+        impl ChannelName {
+            /// Every channel, in the order of the table of columns.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// The name of the column, for instance `current_a`.
+            pub fn column(self) -> &'static str {
+                match self { $(Self::$variant => $column,)+ }
+            }
+
+            /// The unit of the values, `1` for a pure number.
+            pub fn unit(self) -> &'static str {
+                match self { $(Self::$variant => $unit,)+ }
+            }
+
+            /// The group in the table of columns.
+            pub fn kind(self) -> ChannelKind {
+                match self { $(Self::$variant => ChannelKind::$kind,)+ }
+            }
+
+            /// What the channel is, in a few words.
+            pub fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => $meaning,)+ }
+            }
+
+            /// The channel of a column, if that column is one.
+            pub fn from_column(column: &str) -> Option<Self> {
+                match column { $($column => Some(Self::$variant),)+ _ => None }
+            }
+        }
+    };
+}
+
+channels! {
+    Command "command_rad" "rad" Rotary "commanded surface angle";
+    SpeedCommand "speed_command_rad_per_s" "rad/s" Rotary "commanded surface speed";
+    SurfaceAngle "surface_angle_rad" "rad" Rotary "surface angle";
+    MotorAngle "motor_angle_rad" "rad" Rotary "mechanical rotor angle, zero where phase A has electrical angle zero";
+    MotorSpeed "motor_speed_rad_per_s" "rad/s" Rotary "rotor speed";
+    Load "load_n_m" "N·m" Rotary "load torque on the surface";
+    LinearCommand "command_m" "m" Linear "commanded position";
+    LinearSpeedCommand "speed_command_m_per_s" "m/s" Linear "commanded speed";
+    Position "position_m" "m" Linear "position of the output";
+    LinearSpeed "speed_m_per_s" "m/s" Linear "speed of the output";
+    Force "force_n" "N" Linear "force at the output";
+    Current "current_a" "A" Electrical "stator current envelope, as the metadata name it";
+    PhaseACurrent "phase_a_current_a" "A" Electrical "current of phase A";
+    PhaseBCurrent "phase_b_current_a" "A" Electrical "current of phase B";
+    PhaseCCurrent "phase_c_current_a" "A" Electrical "current of phase C";
+    QAxisCurrent "q_axis_current_a" "A" Electrical "quadrature-axis current";
+    PhaseAVoltage "phase_a_voltage_v" "V" Electrical "voltage of phase A";
+    PhaseBVoltage "phase_b_voltage_v" "V" Electrical "voltage of phase B";
+    PhaseCVoltage "phase_c_voltage_v" "V" Electrical "voltage of phase C";
+    QAxisVoltage "q_axis_voltage_v" "V" Electrical "quadrature-axis voltage";
+    MotorVoltage "motor_voltage_v" "V" Electrical "voltage applied to the motor";
+    Voltage "voltage_v" "V" Electrical "drive voltage";
+    Duty "duty_frac" "1" Electrical "duty ratio of the inverter, -1 to 1";
+    BusVoltage "bus_voltage_v" "V" Electrical "voltage of the supply";
+    HallState "hall_state" "1" Electrical "commutation sector, 1 to 6";
+    WindingTemperature "winding_temperature_k" "K" Other "temperature of the winding";
+}
+
+impl fmt::Display for ChannelName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.column())
+    }
+}
+
+/// The samples of one channel.
+///
+/// Never empty; values finite; times finite and strictly increasing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    name: ChannelName,
+    times_s: Arc<[f64]>,
+    values: Vec<f64>,
+    time_quantum_s: f64,
+}
+
+impl Channel {
+    /// A channel sampled at the given times.
+    ///
+    /// # Errors
+    /// [`RecordError::ChannelLength`], [`RecordError::ChannelEmpty`],
+    /// [`RecordError::ChannelNotFinite`] or [`RecordError::ChannelTime`].
+    pub fn new(name: ChannelName, times_s: &[f64], values: Vec<f64>) -> Result<Self, RecordError> {
+        if times_s.len() != values.len() {
+            let (times, values) = (times_s.len(), values.len());
+            return Err(RecordError::ChannelLength { channel: name, times, values });
+        }
+        if values.is_empty() {
+            return Err(RecordError::ChannelEmpty { channel: name });
+        }
+        let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
+        if let Some(index) = times_s.iter().zip(&values).position(|pair| !finite(pair)) {
+            return Err(RecordError::ChannelNotFinite { channel: name, index });
+        }
+        if let Some(index) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            return Err(RecordError::ChannelTime { channel: name, index: index + 1 });
+        }
+        Ok(Self { name, times_s: times_s.into(), values, time_quantum_s: 0.0 })
+    }
+
+    /// A channel sampled at a fixed rate: sample `i` is at `start_s + i / rate_hz`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); a rate that is not positive gives
+    /// [`RecordError::ChannelTime`] or [`RecordError::ChannelNotFinite`].
+    pub fn uniform(
+        name: ChannelName,
+        start_s: f64,
+        rate_hz: f64,
+        values: Vec<f64>,
+    ) -> Result<Self, RecordError> {
+        let times_s: Vec<f64> =
+            (0..values.len()).map(|index| start_s + index as f64 / rate_hz).collect();
+        Self::new(name, &times_s, values)
+    }
+
+    /// As read from a file that was checked line by line.
+    pub(super) fn from_rows(
+        name: ChannelName,
+        times_s: Arc<[f64]>,
+        values: Vec<f64>,
+        time_quantum_s: f64,
+    ) -> Self {
+        debug_assert_eq!(times_s.len(), values.len());
+        Self { name, times_s, values, time_quantum_s }
+    }
+
+    /// Which channel it is.
+    pub fn name(&self) -> ChannelName {
+        self.name
+    }
+
+    /// Times of the samples, s.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// Values of the samples, in the unit of the [`name`](Self::name).
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The rate of the samples and how evenly they are spaced.
+    ///
+    /// # Errors
+    /// [`RecordError::TooFewSamples`] with fewer than two samples.
+    pub fn sampling(&self) -> Result<Sampling, RecordError> {
+        Sampling::of(&self.times_s, self.time_quantum_s)
+            .ok_or(RecordError::TooFewSamples { channel: self.name, samples: self.values.len() })
+    }
+}
+
+/// A column that is no channel: its text is kept and otherwise ignored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherColumn {
+    name: String,
+    times_s: Vec<f64>,
+    text: String,
+    ends: Vec<usize>,
+}
+
+impl OtherColumn {
+    pub(super) fn new(name: String) -> Self {
+        Self { name, times_s: Vec::new(), text: String::new(), ends: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, time_s: f64, cell: &str) {
+        self.times_s.push(time_s);
+        self.text.push_str(cell);
+        self.ends.push(self.text.len());
+    }
+
+    /// Its name in the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Times of its cells that are not empty, s.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// The cells that are not empty, as text.
+    pub fn cells(&self) -> impl Iterator<Item = &str> {
+        (0..self.ends.len()).map(|index| self.cell(index))
+    }
+
+    /// One cell that is not empty.
+    pub(super) fn cell(&self, index: usize) -> &str {
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        &self.text[start..self.ends[index]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_channel_is_found_by_its_column() {
+        for &name in ChannelName::ALL {
+            assert_eq!(ChannelName::from_column(name.column()), Some(name));
+        }
+        assert_eq!(ChannelName::from_column("time_s"), None);
+    }
+
+    #[test]
+    fn channels_refuse_what_no_consumer_should_see() {
+        let new = |times: &[f64], values: &[f64]| {
+            Channel::new(ChannelName::Current, times, values.to_vec()).unwrap_err().to_string()
+        };
+        assert_eq!(new(&[0.0], &[]), "`current_a` has 1 times and 0 values");
+        assert_eq!(new(&[], &[]), "`current_a` has no samples");
+        assert_eq!(new(&[0.0, 1.0], &[0.0, f64::NAN]), "`current_a` is not finite at sample 1");
+        assert_eq!(
+            new(&[0.0, 1.0, 1.0], &[0.0; 3]),
+            "time of `current_a` does not increase at sample 2"
+        );
+        let backwards = Channel::uniform(ChannelName::Current, 0.0, -1.0, vec![0.0; 2]);
+        assert!(matches!(backwards, Err(RecordError::ChannelTime { .. })));
+    }
+}

@@ -1,0 +1,203 @@
+//! Which column of a foreign file is which channel: `NAME=COLUMN[*FACTOR]`.
+
+use std::str::FromStr;
+
+use super::{ChannelName, nearest::nearest};
+
+/// What a mapped column becomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    Time,
+    Channel(ChannelName),
+}
+
+impl Target {
+    pub(super) fn column(self) -> &'static str {
+        match self {
+            Self::Time => "time_s",
+            Self::Channel(name) => name.column(),
+        }
+    }
+
+    pub(super) fn from_column(column: &str) -> Option<Self> {
+        if column == "time_s" {
+            return Some(Self::Time);
+        }
+        ChannelName::from_column(column).map(Self::Channel)
+    }
+}
+
+/// One entry of a [`ColumnMap`].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Entry {
+    pub(super) target: Target,
+    pub(super) column: String,
+    pub(super) factor: f64,
+}
+
+/// Columns of a file that stand for channels under other names or units.
+///
+/// # Examples
+///
+/// ```
+/// use fdi_core::{ColumnMap, Recording, ChannelName};
+///
+/// let map = ColumnMap::new(["time_s=t_ms*0.001", "current_a=Strom"])?;
+/// let recording = Recording::parse("b.csv", b"t_ms,Strom\n0,1.5\n5,1.6\n", &map).expect("reads");
+/// assert_eq!(recording.channel(ChannelName::Current).expect("mapped").times_s(), [0.0, 0.005]);
+/// # Ok::<_, fdi_core::ColumnMapError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ColumnMap {
+    entries: Vec<Entry>,
+}
+
+/// Why a `NAME=COLUMN[*FACTOR]` cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ColumnMapError {
+    /// There is no `=`, or one side is empty.
+    #[error("`{entry}` is not of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`")]
+    Form {
+        /// The entry as given.
+        entry: String,
+    },
+    /// The name is no channel.
+    #[error("`{name}` is no channel{}", hint(*nearest))]
+    UnknownChannel {
+        /// The name as given.
+        name: String,
+        /// A channel that is spelt almost like it.
+        nearest: Option<&'static str>,
+    },
+    /// The factor is zero, infinite or not a number.
+    #[error("factor {factor} of `{name}` must be finite and not zero")]
+    Factor {
+        /// The channel.
+        name: &'static str,
+        /// The factor as given.
+        factor: f64,
+    },
+    /// The channel is mapped twice.
+    #[error("`{name}` is mapped twice")]
+    ChannelTwice {
+        /// The channel.
+        name: &'static str,
+    },
+    /// The column is mapped twice.
+    #[error("column `{column}` is mapped twice")]
+    ColumnTwice {
+        /// The column.
+        column: String,
+    },
+}
+
+fn hint(nearest: Option<&'static str>) -> String {
+    nearest.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+}
+
+impl ColumnMap {
+    /// Reads entries of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`.
+    ///
+    /// The value of the channel is that of the column times the factor. What
+    /// follows the last `*` is the factor only where it is a number, so a column
+    /// whose name holds a `*` can be named.
+    ///
+    /// # Errors
+    /// A [`ColumnMapError`] for the first entry that cannot be used.
+    pub fn new<S: AsRef<str>>(
+        entries: impl IntoIterator<Item = S>,
+    ) -> Result<Self, ColumnMapError> {
+        let mut map = Self::default();
+        for text in entries {
+            let entry: Entry = text.as_ref().parse()?;
+            if map.entries.iter().any(|earlier| earlier.target == entry.target) {
+                return Err(ColumnMapError::ChannelTwice { name: entry.target.column() });
+            }
+            if map.entries.iter().any(|earlier| earlier.column == entry.column) {
+                return Err(ColumnMapError::ColumnTwice { column: entry.column });
+            }
+            map.entries.push(entry);
+        }
+        Ok(map)
+    }
+
+    /// Whether no column is mapped.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    pub(super) fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    pub(super) fn of_column(&self, column: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.column == column)
+    }
+
+    pub(super) fn maps(&self, target: Target) -> bool {
+        self.entries.iter().any(|entry| entry.target == target)
+    }
+}
+
+impl FromStr for Entry {
+    type Err = ColumnMapError;
+
+    fn from_str(text: &str) -> Result<Self, ColumnMapError> {
+        let form = || ColumnMapError::Form { entry: text.to_owned() };
+        let (name, rest) = text.split_once('=').ok_or_else(form)?;
+        let (name, rest) = (name.trim(), rest.trim());
+        let (column, factor): (&str, f64) = rest
+            .rsplit_once('*')
+            .and_then(|(column, factor)| Some((column.trim(), factor.trim().parse().ok()?)))
+            .unwrap_or((rest, 1.0));
+        if name.is_empty() || column.is_empty() {
+            return Err(form());
+        }
+        let target = Target::from_column(name).ok_or_else(|| unknown(name))?;
+        if !factor.is_finite() || factor == 0.0 {
+            return Err(ColumnMapError::Factor { name: target.column(), factor });
+        }
+        Ok(Self { target, column: column.to_owned(), factor })
+    }
+}
+
+fn unknown(name: &str) -> ColumnMapError {
+    let known = ChannelName::ALL.iter().map(|channel| channel.column()).chain(["time_s"]);
+    ColumnMapError::UnknownChannel { name: name.to_owned(), nearest: nearest(name, known) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_names_columns_and_factors() {
+        let map =
+            ColumnMap::new(["time_s = t [ms] * 1e-3", "current_a=i*q", "load_n_m=x=y*-2"]).unwrap();
+        let read: Vec<_> = map
+            .entries()
+            .iter()
+            .map(|entry| (entry.target.column(), entry.column.as_str(), entry.factor))
+            .collect();
+        let want =
+            [("time_s", "t [ms]", 1e-3), ("current_a", "i*q", 1.0), ("load_n_m", "x=y", -2.0)];
+        assert_eq!(read, want);
+    }
+
+    #[test]
+    fn says_what_is_wrong_with_an_entry() {
+        let error = |entries: &[&str]| ColumnMap::new(entries).unwrap_err().to_string();
+        assert_eq!(
+            error(&["current_a"]),
+            "`current_a` is not of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`"
+        );
+        assert_eq!(error(&["curent_a=i"]), "`curent_a` is no channel; did you mean `current_a`?");
+        assert_eq!(
+            error(&["current_a=i*0"]),
+            "factor 0 of `current_a` must be finite and not zero"
+        );
+        assert_eq!(error(&["current_a=i", "current_a=j"]), "`current_a` is mapped twice");
+        assert_eq!(error(&["current_a=i", "load_n_m=i"]), "column `i` is mapped twice");
+    }
+}

@@ -1,0 +1,468 @@
+//! The text of a recording, row by row.
+
+use std::sync::Arc;
+
+use csv::{ByteRecord, ReaderBuilder};
+
+use super::{
+    Channel, ChannelName, ColumnMap, Metadata, OtherColumn, RecordError, Recording, Sampling,
+    column_map::Target,
+};
+
+/// UTF-8 byte-order mark, which spreadsheets put before the text.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Longest cell that a message repeats.
+const SHOWN_CHARS: usize = 24;
+
+/// Reads the text of a recording.
+pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    if bytes.trim_ascii().is_empty() {
+        return Err(RecordError::Empty);
+    }
+    let (metadata, body) = split_metadata(bytes)?;
+    let text = Text { bytes, body };
+    let mut reader =
+        ReaderBuilder::new().has_headers(false).flexible(true).from_reader(&bytes[body..]);
+    let mut record = ByteRecord::new();
+    let mut next = |record: &mut ByteRecord| {
+        // over bytes in memory, and with rows of any length, there is nothing to fail
+        reader.read_byte_record(record).expect("reading from memory does not fail")
+    };
+    if !next(&mut record) {
+        return Err(RecordError::NoHeader);
+    }
+    let header_line = text.line_of(&record);
+    let mut table = Table::new(&header(&record, header_line)?, map, header_line)?;
+    while next(&mut record) {
+        table.push(&record).map_err(|problem| problem.at(text.line_of(&record), &table))?;
+    }
+    let (channels, other_columns) = table.finish(header_line)?;
+    let recording = Recording { name, metadata, channels, other_columns };
+    recording.check_stated_rate()?;
+    Ok(recording)
+}
+
+/// The whole text, to turn a record into a line number when one is needed.
+struct Text<'a> {
+    bytes: &'a [u8],
+    body: usize,
+}
+
+impl Text<'_> {
+    /// Line on which a record starts, from 1; blank lines before it are skipped.
+    fn line_of(&self, record: &ByteRecord) -> u64 {
+        let offset = record.position().map_or(0, |at| at.byte() as usize) + self.body;
+        let blank = self.bytes[offset..].iter().take_while(|&&b| b == b'\r' || b == b'\n').count();
+        line_at(self.bytes, offset + blank)
+    }
+}
+
+/// Line of a byte, from 1.
+fn line_at(bytes: &[u8], offset: usize) -> u64 {
+    bytes[..offset].split(|&byte| byte == b'\n').count() as u64
+}
+
+/// Reads the `#` lines at the start; the rest begins at the returned byte.
+fn split_metadata(bytes: &[u8]) -> Result<(Metadata, usize), RecordError> {
+    let mut toml = String::new();
+    let mut body = 0;
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        let content = line.trim_ascii();
+        if !content.is_empty() && content[0] != b'#' {
+            break;
+        }
+        let text = str::from_utf8(content)
+            .map_err(|_| RecordError::NotUtf8 { line: line_at(bytes, body) })?;
+        toml.push_str(text.strip_prefix('#').unwrap_or(""));
+        toml.push('\n');
+        body += line.len();
+    }
+    Ok((Metadata::parse(&toml, 1)?, body))
+}
+
+/// The names of the columns.
+fn header(record: &ByteRecord, line: u64) -> Result<Vec<String>, RecordError> {
+    let mut columns: Vec<String> = Vec::with_capacity(record.len());
+    for cell in record {
+        let name = str::from_utf8(cell).map_err(|_| RecordError::NotUtf8 { line })?.trim();
+        if columns.iter().any(|earlier| earlier == name) {
+            return Err(RecordError::DuplicateColumn { line, column: name.to_owned() });
+        }
+        columns.push(name.to_owned());
+    }
+    if let [only] = columns.as_slice()
+        && let Some(found) = [';', '\t'].into_iter().find(|&separator| only.contains(separator))
+    {
+        return Err(RecordError::Separator { line, found });
+    }
+    Ok(columns)
+}
+
+/// What a column is read as.
+enum Role {
+    Time,
+    Known(KnownColumn),
+    Other(OtherColumn),
+}
+
+/// A channel while its rows arrive.
+struct KnownColumn {
+    name: ChannelName,
+    factor: f64,
+    values: Vec<f64>,
+    /// Its own times, once a cell was empty; until then it has those of all rows.
+    own_times_s: Option<Vec<f64>>,
+}
+
+/// The columns while rows arrive.
+struct Table {
+    columns: Vec<String>,
+    roles: Vec<Role>,
+    time_column: usize,
+    time_factor: f64,
+    times_s: Vec<f64>,
+    time_decimals: i32,
+}
+
+/// What is wrong with a row.
+enum RowProblem {
+    Ragged { found: usize },
+    NotUtf8,
+    NotANumber { column: usize, cell: String },
+    NotFinite { column: usize, cell: String },
+    MissingTime,
+    NotIncreasing { previous_s: f64, found_s: f64 },
+    Hall { column: usize, found: f64 },
+}
+
+impl RowProblem {
+    fn at(self, line: u64, table: &Table) -> RecordError {
+        let name = |column: usize| table.columns[column].clone();
+        match self {
+            Self::Ragged { found } => {
+                RecordError::RaggedRow { line, found, expected: table.columns.len() }
+            }
+            Self::NotUtf8 => RecordError::NotUtf8 { line },
+            Self::NotANumber { column, cell } => {
+                RecordError::NotANumber { line, column: name(column), found: cell }
+            }
+            Self::NotFinite { column, cell } => {
+                RecordError::NotFinite { line, column: name(column), found: cell }
+            }
+            Self::MissingTime => RecordError::MissingTime { line, column: name(table.time_column) },
+            Self::NotIncreasing { previous_s, found_s } => {
+                let before = Sampling::of(&table.times_s, table.time_quantum_s());
+                let rate_before_hz = before.map(|sampling| sampling.rate_hz);
+                RecordError::TimeNotIncreasing { line, previous_s, found_s, rate_before_hz }
+            }
+            Self::Hall { column, found } => {
+                RecordError::HallState { line, column: name(column), found }
+            }
+        }
+    }
+}
+
+impl Table {
+    fn new(columns: &[String], map: &ColumnMap, line: u64) -> Result<Self, RecordError> {
+        for entry in map.entries() {
+            if !columns.contains(&entry.column) {
+                return Err(RecordError::MappedColumnMissing {
+                    line,
+                    column: entry.column.clone(),
+                    channel: entry.target.column(),
+                    columns: columns.to_vec(),
+                });
+            }
+        }
+        let mut roles = Vec::with_capacity(columns.len());
+        let (mut time_column, mut time_factor) = (None, 1.0);
+        for (index, column) in columns.iter().enumerate() {
+            let (target, factor) = target_of(column, map);
+            roles.push(match target {
+                Some(Target::Time) => {
+                    (time_column, time_factor) = (Some(index), factor);
+                    Role::Time
+                }
+                Some(Target::Channel(name)) => {
+                    let (values, own_times_s) = (Vec::new(), None);
+                    Role::Known(KnownColumn { name, factor, values, own_times_s })
+                }
+                None => Role::Other(OtherColumn::new(column.clone())),
+            });
+        }
+        let time_column =
+            time_column.ok_or_else(|| RecordError::NoTime { line, columns: columns.to_vec() })?;
+        Ok(Self {
+            columns: columns.to_vec(),
+            roles,
+            time_column,
+            time_factor,
+            times_s: Vec::new(),
+            time_decimals: 0,
+        })
+    }
+
+    fn push(&mut self, record: &ByteRecord) -> Result<(), RowProblem> {
+        if record.len() != self.columns.len() {
+            return Err(RowProblem::Ragged { found: record.len() });
+        }
+        let time_s = self.time(&record[self.time_column])?;
+        let row = self.times_s.len();
+        self.times_s.push(time_s);
+        for (column, (role, cell)) in self.roles.iter_mut().zip(record).enumerate() {
+            let cell = cell.trim_ascii();
+            match role {
+                Role::Time => {}
+                Role::Other(_) if cell.is_empty() => {}
+                Role::Other(other) => {
+                    let text = str::from_utf8(cell).map_err(|_| RowProblem::NotUtf8)?;
+                    other.push(time_s, text);
+                }
+                Role::Known(known) if cell.is_empty() => known.skip(&self.times_s[..row]),
+                Role::Known(known) => known.push(time_s, number(cell, column)?, column)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the time of a row and checks it against the row before.
+    fn time(&mut self, cell: &[u8]) -> Result<f64, RowProblem> {
+        let cell = cell.trim_ascii();
+        if cell.is_empty() {
+            return Err(RowProblem::MissingTime);
+        }
+        let found_s = number(cell, self.time_column)? * self.time_factor;
+        if let Some(&previous_s) = self.times_s.last()
+            && found_s <= previous_s
+        {
+            return Err(RowProblem::NotIncreasing { previous_s, found_s });
+        }
+        self.time_decimals = self.time_decimals.max(decimals(cell));
+        Ok(found_s)
+    }
+
+    /// The unit of the last decimal place that the time column uses, s.
+    fn time_quantum_s(&self) -> f64 {
+        10f64.powi(-self.time_decimals) * self.time_factor.abs()
+    }
+
+    fn finish(self, header_line: u64) -> Result<(Vec<Channel>, Vec<OtherColumn>), RecordError> {
+        if self.times_s.is_empty() {
+            return Err(RecordError::HeaderOnly { line: header_line });
+        }
+        let quantum_s = self.time_quantum_s();
+        let times_s: Arc<[f64]> = self.times_s.into();
+        let (mut channels, mut others) = (Vec::new(), Vec::new());
+        for role in self.roles {
+            match role {
+                Role::Time => {}
+                Role::Other(other) => others.push(other),
+                // a column without a single sample is a channel that is not there
+                Role::Known(known) if known.values.is_empty() => {}
+                Role::Known(KnownColumn { name, values, own_times_s, .. }) => {
+                    let own = own_times_s.map_or_else(|| times_s.clone(), Arc::from);
+                    channels.push(Channel::from_rows(name, own, values, quantum_s));
+                }
+            }
+        }
+        Ok((channels, others))
+    }
+}
+
+impl KnownColumn {
+    fn push(&mut self, time_s: f64, value: f64, column: usize) -> Result<(), RowProblem> {
+        let value = value * self.factor;
+        if !value.is_finite() {
+            return Err(RowProblem::NotFinite { column, cell: value.to_string() });
+        }
+        if self.name == ChannelName::HallState && !(1..=6).any(|sector| value == f64::from(sector))
+        {
+            return Err(RowProblem::Hall { column, found: value });
+        }
+        self.values.push(value);
+        if let Some(own) = &mut self.own_times_s {
+            own.push(time_s);
+        }
+        Ok(())
+    }
+
+    /// Notes that the row after `rows_before` has no sample of this channel.
+    fn skip(&mut self, rows_before: &[f64]) {
+        self.own_times_s.get_or_insert_with(|| rows_before.to_vec());
+    }
+}
+
+/// What a column is, after mapping: a mapped channel hides the column of its own name.
+fn target_of(column: &str, map: &ColumnMap) -> (Option<Target>, f64) {
+    if let Some(entry) = map.of_column(column) {
+        return (Some(entry.target), entry.factor);
+    }
+    (Target::from_column(column).filter(|&target| !map.maps(target)), 1.0)
+}
+
+/// A finite number.
+fn number(cell: &[u8], column: usize) -> Result<f64, RowProblem> {
+    let value = str::from_utf8(cell).ok().and_then(|text| text.parse::<f64>().ok());
+    match value {
+        Some(value) if value.is_finite() => Ok(value),
+        Some(_) => Err(RowProblem::NotFinite { column, cell: shown(cell) }),
+        None => Err(RowProblem::NotANumber { column, cell: shown(cell) }),
+    }
+}
+
+/// A cell as a message repeats it.
+fn shown(cell: &[u8]) -> String {
+    let text = String::from_utf8_lossy(cell);
+    let printable = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c });
+    let mut shown: String = printable.take(SHOWN_CHARS).collect();
+    if text.chars().count() > SHOWN_CHARS {
+        shown.push('…');
+    }
+    shown
+}
+
+/// Decimal places of a number as written, less its exponent.
+fn decimals(cell: &[u8]) -> i32 {
+    let split = cell.iter().position(|&byte| byte == b'e' || byte == b'E');
+    let (mantissa, exponent) = cell.split_at(split.unwrap_or(cell.len()));
+    let point = mantissa.iter().position(|&byte| byte == b'.');
+    let places = point.map_or(0, |at| mantissa.len() - at - 1);
+    let places = i32::try_from(places).unwrap_or(i32::MAX);
+    let exponent = exponent.get(1..).and_then(|digits| str::from_utf8(digits).ok());
+    let exponent: i32 = exponent.and_then(|digits| digits.parse().ok()).unwrap_or(0);
+    places.saturating_sub(exponent).clamp(-300, 300)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &[u8]) -> Result<Recording, RecordError> {
+        parse("r.csv".to_owned(), text, &ColumnMap::default())
+    }
+
+    fn error(text: &str) -> String {
+        read(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn channels_have_their_own_time_axes() {
+        let text = "time_s,current_a,load_n_m,note\n0,1,,a\n1,2,,\n2,,5,\n3,4,6,d\n";
+        let recording = read(text.as_bytes()).unwrap();
+        let current = recording.channel(ChannelName::Current).unwrap();
+        assert_eq!((current.times_s(), current.values()), (&[0., 1., 3.][..], &[1., 2., 4.][..]));
+        let load = recording.channel(ChannelName::Load).unwrap();
+        assert_eq!((load.times_s(), load.values()), (&[2., 3.][..], &[5., 6.][..]));
+        let note = &recording.other_columns()[0];
+        assert_eq!(note.times_s(), [0.0, 3.0]);
+        assert_eq!(note.cells().collect::<Vec<_>>(), ["a", "d"]);
+    }
+
+    #[test]
+    fn a_column_without_samples_is_not_a_channel() {
+        let recording = read(b"time_s,current_a,load_n_m\n0,,1\n1,,1\n").unwrap();
+        assert!(recording.channel(ChannelName::Current).is_none());
+    }
+
+    #[test]
+    fn spreadsheets_are_understood() {
+        let text =
+            b"\xef\xbb\xbf# noise-a = 0.02\r\n\r\ntime_s, current_a ,\"a, b\"\r\n0, 1.5,x\r\n\
+                     \r\n1,2.5,\"y \"\"z\"\"\"\r\n";
+        let recording = read(text).unwrap();
+        assert_eq!(recording.metadata.noise_a, Some(0.02));
+        assert_eq!(recording.channel(ChannelName::Current).unwrap().values(), [1.5, 2.5]);
+        assert_eq!(recording.other_columns()[0].name(), "a, b");
+        assert_eq!(recording.other_columns()[0].cells().nth(1), Some("y \"z\""));
+    }
+
+    #[test]
+    fn messages_name_line_and_column() {
+        assert_eq!(error(""), "empty file: expected a header row with `time_s` and channels");
+        assert_eq!(error(" \n\n"), error(""));
+        assert_eq!(
+            error("# rate-hz = 1\n"),
+            "no header row: expected one with `time_s` and channels after the metadata"
+        );
+        assert_eq!(error("\n\ntime_s,current_a\n"), "no samples after the header on line 3");
+        assert_eq!(
+            error("time,current_a\n0,1\n"),
+            "line 1: no column `time_s`; the columns are `time`, `current_a` \
+             (`--map time_s=COLUMN` names one)"
+        );
+        assert_eq!(error("time_s,x,x\n"), "line 1: column `x` appears twice");
+        assert_eq!(
+            error("time_s;current_a\n0;1\n"),
+            "line 1: cells are separated by ';', expected commas"
+        );
+        assert_eq!(error("time_s,x\n0,1\n1\n"), "line 3 has 1 cells, the header has 2");
+        assert_eq!(
+            error("time_s,current_a\r\n0,1\r\n\r\n1,off\r\n"),
+            "line 4, column `current_a`: expected a number, found `off`"
+        );
+        for bad in ["NaN", "inf", "-Infinity", "1e999"] {
+            assert_eq!(
+                error(&format!("time_s,current_a\n0,{bad}\n")),
+                format!(
+                    "line 2, column `current_a`: expected a finite number, found `{bad}` \
+                     (an empty cell means no sample)"
+                )
+            );
+        }
+        assert_eq!(
+            error("time_s,current_a\n,1\n"),
+            "line 2, column `time_s`: expected a time, found an empty cell"
+        );
+        assert_eq!(
+            error("time_s,current_a\n0.0,1\n0.04,1\n0.08,1\n0.00,1\n"),
+            "line 5: time 0 s is not after 0.08 s (the rows before are at 25 Hz)"
+        );
+        assert_eq!(error("time_s,x\n1,1\n1,1\n"), "line 3: time 1 s is not after 1 s");
+        assert_eq!(
+            error("time_s,hall_state\n1,7\n"),
+            "line 2, column `hall_state`: expected a sector from 1 to 6, found `7`"
+        );
+        assert_eq!(
+            error("time_s,x\n0,1\n# end,2\n"),
+            "line 3, column `time_s`: expected a number, found `# end`"
+        );
+    }
+
+    #[test]
+    fn bytes_that_are_not_text_are_refused_with_their_line() {
+        for text in [
+            &b"# a\n# actuator-id = \"\xff\"\ntime_s\n"[..],
+            &b"# noise-a = 1\nload \xb0,time_s\n"[..],
+            &b"time_s,unit\n1,\xb0\n"[..],
+        ] {
+            let message = read(text).unwrap_err().to_string();
+            assert_eq!(message, "line 2 is not UTF-8 text");
+        }
+    }
+
+    #[test]
+    fn mapped_columns_must_exist_and_hide_their_namesake() {
+        let map = ColumnMap::new(["current_a=i*2"]).unwrap();
+        let read = |text: &str| parse("r".to_owned(), text.as_bytes(), &map);
+        let both = read("time_s,current_a,i\n0,1,10\n").unwrap();
+        assert_eq!(both.channel(ChannelName::Current).unwrap().values(), [20.0]);
+        assert_eq!(both.other_columns()[0].name(), "current_a");
+        assert_eq!(
+            read("time_s,j\n0,1\n").unwrap_err().to_string(),
+            "line 1: no column `i` to read `current_a` from; the columns are `time_s`, `j`"
+        );
+        let overflow = ColumnMap::new(["current_a=i*1e300"]).unwrap();
+        let error = parse("r".to_owned(), b"time_s,i\n0,1e300\n", &overflow).unwrap_err();
+        assert!(matches!(error, RecordError::NotFinite { line: 2, .. }));
+    }
+
+    #[test]
+    fn decimals_as_written() {
+        let cases = [("12", 0), ("0.0005", 4), ("1e-4", 4), ("2.5E-3", 4), ("1e3", -3), ("7.", 0)];
+        for (cell, want) in cases {
+            assert_eq!(decimals(cell.as_bytes()), want, "{cell}");
+        }
+    }
+}

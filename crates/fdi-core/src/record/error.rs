@@ -1,0 +1,302 @@
+//! Why a recording cannot be read or used.
+
+use std::io;
+
+use super::ChannelName;
+
+/// Why a recording cannot be read or used.
+///
+/// The messages name line, column and what was expected, and leave the file to
+/// the caller, who knows its path.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// There is no such file or folder.
+    #[error("no such file or folder")]
+    NotFound,
+    /// The operating system refused.
+    #[error("cannot be read: {source}")]
+    Unreadable {
+        /// What it said.
+        source: io::Error,
+    },
+    /// The extension is not that of a recording.
+    #[error("not a recording: expected `.csv` or `.csv.gz`")]
+    UnknownFormat,
+    /// A folder holds no recording.
+    #[error("holds no recordings: expected `.csv` or `.csv.gz` files directly in the folder")]
+    NoRecordings,
+    /// More data than is reasonable, perhaps a decompression bomb.
+    #[error("more than {limit_bytes} bytes of text")]
+    TooLarge {
+        /// The limit.
+        limit_bytes: u64,
+    },
+    /// The compressed data are damaged.
+    #[error("damaged gzip data: {source}")]
+    Gzip {
+        /// What the decoder said.
+        source: io::Error,
+    },
+    /// There is no text.
+    #[error("empty file: expected a header row with `time_s` and channels")]
+    Empty,
+    /// There are metadata but no header row.
+    #[error("no header row: expected one with `time_s` and channels after the metadata")]
+    NoHeader,
+    /// A line is not UTF-8.
+    #[error("line {line} is not UTF-8 text")]
+    NotUtf8 {
+        /// Line, from 1.
+        line: u64,
+    },
+    /// The header has no comma but another usual separator.
+    #[error("line {line}: cells are separated by {found:?}, expected commas")]
+    Separator {
+        /// Line, from 1.
+        line: u64,
+        /// The separator that the header seems to use.
+        found: char,
+    },
+    /// No column is the time.
+    #[error(
+        "line {line}: no column `time_s`; the columns are {} (`--map time_s=COLUMN` names one)",
+        list(columns)
+    )]
+    NoTime {
+        /// Line of the header, from 1.
+        line: u64,
+        /// The columns.
+        columns: Vec<String>,
+    },
+    /// Two columns have one name.
+    #[error("line {line}: column `{column}` appears twice")]
+    DuplicateColumn {
+        /// Line of the header, from 1.
+        line: u64,
+        /// The name.
+        column: String,
+    },
+    /// A mapped column is not in the file.
+    #[error(
+        "line {line}: no column `{column}` to read `{channel}` from; the columns are {}",
+        list(columns)
+    )]
+    MappedColumnMissing {
+        /// Line of the header, from 1.
+        line: u64,
+        /// The column asked for.
+        column: String,
+        /// The channel it should have been.
+        channel: &'static str,
+        /// The columns.
+        columns: Vec<String>,
+    },
+    /// No row follows the header.
+    #[error("no samples after the header on line {line}")]
+    HeaderOnly {
+        /// Line of the header, from 1.
+        line: u64,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error("line {line} has {found} cells, the header has {expected}")]
+    RaggedRow {
+        /// Line, from 1.
+        line: u64,
+        /// Cells of the row.
+        found: usize,
+        /// Cells of the header.
+        expected: usize,
+    },
+    /// A cell is not a number.
+    #[error("line {line}, column `{column}`: expected a number, found `{found}`")]
+    NotANumber {
+        /// Line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The cell, shortened.
+        found: String,
+    },
+    /// A cell is NaN, infinite, or too large for a double.
+    #[error(
+        "line {line}, column `{column}`: expected a finite number, found `{found}` \
+         (an empty cell means no sample)"
+    )]
+    NotFinite {
+        /// Line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The cell, shortened.
+        found: String,
+    },
+    /// A row has no time.
+    #[error("line {line}, column `{column}`: expected a time, found an empty cell")]
+    MissingTime {
+        /// Line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+    },
+    /// Time stands still or runs backwards.
+    #[error(
+        "line {line}: time {found_s} s is not after {previous_s} s{}",
+        rate_note(*rate_before_hz)
+    )]
+    TimeNotIncreasing {
+        /// Line, from 1.
+        line: u64,
+        /// Time of the row before, s.
+        previous_s: f64,
+        /// Time of this row, s.
+        found_s: f64,
+        /// Rate of the rows up to there, Hz, where there are two or more.
+        rate_before_hz: Option<f64>,
+    },
+    /// A commutation sector outside 1 to 6.
+    #[error("line {line}, column `{column}`: expected a sector from 1 to 6, found `{found}`")]
+    HallState {
+        /// Line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The value.
+        found: f64,
+    },
+    /// The metadata are not TOML.
+    #[error(
+        "line {line}: metadata (`#` lines before the header) are TOML: {reason} \
+         (`## …` is a comment)"
+    )]
+    MetadataSyntax {
+        /// Line, from 1.
+        line: u64,
+        /// What the parser said.
+        reason: String,
+    },
+    /// A metadata key is not known.
+    #[error("line {line}: unknown metadata key `{key}`; {}", did_you_mean(*nearest))]
+    MetadataKey {
+        /// Line, from 1.
+        line: u64,
+        /// The key.
+        key: String,
+        /// A key that is spelt almost like it.
+        nearest: Option<&'static str>,
+    },
+    /// A metadata value is of the wrong type or out of range.
+    #[error("line {line}: metadata `{key}`: expected {expected}, found {found}")]
+    MetadataValue {
+        /// Line, from 1.
+        line: u64,
+        /// The key.
+        key: &'static str,
+        /// What the key takes.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// The metadata state a rate that the time axis does not have.
+    #[error("metadata say `rate-hz` {stated_hz}, the times of `{channel}` are at {found_hz} Hz")]
+    RateContradiction {
+        /// Rate in the metadata, Hz.
+        stated_hz: f64,
+        /// Rate of the time axis, Hz.
+        found_hz: f64,
+        /// The channel looked at.
+        channel: ChannelName,
+    },
+    /// No channel is a current that can be diagnosed from.
+    #[error(
+        "no current channel: expected `phase_a_current_a`, `phase_b_current_a` and \
+         `phase_c_current_a`, or `current_a`; {} (`--map current_a=COLUMN` names one)",
+        columns_are(columns)
+    )]
+    NoCurrent {
+        /// The columns but time.
+        columns: Vec<String>,
+    },
+    /// One or two phase currents without the others.
+    #[error("{} without {}: the envelope needs all three", list(found), list(missing))]
+    PhaseMissing {
+        /// The phases that are there.
+        found: Vec<ChannelName>,
+        /// The phases that are not.
+        missing: Vec<ChannelName>,
+    },
+    /// A channel with too few samples to have a rate.
+    #[error("`{channel}` has {samples} samples, too few to have a rate")]
+    TooFewSamples {
+        /// The channel.
+        channel: ChannelName,
+        /// Its samples.
+        samples: usize,
+    },
+    /// A recording made in memory has a channel twice.
+    #[error("`{channel}` appears twice")]
+    DuplicateChannel {
+        /// The channel.
+        channel: ChannelName,
+    },
+    /// Times and values of a channel made in memory differ in number.
+    #[error("`{channel}` has {times} times and {values} values")]
+    ChannelLength {
+        /// The channel.
+        channel: ChannelName,
+        /// Number of times.
+        times: usize,
+        /// Number of values.
+        values: usize,
+    },
+    /// A channel made in memory has no samples.
+    #[error("`{channel}` has no samples")]
+    ChannelEmpty {
+        /// The channel.
+        channel: ChannelName,
+    },
+    /// A time or value of a channel made in memory is not finite.
+    #[error("`{channel}` is not finite at sample {index}")]
+    ChannelNotFinite {
+        /// The channel.
+        channel: ChannelName,
+        /// The sample, from 0.
+        index: usize,
+    },
+    /// The times of a channel made in memory do not increase.
+    #[error("time of `{channel}` does not increase at sample {index}")]
+    ChannelTime {
+        /// The channel.
+        channel: ChannelName,
+        /// The sample, from 0.
+        index: usize,
+    },
+}
+
+/// Names in backticks, at most eight of them.
+fn list<T: ToString>(names: &[T]) -> String {
+    const SHOWN: usize = 8;
+    let shown: Vec<_> =
+        names.iter().take(SHOWN).map(|name| format!("`{}`", name.to_string())).collect();
+    let rest = names.len().saturating_sub(SHOWN);
+    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    format!("{}{more}", shown.join(", "))
+}
+
+fn columns_are(columns: &[String]) -> String {
+    if columns.is_empty() {
+        return "there is no column but time".to_owned();
+    }
+    format!("the columns are {}", list(columns))
+}
+
+fn rate_note(rate_hz: Option<f64>) -> String {
+    rate_hz.map(|hz| format!(" (the rows before are at {hz} Hz)")).unwrap_or_default()
+}
+
+fn did_you_mean(nearest: Option<&'static str>) -> String {
+    nearest.map_or_else(
+        || format!("the keys are {}", list(&super::metadata::keys())),
+        |key| format!("did you mean `{key}`?"),
+    )
+}

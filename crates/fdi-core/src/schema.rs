@@ -1,0 +1,95 @@
+//! The published forms: JSON Schema of what is written, columns of what is read.
+
+use std::fmt::Write;
+
+use schemars::{JsonSchema, generate::SchemaSettings};
+
+use crate::{
+    ChannelName,
+    record::KEY_TABLE,
+    report::{BundleSummary, Diagnosis},
+};
+
+/// A form that the tool reads or writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Schema {
+    /// Columns and metadata of a recording.
+    Recording,
+    /// The JSON of a diagnosis.
+    Diagnosis,
+    /// The JSON that describes a bundle.
+    Bundle,
+}
+
+impl Schema {
+    /// Every form.
+    pub const ALL: [Self; 3] = [Self::Recording, Self::Diagnosis, Self::Bundle];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Recording => "recording",
+            Self::Diagnosis => "diagnosis",
+            Self::Bundle => "bundle",
+        }
+    }
+
+    /// A JSON Schema (draft 2020-12), or for the recording its tables in Markdown.
+    pub fn text(self) -> String {
+        match self {
+            Self::Recording => recording_tables(),
+            Self::Diagnosis => json_schema::<Diagnosis>(),
+            Self::Bundle => json_schema::<BundleSummary>(),
+        }
+    }
+}
+
+fn json_schema<T: JsonSchema>() -> String {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let schema = settings.into_generator().into_root_schema_for::<T>();
+    let text = serde_json::to_string_pretty(&schema);
+    text.expect("a schema is plain JSON") + "\n"
+}
+
+fn recording_tables() -> String {
+    let mut out = String::from(
+        "| column | unit | group | what |\n| --- | --- | --- | --- |\n\
+         | `time_s` | s | required | time, strictly increasing |\n",
+    );
+    for name in ChannelName::ALL {
+        let (unit, kind, meaning) = (name.unit(), name.kind().label(), name.meaning());
+        push(&mut out, format_args!("| `{name}` | {unit} | {kind} | {meaning} |\n"));
+    }
+    out.push_str("\n| metadata key | type | what |\n| --- | --- | --- |\n");
+    for (key, kind, meaning) in KEY_TABLE {
+        push(&mut out, format_args!("| `{key}` | {kind} | {meaning} |\n"));
+    }
+    out
+}
+
+fn push(out: &mut String, line: std::fmt::Arguments<'_>) {
+    out.write_fmt(line).expect("a String takes all text");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_name_every_column_and_key() {
+        let text = Schema::Recording.text();
+        assert_eq!(text.lines().count(), 3 + ChannelName::ALL.len() + 3 + KEY_TABLE.len());
+        assert!(text.contains("| `current_a` | A | electrical |"));
+    }
+
+    #[test]
+    fn schemas_say_what_may_be_null_and_what_is_required() {
+        let schema: serde_json::Value = serde_json::from_str(&Schema::Diagnosis.text()).unwrap();
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+        let fault = &schema["$defs"]["Fault"];
+        assert_eq!(fault["properties"]["value"]["type"], serde_json::json!(["number", "null"]));
+        let required = fault["required"].as_array().unwrap();
+        assert!(required.contains(&"value".into()) && !required.contains(&"detected".into()));
+    }
+}

@@ -1,0 +1,309 @@
+//! Artefacts on disk (bundles, datasets): a container around encoded data.
+//!
+//! ```text
+//! offset  size  content
+//!      0     8  magic bytes  89 'F' 'D' 'I' 0D 0A 1A 0A
+//!      8     4  format version, little endian
+//!     12     4  kind of the artefact, little endian
+//!     16     8  length n of the payload, little endian
+//!     24    32  SHA-256 of bytes 8..24 and the payload
+//!     56     n  payload
+//! ```
+//!
+//! The magic bytes are those of PNG in spirit: they catch text-mode transfers
+//! (PNG specification, third edition, 5.2). The payload is what this module's
+//! codec makes of plain structs; nothing else in the workspace knows the codec, so
+//! that it can be replaced here (`docs/decisions/0001-bincode-pinned.md`).
+
+use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+pub(crate) use bincode::{Decode, Encode};
+use sha2::{Digest, Sha256};
+
+/// Version of the container and of the payloads' layout.
+pub const FORMAT_VERSION: u32 = 1;
+
+const MAGIC: [u8; 8] = *b"\x89FDI\r\n\x1a\n";
+const CHECKSUM_START: usize = 24;
+const PAYLOAD_START: usize = 56;
+
+/// Most memory that decoding may claim: several times the largest artefact made
+/// here, and little enough that damaged lengths cannot exhaust a machine.
+const DECODE_LIMIT_BYTES: usize = 256 << 20;
+
+/// What an artefact is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ArtefactKind {
+    /// Snapshots of a reference model.
+    Dataset,
+    /// What the offline stage learnt from datasets.
+    Bundle,
+}
+
+impl ArtefactKind {
+    const ALL: [Self; 2] = [Self::Dataset, Self::Bundle];
+
+    fn code(self) -> u32 {
+        match self {
+            Self::Dataset => 1,
+            Self::Bundle => 2,
+        }
+    }
+
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dataset => "dataset",
+            Self::Bundle => "bundle",
+        }
+    }
+}
+
+/// Why an artefact cannot be opened.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StoreError {
+    /// The magic bytes are missing.
+    #[error("not an artefact of this tool: expected a {}", expected.name())]
+    NotAnArtefact {
+        /// What was asked for.
+        expected: ArtefactKind,
+    },
+    /// The file ends early.
+    #[error("truncated: {found} bytes of {expected}")]
+    Truncated {
+        /// Bytes there are.
+        found: u64,
+        /// Bytes there should be.
+        expected: u64,
+    },
+    /// Written by another version of the format.
+    #[error("format version {found}, this tool reads version {expected}")]
+    OtherVersion {
+        /// Version of the file.
+        found: u32,
+        /// Version that can be read.
+        expected: u32,
+    },
+    /// Something follows the payload.
+    #[error("{extra} bytes follow the {}", kind.name())]
+    TrailingBytes {
+        /// Bytes that should not be there.
+        extra: u64,
+        /// What was asked for.
+        kind: ArtefactKind,
+    },
+    /// The content is not what was written.
+    #[error("damaged: checksum {found} expected {expected}")]
+    Checksum {
+        /// Start of the checksum of the content, hexadecimal.
+        found: String,
+        /// Start of the checksum in the file, hexadecimal.
+        expected: String,
+    },
+    /// An artefact of another kind.
+    #[error("is a {found}, expected a {}", expected.name())]
+    OtherKind {
+        /// What it is.
+        found: &'static str,
+        /// What was asked for.
+        expected: ArtefactKind,
+    },
+    /// The payload is intact and yet not the data expected.
+    #[error("content of the {} cannot be decoded: {reason}", kind.name())]
+    Payload {
+        /// What was asked for.
+        kind: ArtefactKind,
+        /// What the decoder said.
+        reason: String,
+    },
+}
+
+/// Puts a payload into the container.
+pub fn seal(kind: ArtefactKind, payload: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(PAYLOAD_START + payload.len());
+    bytes.extend(MAGIC);
+    bytes.extend(FORMAT_VERSION.to_le_bytes());
+    bytes.extend(kind.code().to_le_bytes());
+    bytes.extend((payload.len() as u64).to_le_bytes());
+    let checksum = checksum(&bytes[MAGIC.len()..], payload);
+    bytes.extend(checksum);
+    bytes.extend(payload);
+    bytes
+}
+
+/// Checks a container and gives its payload.
+///
+/// # Errors
+/// Any [`StoreError`] but [`StoreError::Payload`].
+pub fn open(bytes: &[u8], kind: ArtefactKind) -> Result<&[u8], StoreError> {
+    if bytes.is_empty() || !bytes.starts_with(&MAGIC[..MAGIC.len().min(bytes.len())]) {
+        return Err(StoreError::NotAnArtefact { expected: kind });
+    }
+    let found = bytes.len() as u64;
+    let truncated = |expected| StoreError::Truncated { found, expected };
+    let version = word(bytes, 8).ok_or_else(|| truncated(PAYLOAD_START as u64))?;
+    if version != FORMAT_VERSION {
+        return Err(StoreError::OtherVersion { found: version, expected: FORMAT_VERSION });
+    }
+    let header = bytes.get(..PAYLOAD_START).ok_or_else(|| truncated(PAYLOAD_START as u64))?;
+    let length = u64::from_le_bytes(field(header, 16));
+    let expected = length.saturating_add(PAYLOAD_START as u64);
+    if found < expected {
+        return Err(truncated(expected));
+    }
+    if found > expected {
+        return Err(StoreError::TrailingBytes { extra: found - expected, kind });
+    }
+    let payload = &bytes[PAYLOAD_START..];
+    let (stored, computed): ([u8; 32], _) =
+        (field(header, CHECKSUM_START), checksum(&header[MAGIC.len()..CHECKSUM_START], payload));
+    if stored != computed {
+        let (found, expected) = (hex(&computed[..8]), hex(&stored[..8]));
+        return Err(StoreError::Checksum { found, expected });
+    }
+    let code = u32::from_le_bytes(field(header, 12));
+    if code != kind.code() {
+        let other = ArtefactKind::ALL.into_iter().find(|other| other.code() == code);
+        let found = other.map_or("artefact of an unknown kind", ArtefactKind::name);
+        return Err(StoreError::OtherKind { found, expected: kind });
+    }
+    Ok(payload)
+}
+
+/// SHA-256 of some bytes as 64 hexadecimal digits: the identity of an artefact.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Encodes plain data into a container.
+pub(crate) fn encode<T: Encode>(kind: ArtefactKind, data: &T) -> Vec<u8> {
+    let payload = bincode::encode_to_vec(data, codec());
+    seal(kind, &payload.expect("plain data in memory can always be encoded"))
+}
+
+/// Decodes plain data from a container.
+pub(crate) fn decode<T: Decode<()>>(bytes: &[u8], kind: ArtefactKind) -> Result<T, StoreError> {
+    let payload = open(bytes, kind)?;
+    let (data, read) = bincode::decode_from_slice(payload, codec())
+        .map_err(|error| StoreError::Payload { kind, reason: error.to_string() })?;
+    if read < payload.len() {
+        let extra = (payload.len() - read) as u64;
+        return Err(StoreError::TrailingBytes { extra, kind });
+    }
+    Ok(data)
+}
+
+/// Fixed-width little-endian integers; no claim beyond the limit.
+fn codec() -> Configuration<LittleEndian, Fixint, Limit<DECODE_LIMIT_BYTES>> {
+    bincode::config::standard()
+        .with_little_endian()
+        .with_fixed_int_encoding()
+        .with_limit::<DECODE_LIMIT_BYTES>()
+}
+
+fn checksum(header: &[u8], payload: &[u8]) -> [u8; 32] {
+    let mut hasher = Sha256::new();
+    hasher.update(header);
+    hasher.update(payload);
+    hasher.finalize().into()
+}
+
+/// The little-endian word at an offset, where the bytes reach so far.
+fn word(bytes: &[u8], start: usize) -> Option<u32> {
+    let bytes = bytes.get(start..start + 4)?;
+    Some(u32::from_le_bytes(field(bytes, 0)))
+}
+
+/// A field of a header that is long enough.
+fn field<const N: usize>(header: &[u8], start: usize) -> [u8; N] {
+    header[start..start + N].try_into().expect("the range has N bytes")
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        write!(text, "{byte:02x}").expect("a String takes all text");
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ArtefactKind::{Bundle, Dataset};
+
+    #[derive(Debug, PartialEq, Encode, Decode)]
+    struct Sample {
+        name: String,
+        values: Vec<f64>,
+    }
+
+    fn sample() -> Sample {
+        Sample { name: "incipient".to_owned(), values: vec![0.5, -0.0, f64::MIN_POSITIVE] }
+    }
+
+    #[test]
+    fn data_come_back() {
+        let bytes = encode(Bundle, &sample());
+        assert_eq!(decode::<Sample>(&bytes, Bundle), Ok(sample()));
+    }
+
+    #[test]
+    fn published_checksum_of_abc() {
+        // FIPS 180-4 example, "abc"
+        let want = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sha256_hex(b"abc"), want);
+    }
+
+    #[test]
+    fn each_damage_has_its_message() {
+        let good = encode(Bundle, &sample());
+        let message = |bytes: &[u8]| decode::<Sample>(bytes, Bundle).unwrap_err().to_string();
+        assert_eq!(message(b""), "not an artefact of this tool: expected a bundle");
+        assert_eq!(message(b"time_s,current_a\n"), message(b""));
+        assert_eq!(message(&good[..4]), "truncated: 4 bytes of 56");
+        assert_eq!(message(&good[..20]), "truncated: 20 bytes of 56");
+        assert_eq!(
+            message(&good[..good.len() - 1]),
+            format!("truncated: {} bytes of {}", good.len() - 1, good.len())
+        );
+        let mut newer = good.clone();
+        newer[8] = 9;
+        assert_eq!(message(&newer), "format version 9, this tool reads version 1");
+        let longer = [&good[..], b"xy"].concat();
+        assert_eq!(message(&longer), "2 bytes follow the bundle");
+        let dataset = encode(Dataset, &sample());
+        assert_eq!(message(&dataset), "is a dataset, expected a bundle");
+        let mut flipped = good.clone();
+        *flipped.last_mut().unwrap() ^= 1;
+        assert!(message(&flipped).starts_with("damaged: checksum "), "{}", message(&flipped));
+    }
+
+    #[test]
+    fn any_flipped_bit_is_noticed() {
+        let good = encode(Bundle, &sample());
+        for bit in 0..good.len() * 8 {
+            let mut bad = good.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(decode::<Sample>(&bad, Bundle).is_err(), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_huge_length_inside_an_intact_container_claims_no_memory() {
+        let lie = u64::MAX.to_le_bytes();
+        let error = decode::<Vec<f64>>(&seal(Bundle, &lie), Bundle).unwrap_err();
+        assert!(matches!(error, StoreError::Payload { .. }), "{error}");
+        let half = (1u64 << 40).to_le_bytes();
+        let error = decode::<Vec<f64>>(&seal(Bundle, &half), Bundle).unwrap_err();
+        assert!(matches!(error, StoreError::Payload { .. }), "{error}");
+    }
+
+    #[test]
+    fn a_payload_that_is_longer_than_its_data_is_refused() {
+        let error = decode::<u8>(&seal(Bundle, &[1, 2, 3]), Bundle).unwrap_err();
+        assert_eq!(error, StoreError::TrailingBytes { extra: 2, kind: Bundle });
+    }
+}

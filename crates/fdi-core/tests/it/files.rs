@@ -1,0 +1,104 @@
+//! Files and folders on disk.
+
+use std::{fs, path::Path};
+
+use fdi_core::{Channel, ChannelName, ColumnMap, CsvFormat, Metadata, Recording, list_recordings};
+
+fn read_error(path: &Path) -> String {
+    Recording::read(path, &ColumnMap::default()).unwrap_err().to_string()
+}
+
+fn recording() -> Recording {
+    let values = (0..200).map(|i| f64::from(i).sin()).collect();
+    let current = Channel::uniform(ChannelName::Current, 0.0, 2000.0, values).unwrap();
+    Recording::new("memory", Metadata::default(), vec![current]).unwrap()
+}
+
+#[test]
+fn a_folder_gives_its_recordings_in_name_order() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["r10.csv", "r02.csv.gz", "r1.CSV", "truth.csv", "notes.txt", ".hidden.csv"] {
+        fs::write(folder.path().join(name), "").unwrap();
+    }
+    fs::create_dir(folder.path().join("deeper.csv")).unwrap();
+    let found = list_recordings(folder.path()).unwrap();
+    let names: Vec<_> = found.iter().map(|path| path.file_name().unwrap()).collect();
+    assert_eq!(names, ["r02.csv.gz", "r1.CSV", "r10.csv"]);
+}
+
+#[test]
+fn a_file_stands_for_itself_and_an_empty_folder_for_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let message = list_recordings(folder.path()).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "holds no recordings: expected `.csv` or `.csv.gz` files directly in the folder"
+    );
+    let missing = folder.path().join("no.csv");
+    assert_eq!(list_recordings(&missing).unwrap_err().to_string(), "no such file or folder");
+    fs::write(&missing, "").unwrap();
+    assert_eq!(list_recordings(&missing).unwrap(), [missing]);
+}
+
+#[test]
+fn compressed_and_plain_files_hold_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str| {
+        let path = folder.path().join(name);
+        recording().write(&path, CsvFormat::default()).unwrap();
+        let mut read = Recording::read(&path, &ColumnMap::default()).unwrap();
+        assert_eq!(std::mem::take(&mut read.name), path.display().to_string());
+        read
+    };
+    assert_eq!(read("r.csv"), read("r.csv.gz"));
+}
+
+#[test]
+fn a_compressed_file_under_a_plain_name_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.csv");
+    fs::write(&path, recording().to_csv_gz(CsvFormat::default()).unwrap()).unwrap();
+    assert!(Recording::read(&path, &ColumnMap::default()).is_ok());
+}
+
+#[test]
+fn damaged_files_have_one_clear_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    assert_eq!(read_error(&path("none.csv")), "no such file or folder");
+    assert_eq!(read_error(&path("none.mat")), "no such file or folder");
+    fs::write(path("r.mat"), "MATLAB 5.0").unwrap();
+    assert_eq!(read_error(&path("r.mat")), "not a recording: expected `.csv` or `.csv.gz`");
+    fs::write(path("plain.csv.gz"), "time_s,current_a\n").unwrap();
+    assert!(read_error(&path("plain.csv.gz")).starts_with("damaged gzip data: "));
+    let whole = recording().to_csv_gz(CsvFormat::default()).unwrap();
+    fs::write(path("short.csv.gz"), &whole[..whole.len() / 2]).unwrap();
+    assert!(read_error(&path("short.csv.gz")).starts_with("damaged gzip data: "));
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 0x10;
+    fs::write(path("flipped.csv.gz"), &flipped).unwrap();
+    assert!(read_error(&path("flipped.csv.gz")).starts_with("damaged gzip data: "));
+}
+
+#[test]
+fn only_known_names_are_written() {
+    let error = recording().write(Path::new("r.mat"), CsvFormat::default()).unwrap_err();
+    assert_eq!(error.to_string(), "`r.mat` does not end in `.csv` or `.csv.gz`");
+}
+
+/// A real recording of another machine: several runs in one file, so its time
+/// starts again, at 25 Hz. Skipped, and said so, where the data are not at hand.
+#[test]
+fn a_real_recording_of_another_machine_is_refused_with_its_rate() {
+    let Some(data) = std::env::var_os("FDI_MEASURED_DATA") else {
+        eprintln!("skipped: FDI_MEASURED_DATA does not name the folder of measured data");
+        return;
+    };
+    let path = Path::new(&data).join("cranfield_ema/normal.csv.gz");
+    let map = ColumnMap::new(["time_s=time", "current_a=current"]).unwrap();
+    let message = Recording::read(&path, &map).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "line 326: time 0 s is not after 12.920000000000002 s (the rows before are at 25 Hz)"
+    );
+}

@@ -1,0 +1,201 @@
+//! Solvers that see a scalar alone, for comparison.
+
+mod cma;
+mod differential;
+mod genetic;
+mod swarm;
+mod wolves;
+
+use crate::{
+    bounds::Bounds,
+    error::{SettingError, SolveError},
+    random::Stream,
+    stop::StopReason,
+};
+
+/// A population method on a scalar (FREEDOM paper, Table 6, and CMA-ES).
+///
+/// | method | rule | source |
+/// |---|---|---|
+/// | genetic | binary tournament, BLX-½ crossover, normal mutation of one input on average, two elites | Eshelman and Schaffer, FOGA 2 (1993) 187 |
+/// | swarm | constriction coefficients, global best | Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002) 58 |
+/// | differential evolution | best/1/bin, dithered factor | Storn and Price, J. Global Optim. 11 (1997) 341 |
+/// | grey wolves | three leaders, linear decrease over the budget | Mirjalili et al., Adv. Eng. Softw. 69 (2014) 46 |
+/// | CMA-ES | rank-one and rank-µ updates, restarts with twice the population | Hansen, arXiv:1604.00772; Auger and Hansen, CEC 2005 |
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Population {
+    /// A real-coded genetic algorithm.
+    Genetic,
+    /// Particle swarm.
+    Swarm,
+    /// Differential evolution.
+    DifferentialEvolution,
+    /// Grey wolf optimiser.
+    GreyWolves,
+    /// Covariance matrix adaptation.
+    CmaEs,
+}
+
+/// How a population method runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PopulationOptions {
+    /// Members; `None`: the method's usual number.
+    pub members: Option<usize>,
+    /// Evaluations allowed.
+    pub max_evaluations: usize,
+    /// Value that ends the run.
+    pub target: f64,
+    /// Mean and standard deviation (as fractions of the intervals) of the
+    /// first CMA-ES population; `None`: the middle of the box and 0.3. The
+    /// other methods draw uniformly over the box.
+    pub start: Option<(Vec<f64>, f64)>,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl Default for PopulationOptions {
+    fn default() -> Self {
+        Self {
+            members: None,
+            max_evaluations: 10_000,
+            target: f64::NEG_INFINITY,
+            start: None,
+            seed: 0,
+        }
+    }
+}
+
+/// Where a population method ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PopulationSolution {
+    /// The best point.
+    pub point: Vec<f64>,
+    /// Its value.
+    pub value: f64,
+    /// Evaluations made.
+    pub evaluations: usize,
+    /// Why the run ended.
+    pub stop: StopReason,
+}
+
+impl Population {
+    /// Minimises a scalar on a box. A value of NaN ranks behind all others.
+    ///
+    /// # Errors
+    /// [`SolveError::Setting`] for an unusable setting, [`SolveError::Start`] for an unusable
+    /// start, [`SolveError::UnusableStart`] when no value was a number, and
+    /// [`SolveError::Evaluation`] with the function's own error and the best point so far.
+    pub fn minimise<E, F>(
+        self,
+        function: F,
+        bounds: &Bounds,
+        options: &PopulationOptions,
+    ) -> Result<PopulationSolution, SolveError<E>>
+    where
+        E: std::error::Error + 'static,
+        F: FnMut(&[f64]) -> Result<f64, E>,
+    {
+        let members = options.members.unwrap_or(match self {
+            Self::Genetic => 100,
+            Self::Swarm | Self::GreyWolves => 40,
+            Self::DifferentialEvolution => 15 * bounds.dimension(),
+            Self::CmaEs => 4 + (3.0 * libm::log(bounds.dimension() as f64)) as usize,
+        });
+        if members < 4 || options.max_evaluations == 0 {
+            let (name, value) = ("members", members as f64);
+            let needs = "at least 4 members and one evaluation";
+            return Err(SettingError::OutOfRange { name, value, needs }.into());
+        }
+        if let Some((start, spread)) = &options.start {
+            bounds.check(start)?;
+            if !(spread.is_finite() && *spread > 0.0) {
+                let (name, needs) = ("start", "a positive spread");
+                return Err(SettingError::OutOfRange { name, value: *spread, needs }.into());
+            }
+        }
+        let mut crowd = Crowd { function, bounds, options, evaluations: 0, best: None };
+        let ended = match self {
+            Self::Genetic => genetic::run(&mut crowd, members),
+            Self::Swarm => swarm::run(&mut crowd, members),
+            Self::DifferentialEvolution => differential::run(&mut crowd, members),
+            Self::GreyWolves => wolves::run(&mut crowd, members),
+            Self::CmaEs => cma::run(&mut crowd, members),
+        };
+        let stop = match ended {
+            Ended::Stop(stop) => stop,
+            Ended::Error(source) => {
+                let evaluation = crowd.evaluations;
+                let best = crowd.best.map(|(point, value)| (point, vec![value]));
+                return Err(SolveError::Evaluation { evaluation, best, source });
+            }
+        };
+        let (point, value) = crowd.best.ok_or(SolveError::UnusableStart)?;
+        Ok(PopulationSolution { point, value, evaluations: crowd.evaluations, stop })
+    }
+}
+
+/// Why a method ended.
+enum Ended<E> {
+    Stop(StopReason),
+    Error(E),
+}
+
+/// The counted function in unit coordinates.
+struct Crowd<'a, F> {
+    function: F,
+    bounds: &'a Bounds,
+    options: &'a PopulationOptions,
+    evaluations: usize,
+    best: Option<(Vec<f64>, f64)>,
+}
+
+impl<F> Crowd<'_, F> {
+    fn dimension(&self) -> usize {
+        self.bounds.dimension()
+    }
+
+    /// The value at a point of the unit cube; NaN becomes the worst.
+    fn value<E>(&mut self, unit: &[f64]) -> Result<f64, Ended<E>>
+    where
+        F: FnMut(&[f64]) -> Result<f64, E>,
+    {
+        if self.best.as_ref().is_some_and(|(_, value)| *value <= self.options.target) {
+            return Err(Ended::Stop(StopReason::TargetReached));
+        }
+        if self.evaluations >= self.options.max_evaluations {
+            return Err(Ended::Stop(StopReason::BudgetSpent));
+        }
+        self.evaluations += 1;
+        let point = self.bounds.at_unit(unit);
+        let value = (self.function)(&point).map_err(Ended::Error)?;
+        if value.is_nan() {
+            return Ok(f64::INFINITY);
+        }
+        if self.best.as_ref().is_none_or(|(_, best)| value < *best) {
+            self.best = Some((point, value));
+        }
+        Ok(value)
+    }
+
+    /// Uniform points of the unit cube.
+    fn uniform(&self, stream: &mut Stream, members: usize) -> Vec<Vec<f64>> {
+        let d = self.dimension();
+        (0..members).map(|_| (0..d).map(|_| stream.uniform()).collect()).collect()
+    }
+
+    /// The values of many points.
+    fn values<E>(&mut self, units: &[Vec<f64>]) -> Result<Vec<f64>, Ended<E>>
+    where
+        F: FnMut(&[f64]) -> Result<f64, E>,
+    {
+        units.iter().map(|unit| self.value(unit)).collect()
+    }
+}
+
+/// Indices in rising order of value.
+fn ranking(values: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    order
+}

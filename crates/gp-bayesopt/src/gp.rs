@@ -1,0 +1,12 @@
+//! Gaussian process regression with one kernel for all outputs.
+
+mod data;
+mod evidence;
+mod fit;
+mod leave_one_out;
+mod predict;
+
+pub use fit::{FitReport, GaussianProcess, GpOptions, Noise};
+pub use leave_one_out::LeaveOneOut;
+pub(crate) use predict::{Belief, BeliefSlope, Block};
+pub use predict::{Prediction, PredictionSlope};

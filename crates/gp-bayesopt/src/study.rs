@@ -1,0 +1,7 @@
+//! Ask where to look, tell what was seen.
+
+mod options;
+mod state;
+
+pub use options::{Criterion, Objective, Stall, StudyOptions};
+pub use state::{Ask, Best, Outcome, RunError, Study, StudyState, Told};

@@ -1,0 +1,7 @@
+//! Integration tests, one binary.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod baselines;
+mod gradients;
+mod solver;
+mod study;

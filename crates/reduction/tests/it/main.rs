@@ -1,0 +1,13 @@
+//! Tests of the crate through its public interface.
+
+#![expect(clippy::unwrap_used, reason = "a case that cannot be built fails its test")]
+
+mod compression;
+mod dmd;
+mod information;
+mod noise;
+mod property;
+mod references;
+mod som;
+mod streaming;
+mod svd;
