@@ -231,8 +231,10 @@ def main():
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("ids", nargs="*")
     wanted = parser.parse_args()
-    print("| case | ms, least | CPU ms, least | ms, all runs | peak A | peak rad/s | peak error mrad |")
-    print("|---" * 7 + "|")
+    columns = ("case", "ms, least", "CPU ms, least", "ms, all runs")
+    evidence = ("peak A", "peak rad/s", "peak error mrad")
+    print("| " + " | ".join(columns + evidence) + " |")
+    print("|---" * len(columns + evidence) + "|")
     for name, make in CASES.items():
         if wanted.ids and name not in wanted.ids:
             continue
