@@ -29,7 +29,7 @@ impl Cascade {
             law,
             position_gain: law.position_gain_per_s * actuator.transmission.gear_ratio,
             integral_step: law.speed_integral_a_per_rad / law.sample_hz,
-            integral_a: 0.0,
+            integral_a: scenario.initial.speed_integral_a,
             surface_step_rad: on(imperfect.digitisation, actuator.sensing.surface_step_rad),
             current_step_a: on(imperfect.digitisation, actuator.sensing.current_reference_step_a),
             speed_noise_rad_per_s: on(

@@ -9,7 +9,10 @@
 //! and staying, stopped and breaking away, moving on, moving and stopping. All are instants of
 //! the solution here, found between steps and not rounded to one.
 
-use crate::{fault::PhysicalFaults, params::Actuator, series::RECIPROCALS, winding::Shaft};
+use crate::{
+    fault::PhysicalFaults, params::Actuator, scenario::Scenario, series::RECIPROCALS,
+    winding::Shaft,
+};
 
 /// Which way the shaft moves; sticking is a state of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +44,17 @@ enum Contact {
     Lower,
 }
 
+/// Torques against the moving shaft, on the motor side.
+#[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "the unit belongs to the name")]
+pub(crate) struct Torques {
+    pub(crate) friction_n_m: f64,
+    /// The load's own.
+    pub(crate) load_n_m: f64,
+    /// What the gear adds to the load.
+    pub(crate) gear_n_m: f64,
+}
+
 /// State and constants of the drive train; angles on the motor side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DriveTrain {
@@ -51,6 +65,8 @@ pub(crate) struct DriveTrain {
     per_gear_ratio: f64,
     half_play_rad: f64,
     stop_rad: f64,
+    /// Load through a gear without losses, and as the motor feels it in either direction.
+    load_n_m: f64,
     load_forward_n_m: f64,
     load_backward_n_m: f64,
     /// Motor angle from its start.
@@ -63,19 +79,14 @@ pub(crate) struct DriveTrain {
 }
 
 impl DriveTrain {
-    /// The drive train at rest.
-    pub(crate) fn new(
-        actuator: &Actuator,
-        faults: &PhysicalFaults,
-        load_n_m: f64,
-        backlash_side_ratio: f64,
-    ) -> Self {
+    /// The drive train at the start of a test.
+    pub(crate) fn new(actuator: &Actuator, faults: &PhysicalFaults, scenario: &Scenario) -> Self {
         let t = &actuator.transmission;
         let half_play_rad = 0.5 * t.backlash_rad * faults.backlash_ratio * t.gear_ratio;
-        let reflected = load_n_m / t.gear_ratio;
+        let reflected = scenario.load_n_m / t.gear_ratio;
         let against = 1.0 / t.efficiency_ratio;
         let along = t.efficiency_ratio;
-        Self {
+        let mut train = Self {
             inertia_kg_m2: actuator.total_inertia_kg_m2(),
             viscous_n_m_s_per_rad: actuator.motor.viscous_n_m_s_per_rad,
             kinetic_n_m: t.kinetic_friction_n_m * faults.friction_ratio,
@@ -83,13 +94,28 @@ impl DriveTrain {
             per_gear_ratio: 1.0 / t.gear_ratio,
             half_play_rad,
             stop_rad: t.stop_rad * t.gear_ratio,
+            load_n_m: reflected,
             load_forward_n_m: reflected * if reflected > 0.0 { against } else { along },
             load_backward_n_m: reflected * if reflected < 0.0 { against } else { along },
             angle_rad: 0.0,
             speed_rad_per_s: 0.0,
             direction: Direction::Stuck,
             contact: Contact::Free,
-            left_at_rad: -backlash_side_ratio * half_play_rad,
+            left_at_rad: -scenario.backlash_side_ratio * half_play_rad,
+        };
+        train.set_going(scenario.initial.motor_speed_rad_per_s);
+        train
+    }
+
+    /// Starts the shaft at rest with a speed.
+    fn set_going(&mut self, speed_rad_per_s: f64) {
+        if speed_rad_per_s != 0.0 {
+            self.speed_rad_per_s = speed_rad_per_s;
+            self.break_away(if speed_rad_per_s > 0.0 {
+                Direction::Forward
+            } else {
+                Direction::Backward
+            });
         }
     }
 
@@ -125,6 +151,25 @@ impl DriveTrain {
             per_inertia: RECIPROCALS.map(|r| moves * r / self.inertia_kg_m2),
             external_n_m: self.external_n_m(),
             viscous_n_m_s_per_rad: self.viscous_n_m_s_per_rad,
+        }
+    }
+
+    /// Kinetic energy of the moving masses.
+    pub(crate) fn kinetic_j(&self) -> f64 {
+        0.5 * self.inertia_kg_m2 * self.speed_rad_per_s * self.speed_rad_per_s
+    }
+
+    /// The parts of the torque against the moving shaft.
+    pub(crate) fn torques(&self) -> Torques {
+        let (load_n_m, whole_n_m) = match self.contact {
+            Contact::Free => (0.0, 0.0),
+            Contact::Upper => (self.load_n_m, self.load_forward_n_m),
+            Contact::Lower => (self.load_n_m, self.load_backward_n_m),
+        };
+        Torques {
+            friction_n_m: self.direction.sign() * self.kinetic_n_m,
+            load_n_m,
+            gear_n_m: whole_n_m - load_n_m,
         }
     }
 

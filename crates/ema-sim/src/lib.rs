@@ -30,6 +30,7 @@
 
 mod controller;
 mod drive_train;
+mod energy;
 mod envelope;
 mod error;
 mod fault;
@@ -49,6 +50,7 @@ mod series;
 mod trace;
 mod winding;
 
+pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
 pub use error::{ParameterError, SimulationError};
 pub use fault::{
@@ -61,5 +63,5 @@ pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
-pub use scenario::{Command, Imperfections, Scenario};
+pub use scenario::{Command, Imperfections, InitialState, Scenario};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};

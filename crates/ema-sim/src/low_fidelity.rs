@@ -143,8 +143,7 @@ enum Event {
 impl Run {
     fn new(actuator: &Actuator, scenario: &Scenario, faults: &PhysicalFaults) -> Self {
         let winding = Winding::new(&actuator.motor, faults);
-        let train =
-            DriveTrain::new(actuator, faults, scenario.load_n_m, scenario.backlash_side_ratio);
+        let train = DriveTrain::new(actuator, faults, scenario);
         let start_angle_rad = scenario.start_angle_rad;
         let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
         let mut run = Self {

@@ -7,7 +7,6 @@ use crate::{
 
 /// The legs during a segment.
 #[derive(Clone, Copy, Debug)]
-#[expect(dead_code, reason = "for observers that integrate energies")]
 pub(crate) struct Circuit<'a> {
     /// Potentials of the positive and the negative phase's legs.
     pub(crate) legs_v: (f64, f64),
@@ -27,8 +26,8 @@ pub(crate) trait Probe {
         train: &DriveTrain,
     );
 
-    /// The shaft is about to meet a bound with its present speed.
-    fn impact(&mut self, train: &DriveTrain);
+    /// Kinetic energy is lost at a stop.
+    fn impact(&mut self, lost_j: f64);
 
     /// Factor on the longest segment; below one, segments are cut finer.
     fn longest_segment_ratio(&self) -> f64 {
@@ -40,5 +39,5 @@ impl Probe for () {
     #[inline]
     fn segment(&mut self, _: &Segment, _: f64, _: &Circuit<'_>, _: &DriveTrain) {}
     #[inline]
-    fn impact(&mut self, _: &DriveTrain) {}
+    fn impact(&mut self, _: f64) {}
 }

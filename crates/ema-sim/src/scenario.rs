@@ -45,6 +45,26 @@ impl Command {
     /// The sine of the FREEDOM paper's bench: 0.12 rad, 0.2 Hz.
     pub const SINE: Self = Self::Sine { amplitude_rad: 0.12, frequency_hz: 0.2 };
 
+    /// Its numbers with their bounds.
+    fn fields(&self) -> Vec<(&'static str, f64, f64, f64)> {
+        let most = 1e6;
+        match self {
+            Self::Chirp { amplitude_rad, start_hz, end_hz, sweep_s } => vec![
+                ("command.amplitude-rad", *amplitude_rad, -most, most),
+                ("command.start-hz", *start_hz, 0.0, most),
+                ("command.end-hz", *end_hz, 0.0, most),
+                ("command.sweep-s", *sweep_s, f64::MIN_POSITIVE, most),
+            ],
+            Self::Sine { amplitude_rad, frequency_hz } => vec![
+                ("command.amplitude-rad", *amplitude_rad, -most, most),
+                ("command.frequency-hz", *frequency_hz, 0.0, most),
+            ],
+            Self::Recorded { rate_hz, .. } => {
+                vec![("command.rate-hz", *rate_hz, f64::MIN_POSITIVE, 1e9)]
+            }
+        }
+    }
+
     /// The command at a time.
     pub fn at(&self, time_s: f64) -> f64 {
         use core::f64::consts::TAU;
@@ -85,6 +105,17 @@ impl Imperfections {
     pub const NONE: Self = Self { controller_noise: false, digitisation: false };
 }
 
+/// State at the start besides the rotor's angle and the place in the backlash.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InitialState {
+    /// Speed of the motor; the surface is carried along where the play is closed on its side.
+    pub motor_speed_rad_per_s: f64,
+    /// Integral part of the current set-point, `ξ`.
+    pub speed_integral_a: f64,
+    /// Integral part of the current loop's voltage.
+    pub current_integral_v: f64,
+}
+
 /// A test of an actuator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
@@ -98,6 +129,8 @@ pub struct Scenario {
     pub start_angle_rad: f64,
     /// Place of the surface in the backlash at the start, −1 to 1 (1: the upper side touches).
     pub backlash_side_ratio: f64,
+    /// Speed and integrators at the start.
+    pub initial: InitialState,
     /// Imperfections of the electronics.
     pub imperfections: Imperfections,
     /// Seed of the controller's noise.
@@ -113,6 +146,7 @@ impl Scenario {
             duration_s: 0.5,
             start_angle_rad: 0.0,
             backlash_side_ratio: 0.0,
+            initial: InitialState::default(),
             imperfections: Imperfections::NONE,
             seed: 0,
         }
@@ -156,6 +190,13 @@ impl Scenario {
         bounded("scenario.duration-s", self.duration_s, 1.0 / sample_hz, 1e4)?;
         bounded("scenario.start-angle-rad", self.start_angle_rad, -1e6, 1e6)?;
         bounded("scenario.backlash-side-ratio", self.backlash_side_ratio, -1.0, 1.0)?;
+        let start = &self.initial;
+        bounded("scenario.motor-speed-rad-per-s", start.motor_speed_rad_per_s, -1e5, 1e5)?;
+        bounded("scenario.speed-integral-a", start.speed_integral_a, -1e6, 1e6)?;
+        bounded("scenario.current-integral-v", start.current_integral_v, -1e6, 1e6)?;
+        for (field, value, least, most) in self.command.fields() {
+            bounded(field, value, least, most)?;
+        }
         let ticks = libm::round(self.duration_s * sample_hz) as usize;
         let stop_rad = actuator.transmission.stop_rad;
         (0..ticks)

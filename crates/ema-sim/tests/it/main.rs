@@ -1,5 +1,8 @@
 //! Tests of the crate as others use it.
 
+mod analytic;
+mod bad_input;
 mod brute_force;
+mod energy;
 mod model_file;
 mod severe;

@@ -1,0 +1,162 @@
+//! Where the energy of a run goes: each flow integrated on its own, none by difference.
+
+use crate::{
+    drive_train::DriveTrain,
+    fault::PhysicalFaults,
+    params::Actuator,
+    phase::PerPhase,
+    probe::{Circuit, Probe},
+    series::value,
+    winding::Segment,
+};
+
+/// Energies of a run, J.
+///
+/// ```text
+/// Σ supply = Σ copper + friction + viscous + gear + load + impact + magnetic + kinetic
+/// ```
+///
+/// Every term is integrated from its own power; [`residual_j`](Self::residual_j) is what the
+/// equation lacks, a measure of the simulation's error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyLedger {
+    /// Given by the legs of the phases A, B, C while they switch, `∫v_j·i_j`.
+    pub supply_j: PerPhase,
+    /// Given through the diodes of the idle phase; negative when it feeds the supply.
+    pub diode_supply_j: f64,
+    /// Heat of the windings of the phases A, B, C, `∫R_j·i_j²`.
+    pub copper_j: PerPhase,
+    /// Heat of dry friction, `∫F_d·|ω|`.
+    pub friction_j: f64,
+    /// Heat of viscous drag, `∫c·ω²`.
+    pub viscous_j: f64,
+    /// Heat of the gear's teeth: what the load costs at the motor beyond its own work.
+    pub gear_j: f64,
+    /// Work done on the load.
+    pub load_j: f64,
+    /// Kinetic energy lost at the end stops.
+    pub impact_j: f64,
+    /// Gain of the windings, `Σ½·L_j·i_j²`.
+    pub magnetic_j: f64,
+    /// Gain of the moving masses, `½·J·ω²`.
+    pub kinetic_j: f64,
+}
+
+impl EnergyLedger {
+    /// All that came in less all that went somewhere.
+    pub fn residual_j(&self) -> f64 {
+        let supplied = self.supply_j.iter().sum::<f64>() + self.diode_supply_j;
+        supplied - self.dissipated_j() - self.load_j - self.magnetic_j - self.kinetic_j
+    }
+
+    /// All that became heat.
+    pub fn dissipated_j(&self) -> f64 {
+        self.copper_j.iter().sum::<f64>()
+            + self.friction_j
+            + self.viscous_j
+            + self.gear_j
+            + self.impact_j
+    }
+}
+
+/// Gauss and Legendre's five points on `[0, 1]` with their weights: exact to the ninth order.
+const GAUSS: [(f64, f64); 5] = [
+    (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_45),
+    (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
+
+/// Keeps the ledger of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct EnergyProbe {
+    pub(crate) ledger: EnergyLedger,
+    resistance_ohm: PerPhase,
+    inductance_henry: PerPhase,
+    longest_segment_ratio: f64,
+}
+
+impl EnergyProbe {
+    pub(crate) fn new(
+        actuator: &Actuator,
+        faults: &PhysicalFaults,
+        longest_segment_ratio: f64,
+    ) -> Self {
+        let turns = faults.healthy_turns_frac;
+        Self {
+            ledger: EnergyLedger::default(),
+            resistance_ohm: turns.map(|n| actuator.motor.resistance_ohm * n),
+            inductance_henry: turns.map(|n| actuator.motor.inductance_henry * n * n),
+            longest_segment_ratio,
+        }
+    }
+
+    /// Adds the flows of an instant that stands for a time.
+    fn add(&mut self, flow: &Instant, circuit: &Circuit<'_>, train: &DriveTrain, for_s: f64) {
+        let (at, w) = (circuit.at, flow.speed_rad_per_s);
+        let [positive_a, negative_a, idle_a] = flow.currents_a;
+        let roles = [(at.positive, positive_a), (at.negative, negative_a), (at.idle, idle_a)];
+        let ledger = &mut self.ledger;
+        for (phase, current_a) in roles {
+            ledger.copper_j[phase] += for_s * self.resistance_ohm[phase] * current_a * current_a;
+        }
+        ledger.supply_j[at.positive] += for_s * circuit.legs_v.0 * positive_a;
+        ledger.supply_j[at.negative] += for_s * circuit.legs_v.1 * negative_a;
+        ledger.diode_supply_j += for_s * circuit.idle_v * idle_a;
+        let torques = train.torques();
+        ledger.friction_j += for_s * torques.friction_n_m * w;
+        ledger.viscous_j += for_s * train.viscous_n_m_s_per_rad * w * w;
+        ledger.gear_j += for_s * torques.gear_n_m * w;
+        ledger.load_j += for_s * torques.load_n_m * w;
+    }
+}
+
+/// Currents of the positive, the negative and the idle phase, and the speed, at an instant.
+struct Instant {
+    currents_a: [f64; 3],
+    speed_rad_per_s: f64,
+}
+
+impl Instant {
+    fn of(segment: &Segment, at_s: f64) -> Self {
+        let (positive, idle) = (value(&segment.positive, at_s), value(&segment.idle, at_s));
+        Self {
+            currents_a: [positive, -(positive + idle), idle],
+            speed_rad_per_s: value(&segment.speed, at_s),
+        }
+    }
+}
+
+impl Probe for EnergyProbe {
+    fn segment(
+        &mut self,
+        segment: &Segment,
+        span_s: f64,
+        circuit: &Circuit<'_>,
+        train: &DriveTrain,
+    ) {
+        for (place, weight) in GAUSS {
+            let instant = Instant::of(segment, place * span_s);
+            self.add(&instant, circuit, train, weight * span_s);
+        }
+        let end = Instant::of(segment, span_s);
+        let at = circuit.at;
+        self.ledger.magnetic_j = [at.positive, at.negative, at.idle]
+            .iter()
+            .zip(end.currents_a)
+            .map(|(&phase, i)| 0.5 * self.inductance_henry[phase] * i * i)
+            .sum();
+        let w = end.speed_rad_per_s;
+        self.ledger.kinetic_j = 0.5 * train.inertia_kg_m2 * w * w;
+    }
+
+    fn impact(&mut self, lost_j: f64) {
+        self.ledger.impact_j += lost_j;
+        self.ledger.kinetic_j -= lost_j;
+    }
+
+    fn longest_segment_ratio(&self) -> f64 {
+        self.longest_segment_ratio
+    }
+}

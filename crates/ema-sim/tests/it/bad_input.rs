@@ -1,0 +1,108 @@
+//! What cannot be simulated is refused by name; what can, runs.
+
+use ema_sim::{
+    Command, HealthState, HighFidelity, LowFidelity, Parameter, ParameterError, Scenario,
+    SimulationError, presets::EMA_48,
+};
+use proptest::prelude::*;
+
+#[test]
+fn every_number_is_guarded() {
+    for parameter in Parameter::ALL {
+        if parameter.key() == "motor.pole-pairs" {
+            continue;
+        }
+        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+            let mut actuator = EMA_48;
+            parameter.set(&mut actuator, bad);
+            let error = HighFidelity::new(&actuator, &Scenario::chirp()).unwrap_err();
+            assert!(error.to_string().contains(parameter.key()), "{bad}: {error}");
+            assert!(LowFidelity::new(&actuator, &Scenario::chirp()).is_err());
+        }
+    }
+    let mut actuator = EMA_48;
+    actuator.motor.pole_pairs = 0;
+    let message = actuator.check().unwrap_err().to_string();
+    assert_eq!(message, "`motor.pole-pairs` is 0, expected a number from 1 to 1000");
+}
+
+#[test]
+fn rules_between_numbers_are_guarded() {
+    let mut actuator = EMA_48;
+    actuator.transmission.static_friction_n_m = 0.01;
+    assert!(matches!(actuator.check(), Err(ParameterError::OutOfBounds { least: 0.03, .. })));
+    let mut actuator = EMA_48;
+    actuator.inverter.carrier_hz = 15e3;
+    assert!(matches!(actuator.check(), Err(ParameterError::CarrierNotMultiple { .. })));
+    let mut actuator = EMA_48;
+    actuator.motor.inductance_henry = 1e-5;
+    assert!(matches!(actuator.check(), Err(ParameterError::WindingTooFast { .. })));
+}
+
+/// A scenario's field and what makes it bad.
+type Spoilt = (&'static str, fn(&mut Scenario));
+
+#[test]
+fn tests_that_cannot_be_run_are_refused() {
+    let refused = |change: &dyn Fn(&mut Scenario)| {
+        let mut scenario = Scenario::chirp();
+        change(&mut scenario);
+        HighFidelity::new(&EMA_48, &scenario).expect_err("refused")
+    };
+    let beyond = refused(&|s| s.command = Command::Sine { amplitude_rad: 0.4, frequency_hz: 1.0 });
+    assert!(matches!(beyond, SimulationError::CommandBeyondStops { stop_rad: 0.35, .. }));
+    let cases: [Spoilt; 6] = [
+        ("scenario.load-n-m", |s| s.load_n_m = f64::NAN),
+        ("scenario.duration-s", |s| s.duration_s = 0.0),
+        ("scenario.start-angle-rad", |s| s.start_angle_rad = f64::INFINITY),
+        ("scenario.backlash-side-ratio", |s| s.backlash_side_ratio = 2.0),
+        ("scenario.speed-integral-a", |s| s.initial.speed_integral_a = f64::NAN),
+        ("command.rate-hz", |s| {
+            s.command = Command::Recorded { values_rad: vec![0.0], rate_hz: 0.0 };
+        }),
+    ];
+    for (field, change) in cases {
+        let message = refused(&change).to_string();
+        assert!(message.contains(field), "{message}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn property_whatever_is_accepted_runs(
+        scale in prop::collection::vec(-0.5_f64..0.5, 26),
+        levels in prop::array::uniform7(0.0_f64..=1.0),
+        start_angle_rad in -10.0_f64..10.0,
+        side in -1.0_f64..=1.0,
+        load_n_m in -50.0_f64..50.0,
+        seed in any::<u64>(),
+    ) {
+        let mut actuator = EMA_48;
+        for (parameter, exponent) in Parameter::ALL.iter().zip(scale) {
+            if !["inverter.carrier-hz", "controller.sample-hz"].contains(&parameter.key()) {
+                let value = parameter.get(&actuator) * libm::pow(10.0, exponent);
+                parameter.set(&mut actuator, value);
+            }
+        }
+        let mut scenario = Scenario::chirp().with_real_electronics(seed).turned_to(start_angle_rad);
+        scenario.command = Command::Sine { amplitude_rad: 4e-3, frequency_hz: 20.0 };
+        scenario.duration_s = 0.03;
+        scenario.backlash_side_ratio = side;
+        scenario.load_n_m = load_n_m;
+        let Ok(model) = HighFidelity::new(&actuator, &scenario) else { return Ok(()) };
+        let faults = (&HealthState::new(levels).expect("on the scale")).into();
+        let trace = model.simulate(&faults);
+        for sample in 0..trace.motor_angle_rad.len() {
+            let phases = trace.phases_a(sample);
+            prop_assert!(phases.iter().all(|i| i.is_finite()));
+            prop_assert!(phases.iter().sum::<f64>().abs() <= 1e-9);
+            let surface_rad = trace.surface_angle_rad[sample];
+            prop_assert!(surface_rad.abs() <= actuator.transmission.stop_rad * (1.0 + 1e-12));
+            prop_assert!(trace.motor_speed_rad_per_s[sample].is_finite());
+        }
+        let low = LowFidelity::new(&actuator, &scenario).expect("accepted").simulate(&faults);
+        prop_assert!(low.current_a.iter().all(|i| i.is_finite()));
+    }
+}
