@@ -4,8 +4,9 @@
 //! anyone can recompute in seconds (deterministic, compared by `--check`), and
 //! `text`, the whole page as Markdown.
 
-mod reduction;
 mod bayesopt;
+mod diagnosis;
+mod reduction;
 
 use std::{fs, path::Path};
 
@@ -40,9 +41,11 @@ struct Page {
 }
 
 /// Every page, in the order of the paper's pipeline.
-const PAGES: &[Page] =
-    &[Page { name: "reduction", quick: reduction::quick, text: reduction::text }];
-const PAGES: &[Page] = &[Page { name: "bayesopt", quick: bayesopt::quick, text: bayesopt::text }];
+const PAGES: &[Page] = &[
+    Page { name: "reduction", quick: reduction::quick, text: reduction::text },
+    Page { name: "bayesopt", quick: bayesopt::quick, text: bayesopt::text },
+    Page { name: "diagnosis", quick: diagnosis::quick, text: diagnosis::text },
+];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
 pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
