@@ -87,7 +87,7 @@ impl Tally {
                 if let Some(detected) = fault.detected {
                     tally.present += usize::from(truth >= NOT_TO_MISS);
                     tally.missed += usize::from(truth >= NOT_TO_MISS && !detected);
-                    let healthy = case.truth[..LEVELS + 1].iter().all(|&level| level == 0.0);
+                    let healthy = case.truth[..=LEVELS].iter().all(|&level| level == 0.0);
                     tally.false_alarms += usize::from(healthy && detected);
                 }
             }
