@@ -53,12 +53,12 @@ if len(sys.argv) > 2:
     for line in open(sys.argv[2]):
         if line.startswith("starts,"):
             starts = line.split(",")[1]
-            ms = float(line.split(",")[3])
+            ms, cpu_ms = (float(v) for v in line.split(",")[3:5])
             theta = np.array([float(v) for v in line.split("[")[1].split("]")[0].split(",")])
             std = x.std(0, ddof=1)
             # correlation exp(-(theta·d)²/2) of inputs divided by their standard deviation; its nugget is tiny
             best = max(likelihood(std / theta, g) for g in (1e-12, 1e-11, 1e-10, 1e-9))
-            print(f"fit,egobox-gp ({starts} starts),{ms:.4g},,{best:.6f}")
+            print(f"fit,egobox-gp ({starts} starts),{ms:.4g},{cpu_ms:.4g},{best:.6f}", flush=True)
 
 import torch
 from botorch.acquisition import LogExpectedImprovement
