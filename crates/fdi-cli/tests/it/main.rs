@@ -8,6 +8,7 @@
 
 mod batch;
 mod binary;
+mod diagnosis;
 mod reference;
 mod schema;
 mod stand_in;
