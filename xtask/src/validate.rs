@@ -5,6 +5,7 @@
 //! `text`, the whole page as Markdown.
 
 mod reduction;
+mod simulator;
 
 use std::{fs, path::Path};
 
@@ -39,8 +40,10 @@ struct Page {
 }
 
 /// Every page, in the order of the paper's pipeline.
-const PAGES: &[Page] =
-    &[Page { name: "reduction", quick: reduction::quick, text: reduction::text }];
+const PAGES: &[Page] = &[
+    Page { name: "simulator", quick: simulator::quick, text: simulator::text },
+    Page { name: "reduction", quick: reduction::quick, text: reduction::text },
+];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
 pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {

@@ -573,10 +573,13 @@ impl<P: Probe> Run<P> {
             let torque = step.coupling.torque_at_rest(segment);
             let reached = value(&torque, span_s);
             if reached > forward {
-                let at_s = root(&less(&torque, forward), span_s);
+                // without dry friction the start itself may be the instant
+                let beyond = less(&torque, forward);
+                let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Forward), at_s);
             } else if reached < backward {
-                let at_s = root(&less(&torque, backward), span_s);
+                let beyond = less(&torque, backward);
+                let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Backward), at_s);
             }
             return first;
