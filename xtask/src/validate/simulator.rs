@@ -130,7 +130,7 @@ fn fidelities() -> Result<Vec<Figure>> {
         let reference = high_signal(&high(&clean)?, &healthy(), envelope);
         let mut monitor = low(&clean)?.simulate(&healthy()).current_a;
         if envelope == Envelope::HalfAbsSum {
-            monitor.iter_mut().for_each(|current| *current = current.abs());
+            monitor = monitor.into_iter().map(f64::abs).collect();
         }
         let gap = distance(&EnvelopeFilter::DEFAULT.apply(&monitor, 10e3), &reference);
         figures.push(figure(format!("chirp/healthy-gap/{name}"), gap, SETTLED_REL, "1"));
