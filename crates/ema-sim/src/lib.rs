@@ -57,7 +57,7 @@ pub use fault::{
     FAULT_COUNT, FaultCoordinates, FaultId, FaultLevel, FaultLevelError, HealthState,
     PhysicalFaults,
 };
-pub use high_fidelity::HighFidelity;
+pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
