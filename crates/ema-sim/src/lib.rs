@@ -63,5 +63,5 @@ pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
-pub use scenario::{Command, Imperfections, InitialState, Scenario};
+pub use scenario::{Command, Imperfections, InitialState, Knot, Scenario, Tone};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
