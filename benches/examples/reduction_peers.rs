@@ -52,8 +52,10 @@ fn time(job: &str, shape: &str, runs: usize, mut work: impl FnMut() -> bool) -> 
     Ok(())
 }
 
-/// Time that this thread has been running.
+/// Time that this thread has been running. Giving way first makes the scheduler
+/// bring its account up to date, which it otherwise does every few milliseconds.
 fn processor_ms() -> Result<f64> {
+    std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
     let nanoseconds: f64 = text.split(' ').next().context("schedstat is empty")?.parse()?;
     Ok(nanoseconds * 1e-6)

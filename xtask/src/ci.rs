@@ -32,6 +32,7 @@ const STEPS: &[Step] = &[
         environment: &[("RUSTDOCFLAGS", "-D warnings")],
     },
     step("reference pages", &["xtask", "docs", "--check"]),
+    step("reference datasets", &["xtask", "gen-dataset", "--check"]),
     step("validation figures", &["xtask", "validate", "--check"]),
 ];
 
@@ -64,11 +65,11 @@ fn words(step: &Step) -> String {
 }
 
 #[expect(clippy::print_stderr, reason = "a task for people at a terminal")]
-fn say(line: &str) {
+pub(crate) fn say(line: &str) {
     eprintln!("{line}");
 }
 
 #[expect(clippy::disallowed_methods, reason = "tells how long each step takes")]
-fn clock() -> Instant {
+pub(crate) fn clock() -> Instant {
     Instant::now()
 }

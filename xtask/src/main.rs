@@ -1,7 +1,9 @@
 //! Development tasks of the workspace: `cargo xtask …`.
 
+mod budget;
 mod ci;
 mod docs;
+mod gen_dataset;
 mod tidy;
 mod validate;
 
@@ -9,7 +11,9 @@ use anyhow::{Result, bail};
 
 /// What `cargo xtask` prints without a task.
 const TASKS: &str = "\
+cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
+cargo xtask budget                      the 25 s and 6 s inference budgets, guarded
 cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
 cargo xtask tidy                        dependency edges, paths named in docs, licences
 cargo xtask ci                          all that must pass";
@@ -18,9 +22,12 @@ fn main() -> Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize()?;
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+        ["budget"] => budget::run(&root),
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),
         ["docs", "--check"] => docs::run(&root, true),
+        ["gen-dataset"] => gen_dataset::run(&root, false),
+        ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
         ["tidy"] => tidy::run(&root),
         ["validate"] => validate::run(&root, None, false),
         ["validate", "--check"] => validate::run(&root, None, true),

@@ -4,6 +4,8 @@
 //! anyone can recompute in seconds (deterministic, compared by `--check`), and
 //! `text`, the whole page as Markdown.
 
+mod bayesopt;
+mod diagnosis;
 mod reduction;
 mod simulator;
 
@@ -43,6 +45,8 @@ struct Page {
 const PAGES: &[Page] = &[
     Page { name: "simulator", quick: simulator::quick, text: simulator::text },
     Page { name: "reduction", quick: reduction::quick, text: reduction::text },
+    Page { name: "bayesopt", quick: bayesopt::quick, text: bayesopt::text },
+    Page { name: "diagnosis", quick: diagnosis::quick, text: diagnosis::text },
 ];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.

@@ -28,7 +28,15 @@ pub struct Method {
     solve: fn(&mut Tracker<'_>, &Problem, u64),
 }
 
-/// Every method, cheapest first.
+impl Method {
+    /// The same with another budget.
+    #[must_use]
+    pub fn with_budget(self, budget: usize) -> Self {
+        Self { budget, ..self }
+    }
+}
+
+/// Every method, those that see the vector first.
 pub const METHODS: &[Method] = &[
     Method { name: "lm", start: Start::Near, budget: 300, solve: lm },
     Method { name: "composite", start: Start::Near, budget: 80, solve: composite_near },

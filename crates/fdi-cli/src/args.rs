@@ -3,10 +3,7 @@
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use fdi_core::{
-    RootSeed, Schema,
-    report::{Fidelity, Method},
-};
+use fdi_core::{RootSeed, Schema, report::Method};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -152,18 +149,12 @@ pub struct DiagnoseArgs {
     /// Bundle to diagnose with [default: the embedded one that fits the recording]
     #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
-    /// Model to compare the recordings with
-    #[arg(long, value_enum, default_value_t = FidelityArg::Low)]
-    pub fidelity: FidelityArg,
     /// How the fault levels are searched
     #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
     pub method: MethodArg,
     /// Most evaluations of the model for one recording [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,
-    /// Numbers that recordings are reduced to [default: the bundle's own]
-    #[arg(long, value_enum)]
-    pub encoding: Option<EncodingArg>,
     /// Noise on each phase per sample, rms in A, in place of the recording's own
     #[arg(long, value_name = "RMS", value_parser = not_negative)]
     pub noise_a: Option<f64>,
@@ -199,8 +190,6 @@ pub enum FidelityArg {
 pub enum MethodArg {
     /// Bayesian search on the residuals themselves.
     Composite,
-    /// The bundle's emulator, no simulation.
-    Emulator,
     /// Two-step lookahead expected improvement.
     TwoStepEi,
     /// Expected improvement.
@@ -209,53 +198,14 @@ pub enum MethodArg {
     Ucb,
 }
 
-impl FidelityArg {
-    /// The same in answers.
-    pub fn of_report(self) -> Fidelity {
-        match self {
-            Self::Low => Fidelity::Low,
-            Self::High => Fidelity::High,
-        }
-    }
-}
-
 impl MethodArg {
     /// The same in answers.
     pub fn of_report(self) -> Method {
         match self {
             Self::Composite => Method::Composite,
-            Self::Emulator => Method::Emulator,
             Self::TwoStepEi => Method::TwoStepEi,
             Self::Ei => Method::Ei,
             Self::Ucb => Method::Ucb,
-        }
-    }
-}
-
-/// What a recording is reduced to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum EncodingArg {
-    /// The whole envelope.
-    Full,
-    /// The mask of informative points.
-    Points,
-    /// Means over the clusters of the map.
-    ClusterMeans,
-    /// Projections on the modes.
-    Modes,
-    /// Projections on the sensitivities.
-    Sensitivities,
-}
-
-impl EncodingArg {
-    /// The name in bundles.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Points => "points",
-            Self::ClusterMeans => "cluster-means",
-            Self::Modes => "modes",
-            Self::Sensitivities => "sensitivities",
         }
     }
 }
@@ -375,9 +325,6 @@ pub struct BuildArgs {
     /// Datasets to learn from
     #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
     pub dataset: Vec<PathBuf>,
-    /// Encoding used unless `diagnose` asks for another
-    #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
-    pub encoding: EncodingArg,
 }
 
 /// Options of `fdi bundle show`.

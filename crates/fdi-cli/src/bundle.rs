@@ -1,18 +1,41 @@
 //! The seam between the command line and the offline stage.
 
-use std::path::Path;
+use std::{fs, path::Path};
 
-use anyhow::{Result, bail};
-use fdi_core::{RootSeed, report::BundleSummary};
+use anyhow::{Context, Result, bail};
+use fdi_core::{
+    Bundle, EMBEDDED_BUNDLES, RootSeed, dataset_from_bytes, report::BundleSummary, store,
+};
 
 use crate::args::BuildArgs;
 
 /// Learns a bundle; gives the bytes of its file.
-pub(crate) fn build(_args: &BuildArgs, _seed: RootSeed) -> Result<Vec<u8>> {
-    bail!("no offline stage in this build")
+pub(crate) fn build(args: &BuildArgs, seed: RootSeed) -> Result<Vec<u8>> {
+    let mut common = None;
+    let mut datasets = Vec::new();
+    for path in &args.dataset {
+        let named = || path.display().to_string();
+        let bytes = fs::read(path).with_context(named)?;
+        let (experiment, dataset) = dataset_from_bytes(&bytes).with_context(named)?;
+        let first = common.get_or_insert_with(|| experiment.clone());
+        if *first != experiment {
+            bail!("{}: the dataset is of another experiment than the first one", named());
+        }
+        datasets.push(dataset);
+    }
+    let experiment = common.context("no dataset given")?;
+    Ok(Bundle::build(&experiment, datasets, seed)?.to_bytes())
 }
 
 /// What the bundle in `file`, or the embedded one, holds.
-pub(crate) fn summarise(_file: Option<&Path>) -> Result<BundleSummary> {
-    bail!("no bundle in this build")
+pub(crate) fn summarise(file: Option<&Path>) -> Result<BundleSummary> {
+    let (bytes, named) = match file {
+        Some(path) => {
+            let named = path.display().to_string();
+            (fs::read(path).with_context(|| named.clone())?, named)
+        }
+        None => (EMBEDDED_BUNDLES[0].bytes.to_vec(), "the embedded bundle".to_owned()),
+    };
+    let bundle = Bundle::from_bytes(&bytes).context(named)?;
+    Ok(bundle.summary(store::sha256_hex(&bytes)))
 }

@@ -1,7 +1,12 @@
 //! The seam between the command line and the diagnosis.
 
-use anyhow::{Result, bail};
-use fdi_core::{Recording, RootSeed, report::RecordDiagnosis};
+use std::{fs, sync::OnceLock};
+
+use anyhow::{Context, Result, anyhow};
+use fdi_core::{
+    Bundle, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Purpose, Recording,
+    RootSeed, report::RecordDiagnosis, store,
+};
 
 use crate::DiagnoseArgs;
 
@@ -27,6 +32,100 @@ pub trait Diagnoser: Sync {
 }
 
 /// The diagnosis that the options ask for.
-pub(crate) fn diagnoser(_args: &DiagnoseArgs, _seed: RootSeed) -> Result<Box<dyn Diagnoser>> {
-    bail!("no diagnosis in this build")
+pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn Diagnoser>> {
+    let options = DiagnoseOptions {
+        method: args.method.of_report(),
+        max_evaluations: args.max_evaluations.map(usize::from),
+        noise_a: args.noise_a,
+        seed: seed.derive(Purpose::Diagnosis, 0),
+    };
+    let bundles = match &args.bundle {
+        Some(path) => {
+            let named = path.display().to_string();
+            let bytes = fs::read(path).with_context(|| named.clone())?;
+            vec![Prepared::read(&bytes).context(named)?]
+        }
+        None => EMBEDDED_BUNDLES
+            .iter()
+            .map(|embedded| Prepared::read(embedded.bytes).context("the embedded bundle"))
+            .collect::<Result<_>>()?,
+    };
+    let rates_hz = bundles.iter().map(|one| one.bundle.experiment.filter.output_hz).collect();
+    Ok(Box::new(BundleDiagnoser { bundles, options, rates_hz }))
+}
+
+/// A bundle that is prepared when the first recording needs it.
+struct Prepared {
+    sha256: String,
+    bundle: Bundle,
+    ready: OnceLock<Result<fdi_core::Diagnoser, String>>,
+}
+
+impl Prepared {
+    fn read(bytes: &[u8]) -> Result<Self> {
+        let bundle = Bundle::from_bytes(bytes)?;
+        Ok(Self { sha256: store::sha256_hex(bytes), bundle, ready: OnceLock::new() })
+    }
+
+    fn ready(&self) -> Result<&fdi_core::Diagnoser> {
+        let prepare =
+            || fdi_core::Diagnoser::new(self.bundle.clone()).map_err(|error| error.to_string());
+        self.ready.get_or_init(prepare).as_ref().map_err(|error| anyhow!("{error}"))
+    }
+}
+
+/// Diagnoses each recording with the bundle that fits it.
+struct BundleDiagnoser {
+    bundles: Vec<Prepared>,
+    options: DiagnoseOptions,
+    rates_hz: Vec<f64>,
+}
+
+impl BundleDiagnoser {
+    /// The bundle of the recording's command; without one, the longest test that the recording
+    /// is long enough for.
+    fn fitting(&self, recording: &Recording) -> &Prepared {
+        let first = &self.bundles[0];
+        if let Some(CommandSource::Named(name)) = &recording.metadata.command {
+            let named = self.bundles.iter().find(|one| one.bundle.experiment.name == *name);
+            return named.unwrap_or(first);
+        }
+        let Ok(Current::Phases([channel, ..]) | Current::Envelope(channel)) =
+            recording.require_current()
+        else {
+            return first;
+        };
+        let length_s = match (channel.times_s().first(), channel.times_s().last()) {
+            (Some(start), Some(end)) => end - start,
+            _ => 0.0,
+        };
+        let duration = |one: &Prepared| one.bundle.experiment.scenario.duration_s;
+        // a recording ends one sample before the test's duration
+        let fits = |one: &&Prepared| duration(one) <= length_s * 1.001 + 1e-3;
+        let longest = self.bundles.iter().filter(fits);
+        longest.max_by(|a, b| duration(a).total_cmp(&duration(b))).unwrap_or(first)
+    }
+}
+
+impl Diagnoser for BundleDiagnoser {
+    fn bundle_sha256(&self) -> &str {
+        &self.bundles[0].sha256
+    }
+
+    fn knows_bundle(&self, sha256: &str) -> bool {
+        self.bundles.iter().any(|one| one.sha256 == sha256)
+    }
+
+    fn rates_hz(&self) -> &[f64] {
+        &self.rates_hz
+    }
+
+    fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis> {
+        let prepared = self.fitting(recording);
+        let mut answer = prepared.ready()?.diagnose(recording, &self.options)?;
+        if prepared.sha256 != self.bundle_sha256() {
+            answer.bundle = Some(prepared.sha256.clone());
+        }
+        Ok(answer)
+    }
 }

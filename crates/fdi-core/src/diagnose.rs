@@ -360,16 +360,13 @@ impl Run<'_> {
             spent += severe.evaluations;
             if severe.cost(&severe_likelihood) < fit.cost(&likelihood) {
                 let adequate = severe.misfit <= severe_likelihood.largest_misfit(MISFIT_DEVIATIONS);
-                return self.outcome(
-                    hypothesis,
-                    &severe_likelihood,
-                    severe,
-                    (adequate, true),
-                    spent,
-                );
+                let jacobian = self.jacobian(hypothesis, &severe.estimate)?;
+                let judged = (adequate, true);
+                return self.outcome(&severe_likelihood, severe, &jacobian, judged, spent);
             }
         }
-        self.outcome(hypothesis, &likelihood, fit, (adequate, false), spent)
+        let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
+        self.outcome(&likelihood, fit, &jacobian, (adequate, false), spent)
     }
 
     /// The paper's search on the mask. Where it ends is not where the likelihood is greatest:
@@ -401,8 +398,8 @@ impl Run<'_> {
             likelihood.linear_step(&jacobian, &residual_a).ok_or(DiagnoseError::Undetermined)?;
         let adequate = misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let fit = FitResult { estimate, residual_a, misfit, evaluations: evaluations + 1 };
-        let spent = fit.evaluations + 2 * jacobian.len() as u64;
-        let mut outcome = self.outcome(hypothesis, likelihood, fit, (adequate, false), spent)?;
+        let spent = fit.evaluations;
+        let mut outcome = self.outcome(likelihood, fit, &jacobian, (adequate, false), spent)?;
         outcome.posterior.covariance += &step * step.transpose();
         Ok(outcome)
     }
@@ -522,15 +519,14 @@ impl Run<'_> {
     /// Uncertainty and adequacy of a fit.
     fn outcome(
         &self,
-        hypothesis: &Hypothesis<'_>,
         likelihood: &Likelihood,
         fit: FitResult,
+        jacobian: &[Vec<f64>],
         (adequate, severe): (bool, bool),
         spent: u64,
     ) -> Result<Outcome, DiagnoseError> {
-        let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
         let covariance =
-            likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?;
+            likelihood.estimate_covariance(jacobian).ok_or(DiagnoseError::Undetermined)?;
         let cost = fit.cost(likelihood);
         Ok(Outcome {
             posterior: Posterior {

@@ -22,9 +22,11 @@ struct Readme;
 
 mod artefact;
 mod banded;
+mod bound;
 mod bundle;
 mod dataset;
 mod diagnose;
+mod embedded;
 mod error_model;
 mod experiment;
 mod likelihood;
@@ -41,9 +43,13 @@ pub mod store;
 
 pub use artefact::{dataset_from_bytes, dataset_to_bytes};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+pub use bound::sensor_bound_std;
 pub use bundle::{Bundle, BundleError, DEFAULT_NOISE_A, ErrorChoice, MASK_POINTS, StartAngle};
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
 pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
+/// The simulation whose types stand in this crate's interface.
+pub use ema_sim;
+pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
 pub use error_model::{ErrorModel, ErrorModelError, Trend, choose_taper};
 pub use experiment::{Experiment, Monitor};
 pub use noise_covariance::unit_noise_covariance;

@@ -238,7 +238,7 @@ impl Estimator {
 }
 
 /// `JᵀΣ⁻¹J`.
-fn information(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
+pub(crate) fn information(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
     let white: Vec<Vec<f64>> = jacobian
         .iter()
         .map(|row| {

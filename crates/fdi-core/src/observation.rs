@@ -289,7 +289,7 @@ fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
 ///
 /// A rate that is no whole multiple of the output's is first brought to the next one, straight
 /// between samples: the filter is exact for such a signal.
-fn filtered(envelope_a: &[f64], rate_hz: f64, experiment: &Experiment) -> Vec<f64> {
+pub(crate) fn filtered(envelope_a: &[f64], rate_hz: f64, experiment: &Experiment) -> Vec<f64> {
     let filter = experiment.filter;
     let multiple = rate_hz / filter.output_hz;
     let mut signal = if (multiple - multiple.round()).abs() < 1e-6 {

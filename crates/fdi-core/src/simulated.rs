@@ -1,10 +1,13 @@
 //! Recordings of simulated actuators, as a test bench would have made them.
 
-use ema_sim::{FaultCoordinates, Imperfections, PhaseSensors, PhysicalFaults, SimulationError};
+use ema_sim::{
+    FaultCoordinates, Imperfections, LowFidelity, PhaseSensors, PhysicalFaults, Scenario,
+    SimulationError,
+};
 
 use crate::{
     experiment::Experiment,
-    observation::envelope_kind,
+    observation::{envelope_kind, filtered},
     record::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording},
 };
 
@@ -21,6 +24,8 @@ pub struct SimulatedRecording {
     pub controller_seed: u64,
     /// The current sensors.
     pub sensors: PhaseSensors,
+    /// Rate of the phase samples; `None`: that of the drive's controller.
+    pub phase_rate_hz: Option<f64>,
     /// Seed of the sensors' noise.
     pub sensor_seed: u64,
     /// What the file holds.
@@ -65,10 +70,17 @@ impl SimulatedRecording {
             .high_fidelity(self.start_angle_rad, self.imperfections)?
             .with_seed(self.controller_seed);
         let mut trace = model.simulate(&PhysicalFaults::from(&self.faults));
+        if let Some(rate_hz) = self.phase_rate_hz {
+            for channel in &mut trace.phase_currents_a {
+                *channel = resampled(channel, trace.rate_hz, rate_hz);
+            }
+            trace.motor_angle_rad = resampled(&trace.motor_angle_rad, trace.rate_hz, rate_hz);
+            trace.rate_hz = rate_hz;
+        }
         let [a, b, c] = &trace.phase_currents_a;
         trace.phase_currents_a = self.sensors.measure([a, b, c], self.sensor_seed);
         let rate_hz = trace.rate_hz;
-        let mut metadata = Metadata {
+        let metadata = Metadata {
             command: Some(CommandSource::Named(experiment.name.clone())),
             rate_hz: Some(rate_hz),
             ..Metadata::default()
@@ -87,16 +99,73 @@ impl SimulatedRecording {
         }
         let pole_pairs = experiment.actuator.motor.pole_pairs;
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
-        let filtered_a = experiment.filter.apply(&envelope_a, rate_hz);
-        let output_hz = experiment.filter.output_hz;
-        metadata.rate_hz = Some(output_hz);
-        metadata.filter_hz = Some(experiment.filter.corner_hz);
-        metadata.envelope = Some(envelope_kind(experiment.envelope));
-        metadata.phase_rate_hz = Some(rate_hz);
-        if self.content == RecordedContent::Envelope {
-            metadata.start_angle_rad = Some(self.start_angle_rad);
-        }
-        let channel = Channel::uniform(ChannelName::Current, 0.0, output_hz, filtered_a)?;
-        Ok(Recording::new(name, metadata, vec![channel])?)
+        let start_angle_rad =
+            (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);
+        envelope_recording(experiment, name, (&envelope_a, rate_hz), start_angle_rad)
     }
+
+    /// Runs the low-fidelity model and records its current as the envelope; noise and converter
+    /// act on the current as they would on the conducting phase.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record_low_fidelity(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<Recording, SimulatedRecordingError> {
+        let scenario = Scenario {
+            imperfections: self.imperfections,
+            seed: self.controller_seed,
+            ..experiment.scenario.clone()
+        };
+        let model =
+            LowFidelity::new(&experiment.actuator, &scenario.turned_to(self.start_angle_rad))?;
+        let trace = model.simulate(&PhysicalFaults::from(&self.faults));
+        let rate_hz = self.phase_rate_hz.unwrap_or(trace.rate_hz);
+        let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);
+        let [current_a, ..] =
+            self.sensors.measure([&current_a, &current_a, &current_a], self.sensor_seed);
+        envelope_recording(experiment, name, (&current_a, rate_hz), Some(self.start_angle_rad))
+    }
+}
+
+/// A recording of the filtered envelope alone.
+fn envelope_recording(
+    experiment: &Experiment,
+    name: &str,
+    (envelope_a, rate_hz): (&[f64], f64),
+    start_angle_rad: Option<f64>,
+) -> Result<Recording, SimulatedRecordingError> {
+    let output_hz = experiment.filter.output_hz;
+    let metadata = Metadata {
+        command: Some(CommandSource::Named(experiment.name.clone())),
+        rate_hz: Some(output_hz),
+        filter_hz: Some(experiment.filter.corner_hz),
+        envelope: Some(envelope_kind(experiment.envelope)),
+        phase_rate_hz: Some(rate_hz),
+        start_angle_rad,
+        ..Metadata::default()
+    };
+    let filtered_a = filtered(envelope_a, rate_hz, experiment);
+    let channel = Channel::uniform(ChannelName::Current, 0.0, output_hz, filtered_a)?;
+    Ok(Recording::new(name, metadata, vec![channel])?)
+}
+
+/// A signal at another rate, straight between its samples.
+fn resampled(signal: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
+    if from_hz == to_hz {
+        return signal.to_vec();
+    }
+    let last = signal.len().saturating_sub(1);
+    let count = (last as f64 * to_hz / from_hz).floor() as usize + 1;
+    (0..count)
+        .map(|n| {
+            let place = (n as f64 * from_hz / to_hz).min(last as f64);
+            let before = (place.floor() as usize).min(last.saturating_sub(1));
+            let share = place - before as f64;
+            signal[before] + share * (signal[(before + 1).min(last)] - signal[before])
+        })
+        .collect()
 }

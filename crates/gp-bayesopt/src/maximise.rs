@@ -30,7 +30,7 @@ pub struct Maximiser {
     pub candidates: usize,
     /// Candidates that are refined.
     pub restarts: usize,
-    /// Evaluations with gradient for each refinement.
+    /// Evaluations with gradient for the leading refinement, a third of them for each other.
     pub evaluations: usize,
     /// Seed of the candidates.
     pub seed: u64,
@@ -149,7 +149,7 @@ impl Maximiser {
                     *m = block.mean[o * block.count + i];
                 }
                 let cumulants = Cumulants::of(&mean, &signal, block.share[i]);
-                rated.push((ln_improvement(&cumulants, best_norm).value, unit.clone()));
+                rated.push((ln_improvement(&cumulants, best_norm), unit.clone()));
             }
         }
         if rated.iter().all(|(value, _)| *value == f64::NEG_INFINITY) {
@@ -222,13 +222,24 @@ impl Maximiser {
             first_step: 0.02,
         };
         let walls = bounds.unit_walls();
+        let climb = |start: &[f64], evaluations: usize| {
+            let limits = Limits { evaluations, ..limits };
+            minimise(&slope, start, (&walls.0, &walls.1), limits)
+        };
+        // every start a little, then the leader to the end
+        let short = self.evaluations.div_ceil(3);
         for (_, start) in rated.iter().take(restarts) {
-            let found = minimise(&slope, start, (&walls.0, &walls.1), limits);
-            if let Some(found) = found
+            if let Some(found) = climb(start, short)
                 && -found.value > value
             {
                 (value, unit) = (-found.value, found.point);
             }
+        }
+        if restarts > 0
+            && let Some(found) = climb(&unit, self.evaluations)
+            && -found.value > value
+        {
+            (value, unit) = (-found.value, found.point);
         }
         let unit = bounds.wrap_unit(unit);
         Proposal { point: bounds.at_unit(&unit), value }

@@ -132,6 +132,19 @@ mod tests {
         assert_eq!(points[3], [0.25, 0.75, 0.75]);
     }
 
+    #[test]
+    fn versus_scipy_points() {
+        let table = include_str!("../../../fixtures/references/scipy/sobol.csv");
+        let mut sobol = Sobol::plain(MAX_INPUTS).unwrap();
+        let points: Vec<_> = (0..1024).map(|_| sobol.next_point()).collect();
+        for line in table.lines() {
+            let row: Vec<usize> = line.split(',').map(|v| v.parse().unwrap()).collect();
+            let ours: Vec<usize> =
+                points[row[0]].iter().map(|u| (u * f64::from(1_u32 << 30)) as usize).collect();
+            assert_eq!(ours, row[1..], "point {}", row[0]);
+        }
+    }
+
     /// Every prefix of 2^m points has one point in each slice of 2^-m, for
     /// any scrambling.
     #[test]

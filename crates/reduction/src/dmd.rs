@@ -308,41 +308,35 @@ impl Reduced {
         let mut exact = self.image.times(&self.vectors);
         // Y'·V·Σ⁻¹·w = λ·υ: with λ lost in rounding there is no direction in it.
         let floor = self.image.frobenius_norm() * self.left.rows() as f64 * f64::EPSILON;
-        for index in 0..exact.columns() {
-            let width = self.partner(index).map_or(1.0, |_| std::f64::consts::SQRT_2);
-            if norm(exact.column(index)) <= floor * width
-                && self.partner(index).is_none_or(|other| norm(exact.column(other)) <= floor)
-            {
-                exact.column_mut(index).copy_from_slice(projected.column(index));
+        for unit in units(&self.eigenvalues) {
+            if unit.clone().all(|column| norm(exact.column(column)) <= floor) {
+                for column in unit {
+                    exact.column_mut(column).copy_from_slice(projected.column(column));
+                }
             }
         }
         exact
     }
 
-    /// The other column of a pair.
-    fn partner(&self, index: usize) -> Option<usize> {
-        match pair_position(&self.eigenvalues, index) {
-            PairPosition::Real => None,
-            PairPosition::First => Some(index + 1),
-            PairPosition::Second => Some(index - 1),
-        }
-    }
-
     /// Gives each mode unit Euclidean norm.
     fn normalise(&self, modes: &mut Matrix) {
-        for index in 0..modes.columns() {
-            let (length, width) = match pair_position(&self.eigenvalues, index) {
-                PairPosition::Real => (norm(modes.column(index)), 1),
-                PairPosition::First => {
-                    (norm(modes.column(index)).hypot(norm(modes.column(index + 1))), 2)
-                }
-                PairPosition::Second => continue,
-            };
-            for column in index..index + width {
+        for unit in units(&self.eigenvalues) {
+            let length =
+                unit.clone().map(|column| norm(modes.column(column))).fold(0.0, f64::hypot);
+            for column in unit {
                 modes.column_mut(column).iter_mut().for_each(|value| *value /= length);
             }
         }
     }
+}
+
+/// The packed columns of each real mode and of each pair.
+fn units(eigenvalues: &[Complex]) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+    (0..eigenvalues.len()).filter_map(|index| match pair_position(eigenvalues, index) {
+        PairPosition::Real => Some(index..index + 1),
+        PairPosition::First => Some(index..index + 2),
+        PairPosition::Second => None,
+    })
 }
 
 /// First indices of the real eigenvalues and pairs, in the order of the

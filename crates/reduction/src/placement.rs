@@ -165,3 +165,75 @@ impl Information {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Optimality, greedy, qdeim, uniform};
+    use crate::{Matrix, NoiseCovariance, NoiseModel};
+
+    const LOCATIONS: usize = 14;
+
+    fn covariance(one: usize, other: usize) -> f64 {
+        (1.0 + 0.05 * one as f64)
+            * (1.0 + 0.05 * other as f64)
+            * 0.7_f64.powf(one.abs_diff(other) as f64)
+    }
+
+    fn sensitivity(row: usize, column: usize) -> f64 {
+        (0.9 * row as f64 + 1.3 * column as f64).sin() + 0.1 * row as f64
+    }
+
+    /// Information of a set with the prior of `Information::new`, from scratch.
+    fn information(set: &[usize]) -> [f64; 3] {
+        let count = set.len();
+        let noise = Matrix::from_fn(count, count, |a, b| covariance(set[a], set[b])).unwrap();
+        let noise = NoiseCovariance::new(&NoiseModel::Dense(noise), count, 0.0).unwrap();
+        let rows = Matrix::from_fn(count, 2, |a, column| sensitivity(set[a], column)).unwrap();
+        let whitened = noise.whiten(&rows).unwrap();
+        let gram = whitened.transposed_times(&whitened);
+        [gram.get(0, 0) + 1e-9, gram.get(0, 1), gram.get(1, 1) + 1e-9]
+    }
+
+    fn worth(set: &[usize], optimality: Optimality) -> f64 {
+        let [a, b, c] = information(set);
+        let determinant = a * c - b * b;
+        match optimality {
+            Optimality::D => determinant,
+            Optimality::A => -(a + c) / determinant,
+        }
+    }
+
+    #[test]
+    fn greedy_choice_equals_the_choice_by_recomputation() {
+        let dense = Matrix::from_fn(LOCATIONS, LOCATIONS, covariance).unwrap();
+        let noise = NoiseCovariance::new(&NoiseModel::Dense(dense), LOCATIONS, 0.0).unwrap();
+        let rows = Matrix::from_fn(LOCATIONS, 2, sensitivity).unwrap();
+        for optimality in [Optimality::A, Optimality::D] {
+            let chosen = greedy(&rows, Some(&noise), 6, optimality);
+            // From the second on: the first compares numbers of the size of the prior.
+            for step in 1..6 {
+                let best =
+                    (0..LOCATIONS).filter(|at| !chosen[..step].contains(at)).max_by(|&a, &b| {
+                        let with = |at| worth(&[&chosen[..step], &[at]].concat(), optimality);
+                        with(a).total_cmp(&with(b))
+                    });
+                assert_eq!(best, Some(chosen[step]), "{optimality:?} step {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn closed_form_pivots_of_unit_modes() {
+        // Two modes that live on one location each, the second weaker.
+        let modes = Matrix::from_columns(&[[0.0, 1.0, 0.1, 0.0], [0.0, 0.0, 0.0, 0.9]]).unwrap();
+        assert_eq!(qdeim(&modes, 2), [1, 3]);
+        // A third location beyond the modes: the greatest leverage left.
+        assert_eq!(qdeim(&modes, 3), [1, 3, 2]);
+    }
+
+    #[test]
+    fn uniform_locations_keep_half_a_step_from_the_ends() {
+        assert_eq!(uniform(100, 4), [12, 37, 62, 87]);
+        assert_eq!(uniform(5, 5), [0, 1, 2, 3, 4]);
+    }
+}

@@ -172,12 +172,9 @@ impl Batch<'_> {
     /// Refuses an answer of an earlier run that these options would not give.
     fn accepts(&self, answer: &Answer, args: &DiagnoseArgs) -> Result<()> {
         let Answer::Diagnosed(record) = answer else { return Ok(()) };
-        let (method, fidelity) = (args.method.of_report(), args.fidelity.of_report());
+        let method = args.method.of_report();
         if record.method != method {
             bail!("was made with the method `{}`, now it is `{method}`", record.method);
-        }
-        if record.fidelity != fidelity {
-            bail!("was made with the fidelity `{}`, now it is `{fidelity}`", record.fidelity);
         }
         match record.bundle.as_deref() {
             Some(bundle) if !self.diagnoser.knows_bundle(bundle) => {

@@ -82,23 +82,28 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, RecordError> {
         return Err(RecordError::UnknownFormat);
     };
     let file = File::open(path).map_err(unreadable)?;
-    let raw = read_limited(file).map_err(unreadable)?;
+    let raw = read_up_to(LIMIT_BYTES, file).map_err(unreadable)?;
+    unpack(raw, packing, LIMIT_BYTES)
+}
+
+/// The text in the bytes of a file.
+fn unpack(raw: Vec<u8>, packing: Packing, limit_bytes: u64) -> Result<Vec<u8>, RecordError> {
     let bytes = if packing == Packing::Gzip || raw.starts_with(&GZIP_MAGIC) {
         let decoder = MultiGzDecoder::new(BufReader::new(raw.as_slice()));
-        read_limited(decoder).map_err(|source| RecordError::Gzip { source })?
+        read_up_to(limit_bytes, decoder).map_err(|source| RecordError::Gzip { source })?
     } else {
         raw
     };
-    if bytes.len() as u64 > LIMIT_BYTES {
-        return Err(RecordError::TooLarge { limit_bytes: LIMIT_BYTES });
+    if bytes.len() as u64 > limit_bytes {
+        return Err(RecordError::TooLarge { limit_bytes });
     }
     Ok(bytes)
 }
 
 /// Reads to the end or to one byte past the limit.
-fn read_limited(from: impl Read) -> io::Result<Vec<u8>> {
+fn read_up_to(limit_bytes: u64, from: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    from.take(LIMIT_BYTES + 1).read_to_end(&mut bytes)?;
+    from.take(limit_bytes + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -112,6 +117,19 @@ fn unreadable(source: io::Error) -> RecordError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_unpacks_to_too_much_is_refused_before_it_does() {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        io::Write::write_all(&mut encoder, &vec![b' '; 100_000]).unwrap();
+        let bomb = encoder.finish().unwrap();
+        assert!(bomb.len() < 1000);
+        let error = unpack(bomb.clone(), Packing::Gzip, 1000).unwrap_err();
+        assert_eq!(error.to_string(), "more than 1000 bytes of text");
+        assert_eq!(unpack(bomb, Packing::Gzip, 100_000).unwrap().len(), 100_000);
+        let plain = unpack(vec![b' '; 1001], Packing::Plain, 1000).unwrap_err();
+        assert!(matches!(plain, RecordError::TooLarge { limit_bytes: 1000 }));
+    }
 
     #[test]
     fn knows_recordings_by_their_names() {

@@ -73,7 +73,7 @@ impl NormImprovement {
         }
         check_incumbent(best_norm)?;
         let variance: Vec<f64> = std.iter().map(|s| s * s).collect();
-        Ok(ln_improvement(&Cumulants::of(mean, &variance, 1.0), best_norm).value)
+        Ok(ln_improvement(&Cumulants::of(mean, &variance, 1.0), best_norm))
     }
 
     /// `EI` of a prediction with one variance for all outputs, in the closed
@@ -100,7 +100,7 @@ impl NormImprovement {
         let t = (best_norm / std).powi(2);
         let cdf = |k: f64| {
             let parts = Cumulants { a: k + lambda, b: k + 2.0 * lambda, c: k + 3.0 * lambda };
-            libm::exp(ln_distribution(&parts.constants(), Dual::constant(t)).value)
+            libm::exp(Transform::new(parts.constants()).ln_value(t))
         };
         Ok(std * std * (t * cdf(k) - k * cdf(k + 2.0) - lambda * cdf(k + 4.0)))
     }
@@ -167,44 +167,96 @@ impl Cumulants {
     }
 }
 
-/// `ln F(q)`.
-fn ln_distribution([a, b, c]: &[Dual; 3], q: Dual) -> Dual {
-    let one = Dual::constant(1.0);
-    let half = Dual::constant(0.5);
-    let h = (one - Dual::constant(2.0 / 3.0) * *a * *c / (*b * *b)).at_least(MIN_EXPONENT);
-    let p = *b / (*a * *a);
-    let m = (h - one) * (one - Dual::constant(3.0) * h);
-    let centre = one + h * p * (h - one - half * (Dual::constant(2.0) - h) * m * p);
-    let spread = h * (Dual::constant(2.0) * p).sqrt() * (one + half * m * p);
-    let power = (h * (q / *a).ln()).exp();
-    ((power - centre) / spread).ln_distribution()
+/// The power transformation that makes `Q` nearly normal.
+#[derive(Clone, Copy, Debug)]
+struct Transform {
+    a: Dual,
+    h: Dual,
+    centre: Dual,
+    spread: Dual,
+}
+
+impl Transform {
+    fn new([a, b, c]: [Dual; 3]) -> Self {
+        let one = Dual::constant(1.0);
+        let half = Dual::constant(0.5);
+        let h = (one - Dual::constant(2.0 / 3.0) * a * c / (b * b)).at_least(MIN_EXPONENT);
+        let p = b / (a * a);
+        let m = (h - one) * (one - Dual::constant(3.0) * h);
+        let centre = one + h * p * (h - one - half * (Dual::constant(2.0) - h) * m * p);
+        let spread = h * (Dual::constant(2.0) * p).sqrt() * (one + half * m * p);
+        Self { a, h, centre, spread }
+    }
+
+    /// `ln F(q)` with derivatives.
+    fn ln_distribution(&self, q: f64) -> Dual {
+        let power = (self.h * (Dual::constant(q) / self.a).ln()).exp();
+        ((power - self.centre) / self.spread).ln_distribution()
+    }
+
+    /// `ln F(q)` alone.
+    fn ln_value(&self, q: f64) -> f64 {
+        let power = libm::exp(self.h.value * libm::log(q / self.a.value));
+        crate::normal::ln_distribution((power - self.centre.value) / self.spread.value)
+    }
+
+    /// Power law of `F` at `q₀`, from a small relative step.
+    fn exponent(&self, q0: f64) -> f64 {
+        let step = 1e-3;
+        ((self.ln_value(q0) - self.ln_value(q0 * (1.0 - step))) / step).max(0.0)
+    }
+}
+
+/// Points and weights of the integral: with `w = v^(1/(β+1))`, `q = q₀·w` and
+/// `dw = w^(−β)/(β+1) dv`.
+fn nodes(q0: f64, exponent: f64) -> [(f64, f64); 8] {
+    LEGENDRE.map(|(node, weight)| {
+        let ln_w = libm::log(node) / (exponent + 1.0);
+        (q0 * libm::exp(ln_w), weight * libm::exp(-exponent * ln_w))
+    })
+}
+
+/// A belief that is certain up to rounding.
+fn certain(cumulants: &Cumulants) -> bool {
+    cumulants.b <= 1e-28 * cumulants.a * cumulants.a
+}
+
+/// `ln EI`.
+pub(crate) fn ln_improvement(cumulants: &Cumulants, best_norm: f64) -> f64 {
+    let q0 = best_norm * best_norm;
+    if q0 == 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    if certain(cumulants) {
+        return libm::log((q0 - cumulants.a).max(0.0));
+    }
+    let transform = Transform::new(cumulants.constants());
+    let ln_at_best = transform.ln_value(q0);
+    let exponent = transform.exponent(q0);
+    let terms = nodes(q0, exponent);
+    let sum: f64 =
+        terms.iter().map(|(q, w)| w * libm::exp(transform.ln_value(*q) - ln_at_best)).sum();
+    libm::log(q0) - libm::log1p(exponent) + ln_at_best + libm::log(sum)
 }
 
 /// `ln EI` with its derivatives by the cumulants.
-pub(crate) fn ln_improvement(cumulants: &Cumulants, best_norm: f64) -> Dual {
+fn ln_improvement_with_slope(cumulants: &Cumulants, best_norm: f64) -> Dual {
     let q0 = best_norm * best_norm;
     let nothing = Dual::constant(f64::NEG_INFINITY);
     if q0 == 0.0 {
         return nothing;
     }
-    if cumulants.b <= 1e-28 * cumulants.a * cumulants.a {
-        // certain up to rounding
+    if certain(cumulants) {
         let gain = Dual::constant(q0) - Dual::variable(cumulants.a, 0);
         return if gain.value > 0.0 { gain.ln() } else { nothing };
     }
-    let parts = cumulants.variables();
-    let ln_at_best = ln_distribution(&parts, Dual::constant(q0));
-    // power law of F at q₀, from a small relative step
-    let step = 1e-3;
-    let inside = ln_distribution(&parts, Dual::constant(q0 * (1.0 - step)));
-    let exponent = ((ln_at_best.value - inside.value) / step).max(0.0);
+    let transform = Transform::new(cumulants.variables());
+    let ln_at_best = transform.ln_distribution(q0);
+    let exponent = transform.exponent(q0);
     let mut sum = Dual::constant(0.0);
-    for (node, weight) in LEGENDRE {
-        // w = v^(1/(β+1)), dw = w^(−β)/(β+1) dv
-        let ln_w = libm::log(node) / (exponent + 1.0);
-        let q = Dual::constant(q0 * libm::exp(ln_w));
-        let ln_term = ln_distribution(&parts, q) - ln_at_best;
-        sum = sum + Dual::constant(weight * libm::exp(-exponent * ln_w)) * ln_term.exp();
+    for (q, weight) in nodes(q0, exponent) {
+        let ln_term = transform.ln_distribution(q) - ln_at_best;
+        sum = sum + Dual::constant(weight) * ln_term.exp();
     }
     Dual::constant(libm::log(q0) - libm::log1p(exponent)) + ln_at_best + sum.ln()
 }
@@ -217,7 +269,8 @@ pub(crate) fn ln_with_slope(
     best_norm: f64,
 ) -> (f64, Vec<f64>) {
     let share = belief.share;
-    let ln = ln_improvement(&Cumulants::of(&belief.mean, signal, share), best_norm);
+    let cumulants = Cumulants::of(&belief.mean, signal, share);
+    let ln = ln_improvement_with_slope(&cumulants, best_norm);
     let [by_a, by_b, by_c] = ln.slope;
     let mut by_share = 0.0;
     let mut by_mean = Vec::with_capacity(signal.len());

@@ -455,6 +455,12 @@ impl GaussianProcess {
         self.signal_std().iter().map(|s| s * ratio.sqrt()).collect()
     }
 
+    /// Prior mean `m_o` of each output.
+    pub fn prior_mean(&self) -> Vec<f64> {
+        let scaling = self.data.scaling.iter();
+        scaling.zip(&self.solved.mean).map(|(s, m)| s.centre + s.spread * m).collect()
+    }
+
     /// Prior standard deviation `s_o` of each output.
     pub fn signal_std(&self) -> Vec<f64> {
         let scaling = self.data.scaling.iter();

@@ -3,5 +3,8 @@
 
 mod baselines;
 mod gradients;
+mod references;
+mod robust;
+mod sampling;
 mod solver;
 mod study;

@@ -1,8 +1,8 @@
 //! The ask-and-tell loop.
 
 use gp_bayesopt::{
-    Ask, Bounds, Confidence, Criterion, Design, Fantasies, Outcome, StopReason, Study,
-    StudyOptions, Told,
+    Ask, Bounds, Confidence, Criterion, Design, Fantasies, Outcome, RunError, Stall, StopReason,
+    Study, StudyOptions, Told,
 };
 
 fn bowl(x: &[f64]) -> f64 {
@@ -180,4 +180,61 @@ fn outcomes_of_another_kind_are_refused() {
     study.tell(&[0.5, 0.5], Outcome::Residual(vec![1.0, 2.0])).unwrap();
     assert!(study.tell(&[0.5, 0.6], Outcome::Residual(vec![1.0])).is_err());
     assert!(study.tell(&[0.5, 0.6], Outcome::Value(1.0)).is_err());
+}
+
+#[test]
+fn a_study_without_progress_stalls() {
+    let mut options = options(Criterion::ExpectedImprovement);
+    options.budget = 60;
+    options.stall = Some(Stall { evaluations: 5, relative_gain: 1e-3 });
+    let design = options.design_points;
+    let mut study = Study::new(options).unwrap();
+    // the first value is the best for good
+    let mut next = 0.0;
+    let stop = study.run(|_| {
+        next += 1.0;
+        Ok::<_, std::convert::Infallible>(Outcome::Value(next))
+    });
+    assert_eq!(stop.unwrap(), StopReason::Stalled);
+    assert_eq!(study.evaluations(), design + 5);
+}
+
+#[test]
+fn an_objective_that_fails_hands_its_error_on() {
+    #[derive(Debug, thiserror::Error)]
+    #[error("no licence")]
+    struct NoLicence;
+    let mut study = Study::new(options(Criterion::ExpectedImprovement)).unwrap();
+    let mut calls = 0;
+    let result = study.run(|x| {
+        calls += 1;
+        if calls > 6 { Err(NoLicence) } else { Ok(Outcome::Value(bowl(x))) }
+    });
+    let Err(RunError::Objective { evaluations: 6, .. }) = result else { panic!("{result:?}") };
+    assert_eq!(study.evaluations(), 6);
+}
+
+/// FREEDOM paper, eq. 13, and theorem 1 of Srinivas et al. for d = 7, n = 10, δ = 0.1:
+/// 2·ln(7·100·π²/0.6) = 2·ln 11514.5 = 18.7027.
+#[test]
+fn published_confidence_weights() {
+    let printed = Confidence::Printed.weight(10, 7);
+    assert!((printed - 7.164_484e-4).abs() < 1e-9, "{printed}");
+    let srinivas = Confidence::Srinivas { delta: 0.1 }.weight(10, 7);
+    assert!((srinivas * srinivas - 18.703).abs() < 1e-3, "{srinivas}");
+}
+
+#[test]
+fn a_checkpoint_of_another_shape_is_refused() {
+    let options = options(Criterion::ExpectedImprovement);
+    let mut study = Study::new(options.clone()).unwrap();
+    study.tell(&[0.2, 0.3], Outcome::Value(1.0)).unwrap();
+    let mut state = study.state().clone();
+    state.outcomes.clear();
+    assert!(Study::resume(options.clone(), state.clone()).is_err());
+    state.outcomes = vec![Outcome::Residual(vec![1.0, 2.0])];
+    assert!(Study::resume(options.clone(), state.clone()).is_err());
+    state.outcomes = vec![Outcome::Value(1.0)];
+    state.points = vec![vec![0.1]];
+    assert!(Study::resume(options, state).is_err());
 }

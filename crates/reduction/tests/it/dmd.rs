@@ -107,6 +107,26 @@ fn a_mode_that_vanishes_keeps_its_direction() {
 }
 
 #[test]
+fn a_nilpotent_operator_gives_unit_modes() {
+    // e_0 → e_1 → e_2 → 0: three eigenvalues 0 with one eigenvector.
+    let mut columns = [[0.0; 6]; 4];
+    for (step, column) in columns.iter_mut().take(3).enumerate() {
+        column[step] = 1.0 + step as f64;
+    }
+    let snapshots = Snapshots::from_columns(&columns).unwrap();
+    for kind in [DmdKind::Projected, DmdKind::Exact] {
+        let dmd = Dmd::fit(&snapshots, &full(kind)).unwrap();
+        assert_eq!(dmd.rank(), 3);
+        for index in 0..3 {
+            // A triple eigenvalue moves by the cube root of rounding.
+            assert!(dmd.eigenvalues()[index].modulus() < 1e-4, "{kind:?}");
+            let norm = dmd.mode(index).iter().map(|v| v.modulus().powi(2)).sum::<f64>().sqrt();
+            assert!((norm - 1.0).abs() < 1e-12, "{kind:?} mode {index} has norm {norm}");
+        }
+    }
+}
+
+#[test]
 fn the_order_of_snapshots_matters() {
     let (snapshots, _) = two_mode_field();
     let mut order: Vec<usize> = (0..20).collect();

@@ -158,7 +158,7 @@ pub(super) fn section(reference: &Reference<'_>, cases: &[BoundCase]) -> Result<
     let everywhere = largest(&default.worst_inflation());
     writeln!(
         page,
-        "\nThe default encoding (modes, 30) inflates the bound of no fault by more than {worst:.3} in the\n\
+        "\nThirty modes inflate the bound of no fault by more than {worst:.3} in the\n\
          median of the cases (asked for: {DEFAULT_BAR}, {}), and by {everywhere:.3} in the worst case of the worst fault.",
         if worst <= DEFAULT_BAR { "met" } else { "**missed**" }
     )?;
@@ -223,6 +223,7 @@ pub(super) fn figure_section(reference: &Reference<'_>) -> Result<String> {
          the share of the extrema with a point within half a uniform step.\n\n\
          | seed | extrema | distance | by chance | extrema with a point |\n|--:|--:|--:|--:|--:|\n",
     );
+    let (mut found, mut by_chance) = (0.0, 0.0);
     for seed in 0..SEEDS {
         let config = paper_config(seed);
         let map = CompressionMap::fit(&reference.snapshots.into(), &config)?;
@@ -235,7 +236,15 @@ pub(super) fn figure_section(reference: &Reference<'_>) -> Result<String> {
             figure.mean_distance_by_chance(),
             figure.extrema_covered(locations / (2 * config.count)),
         )?;
+        found += figure.mean_distance_to_extremum() / SEEDS as f64;
+        by_chance += figure.mean_distance_by_chance() / SEEDS as f64;
     }
+    let verdict = if found < 0.5 * by_chance { "do" } else { "do not" };
+    writeln!(
+        page,
+        "\nOver the seeds the points are {found:.1} samples from an extremum, {by_chance:.1} by chance: on\n\
+         these signals, with the scaling of decision 0022, they {verdict} gather on the extrema of the first mode."
+    )?;
     Ok(page)
 }
 

@@ -1,0 +1,59 @@
+//! The Cramér-Rao bound: what no unbiased estimate can beat.
+
+use ema_sim::{FAULT_COUNT, FaultCoordinates};
+
+use crate::{
+    banded::{BandedMatrix, NotPositiveDefinite},
+    bundle::BundleError,
+    experiment::Experiment,
+    likelihood::information,
+    noise_covariance::unit_noise_covariance,
+};
+
+/// Differences for the bound's derivatives.
+const STEP: f64 = 1e-3;
+
+/// Standard deviations of the coordinates looked for that white noise on each phase sample
+/// allows at best, on the filtered envelope, the monitor and the start angle known.
+///
+/// ```text
+/// sd_i = √[(JᵀΣ⁻¹J)⁻¹]_ii,    Σ = a²·C
+/// ```
+///
+/// Coordinates not looked for are `None`. `noise_a` includes quantisation, `√(a² + LSB²/12)`.
+///
+/// # Errors
+///
+/// [`BundleError`] when the experiment cannot be simulated.
+pub fn sensor_bound_std(
+    experiment: &Experiment,
+    coordinates: &FaultCoordinates,
+    start_angle_rad: f64,
+    (noise_a, phase_rate_hz): (f64, f64),
+) -> Result<[Option<f64>; FAULT_COUNT], BundleError> {
+    let mut monitor = experiment.monitor(start_angle_rad)?;
+    let sought = experiment.sought_indices();
+    let jacobian: Vec<Vec<f64>> = sought
+        .iter()
+        .map(|&index| {
+            let mut side = |sign: f64| {
+                let mut moved = *coordinates;
+                moved.0[index] += sign * STEP;
+                monitor.signal(&moved)
+            };
+            let (up, down) = (side(1.0), side(-1.0));
+            up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
+        })
+        .collect();
+    let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, experiment.samples());
+    let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
+    noise.add_scaled(noise_a * noise_a, &unit);
+    let factor = noise.cholesky()?;
+    let covariance = information(&factor, &jacobian).try_inverse();
+    let covariance = covariance.ok_or(NotPositiveDefinite { row: 0, pivot: 0.0 })?;
+    let mut bound = [None; FAULT_COUNT];
+    for (place, &index) in sought.iter().enumerate() {
+        bound[index] = Some(covariance[(place, place)].sqrt());
+    }
+    Ok(bound)
+}

@@ -1,0 +1,297 @@
+//! The reference datasets, the embedded bundles and the committed recordings.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+    thread,
+};
+
+use anyhow::{Context, Result, bail};
+use fdi_core::{
+    Bundle, CsvFormat, Dataset, DatasetRequest, Experiment, Purpose, RecordedContent,
+    ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes,
+    ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
+    store,
+};
+use serde::{Deserialize, Serialize};
+
+/// Root seed of everything made here.
+const SEED: u64 = 20_231;
+/// Noise on each phase sample of the committed recordings, A.
+const FIXTURE_NOISE_A: f64 = 0.020;
+
+/// The designs of an experiment's bundle, with their sizes.
+fn designs(experiment: &Experiment) -> &'static [(ReferenceDesign, usize)] {
+    match experiment.name.as_str() {
+        "sine" => &[(ReferenceDesign::Incipient, 100), (ReferenceDesign::Sparse, 50)],
+        _ => &[
+            (ReferenceDesign::Incipient, 100),
+            (ReferenceDesign::Sparse, 100),
+            (ReferenceDesign::Turned, 300),
+            (ReferenceDesign::TurnedSparse, 150),
+            (ReferenceDesign::Wide, 100),
+        ],
+    }
+}
+
+/// What was made, with hashes: committed, and compared by `--check`.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Manifest {
+    seed: u64,
+    dataset: Vec<DatasetEntry>,
+    bundle: Vec<BundleEntry>,
+    recording: Vec<RecordingEntry>,
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct DatasetEntry {
+    command: String,
+    model: String,
+    design: String,
+    controller_noise: bool,
+    digitisation: bool,
+    conditions: usize,
+    sha256: String,
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct BundleEntry {
+    command: String,
+    bytes: usize,
+    sha256: String,
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct RecordingEntry {
+    name: String,
+    sha256: String,
+}
+
+/// A file that belongs in the repository or beside it.
+struct Product {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+/// Makes everything anew, or with `check` compares it with what is committed.
+pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
+    let (manifest, products, scratch) = make(root)?;
+    let manifest_path = root.join("fixtures/datasets/manifest.toml");
+    if check {
+        let text = fs::read_to_string(&manifest_path).with_context(|| {
+            format!("{}: run `cargo xtask gen-dataset`", manifest_path.display())
+        })?;
+        let stored: Manifest = toml::from_str(&text)?;
+        compare(&stored, &manifest)?;
+        for product in &products {
+            let found =
+                fs::read(&product.path).with_context(|| product.path.display().to_string())?;
+            if found != product.bytes {
+                bail!("{}: differs from what is made now", product.path.display());
+            }
+        }
+        return Ok(());
+    }
+    for product in products.iter().chain(&scratch) {
+        if let Some(folder) = product.path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        fs::write(&product.path, &product.bytes)
+            .with_context(|| product.path.display().to_string())?;
+    }
+    fs::create_dir_all(root.join("fixtures/datasets"))?;
+    fs::write(manifest_path, toml::to_string_pretty(&manifest)?)?;
+    Ok(())
+}
+
+/// Names the first entry that differs.
+fn compare(stored: &Manifest, made: &Manifest) -> Result<()> {
+    for (was, is) in stored.dataset.iter().zip(&made.dataset) {
+        if was != is {
+            bail!("dataset `{}` of `{}` differs: {was:?} is now {is:?}", is.design, is.command);
+        }
+    }
+    for (was, is) in stored.bundle.iter().zip(&made.bundle) {
+        if was != is {
+            bail!("bundle `{}` differs: {was:?} is now {is:?}", is.command);
+        }
+    }
+    for (was, is) in stored.recording.iter().zip(&made.recording) {
+        if was != is {
+            bail!("recording `{}` differs: {was:?} is now {is:?}", is.name);
+        }
+    }
+    if stored != made {
+        bail!("the manifest has other entries or another seed than what is made now");
+    }
+    Ok(())
+}
+
+/// Everything in memory: the manifest, what is committed, and the dataset files beside.
+fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
+    let jobs = thread::available_parallelism().map_or(1, usize::from);
+    let mut manifest =
+        Manifest { seed: SEED, dataset: Vec::new(), bundle: Vec::new(), recording: Vec::new() };
+    let (mut products, mut scratch) = (Vec::new(), Vec::new());
+    for experiment in [Experiment::chirp(), Experiment::sine()] {
+        let mut of_bundle = Vec::new();
+        for imperfections in [Imperfections::REAL, Imperfections::NONE] {
+            for &(design, conditions) in designs(&experiment) {
+                let request =
+                    DatasetRequest { design, conditions, seed: SEED, imperfections, jobs };
+                let dataset = Dataset::generate(&experiment, &request)?;
+                manifest.dataset.push(entry(&experiment, &dataset));
+                let kind = if imperfections == Imperfections::REAL { "real" } else { "ideal" };
+                let file = format!("{}-{}-{kind}.fdi-dataset", experiment.name, design.name());
+                scratch.push(Product {
+                    path: root.join("target/datasets").join(file),
+                    bytes: dataset_to_bytes(&experiment, &dataset),
+                });
+                if imperfections == Imperfections::REAL {
+                    of_bundle.push(dataset);
+                }
+            }
+        }
+        let bytes = Bundle::build(&experiment, of_bundle, RootSeed(SEED))?.to_bytes();
+        manifest.bundle.push(BundleEntry {
+            command: experiment.name.clone(),
+            bytes: bytes.len(),
+            sha256: store::sha256_hex(&bytes),
+        });
+        let file = format!("{}.fdi-bundle", experiment.name);
+        products.push(Product { path: root.join("crates/fdi-core/bundles").join(file), bytes });
+    }
+    for product in recordings(&root.join("fixtures/recordings"))? {
+        let name = product.path.file_name().map(|name| name.to_string_lossy().into_owned());
+        manifest.recording.push(RecordingEntry {
+            name: name.unwrap_or_default(),
+            sha256: store::sha256_hex(&product.bytes),
+        });
+        products.push(product);
+    }
+    Ok((manifest, products, scratch))
+}
+
+fn entry(experiment: &Experiment, dataset: &Dataset) -> DatasetEntry {
+    DatasetEntry {
+        command: experiment.name.clone(),
+        model: experiment.model_name.clone(),
+        design: dataset.design.name().to_owned(),
+        controller_noise: dataset.imperfections.controller_noise,
+        digitisation: dataset.imperfections.digitisation,
+        conditions: dataset.conditions.len(),
+        sha256: dataset.sha256(),
+    }
+}
+
+/// A committed recording: its damage, start angle and content.
+struct Fixture {
+    experiment: Experiment,
+    levels: [f64; 7],
+    start_angle_rad: f64,
+    content: RecordedContent,
+}
+
+/// The committed recordings, in order. Levels come from the seed; what is fixed is which faults
+/// are there.
+fn fixtures() -> Vec<Fixture> {
+    let root = RootSeed(SEED);
+    let mut drawn = 0;
+    let mut unit = || {
+        drawn += 1;
+        (root.derive(Purpose::Fixture, drawn) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let chirp = |levels: [f64; 7]| Fixture {
+        experiment: Experiment::chirp(),
+        levels,
+        start_angle_rad: 0.0,
+        content: RecordedContent::Phases,
+    };
+    let healthy = HealthState::HEALTHY.levels();
+    let mut all: Vec<Fixture> = (0..3).map(|_| chirp(healthy)).collect();
+    // each fault alone, three of them between 0.010 and 0.015
+    for fault in 0..6 {
+        let mut levels = healthy;
+        let slight = fault % 2 == 0;
+        levels[fault] = if slight { 0.010 + 0.005 * unit() } else { 0.015 + 0.035 * unit() };
+        levels[6] = unit();
+        all.push(chirp(levels));
+    }
+    // combinations of incipient faults
+    for _ in 0..10 {
+        let mut levels = healthy;
+        for level in &mut levels[..6] {
+            let present = unit() < 0.6;
+            let value = 0.010 + 0.040 * unit();
+            *level = if present { value } else { 0.0 };
+        }
+        levels[6] = unit();
+        all.push(chirp(levels));
+    }
+    // one severe fault among slight ones
+    let mut severe = healthy;
+    (severe[0], severe[3], severe[6]) = (0.010 + 0.010 * unit(), 0.3 + 0.2 * unit(), unit());
+    all.push(chirp(severe));
+    // two with the rotor turned at the start
+    for _ in 0..2 {
+        let mut levels = healthy;
+        (levels[0], levels[3], levels[5], levels[6]) =
+            (0.010 + 0.040 * unit(), 0.010 + 0.040 * unit(), 0.010 + 0.040 * unit(), unit());
+        let start_angle_rad = core::f64::consts::TAU * unit();
+        all.push(Fixture { start_angle_rad, ..chirp(levels) });
+    }
+    // two of which only the envelope was kept
+    for _ in 0..2 {
+        let mut levels = healthy;
+        (levels[1], levels[2], levels[4]) =
+            (0.010 + 0.040 * unit(), 0.010 + 0.040 * unit(), 0.010 + 0.040 * unit());
+        all.push(Fixture { content: RecordedContent::Envelope, ..chirp(levels) });
+    }
+    // two of the sine test
+    for _ in 0..2 {
+        let mut levels = healthy;
+        (levels[0], levels[1]) = (0.010 + 0.040 * unit(), 0.010 + 0.040 * unit());
+        all.push(Fixture {
+            experiment: Experiment::sine(),
+            content: RecordedContent::Envelope,
+            ..chirp(levels)
+        });
+    }
+    all
+}
+
+/// The files of the committed recordings and of their truth.
+fn recordings(folder: &Path) -> Result<Vec<Product>> {
+    let root = RootSeed(SEED);
+    let format = CsvFormat::default();
+    let mut truth = "recording,k1,k2,k3,k4,k5,k6,k7,start_angle_rad\n".to_owned();
+    let mut products = Vec::new();
+    for (index, fixture) in fixtures().into_iter().enumerate() {
+        let name = format!("r{:02}.csv.gz", index + 1);
+        let stream = index as u64 + (1 << 40);
+        let recording = SimulatedRecording {
+            faults: HealthState::new(fixture.levels)?.coordinates(),
+            start_angle_rad: fixture.start_angle_rad,
+            imperfections: Imperfections::REAL,
+            controller_seed: root.derive(Purpose::ControllerNoise, stream),
+            sensors: PhaseSensors { noise_a: FIXTURE_NOISE_A, converter: Some(Converter::DEFAULT) },
+            phase_rate_hz: None,
+            sensor_seed: root.derive(Purpose::SensorNoise, stream),
+            content: fixture.content,
+        }
+        .record(&fixture.experiment, &name)?;
+        write!(truth, "{name}")?;
+        for level in fixture.levels {
+            write!(truth, ",{level:.6}")?;
+        }
+        writeln!(truth, ",{:.6}", fixture.start_angle_rad)?;
+        products.push(Product { path: folder.join(&name), bytes: recording.to_csv_gz(format)? });
+    }
+    products.push(Product { path: folder.join("truth.csv"), bytes: truth.into_bytes() });
+    Ok(products)
+}
