@@ -2,3 +2,4 @@
 
 pub mod bayesopt;
 pub mod reduce;
+pub mod simulate;

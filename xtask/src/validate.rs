@@ -7,6 +7,7 @@
 mod bayesopt;
 mod diagnosis;
 mod reduction;
+mod simulator;
 
 use std::{fs, path::Path};
 
@@ -42,6 +43,7 @@ struct Page {
 
 /// Every page, in the order of the paper's pipeline.
 const PAGES: &[Page] = &[
+    Page { name: "simulator", quick: simulator::quick, text: simulator::text },
     Page { name: "reduction", quick: reduction::quick, text: reduction::text },
     Page { name: "bayesopt", quick: bayesopt::quick, text: bayesopt::text },
     Page { name: "diagnosis", quick: diagnosis::quick, text: diagnosis::text },

@@ -15,13 +15,30 @@ use crate::{
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
-    series::{less, root, value},
+    series::{Series, less, root, value},
     trace::HighFidelityTrace,
     winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
 
 /// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
 const REFRESH_TICKS: usize = 64;
+
+/// How the legs are switched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum CurrentControl {
+    /// Unipolar carrier with a synchronous current loop: the reference.
+    Carrier,
+    /// A comparator on each phase: its leg goes up when the current is a half-band below the
+    /// set-point `I_ref·s_j`, down when it is one above. All three legs are always connected.
+    ///
+    /// The switching pattern, and with it the ripple, is chaotic in every parameter: only the
+    /// filtered envelope means anything, and its derivatives in the fault levels do not.
+    Hysteresis {
+        /// Half of the comparators' band.
+        half_band_a: f64,
+    },
+}
 
 /// The high-fidelity model of an actuator in one test.
 ///
@@ -48,6 +65,7 @@ pub struct HighFidelity {
     actuator: Actuator,
     scenario: Scenario,
     command_rad: Vec<f64>,
+    control: CurrentControl,
 }
 
 impl HighFidelity {
@@ -59,7 +77,31 @@ impl HighFidelity {
     pub fn new(actuator: &Actuator, scenario: &Scenario) -> Result<Self, SimulationError> {
         actuator.check()?;
         let command_rad = scenario.sampled_command(actuator)?;
-        Ok(Self { actuator: *actuator, scenario: scenario.clone(), command_rad })
+        Ok(Self {
+            actuator: *actuator,
+            scenario: scenario.clone(),
+            command_rad,
+            control: CurrentControl::Carrier,
+        })
+    }
+
+    /// The same test with the legs switched another way.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError`] for a half-band that is not from 1 mA to 1000 A.
+    pub fn with_current_control(
+        mut self,
+        control: CurrentControl,
+    ) -> Result<Self, SimulationError> {
+        if let CurrentControl::Hysteresis { half_band_a: value } = control
+            && !(1e-3..=1e3).contains(&value)
+        {
+            let field = "current-control.half-band-a";
+            return Err(SimulationError::Scenario { field, value, least: 1e-3, most: 1e3 });
+        }
+        self.control = control;
+        Ok(self)
     }
 
     /// The same test with another seed of the controller's noise.
@@ -117,12 +159,21 @@ impl HighFidelity {
         let periods =
             libm::round(self.actuator.inverter.carrier_hz / self.actuator.controller.sample_hz);
         let mut trace = empty_trace(&self.actuator, self.command_rad.len());
-        run.begin(current_loop.period_s);
+        let tick_s = 1.0 / self.actuator.controller.sample_hz;
+        run.sample = run.sample_now();
+        if self.control == CurrentControl::Carrier {
+            run.first_edge(current_loop.period_s);
+        }
         for (tick, &command_rad) in self.command_rad.iter().enumerate() {
             run.centre_gap(tick % REFRESH_TICKS == 0);
             run.record(command_rad, &mut trace);
             let reference_a =
                 cascade.step(command_rad, run.sample.surface_rad, run.sample.speed_rad_per_s);
+            if let CurrentControl::Hysteresis { half_band_a } = self.control {
+                run.comparators(reference_a, half_band_a, tick_s);
+                run.sample = run.sample_now();
+                continue;
+            }
             for _ in 0..periods as usize {
                 let duty = current_loop.step(reference_a, run.sample.feedback_a);
                 run.carrier_period(duty, current_loop.pending_duty, current_loop.period_s);
@@ -222,6 +273,8 @@ enum Event {
     Bound,
     /// The idle phase's current ends.
     FreewheelEnd,
+    /// The current of a phase leaves its comparator's band.
+    Comparator(usize),
 }
 
 /// State of a run.
@@ -249,6 +302,8 @@ struct Run<P> {
     window_rad: (f64, f64),
     /// What the electronics see at the last seam of two carrier periods.
     sample: Sample,
+    /// Under hysteresis control, which legs are at the upper rail.
+    legs_up: [bool; 3],
     segments: u64,
     probe: P,
 }
@@ -259,6 +314,8 @@ struct Step {
     coupling: Coupling,
     /// Sign of the idle phase's current through its diodes, 0 when none conducts.
     diode: f64,
+    /// Potential of the idle leg while it is connected.
+    idle_v: f64,
 }
 
 /// What the electronics sample.
@@ -269,6 +326,24 @@ struct Sample {
     angle_rad: f64,
     speed_rad_per_s: f64,
     surface_rad: f64,
+}
+
+/// Set-point less current of the positive, the negative and the idle phase.
+fn errors_a(reference_a: f64, positive_a: f64, idle_a: f64) -> [f64; 3] {
+    [reference_a - positive_a, positive_a + idle_a - reference_a, -idle_a]
+}
+
+/// Set-point less current of the positive, the negative or the idle phase, over a segment.
+fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
+    core::array::from_fn(|m| {
+        let (positive, idle) = (segment.positive[m], segment.idle[m]);
+        let constant = if m == 0 { reference_a } else { 0.0 };
+        match place {
+            0 => constant - positive,
+            1 => positive + idle - constant,
+            _ => -idle,
+        }
+    })
 }
 
 /// Length of the edges of a carrier period.
@@ -320,6 +395,7 @@ impl<P: Probe> Run<P> {
             sector_rad: (0.0, 0.0),
             window_rad: (0.0, 0.0),
             sample: Sample::default(),
+            legs_up: [true, false, false],
             segments: 0,
             probe,
         };
@@ -328,8 +404,7 @@ impl<P: Probe> Run<P> {
     }
 
     /// The first edge of the first carrier period, whose duty is zero.
-    fn begin(&mut self, period_s: f64) {
-        self.sample = self.sample_now();
+    fn first_edge(&mut self, period_s: f64) {
         self.hold(edge_s(0.0, period_s), (-self.half_bus_v, -self.half_bus_v));
     }
 
@@ -508,14 +583,73 @@ impl<P: Probe> Run<P> {
             Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
         };
         let end = End::of(&segment, span_s);
-        (Step { segment, coupling, diode }, end)
+        (Step { segment, coupling, diode, idle_v: -diode * self.half_bus_v }, end)
     }
 
     #[inline]
     fn observe(&mut self, step: &Step, span_s: f64, legs_v: (f64, f64)) {
-        let circuit = Circuit { legs_v, idle_v: -step.diode * self.half_bus_v, at: &self.at };
+        let circuit = Circuit { legs_v, idle_v: step.idle_v, at: &self.at };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
+    }
+
+    /// One tick under hysteresis control: every leg by its comparator.
+    fn comparators(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
+        let mut left_s = span_s;
+        while left_s > 0.0 {
+            let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
+            let phases = [self.at.positive, self.at.negative, self.at.idle];
+            for (error_a, phase) in off_a.into_iter().zip(phases) {
+                if error_a.abs() > half_band_a {
+                    self.legs_up[phase] = error_a > 0.0;
+                }
+            }
+            let span_s = left_s.min(self.longest_s);
+            let step = self.solve_connected(phases);
+            let mut end = End::of(&step.segment, span_s);
+            let (mut event, mut at_s) = (Event::Switching, span_s);
+            if self.interrupted(&step, &end, span_s) {
+                (event, at_s) = self.first_event(&step, &end, span_s);
+            }
+            let ends_a = errors_a(
+                reference_a,
+                value(&step.segment.positive, at_s),
+                value(&step.segment.idle, at_s),
+            );
+            for (place, phase) in phases.into_iter().enumerate() {
+                let sign = if self.legs_up[phase] { 1.0 } else { -1.0 };
+                if ends_a[place] * sign < -half_band_a {
+                    let error = error_series(reference_a, &step.segment, place);
+                    let when_s = root(&less(&error, -sign * half_band_a), at_s);
+                    if when_s < at_s {
+                        (event, at_s) = (Event::Comparator(phase), when_s);
+                    }
+                }
+            }
+            end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
+            self.observe(&step, at_s, (self.leg_v(phases[0]), self.leg_v(phases[1])));
+            self.commit(&end);
+            if event != Event::Switching {
+                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+            }
+            left_s -= at_s;
+        }
+    }
+
+    fn leg_v(&self, phase: usize) -> f64 {
+        if self.legs_up[phase] { self.half_bus_v } else { -self.half_bus_v }
+    }
+
+    /// The solution from now with all three legs switched.
+    fn solve_connected(&self, [positive, negative, idle]: [usize; 3]) -> Step {
+        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
+        let along = self.along(angle_rad);
+        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
+        let low_v = self.leg_v(negative);
+        let loops_v = (self.leg_v(positive) - low_v, self.leg_v(idle) - low_v);
+        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
+        let segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
+        Step { segment, coupling, diode: 0.0, idle_v: self.leg_v(idle) }
     }
 
     /// Sign of the idle phase's current through its diodes, 0 when none conducts.
@@ -573,10 +707,13 @@ impl<P: Probe> Run<P> {
             let torque = step.coupling.torque_at_rest(segment);
             let reached = value(&torque, span_s);
             if reached > forward {
-                let at_s = root(&less(&torque, forward), span_s);
+                // without dry friction the start itself may be the instant
+                let beyond = less(&torque, forward);
+                let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Forward), at_s);
             } else if reached < backward {
-                let at_s = root(&less(&torque, backward), span_s);
+                let beyond = less(&torque, backward);
+                let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Backward), at_s);
             }
             return first;
@@ -632,6 +769,7 @@ impl<P: Probe> Run<P> {
                 self.probe.impact(before_j - self.train.kinetic_j());
             }
             Event::FreewheelEnd => self.idle_a = 0.0,
+            Event::Comparator(phase) => self.legs_up[phase] = !self.legs_up[phase],
         }
         self.renew();
     }

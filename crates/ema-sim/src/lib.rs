@@ -57,11 +57,11 @@ pub use fault::{
     FAULT_COUNT, FaultCoordinates, FaultId, FaultLevel, FaultLevelError, HealthState,
     PhysicalFaults,
 };
-pub use high_fidelity::HighFidelity;
+pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
-pub use scenario::{Command, Imperfections, InitialState, Scenario};
+pub use scenario::{Command, Imperfections, InitialState, Knot, Scenario, Tone};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};

@@ -26,6 +26,21 @@ pub enum Command {
         /// Frequency `f`.
         frequency_hz: f64,
     },
+    /// Sum of sines, `Σ a_n·sin(2π·f_n·t + φ_n)`.
+    MultiSine(Vec<Tone>),
+    /// Held at each knot's value until the next knot; zero before the first.
+    Steps(Vec<Knot>),
+    /// Straight between knots, constant before the first and after the last.
+    Ramps(Vec<Knot>),
+    /// Up from zero in equal steps, each held for a time, and down again by as many.
+    Staircase {
+        /// Height of a step; negative to begin downward.
+        step_rad: f64,
+        /// Time on each step.
+        dwell_s: f64,
+        /// Steps up.
+        steps: u32,
+    },
     /// Samples at a fixed rate, held straight between them and constant after the last.
     Recorded {
         /// Angles.
@@ -33,6 +48,26 @@ pub enum Command {
         /// Rate of the samples.
         rate_hz: f64,
     },
+}
+
+/// One sine of a [`Command::MultiSine`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tone {
+    /// Amplitude `a_n`.
+    pub amplitude_rad: f64,
+    /// Frequency `f_n`.
+    pub frequency_hz: f64,
+    /// Phase at the start, `φ_n`.
+    pub phase_rad: f64,
+}
+
+/// A time and the command there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// When; knots are in order of time.
+    pub time_s: f64,
+    /// Command.
+    pub value_rad: f64,
 }
 
 impl Command {
@@ -59,6 +94,29 @@ impl Command {
                 ("command.amplitude-rad", *amplitude_rad, -most, most),
                 ("command.frequency-hz", *frequency_hz, 0.0, most),
             ],
+            Self::MultiSine(tones) => tones
+                .iter()
+                .flat_map(|tone| {
+                    [
+                        ("command.amplitude-rad", tone.amplitude_rad, -most, most),
+                        ("command.frequency-hz", tone.frequency_hz, 0.0, most),
+                        ("command.phase-rad", tone.phase_rad, -most, most),
+                    ]
+                })
+                .collect(),
+            Self::Steps(knots) | Self::Ramps(knots) => {
+                let mut earliest = -most;
+                let bounds = |knot: &Knot| {
+                    let field = ("command.time-s", knot.time_s, earliest, most);
+                    earliest = knot.time_s;
+                    field
+                };
+                knots.iter().map(bounds).collect()
+            }
+            Self::Staircase { step_rad, dwell_s, .. } => vec![
+                ("command.step-rad", *step_rad, -most, most),
+                ("command.dwell-s", *dwell_s, f64::MIN_POSITIVE, most),
+            ],
             Self::Recorded { rate_hz, .. } => {
                 vec![("command.rate-hz", *rate_hz, f64::MIN_POSITIVE, 1e9)]
             }
@@ -77,6 +135,19 @@ impl Command {
             Self::Sine { amplitude_rad, frequency_hz } => {
                 amplitude_rad * sin(TAU * frequency_hz * time_s)
             }
+            Self::MultiSine(tones) => tones
+                .iter()
+                .map(|t| t.amplitude_rad * sin(TAU * t.frequency_hz * time_s + t.phase_rad))
+                .sum(),
+            Self::Steps(knots) => {
+                let passed = knots.partition_point(|knot| knot.time_s <= time_s);
+                if passed == 0 { 0.0 } else { knots[passed - 1].value_rad }
+            }
+            Self::Ramps(knots) => ramp(knots, time_s),
+            Self::Staircase { step_rad, dwell_s, steps } => {
+                let (passed, top) = (floor(time_s / dwell_s), f64::from(*steps));
+                step_rad * (top - (passed - top).abs()).max(0.0)
+            }
             Self::Recorded { values_rad, rate_hz } => {
                 let place = (time_s * rate_hz).max(0.0);
                 let before = floor(place) as usize;
@@ -86,6 +157,19 @@ impl Command {
                 }
             }
         }
+    }
+}
+
+/// Straight between knots.
+fn ramp(knots: &[Knot], time_s: f64) -> f64 {
+    let passed = knots.partition_point(|knot| knot.time_s <= time_s);
+    match (passed.checked_sub(1).map(|n| knots[n]), knots.get(passed)) {
+        (Some(a), Some(b)) => {
+            a.value_rad + (b.value_rad - a.value_rad) * (time_s - a.time_s) / (b.time_s - a.time_s)
+        }
+        (Some(end), None) => end.value_rad,
+        (None, Some(start)) => start.value_rad,
+        (None, None) => 0.0,
     }
 }
 
@@ -210,5 +294,39 @@ impl Scenario {
                 }
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(command: &Command, times_s: &[f64]) -> Vec<f64> {
+        times_s.iter().map(|time_s| command.at(*time_s)).collect()
+    }
+
+    #[test]
+    fn a_staircase_goes_up_and_down() {
+        let command = Command::Staircase { step_rad: 0.1, dwell_s: 1.0, steps: 2 };
+        let found = at(&command, &[0.5, 1.5, 2.5, 3.5, 4.5, 9.5]);
+        assert_eq!(found, [0.0, 0.1, 0.2, 0.1, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn knots_are_held_or_joined() {
+        let knots =
+            vec![Knot { time_s: 1.0, value_rad: 0.2 }, Knot { time_s: 3.0, value_rad: -0.2 }];
+        let times_s = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(at(&Command::Steps(knots.clone()), &times_s), [0.0, 0.2, 0.2, -0.2, -0.2]);
+        assert_eq!(at(&Command::Ramps(knots), &times_s), [0.2, 0.2, 0.0, -0.2, -0.2]);
+        assert_eq!(at(&Command::Ramps(Vec::new()), &[1.0]), [0.0]);
+    }
+
+    #[test]
+    fn one_tone_is_the_sine() {
+        let tone = Tone { amplitude_rad: 0.12, frequency_hz: 0.2, phase_rad: 0.0 };
+        for time_s in [0.1, 1.0, 3.3] {
+            assert_eq!(Command::MultiSine(vec![tone]).at(time_s), Command::SINE.at(time_s));
+        }
     }
 }

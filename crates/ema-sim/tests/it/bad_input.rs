@@ -1,7 +1,7 @@
 //! What cannot be simulated is refused by name; what can, runs.
 
 use ema_sim::{
-    Command, HealthState, HighFidelity, LowFidelity, Parameter, ParameterError, Scenario,
+    Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
     SimulationError, presets::EMA_48,
 };
 use proptest::prelude::*;
@@ -51,12 +51,16 @@ fn tests_that_cannot_be_run_are_refused() {
     };
     let beyond = refused(&|s| s.command = Command::Sine { amplitude_rad: 0.4, frequency_hz: 1.0 });
     assert!(matches!(beyond, SimulationError::CommandBeyondStops { stop_rad: 0.35, .. }));
-    let cases: [Spoilt; 6] = [
+    let cases: [Spoilt; 7] = [
         ("scenario.load-n-m", |s| s.load_n_m = f64::NAN),
         ("scenario.duration-s", |s| s.duration_s = 0.0),
         ("scenario.start-angle-rad", |s| s.start_angle_rad = f64::INFINITY),
         ("scenario.backlash-side-ratio", |s| s.backlash_side_ratio = 2.0),
         ("scenario.speed-integral-a", |s| s.initial.speed_integral_a = f64::NAN),
+        ("command.time-s", |s| {
+            let knot = |time_s| Knot { time_s, value_rad: 0.0 };
+            s.command = Command::Steps(vec![knot(2.0), knot(1.0)]);
+        }),
         ("command.rate-hz", |s| {
             s.command = Command::Recorded { values_rad: vec![0.0], rate_hz: 0.0 };
         }),

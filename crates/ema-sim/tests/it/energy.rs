@@ -1,6 +1,9 @@
 //! Energy: everything that comes in goes somewhere.
 
-use ema_sim::{Command, HealthState, HighFidelity, PhysicalFaults, Scenario, presets::EMA_48};
+use ema_sim::{
+    Command, CurrentControl, Envelope, EnvelopeFilter, HealthState, HighFidelity, PhysicalFaults,
+    Scenario, presets::EMA_48,
+};
 
 /// What the fourth-order series may lose, over the energy dissipated.
 const BALANCE_REL: f64 = 1e-6;
@@ -68,4 +71,24 @@ fn order_finer_segments_change_nothing_that_matters() {
 fn watching_changes_no_bit() {
     let model = HighFidelity::new(&EMA_48, &Scenario::chirp()).unwrap();
     assert_eq!(model.simulate(&worn()), model.simulate_with_ledger(&worn()).0);
+}
+
+#[test]
+fn law_energy_is_balanced_under_hysteresis_control() {
+    let carrier = HighFidelity::new(&EMA_48, &Scenario::chirp()).unwrap();
+    let control = CurrentControl::Hysteresis { half_band_a: 0.15 };
+    let hysteresis = carrier.clone().with_current_control(control).unwrap();
+    let (trace, energy) = hysteresis.simulate_with_ledger(&worn());
+    let off = energy.residual_j() / energy.dissipated_j();
+    assert!(off.abs() < BALANCE_REL, "{off:e} {energy:?}");
+    // the filtered envelope is the same machine's as under the carrier
+    let signal = |trace: &ema_sim::HighFidelityTrace| {
+        let raw = trace.envelope_a(Envelope::SignedProjection, EMA_48.motor.pole_pairs);
+        EnvelopeFilter::DEFAULT.apply(&raw, trace.rate_hz)
+    };
+    let (a, b) = (signal(&trace), signal(&carrier.simulate(&worn())));
+    let gap: f64 = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum();
+    let size: f64 = b.iter().map(|b| b * b).sum();
+    assert!((gap / size).sqrt() < 0.03, "{}", (gap / size).sqrt());
+    assert!(carrier.with_current_control(CurrentControl::Hysteresis { half_band_a: 0.0 }).is_err());
 }
