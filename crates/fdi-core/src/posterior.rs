@@ -53,6 +53,7 @@ impl Posterior {
         let order = self.indices.len();
         Covariance {
             parameters: self.indices.iter().map(|&i| names[i].to_owned()).collect(),
+            estimate: self.estimate.clone(),
             matrix: (0..order)
                 .map(|i| (0..order).map(|j| self.covariance[(i, j)]).collect())
                 .collect(),

@@ -260,6 +260,9 @@ pub struct Covariance {
     /// The coordinates of rows and columns: of `k1` to `k5`, `k6_cos` and `k6_sin`
     /// those that are determined.
     pub parameters: Vec<String>,
+    /// The estimate of these coordinates, free of bounds: it may lie below zero, where the levels
+    /// are cut. With the matrix it gives the region of (k6, k7) also while k7 is null.
+    pub estimate: Vec<f64>,
     /// The covariance, row by row.
     pub matrix: Vec<Vec<f64>>,
 }
@@ -370,7 +373,8 @@ impl RecordDiagnosis {
                 .map(|value| (fault.id.id(), value))
         });
         let of_covariance =
-            self.covariance.matrix.iter().flatten().map(|&value| ("covariance", value));
+            self.covariance.matrix.iter().flatten().chain(&self.covariance.estimate);
+        let of_covariance = of_covariance.map(|&value| ("covariance", value));
         let mut numbers = plain.into_iter().chain(of_faults).chain(of_covariance);
         numbers.find(|(_, value)| bad(value)).map(|(name, _)| name.to_owned())
     }
@@ -458,7 +462,11 @@ mod tests {
                 adequate: true,
             },
             faults,
-            covariance: Covariance { parameters: vec!["k1".to_owned()], matrix: vec![vec![1e-6]] },
+            covariance: Covariance {
+                parameters: vec!["k1".to_owned()],
+                estimate: vec![0.021],
+                matrix: vec![vec![1e-6]],
+            },
             notices: vec![Notice {
                 code: NoticeCode::StartAngleUnknown,
                 message: "no angle".to_owned(),

@@ -111,24 +111,12 @@ impl Tally {
 }
 
 /// Squared distance of the true eccentricity from the estimate in units of its covariance.
-///
-/// The answer gives the point in polar form, its covariance in cartesian: the point is null while
-/// the eccentricity is not detected, and then is taken along the direction of the truth.
 fn region_distance2(case: &Case) -> Option<f64> {
-    let Covariance { parameters, matrix } = &case.answer.covariance;
+    let Covariance { parameters, estimate, matrix } = &case.answer.covariance;
     let x = parameters.iter().position(|name| name == "k6_cos")?;
     let y = parameters.iter().position(|name| name == "k6_sin")?;
-    let direction = |turn: f64| {
-        let angle = core::f64::consts::TAU * (turn - 0.5);
-        (angle.cos(), angle.sin())
-    };
-    let amplitude = case.answer.faults[5].value?;
-    let toward = direction(case.answer.faults[6].value.unwrap_or(case.truth[6]));
-    let truth = direction(case.truth[6]);
-    let (dx, dy) = (
-        amplitude * toward.0 - case.truth[5] * truth.0,
-        amplitude * toward.1 - case.truth[5] * truth.1,
-    );
+    let truth = HealthState::new(case.truth).ok()?.coordinates().0;
+    let (dx, dy) = (estimate[x] - truth[5], estimate[y] - truth[6]);
     let (a, b, c) = (matrix[x][x], matrix[x][y], matrix[y][y]);
     let determinant = a * c - b * b;
     Some((c * dx * dx - 2.0 * b * dx * dy + a * dy * dy) / determinant)

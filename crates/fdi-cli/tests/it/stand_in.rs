@@ -91,7 +91,11 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
             adequate: true,
         },
         faults: faults.into(),
-        covariance: Covariance { parameters: vec!["k1".to_owned()], matrix: vec![vec![4e-6]] },
+        covariance: Covariance {
+            parameters: vec!["k1".to_owned()],
+            estimate: vec![0.02],
+            matrix: vec![vec![4e-6]],
+        },
         notices: Vec::new(),
     }
 }
