@@ -1,5 +1,28 @@
 //! Fault detection and isolation of electromechanical actuators from stator current.
 //!
+//! ```text
+//! offline  ReferenceDesign ─▶ high fidelity ─▶ Dataset ─▶ Bundle
+//! online   Recording ─▶ signal ─▶ likelihood (bundle) ─▶ search ─▶ RecordDiagnosis
+//! ```
+//!
+//! [`Bundle`] holds reference signals of the high-fidelity model. [`Diagnoser`] learns from them how
+//! the monitoring model errs, and finds the fault levels at which monitor and learnt error explain
+//! a recording. Levels come with a covariance, intervals and decisions; a recording that no levels
+//! explain is `model-inadequate` (`docs/models/diagnosis.md`).
+//!
+//! ```
+//! use fdi_core::{Bundle, EMBEDDED_BUNDLES, MASK_POINTS, ReferenceDesign};
+//!
+//! let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
+//! assert_eq!(bundle.experiment.name, "chirp");
+//! assert_eq!(bundle.mask.len(), MASK_POINTS);
+//! let incipient = bundle.dataset(ReferenceDesign::Incipient).expect("every bundle has it");
+//! assert!(incipient.conditions.iter().all(|c| c.levels[..6].iter().all(|&k| k < 0.05)));
+//! # Ok::<_, fdi_core::BundleError>(())
+//! ```
+//!
+//! The crate's README has a diagnosis from end to end.
+//!
 //! # Recordings
 //!
 //! A recording is a file of channels, each with its own time axis; the names of
