@@ -73,7 +73,7 @@ impl<'a> Tracker<'a> {
     /// The residual at a point of the box.
     ///
     /// # Errors
-    /// [`Spent`] once the budget is.
+    /// `Spent` once the budget is.
     pub fn residual(&mut self, point: &[f64]) -> Result<Vec<f64>, Spent> {
         if self.evaluations >= self.budget {
             return Err(Spent);
@@ -97,7 +97,7 @@ impl<'a> Tracker<'a> {
     /// The norm of the residual at a point of the box.
     ///
     /// # Errors
-    /// [`Spent`] once the budget is.
+    /// `Spent` once the budget is.
     pub fn norm(&mut self, point: &[f64]) -> Result<f64, Spent> {
         Ok(self.residual(point)?.iter().map(|r| r * r).sum::<f64>().sqrt())
     }
