@@ -66,7 +66,7 @@ pub enum StartAngle {
 
 impl StartAngle {
     /// Whether a design tells the error for this start.
-    fn has(self, design: ReferenceDesign) -> bool {
+    pub(crate) fn has(self, design: ReferenceDesign) -> bool {
         match self {
             Self::Zero => {
                 matches!(design, ReferenceDesign::Incipient | ReferenceDesign::Sparse)
