@@ -4,7 +4,7 @@
 //! y(c) = Σ_p t_p(c)·g_p + r,    r ~ N(0, S + a²·C)
 //! ```
 //!
-//! with `t` the constant, linear and quadratic terms of the damage coordinates and the signals
+//! with `t` the constant, linear and (where left-out signals say so) quadratic terms of the damage coordinates and the signals
 //! `g` learnt from reference signals. Since the signal is linear in `t`, the likelihood needs a
 //! recording only through its projections on the whitened `g`; everything else is formed
 //! beforehand, for one level of noise.
@@ -96,20 +96,29 @@ impl Emulator {
                 coordinates.extend(sought_coordinates(experiment, dataset));
             }
         }
-        let mut floor = BandedMatrix::zeros(experiment.samples(), 0);
-        floor.add_to_diagonal(FLOOR_A * FLOOR_A);
-        let supports =
-            TAPER_SUPPORTS_S.map(|s| (s * experiment.filter.output_hz).round().max(2.0) as usize);
-        let trial = ErrorModel::learn(&signals, &coordinates, Trend::Quadratic, 2)?;
-        let scores = choose_taper(trial.residuals(), &supports, &floor)?;
-        let best = scores.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let support = best.map_or(supports[0], |(support, _)| support);
-        let model = ErrorModel::learn(&signals, &coordinates, Trend::Quadratic, support)?;
         let multiple = (phase_rate_hz / experiment.filter.output_hz - 1e-6).ceil().max(1.0);
         let rate_hz = multiple * experiment.filter.output_hz;
         let unit = unit_noise_covariance(&experiment.filter, rate_hz, experiment.samples());
         let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
         noise.add_scaled(noise_a * noise_a * rate_hz / phase_rate_hz, &unit);
+        let supports =
+            TAPER_SUPPORTS_S.map(|s| (s * experiment.filter.output_hz).round().max(2.0) as usize);
+        let mut floor = noise.clone();
+        floor.add_to_diagonal(FLOOR_A * FLOOR_A);
+        let mut best: Option<(f64, Trend, usize)> = None;
+        for trend in [Trend::Linear, Trend::Quadratic] {
+            let trial = match ErrorModel::learn(&signals, &coordinates, trend, 2) {
+                Err(ErrorModelError::TooFewSignals { .. }) if best.is_some() => continue,
+                learnt => learnt?,
+            };
+            for (support, score) in choose_taper(trial.residuals(), &supports, &floor)? {
+                if best.is_none_or(|(best_score, ..)| score > best_score) {
+                    best = Some((score, trend, support));
+                }
+            }
+        }
+        let (_, trend, support) = best.ok_or(EmulatorError::Undetermined)?;
+        let model = ErrorModel::learn(&signals, &coordinates, trend, support)?;
         Ok(Self::prepare(model, experiment.sought_indices(), &noise)?)
     }
 

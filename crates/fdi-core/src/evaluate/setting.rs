@@ -68,6 +68,11 @@ impl EvaluationSetting {
         Ok(filtered(&envelope_a, to_hz, experiment))
     }
 
+    /// The experiment with the monitor sampled as the phases are.
+    pub(super) fn experiment(&self, experiment: &Experiment) -> Experiment {
+        Experiment { phase_rate_hz: Some(self.phase_rate_hz), ..experiment.clone() }
+    }
+
     /// What a diagnosis is given of a signal.
     pub(super) fn observation(&self, signal_a: Vec<f64>) -> Observation {
         Observation {
@@ -88,6 +93,7 @@ impl EvaluationSetting {
         seed: u64,
         jobs: usize,
     ) -> Result<Bundle, EvaluationError> {
+        let experiment = &self.experiment(experiment);
         let mut datasets = Vec::new();
         for (design, conditions) in [
             (ReferenceDesign::Incipient, self.snapshots),
