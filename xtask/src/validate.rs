@@ -4,6 +4,7 @@
 //! anyone can recompute in seconds (deterministic, compared by `--check`), and
 //! `text`, the whole page as Markdown.
 
+mod experiments;
 mod reduction;
 
 use std::{fs, path::Path};
@@ -39,8 +40,10 @@ struct Page {
 }
 
 /// Every page, in the order of the paper's pipeline.
-const PAGES: &[Page] =
-    &[Page { name: "reduction", quick: reduction::quick, text: reduction::text }];
+const PAGES: &[Page] = &[
+    Page { name: "reduction", quick: reduction::quick, text: reduction::text },
+    Page { name: "experiments", quick: experiments::quick, text: experiments::text },
+];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
 pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
@@ -58,6 +61,7 @@ pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
             compare(page.name, &figures, &beside)?;
             continue;
         }
+        fs::create_dir_all(&folder)?;
         let text = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
         fs::write(folder.join(page.name).with_extension("md"), text)?;
         fs::write(&beside, toml::to_string_pretty(&Stored { figure: figures })?)?;

@@ -1,5 +1,7 @@
 //! The command line.
 
+mod evaluate;
+
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
@@ -7,6 +9,8 @@ use fdi_core::{
     RootSeed, Schema,
     report::{Fidelity, Method},
 };
+
+pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -125,6 +129,8 @@ pub enum Command {
     /// The offline stage: what is learnt from datasets
     #[command(subcommand)]
     Bundle(BundleCommand),
+    /// The paper's experiments: how well faults are found
+    Evaluate(EvaluateArgs),
     /// What a recording holds, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording
@@ -405,6 +411,8 @@ pub enum SchemaArg {
     Diagnosis,
     /// The JSON of `bundle show`.
     Bundle,
+    /// The JSON of `evaluate`.
+    Evaluation,
 }
 
 impl SchemaArg {
@@ -413,6 +421,7 @@ impl SchemaArg {
             Self::Recording => Schema::Recording,
             Self::Diagnosis => Schema::Diagnosis,
             Self::Bundle => Schema::Bundle,
+            Self::Evaluation => Schema::Evaluation,
         }
     }
 }
