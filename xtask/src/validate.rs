@@ -6,6 +6,7 @@
 
 mod bayesopt;
 mod diagnosis;
+mod experiments;
 mod reduction;
 mod simulator;
 
@@ -47,6 +48,7 @@ const PAGES: &[Page] = &[
     Page { name: "reduction", quick: reduction::quick, text: reduction::text },
     Page { name: "bayesopt", quick: bayesopt::quick, text: bayesopt::text },
     Page { name: "diagnosis", quick: diagnosis::quick, text: diagnosis::text },
+    Page { name: "experiments", quick: experiments::quick, text: experiments::text },
 ];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
@@ -65,6 +67,7 @@ pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
             compare(page.name, &figures, &beside)?;
             continue;
         }
+        fs::create_dir_all(&folder)?;
         let text = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
         fs::write(folder.join(page.name).with_extension("md"), text)?;
         fs::write(&beside, toml::to_string_pretty(&Stored { figure: figures })?)?;

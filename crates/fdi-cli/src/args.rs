@@ -1,9 +1,13 @@
 //! The command line.
 
+mod evaluate;
+
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{RootSeed, Schema, report::Method};
+
+pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -122,6 +126,8 @@ pub enum Command {
     /// The offline stage: what is learnt from datasets
     #[command(subcommand)]
     Bundle(BundleCommand),
+    /// The paper's experiments: how well faults are found
+    Evaluate(EvaluateArgs),
     /// What a recording holds, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording
@@ -352,6 +358,8 @@ pub enum SchemaArg {
     Diagnosis,
     /// The JSON of `bundle show`.
     Bundle,
+    /// The JSON of `evaluate`.
+    Evaluation,
 }
 
 impl SchemaArg {
@@ -360,6 +368,7 @@ impl SchemaArg {
             Self::Recording => Schema::Recording,
             Self::Diagnosis => Schema::Diagnosis,
             Self::Bundle => Schema::Bundle,
+            Self::Evaluation => Schema::Evaluation,
         }
     }
 }

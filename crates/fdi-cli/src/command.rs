@@ -2,6 +2,7 @@
 
 mod bundle;
 mod diagnose;
+mod evaluate;
 mod generated;
 mod inspect;
 mod schema;
@@ -9,6 +10,7 @@ mod simulate;
 
 pub(crate) use bundle::{build, show};
 pub use diagnose::diagnose_with;
+pub(crate) use evaluate::evaluate_protocol;
 pub(crate) use generated::{completions, man};
 pub(crate) use inspect::inspect;
 pub(crate) use schema::schema;

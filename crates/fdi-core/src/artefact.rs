@@ -219,6 +219,7 @@ impl ExperimentData {
             envelope: envelope_of(envelope),
             filter: EnvelopeFilter { corner_hz: self.filter_hz, output_hz: self.rate_hz },
             sought,
+            phase_rate_hz: None,
         };
         // refuses durations and rates that would claim unbounded memory
         experiment.monitor(0.0)?;

@@ -196,6 +196,18 @@ impl Dataset {
         Ok(Self { design, seed, imperfections, conditions, signals_a })
     }
 
+    /// The conditions of a design, without their signals.
+    ///
+    /// # Errors
+    ///
+    /// [`DatasetError`].
+    pub fn conditions(
+        experiment: &Experiment,
+        request: &DatasetRequest,
+    ) -> Result<Vec<Condition>, DatasetError> {
+        draw(experiment, request)
+    }
+
     /// SHA-256 over conditions and signals in little endian, hexadecimal.
     pub fn sha256(&self) -> String {
         let mut hasher = Sha256::new();

@@ -79,7 +79,15 @@ pub struct Diagnoser {
     severe: OnceLock<Option<SevereErrors>>,
     /// Noise covariances by the rate of the phases.
     unit_noise: Mutex<BTreeMap<u64, Arc<BandedMatrix>>>,
+    /// Likelihoods by start angle zero, noise level and rate of the phases.
+    likelihoods: Mutex<BTreeMap<LikelihoodKey, Arc<Likelihood>>>,
 }
+
+/// Whether the rotor starts at zero; bits of the noise level and of the rate of the phases.
+type LikelihoodKey = (bool, u64, u64);
+
+/// Likelihoods kept for the next recording.
+const LIKELIHOODS_KEPT: usize = 8;
 
 /// Differences for derivatives: large against the monitor's own kinks (the controller's ticks),
 /// small against the damage looked for.
@@ -140,6 +148,7 @@ impl Diagnoser {
             turned: OnceLock::new(),
             severe: OnceLock::new(),
             unit_noise: Mutex::new(BTreeMap::new()),
+            likelihoods: Mutex::new(BTreeMap::new()),
         })
     }
 
@@ -161,13 +170,74 @@ impl Diagnoser {
     ) -> Result<RecordDiagnosis, DiagnoseError> {
         let mut observation = Observation::of(recording, &self.bundle.experiment)?;
         let notices = std::mem::take(&mut observation.notices);
-        let mut answer = match observation.start_angle_rad {
-            Some(angle_rad) => self.with_known_angle(&observation, angle_rad, options)?,
-            None => self.with_unknown_angle(&observation, options)?,
-        };
+        let (mut answer, _) = self.diagnose_observation(&observation, options)?;
         answer.notices.splice(0..0, notices);
         answer.recording.clone_from(&recording.name);
         Ok(answer)
+    }
+
+    /// Diagnoses what was read off a recording; beside the answer what it was made from.
+    pub(crate) fn diagnose_observation(
+        &self,
+        observation: &Observation,
+        options: &DiagnoseOptions,
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        match observation.start_angle_rad {
+            Some(angle_rad) => self.with_known_angle(observation, angle_rad, options),
+            None => self.with_unknown_angle(observation, options),
+        }
+    }
+
+    /// The likelihood of an error model at a noise level, kept for the next recording.
+    pub(crate) fn likelihood(
+        &self,
+        error: &ErrorModel,
+        phase_rate_hz: f64,
+        noise_a: f64,
+    ) -> Result<Arc<Likelihood>, NotPositiveDefinite> {
+        let at_zero = std::ptr::eq(error, &raw const self.incipient);
+        let key = (at_zero, noise_a.to_bits(), phase_rate_hz.to_bits());
+        {
+            let kept = self.likelihoods.lock().expect("no thread panics while it holds the cache");
+            if let Some(likelihood) = kept.get(&key) {
+                return Ok(Arc::clone(likelihood));
+            }
+        }
+        let unit = self.unit_noise(phase_rate_hz);
+        let likelihood = Arc::new(Likelihood::new(error, &unit, noise_a)?);
+        let mut kept = self.likelihoods.lock().expect("no thread panics while it holds the cache");
+        if kept.len() >= LIKELIHOODS_KEPT {
+            kept.clear();
+        }
+        kept.insert(key, Arc::clone(&likelihood));
+        Ok(likelihood)
+    }
+
+    /// The monitor's signal at levels of the faults looked for, start angle zero, with the mean
+    /// of its error added.
+    pub(crate) fn monitored(&self, monitor: &mut Monitor, levels: &[f64]) -> Vec<f64> {
+        let sought = self.bundle.experiment.sought_indices();
+        let point = coordinates_of(&sought, levels);
+        self.monitored_at(monitor, &point)
+    }
+
+    /// The same at coordinates.
+    pub(crate) fn monitored_at(&self, monitor: &mut Monitor, point: &[f64]) -> Vec<f64> {
+        let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
+        for (index, &value) in self.bundle.experiment.sought_indices().into_iter().zip(point) {
+            all.0[index] = value;
+        }
+        let mut signal = monitor.signal(&all);
+        for (value, mean) in signal.iter_mut().zip(self.incipient.mean_at(&within_training(point)))
+        {
+            *value += mean;
+        }
+        signal
+    }
+
+    /// The error model for start angle zero.
+    pub(crate) fn incipient(&self) -> &ErrorModel {
+        &self.incipient
     }
 
     /// The error model for another start angle than zero.
@@ -196,7 +266,7 @@ impl Diagnoser {
         Ok(self.severe.get_or_init(|| errors).as_ref())
     }
 
-    fn unit_noise(&self, phase_rate_hz: f64) -> Arc<BandedMatrix> {
+    pub(crate) fn unit_noise(&self, phase_rate_hz: f64) -> Arc<BandedMatrix> {
         let mut cache = self.unit_noise.lock().expect("no thread panics while it holds the cache");
         let experiment = &self.bundle.experiment;
         Arc::clone(cache.entry(phase_rate_hz.to_bits()).or_insert_with(|| {
@@ -218,7 +288,7 @@ impl Diagnoser {
         observation: &Observation,
         angle_rad: f64,
         options: &DiagnoseOptions,
-    ) -> Result<RecordDiagnosis, DiagnoseError> {
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let turn = angle_rad.rem_euclid(TAU);
         let at_zero = turn < ANGLE_TOLERANCE_RAD || TAU - turn < ANGLE_TOLERANCE_RAD;
         let mut notices = Vec::new();
@@ -251,14 +321,15 @@ impl Diagnoser {
         if noise.source == NoiseSource::Bundle {
             notices.push(noise_notice(noise.level_a));
         }
-        Ok(run.answer(&outcome, noise, spent, notices))
+        let answer = run.answer(&outcome, noise, spent, notices);
+        Ok((answer, outcome.posterior))
     }
 
     fn with_unknown_angle(
         &self,
         observation: &Observation,
         options: &DiagnoseOptions,
-    ) -> Result<RecordDiagnosis, DiagnoseError> {
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let error = self.turned()?.unwrap_or(&self.incipient);
         let run = Run { diagnoser: self, observation, options };
         let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
@@ -281,7 +352,8 @@ impl Diagnoser {
                       told apart; record `motor_angle_rad` or give `start-angle-rad`"
                 .to_owned(),
         }];
-        Ok(run.answer(&outcome, noise, spent, notices))
+        let answer = run.answer(&outcome, noise, spent, notices);
+        Ok((answer, outcome.posterior))
     }
 }
 
@@ -325,8 +397,9 @@ impl Run<'_> {
             }
         }
         let prior_a = self.diagnoser.bundle.noise_a;
-        let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
-        let likelihood = Likelihood::new(hypothesis.error, &unit, prior_a)?;
+        let rate_hz = self.observation.phase_rate_hz;
+        let unit = self.diagnoser.unit_noise(rate_hz);
+        let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, prior_a)?;
         let fit = self.fit(hypothesis, &likelihood, &START)?;
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
             let level_a = prior_a * ln_ratio.exp();
@@ -344,8 +417,8 @@ impl Run<'_> {
     /// Explains the recording under a hypothesis: by incipient faults, or where that fails by
     /// severe ones.
     fn explain(&self, hypothesis: &Hypothesis<'_>, noise: Noise) -> Result<Outcome, DiagnoseError> {
-        let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
-        let likelihood = Likelihood::new(hypothesis.error, &unit, noise.level_a)?;
+        let rate_hz = self.observation.phase_rate_hz;
+        let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, noise.level_a)?;
         let seed = self.options.seed;
         if let Some(criterion) = scalar_search::criterion(self.options.method, seed) {
             return self.scalar(hypothesis, &likelihood, criterion);
@@ -689,7 +762,7 @@ const SEVERE_ROUNDS: usize = 2;
 const STEP_TOLERANCE: f64 = 1e-6;
 
 /// The coordinates looked for of levels looked for, `k6` and `k7` taken together.
-fn coordinates_of(sought: &[usize], levels: &[f64]) -> Vec<f64> {
+pub(crate) fn coordinates_of(sought: &[usize], levels: &[f64]) -> Vec<f64> {
     let mut all = HealthState::HEALTHY.levels();
     for (&index, &level) in sought.iter().zip(levels) {
         all[index] = level.clamp(0.0, 1.0);

@@ -9,6 +9,8 @@
 //! intervals are too narrow. The taper keeps what a hundred snapshots can tell, the covariance of
 //! neighbouring samples, and drops what they cannot.
 
+use std::sync::OnceLock;
+
 use nalgebra::DMatrix;
 
 use crate::banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
@@ -74,6 +76,15 @@ pub struct ErrorModel {
     spread: Vec<f64>,
     residuals: Vec<Vec<f64>>,
     taper_support_samples: usize,
+    /// Formed once, when first asked for.
+    covariances: OnceLock<Covariances>,
+}
+
+/// The tapered covariance of all residuals, and those without each fold.
+#[derive(Clone, Debug)]
+struct Covariances {
+    whole: BandedMatrix,
+    without_fold: Vec<BandedMatrix>,
 }
 
 impl ErrorModel {
@@ -137,7 +148,16 @@ impl ErrorModel {
             })
             .collect();
         let coefficients = fitted;
-        Ok(Self { trend, coefficients, centre, spread, residuals, taper_support_samples })
+        let covariances = OnceLock::new();
+        Ok(Self {
+            trend,
+            coefficients,
+            centre,
+            spread,
+            residuals,
+            taper_support_samples,
+            covariances,
+        })
     }
 
     /// The mean error at a point of the sought coordinates.
@@ -153,7 +173,9 @@ impl ErrorModel {
     /// The same mean with other residuals, as learnt elsewhere.
     #[must_use]
     pub(crate) fn with_residuals(&self, residuals: Vec<Vec<f64>>) -> Self {
-        Self { residuals, ..self.clone() }
+        let (coefficients, centre) = (self.coefficients.clone(), self.centre.clone());
+        let spread = self.spread.clone();
+        Self { coefficients, centre, spread, residuals, covariances: OnceLock::new(), ..*self }
     }
 
     /// Leave-one-out residuals, one a reference signal.
@@ -168,18 +190,36 @@ impl ErrorModel {
 
     /// The tapered covariance `S`.
     pub fn covariance(&self) -> BandedMatrix {
-        tapered_covariance(&self.residuals, self.taper_support_samples)
+        self.covariances().whole.clone()
     }
 
     /// Deals the residuals into folds: for each fold the covariance learnt without it, and the
     /// residuals in it.
     pub fn folds(&self) -> Vec<(BandedMatrix, Vec<&[f64]>)> {
-        (0..FOLDS)
-            .map(|fold| {
-                let (inside, outside) = deal(&self.residuals, fold);
-                (tapered_covariance(&outside, self.taper_support_samples), inside)
-            })
-            .collect()
+        let without = &self.covariances().without_fold;
+        let pair = |fold: usize| (without[fold].clone(), deal(&self.residuals, fold).0);
+        (0..FOLDS).map(pair).collect()
+    }
+
+    fn covariances(&self) -> &Covariances {
+        let support = self.taper_support_samples;
+        self.covariances.get_or_init(|| Covariances {
+            whole: tapered_covariance(&self.residuals, support),
+            without_fold: (0..FOLDS)
+                .map(|fold| tapered_covariance(&deal(&self.residuals, fold).1, support))
+                .collect(),
+        })
+    }
+
+    /// The terms of the mean at a point of the sought coordinates, one a row of
+    /// [`coefficients`](Self::coefficients).
+    pub(crate) fn terms_at(&self, coordinates: &[f64]) -> Vec<f64> {
+        self.trend.terms(&away(coordinates, &self.centre, &self.spread))
+    }
+
+    /// The mean is the sum of these signals, each times its term.
+    pub(crate) fn coefficients(&self) -> &[Vec<f64>] {
+        &self.coefficients
     }
 }
 

@@ -22,6 +22,9 @@ pub struct Experiment {
     pub filter: EnvelopeFilter,
     /// Which coordinates of [`FaultCoordinates`] are looked for; the others are zero.
     pub sought: [bool; FAULT_COUNT],
+    /// Rate at which the monitor's current is sampled before it is filtered; `None`: that of the
+    /// controller.
+    pub phase_rate_hz: Option<f64>,
 }
 
 impl Experiment {
@@ -35,6 +38,7 @@ impl Experiment {
             envelope: Envelope::ConductingPhase,
             filter: EnvelopeFilter::DEFAULT,
             sought: [true; FAULT_COUNT],
+            phase_rate_hz: None,
         }
     }
 
@@ -86,11 +90,16 @@ impl Experiment {
     /// [`SimulationError`] for parameters or a test that cannot be simulated.
     pub fn monitor(&self, start_angle_rad: f64) -> Result<Monitor, SimulationError> {
         let scenario = self.scenario.clone().turned_to(start_angle_rad);
-        Ok(Monitor {
+        let monitor = Monitor {
             model: LowFidelity::new(&self.actuator, &scenario)?,
             filter: self.filter,
             rate_hz: self.actuator.controller.sample_hz,
+            keep_every: 1,
             current_a: Vec::new(),
+        };
+        Ok(match self.phase_rate_hz {
+            Some(rate_hz) => monitor.sampled_at(rate_hz),
+            None => monitor,
         })
     }
 }
@@ -101,6 +110,8 @@ pub struct Monitor {
     model: LowFidelity,
     filter: EnvelopeFilter,
     rate_hz: f64,
+    /// The current is sampled at `rate_hz / keep_every`, then filtered.
+    keep_every: usize,
     current_a: Vec<f64>,
 }
 
@@ -110,9 +121,23 @@ impl Monitor {
         self.model.turn_to(start_angle_rad);
     }
 
+    /// Samples the current as the sensors of the phases do, where their rate is a whole part of
+    /// the controller's; what is filtered afterwards then has the same aliases as a recording.
+    #[must_use]
+    pub fn sampled_at(mut self, phase_rate_hz: f64) -> Self {
+        let ratio = self.rate_hz / phase_rate_hz;
+        let whole = ratio >= 1.0 && (ratio - ratio.round()).abs() < 1e-6;
+        self.keep_every = if whole { ratio.round() as usize } else { 1 };
+        self
+    }
+
     /// The signal at a point of the damage space.
     pub fn signal(&mut self, coordinates: &FaultCoordinates) -> Vec<f64> {
         self.model.simulate_current(&PhysicalFaults::from(coordinates), &mut self.current_a);
-        self.filter.apply(&self.current_a, self.rate_hz)
+        if self.keep_every == 1 {
+            return self.filter.apply(&self.current_a, self.rate_hz);
+        }
+        let kept: Vec<f64> = self.current_a.iter().step_by(self.keep_every).copied().collect();
+        self.filter.apply(&kept, self.rate_hz / self.keep_every as f64)
     }
 }

@@ -50,7 +50,9 @@ mod bundle;
 mod dataset;
 mod diagnose;
 mod embedded;
+mod emulator;
 mod error_model;
+mod evaluate;
 mod experiment;
 mod likelihood;
 mod noise_covariance;
@@ -73,7 +75,11 @@ pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
+pub use emulator::{Emulated, Emulator, EmulatorError};
 pub use error_model::{ErrorModel, ErrorModelError, Trend, choose_taper};
+pub use evaluate::{
+    Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
+};
 pub use experiment::{Experiment, Monitor};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;

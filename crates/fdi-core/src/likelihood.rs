@@ -9,6 +9,8 @@
 //! each reference error goes through the estimator built without its fold, and the scatter of
 //! what comes out is the monitor's share.
 
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
@@ -28,6 +30,8 @@ pub(crate) struct Likelihood {
     /// Mean variance of a sample, A².
     mean_variance: f64,
     folds: Vec<Fold>,
+    /// Mean and variance of ln(misfit) over the reference errors, formed when first asked for.
+    misfits: OnceLock<(f64, f64)>,
 }
 
 /// Residuals with the factor of a covariance that does not know them.
@@ -58,7 +62,13 @@ impl Likelihood {
                 })
             })
             .collect::<Result<_, _>>()?;
-        Ok(Self { factor: whole.cholesky()?, noise, mean_variance, folds })
+        Ok(Self {
+            factor: whole.cholesky()?,
+            noise,
+            mean_variance,
+            folds,
+            misfits: OnceLock::new(),
+        })
     }
 
     /// The factor of noise and model error alone, without what uncertainty needs.
@@ -68,6 +78,11 @@ impl Likelihood {
         noise_a: f64,
     ) -> Result<BandedCholesky, NotPositiveDefinite> {
         joined(&error.covariance(), &scaled(unit_noise, noise_a)).cholesky()
+    }
+
+    /// `(JᵀΣ⁻¹J)⁻¹`, what no unbiased estimate can beat under this model.
+    pub(crate) fn bound(&self, jacobian: &[Vec<f64>]) -> Option<DMatrix<f64>> {
+        information(&self.factor, jacobian).try_inverse()
     }
 
     /// Whitens a residual in place; its squared length is then the misfit.
@@ -134,6 +149,13 @@ impl Likelihood {
     /// the expectation of the noise added, are taken as log-normal; `deviations` standard
     /// deviations above their mean is the limit. The noise's own scatter, `√(2/n)`, is included.
     pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
+        let (mean, scatter) = *self.misfits.get_or_init(|| self.misfits());
+        let own = 2.0 / self.noise.order() as f64;
+        (mean + deviations * (scatter + own).sqrt()).exp()
+    }
+
+    /// Mean and variance of ln(misfit) over the reference errors.
+    fn misfits(&self) -> (f64, f64) {
         let logs: Vec<f64> = self
             .folds
             .iter()
@@ -149,8 +171,7 @@ impl Likelihood {
         let count = logs.len().max(2) as f64;
         let mean = logs.iter().sum::<f64>() / count;
         let scatter = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
-        let own = 2.0 / self.noise.order() as f64;
-        (mean + deviations * (scatter + own).sqrt()).exp()
+        (mean, scatter)
     }
 
     /// Expectation of the misfit per sample from noise alone, `tr(Σ⁻¹·N)/n`, from a few probing
@@ -204,16 +225,12 @@ struct Estimator {
 
 impl Estimator {
     fn new(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> Option<Self> {
-        let covariance = information(factor, jacobian).try_inverse()?;
-        let solved: Vec<Vec<f64>> = jacobian
-            .iter()
-            .map(|row| {
-                let mut x = row.clone();
-                factor.whiten(&mut x);
-                factor.whiten_transposed(&mut x);
-                x
-            })
-            .collect();
+        let mut solved = whitened(factor, jacobian);
+        let covariance =
+            symmetric(jacobian.len(), |i, j| dot(&solved[i], &solved[j])).try_inverse()?;
+        for x in &mut solved {
+            factor.whiten_transposed(x);
+        }
         let samples = jacobian.first().map_or(0, Vec::len);
         let weights = (0..jacobian.len())
             .map(|i| {
@@ -239,15 +256,19 @@ impl Estimator {
 
 /// `JᵀΣ⁻¹J`.
 pub(crate) fn information(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
-    let white: Vec<Vec<f64>> = jacobian
-        .iter()
-        .map(|row| {
-            let mut z = row.clone();
-            factor.whiten(&mut z);
-            z
-        })
-        .collect();
+    let white = whitened(factor, jacobian);
     symmetric(jacobian.len(), |i, j| dot(&white[i], &white[j]))
+}
+
+/// Every row whitened.
+fn whitened(factor: &BandedCholesky, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    rows.iter()
+        .map(|row| {
+            let mut white = row.clone();
+            factor.whiten(&mut white);
+            white
+        })
+        .collect()
 }
 
 /// A symmetric matrix from its lower half.

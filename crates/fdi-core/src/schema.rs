@@ -7,7 +7,7 @@ use schemars::{JsonSchema, generate::SchemaSettings};
 use crate::{
     ChannelName,
     record::KEY_TABLE,
-    report::{BundleSummary, Diagnosis},
+    report::{BundleSummary, Diagnosis, Evaluation},
 };
 
 /// A form that the tool reads or writes.
@@ -20,11 +20,13 @@ pub enum Schema {
     Diagnosis,
     /// The JSON that describes a bundle.
     Bundle,
+    /// The JSON of one of the paper's experiments.
+    Evaluation,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 3] = [Self::Recording, Self::Diagnosis, Self::Bundle];
+    pub const ALL: [Self; 4] = [Self::Recording, Self::Diagnosis, Self::Bundle, Self::Evaluation];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -32,6 +34,7 @@ impl Schema {
             Self::Recording => "recording",
             Self::Diagnosis => "diagnosis",
             Self::Bundle => "bundle",
+            Self::Evaluation => "evaluation",
         }
     }
 
@@ -41,6 +44,7 @@ impl Schema {
             Self::Recording => recording_tables(),
             Self::Diagnosis => json_schema::<Diagnosis>(),
             Self::Bundle => json_schema::<BundleSummary>(),
+            Self::Evaluation => json_schema::<Evaluation>(),
         }
     }
 }

@@ -154,7 +154,7 @@ fn envelope_recording(
 }
 
 /// A signal at another rate, straight between its samples.
-fn resampled(signal: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
+pub(crate) fn resampled(signal: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     if from_hz == to_hz {
         return signal.to_vec();
     }

@@ -1,0 +1,67 @@
+//! Options of `fdi evaluate`.
+
+use std::num::NonZeroUsize;
+
+use clap::{Args, ValueEnum};
+
+/// Options of `fdi evaluate`.
+#[derive(Clone, Debug, Args)]
+pub struct EvaluateArgs {
+    /// Which experiment
+    #[arg(value_enum)]
+    pub protocol: ProtocolArg,
+    /// Test conditions [default: the paper's number; 1000 for `noisy`]
+    #[arg(long, value_name = "N")]
+    pub conditions: Option<NonZeroUsize>,
+    /// What searches: `composite`, `emulator`, `ei`, `ucb`, `two-step-ei`, `ga`, `pso`, `de`, `gwo`, `cma-es` [default: those of the experiment]
+    #[arg(long, value_delimiter = ',', value_name = "METHOD,...")]
+    pub methods: Vec<String>,
+    /// Noise inside the controller of the reference
+    #[arg(long, value_enum, default_value_t = Switch::Off)]
+    pub controller_noise: Switch,
+    /// Digitisation inside the control loop of the reference
+    #[arg(long, value_enum, default_value_t = Switch::Off)]
+    pub digitisation: Switch,
+    /// Noise on each phase sample before a 12-bit converter, rms [default: 0, neither; 0.02 for `noisy`]
+    #[arg(long, value_name = "A")]
+    pub noise_a: Option<f64>,
+    /// Rate of the phase samples
+    #[arg(long, default_value_t = 10_000.0, value_name = "N")]
+    pub phase_rate_hz: f64,
+    /// Reference signals that everything is learnt on
+    #[arg(long, default_value = "100", value_name = "N")]
+    pub snapshots: NonZeroUsize,
+    /// Reference signals with most faults absent beside them [default: 0; 100 for `noisy`]
+    #[arg(long, value_name = "N")]
+    pub sparse_snapshots: Option<usize>,
+    /// Healthy recordings on which false alarms are counted (`noisy`)
+    #[arg(long, default_value_t = 500, value_name = "N")]
+    pub healthy: usize,
+    /// Most evaluations of the model in one search [default: the method's own]
+    #[arg(long, value_name = "N")]
+    pub max_evaluations: Option<NonZeroUsize>,
+}
+
+/// An experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProtocolArg {
+    /// High-fidelity model as monitor (Tables 2, 3)
+    High,
+    /// Low-fidelity model as monitor (Tables 4, 5)
+    Low,
+    /// Population methods (Table 6)
+    Metaheuristics,
+    /// Friction and backlash on the sine (Tables 7, 8)
+    Bench,
+    /// Sensor noise: bounds, coverage, false alarms
+    Noisy,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Present
+    On,
+    /// Absent
+    Off,
+}

@@ -1,0 +1,293 @@
+//! An emulator of the reference signal itself: a diagnosis without any simulation.
+//!
+//! ```text
+//! y(c) = Σ_p t_p(c)·g_p + r,    r ~ N(0, S + a²·C)
+//! ```
+//!
+//! with `t` the constant, linear and (where left-out signals say so) quadratic terms of the damage coordinates and the signals
+//! `g` learnt from reference signals. Since the signal is linear in `t`, the likelihood needs a
+//! recording only through its projections on the whitened `g`; everything else is formed
+//! beforehand, for one level of noise.
+
+use ema_sim::FAULT_COUNT;
+use nalgebra::{DMatrix, DVector};
+
+use crate::{
+    banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot},
+    bundle::{Bundle, StartAngle, sought_coordinates},
+    error_model::{ErrorModel, ErrorModelError, Trend, choose_taper},
+    likelihood::FLOOR_A,
+    noise_covariance::unit_noise_covariance,
+};
+
+/// Reach of the tapers tried, s.
+const TAPER_SUPPORTS_S: [f64; 4] = [0.010, 0.020, 0.040, 0.080];
+/// Damage in the middle of the incipient range, where a search starts.
+const START_LEVEL: f64 = 0.02;
+/// Coordinates with a sign: no level to start from.
+const FIRST_SIGNED: usize = 5;
+/// Most Gauss-Newton steps; four are usual.
+const MOST_STEPS: usize = 20;
+/// Steps below this end a search.
+const STEP_TOLERANCE: f64 = 1e-9;
+/// An estimate is kept within this distance of the incipient range.
+const REACH: f64 = 0.1;
+
+/// Why an emulator could not be learnt.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EmulatorError {
+    /// Too few or degenerate reference signals.
+    #[error(transparent)]
+    Learn(#[from] ErrorModelError),
+    /// The covariance of noise and emulator error has no factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+    /// The reference signals do not tell the faults apart.
+    #[error("the reference signals do not determine all faults looked for")]
+    Undetermined,
+}
+
+/// The reference signal as a quadratic function of damage, prepared for one noise level.
+#[derive(Debug)]
+pub struct Emulator {
+    model: ErrorModel,
+    sought: Vec<usize>,
+    factor: BandedCholesky,
+    /// `L⁻¹·g_p`.
+    whitened: Vec<Vec<f64>>,
+    gram: DMatrix<f64>,
+    /// `ZᵀL⁻¹·N·L⁻ᵀZ` of the noise's covariance `N`.
+    noise_gram: DMatrix<f64>,
+    folds: Vec<Fold>,
+}
+
+/// Reference errors as an emulator sees them that does not know them.
+#[derive(Debug)]
+struct Fold {
+    gram: DMatrix<f64>,
+    projections: Vec<DVector<f64>>,
+}
+
+/// What an emulator says of a signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emulated {
+    /// Estimates of the coordinates looked for, free of bounds.
+    pub estimate: Vec<f64>,
+    /// Their covariance, row by row.
+    pub covariance: Vec<Vec<f64>>,
+    /// Mean square of the whitened residual.
+    pub misfit: f64,
+}
+
+impl Emulator {
+    /// Learns from a bundle's reference signals with start angle zero, for white noise on each
+    /// phase sample at a rate.
+    ///
+    /// # Errors
+    ///
+    /// [`EmulatorError`] for a bundle with too few reference signals.
+    pub fn learn(bundle: &Bundle, phase_rate_hz: f64, noise_a: f64) -> Result<Self, EmulatorError> {
+        let experiment = &bundle.experiment;
+        let (mut signals, mut coordinates) = (Vec::new(), Vec::new());
+        for dataset in &bundle.datasets {
+            if StartAngle::Zero.has(dataset.design) {
+                signals.extend(dataset.signals_a.iter().cloned());
+                coordinates.extend(sought_coordinates(experiment, dataset));
+            }
+        }
+        let multiple = (phase_rate_hz / experiment.filter.output_hz - 1e-6).ceil().max(1.0);
+        let rate_hz = multiple * experiment.filter.output_hz;
+        let unit = unit_noise_covariance(&experiment.filter, rate_hz, experiment.samples());
+        let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
+        noise.add_scaled(noise_a * noise_a * rate_hz / phase_rate_hz, &unit);
+        let supports =
+            TAPER_SUPPORTS_S.map(|s| (s * experiment.filter.output_hz).round().max(2.0) as usize);
+        let mut floor = noise.clone();
+        floor.add_to_diagonal(FLOOR_A * FLOOR_A);
+        let mut best: Option<(f64, Trend, usize)> = None;
+        for trend in [Trend::Linear, Trend::Quadratic] {
+            let trial = match ErrorModel::learn(&signals, &coordinates, trend, 2) {
+                Err(ErrorModelError::TooFewSignals { .. }) if best.is_some() => continue,
+                learnt => learnt?,
+            };
+            for (support, score) in choose_taper(trial.residuals(), &supports, &floor)? {
+                if best.is_none_or(|(best_score, ..)| score > best_score) {
+                    best = Some((score, trend, support));
+                }
+            }
+        }
+        let (_, trend, support) = best.ok_or(EmulatorError::Undetermined)?;
+        let model = ErrorModel::learn(&signals, &coordinates, trend, support)?;
+        Ok(Self::prepare(model, experiment.sought_indices(), &noise)?)
+    }
+
+    fn prepare(
+        model: ErrorModel,
+        sought: Vec<usize>,
+        noise: &BandedMatrix,
+    ) -> Result<Self, NotPositiveDefinite> {
+        let factor = joined(&model.covariance(), noise).cholesky()?;
+        let whitened = whiten_all(&factor, model.coefficients());
+        let images: Vec<Vec<f64>> = whitened
+            .iter()
+            .map(|z| {
+                let mut solved = z.clone();
+                factor.whiten_transposed(&mut solved);
+                let mut image = noise.times(&solved);
+                factor.whiten(&mut image);
+                image
+            })
+            .collect();
+        let terms = whitened.len();
+        let noise_gram = DMatrix::from_fn(terms, terms, |i, j| dot(&whitened[i], &images[j]));
+        let mut folds = Vec::new();
+        for (covariance, residuals) in model.folds() {
+            let factor = joined(&covariance, noise).cholesky()?;
+            let whitened = whiten_all(&factor, model.coefficients());
+            let projections = residuals
+                .iter()
+                .map(|residual| {
+                    let mut white = residual.to_vec();
+                    factor.whiten(&mut white);
+                    project(&whitened, &white)
+                })
+                .collect();
+            folds.push(Fold { gram: gram(&whitened), projections });
+        }
+        let gram = gram(&whitened);
+        Ok(Self { model, sought, factor, whitened, gram, noise_gram, folds })
+    }
+
+    /// Indices of the coordinates looked for.
+    pub fn sought(&self) -> &[usize] {
+        &self.sought
+    }
+
+    /// The signal at a point of the coordinates looked for, A.
+    pub fn signal_a(&self, point: &[f64]) -> Vec<f64> {
+        self.model.mean_at(point)
+    }
+
+    /// Generalised least squares of the emulator to a signal; `None` where the Jacobian leaves a
+    /// coordinate undetermined.
+    pub fn diagnose(&self, signal_a: &[f64]) -> Option<Emulated> {
+        let mut white = signal_a.to_vec();
+        self.factor.whiten(&mut white);
+        let projection = project(&self.whitened, &white);
+        let mut point: Vec<f64> =
+            self.sought.iter().map(|&i| if i < FIRST_SIGNED { START_LEVEL } else { 0.0 }).collect();
+        for _ in 0..MOST_STEPS {
+            let terms = self.terms(&point);
+            let slopes = self.slopes(&point);
+            let gradient = &slopes * (&projection - &self.gram * &terms);
+            let step = (&slopes * &self.gram * slopes.transpose()).cholesky()?.solve(&gradient);
+            let mut length = 0.0f64;
+            for (value, part) in point.iter_mut().zip(step.iter()) {
+                let moved = (*value + part).clamp(-REACH, REACH);
+                length = length.max((moved - *value).abs());
+                *value = moved;
+            }
+            if length < STEP_TOLERANCE {
+                break;
+            }
+        }
+        let terms = self.terms(&point);
+        let explained = 2.0 * projection.dot(&terms) - (&self.gram * &terms).dot(&terms);
+        let misfit = (dot(&white, &white) - explained) / white.len() as f64;
+        let covariance = self.covariance(&self.slopes(&point))?;
+        let order = point.len();
+        let row = |i: usize| (0..order).map(|j| covariance[(i, j)]).collect();
+        Some(Emulated { estimate: point, covariance: (0..order).map(row).collect(), misfit })
+    }
+
+    /// Derivatives of the signal at a point, one row a coordinate.
+    pub(crate) fn jacobian(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let slopes = self.slopes(point);
+        let samples = self.whitened.first().map_or(0, Vec::len);
+        (0..point.len())
+            .map(|row| {
+                let mut derivative = vec![0.0; samples];
+                for (coefficient, slope) in
+                    self.model.coefficients().iter().zip(slopes.row(row).iter())
+                {
+                    for (value, part) in derivative.iter_mut().zip(coefficient) {
+                        *value += slope * part;
+                    }
+                }
+                derivative
+            })
+            .collect()
+    }
+
+    /// Noise through the estimator, and the scatter of reference errors that it does not know.
+    fn covariance(&self, slopes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let order = slopes.nrows();
+        let inverse = (slopes * &self.gram * slopes.transpose()).try_inverse()?;
+        let estimator = &inverse * slopes;
+        let mut covariance = &estimator * &self.noise_gram * estimator.transpose();
+        let (mut count, mut scatter) = (0.0, DMatrix::zeros(order, order));
+        for fold in &self.folds {
+            let inverse = (slopes * &fold.gram * slopes.transpose()).try_inverse()?;
+            let estimator = inverse * slopes;
+            for projection in &fold.projections {
+                let shift = &estimator * projection;
+                scatter += &shift * shift.transpose();
+                count += 1.0;
+            }
+        }
+        covariance += scatter / f64::max(count, 1.0);
+        Some(covariance)
+    }
+
+    fn terms(&self, point: &[f64]) -> DVector<f64> {
+        DVector::from_vec(self.model.terms_at(point))
+    }
+
+    /// Derivatives of the terms, one row a coordinate: central differences, exact for squares.
+    fn slopes(&self, point: &[f64]) -> DMatrix<f64> {
+        const STEP: f64 = 1e-2;
+        let rows: Vec<Vec<f64>> = (0..point.len())
+            .map(|place| {
+                let side = |sign: f64| {
+                    let mut moved = point.to_vec();
+                    moved[place] += sign * STEP;
+                    self.model.terms_at(&moved)
+                };
+                let (up, down) = (side(1.0), side(-1.0));
+                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
+            })
+            .collect();
+        DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+    }
+}
+
+/// Residual and noise covariance together, with the floor.
+fn joined(residual: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix {
+    let half_band = residual.half_band().max(noise.half_band());
+    let mut whole = BandedMatrix::zeros(residual.order(), half_band);
+    whole.add_scaled(1.0, residual);
+    whole.add_scaled(1.0, noise);
+    whole.add_to_diagonal(FLOOR_A * FLOOR_A);
+    whole
+}
+
+fn whiten_all(factor: &BandedCholesky, signals: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let white = |signal: &Vec<f64>| {
+        let mut white = signal.clone();
+        factor.whiten(&mut white);
+        white
+    };
+    signals.iter().map(white).collect()
+}
+
+fn project(whitened: &[Vec<f64>], white: &[f64]) -> DVector<f64> {
+    DVector::from_iterator(whitened.len(), whitened.iter().map(|z| dot(z, white)))
+}
+
+fn gram(whitened: &[Vec<f64>]) -> DMatrix<f64> {
+    let terms = whitened.len();
+    DMatrix::from_fn(terms, terms, |i, j| dot(&whitened[i], &whitened[j]))
+}
+
+const _: () = assert!(FIRST_SIGNED + 2 == FAULT_COUNT);

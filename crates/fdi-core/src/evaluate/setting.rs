@@ -1,0 +1,115 @@
+//! What an experiment's recordings are like, and the bundle that is learnt for them.
+
+use ema_sim::{Converter, Imperfections, PhaseSensors, PhysicalFaults, SimulationError};
+
+use super::{EvaluationError, in_parallel};
+use crate::{
+    bundle::Bundle,
+    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
+    experiment::Experiment,
+    observation::{Observation, filtered},
+    seed::RootSeed,
+    simulated::resampled,
+};
+
+/// Electronics, sensors and what is known beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvaluationSetting {
+    /// Noise inside the controller and digitisation inside the loop, of recordings and reference
+    /// signals alike (with seeds of their own).
+    pub imperfections: Imperfections,
+    /// Independent white noise on each phase sample, rms, A; a 12-bit converter over ±20 A
+    /// follows it. Zero: neither noise nor converter.
+    pub sensor_noise_a: f64,
+    /// Rate of the phase samples.
+    pub phase_rate_hz: f64,
+    /// Reference signals of the design `incipient`.
+    pub snapshots: usize,
+    /// Reference signals of the design `sparse`: faults mostly absent.
+    pub sparse_snapshots: usize,
+}
+
+impl EvaluationSetting {
+    /// Noise of a phase sample, quantisation included, A.
+    pub fn noise_a(&self) -> f64 {
+        self.sensors().map_or(0.0, |sensors| sensors.variance_a2().sqrt())
+    }
+
+    pub(super) fn sensors(&self) -> Option<PhaseSensors> {
+        (self.sensor_noise_a > 0.0).then_some(PhaseSensors {
+            noise_a: self.sensor_noise_a,
+            converter: Some(Converter::DEFAULT),
+        })
+    }
+
+    /// The signal of a condition as the sensors show it.
+    pub(super) fn signal(
+        &self,
+        experiment: &Experiment,
+        condition: &Condition,
+        sensors: Option<(PhaseSensors, u64)>,
+    ) -> Result<Vec<f64>, SimulationError> {
+        let model = experiment
+            .high_fidelity(condition.start_angle_rad, self.imperfections)?
+            .with_seed(condition.noise_seed);
+        let mut trace = model.simulate(&PhysicalFaults::from(&condition.coordinates()));
+        let (from_hz, to_hz) = (trace.rate_hz, self.phase_rate_hz);
+        for channel in &mut trace.phase_currents_a {
+            *channel = resampled(channel, from_hz, to_hz);
+        }
+        trace.motor_angle_rad = resampled(&trace.motor_angle_rad, from_hz, to_hz);
+        trace.rate_hz = to_hz;
+        if let Some((sensors, seed)) = sensors {
+            let [a, b, c] = &trace.phase_currents_a;
+            trace.phase_currents_a = sensors.measure([a, b, c], seed);
+        }
+        let pole_pairs = experiment.actuator.motor.pole_pairs;
+        let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
+        Ok(filtered(&envelope_a, to_hz, experiment))
+    }
+
+    /// The experiment with the monitor sampled as the phases are.
+    pub(super) fn experiment(&self, experiment: &Experiment) -> Experiment {
+        Experiment { phase_rate_hz: Some(self.phase_rate_hz), ..experiment.clone() }
+    }
+
+    /// What a diagnosis is given of a signal.
+    pub(super) fn observation(&self, signal_a: Vec<f64>) -> Observation {
+        Observation {
+            signal_a,
+            start_angle_rad: Some(0.0),
+            phase_rate_hz: self.phase_rate_hz,
+            measured_noise_a: None,
+            stated_noise_a: Some(self.noise_a()),
+            notices: Vec::new(),
+        }
+    }
+
+    /// The bundle learnt in this setting: reference signals at the rate of the phases, without
+    /// noise of the sensors.
+    pub(super) fn bundle(
+        &self,
+        experiment: &Experiment,
+        seed: u64,
+        jobs: usize,
+    ) -> Result<Bundle, EvaluationError> {
+        let experiment = &self.experiment(experiment);
+        let mut datasets = Vec::new();
+        for (design, conditions) in [
+            (ReferenceDesign::Incipient, self.snapshots),
+            (ReferenceDesign::Sparse, self.sparse_snapshots),
+        ] {
+            if conditions == 0 && design == ReferenceDesign::Sparse {
+                continue;
+            }
+            let imperfections = self.imperfections;
+            let request = DatasetRequest { design, conditions, seed, imperfections, jobs };
+            let conditions = Dataset::conditions(experiment, &request)?;
+            let signals_a = in_parallel(&conditions, jobs, |_, condition| {
+                self.signal(experiment, condition, None)
+            })?;
+            datasets.push(Dataset { design, seed, imperfections, conditions, signals_a });
+        }
+        Ok(Bundle::build(experiment, datasets, RootSeed(seed))?)
+    }
+}
