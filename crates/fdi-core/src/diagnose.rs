@@ -10,6 +10,7 @@ use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
     dataset::ReferenceDesign,
+    encoding::{Encoder, Encoding},
     error_model::ErrorModel,
     experiment::Monitor,
     likelihood::Likelihood,
@@ -77,6 +78,8 @@ pub struct Diagnoser {
     turned: OnceLock<Option<ErrorModel>>,
     /// How the monitor errs on severe damage; learnt when first needed.
     severe: OnceLock<Option<SevereErrors>>,
+    /// What makes few numbers of the signal; none for the whole signal.
+    encoder: Option<Arc<Encoder>>,
     /// Noise covariances by the rate of the phases.
     unit_noise: Mutex<BTreeMap<u64, Arc<BandedMatrix>>>,
 }
@@ -116,7 +119,7 @@ struct FitResult {
 impl FitResult {
     /// `−2·ln` of the likelihood, less a constant.
     fn cost(&self, likelihood: &Likelihood) -> f64 {
-        self.misfit * self.residual_a.len() as f64 + likelihood.log_determinant()
+        self.misfit * likelihood.size() as f64 + likelihood.log_determinant()
     }
 }
 
@@ -133,12 +136,25 @@ impl Diagnoser {
     ///
     /// [`BundleError`] for a bundle that nothing can be learnt from.
     pub fn new(bundle: Bundle) -> Result<Self, BundleError> {
+        Self::with_encoding(bundle, Encoding::Full)
+    }
+
+    /// The same, looking at an encoded signal.
+    ///
+    /// Search, uncertainty, noise and adequacy rest on the encoded numbers alone.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] for a bundle that nothing can be learnt from.
+    pub fn with_encoding(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
+        let encoder = Encoder::of(&bundle, encoding)?;
         let incipient = bundle.error_model(StartAngle::Zero)?.ok_or(BundleError::NoIncipient)?;
         Ok(Self {
             bundle,
             incipient,
             turned: OnceLock::new(),
             severe: OnceLock::new(),
+            encoder,
             unit_noise: Mutex::new(BTreeMap::new()),
         })
     }
@@ -311,6 +327,10 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    fn encoder(&self) -> Option<&Arc<Encoder>> {
+        self.diagnoser.encoder.as_ref()
+    }
+
     /// The noise level: told by the user or the metadata, read off the recording, or else what
     /// makes the residual most likely, with the bundle's level as a prior.
     fn noise(&self, hypothesis: &Hypothesis<'_>) -> Result<(Noise, u64), DiagnoseError> {
@@ -326,13 +346,12 @@ impl Run<'_> {
         }
         let prior_a = self.diagnoser.bundle.noise_a;
         let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
-        let likelihood = Likelihood::new(hypothesis.error, &unit, prior_a)?;
+        let likelihood = Likelihood::new(hypothesis.error, &unit, prior_a, self.encoder())?;
         let fit = self.fit(hypothesis, &likelihood, &START)?;
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
             let level_a = prior_a * ln_ratio.exp();
-            let factor = Likelihood::plain(hypothesis.error, &unit, level_a)?;
-            let mut white = fit.residual_a.clone();
-            factor.whiten(&mut white);
+            let factor = Likelihood::plain(hypothesis.error, &unit, level_a, self.encoder())?;
+            let white = factor.whiten(&fit.residual_a);
             let prior = ln_ratio / NOISE_PRIOR_LN_STD;
             Ok(white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant() + prior * prior)
         };
@@ -345,7 +364,7 @@ impl Run<'_> {
     /// severe ones.
     fn explain(&self, hypothesis: &Hypothesis<'_>, noise: Noise) -> Result<Outcome, DiagnoseError> {
         let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
-        let likelihood = Likelihood::new(hypothesis.error, &unit, noise.level_a)?;
+        let likelihood = Likelihood::new(hypothesis.error, &unit, noise.level_a, self.encoder())?;
         let seed = self.options.seed;
         if let Some(criterion) = scalar_search::criterion(self.options.method, seed) {
             return self.scalar(hypothesis, &likelihood, criterion);
@@ -418,7 +437,7 @@ impl Run<'_> {
         let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
         let likelihood_at = |size: f64| -> Result<Likelihood, NotPositiveDefinite> {
             let error = hypothesis.error.with_residuals(severe.at_size(size));
-            Likelihood::new(&error, &unit, noise.level_a)
+            Likelihood::new(&error, &unit, noise.level_a, self.encoder())
         };
         let wide = likelihood_at(SEVERE_START)?;
         let mut starts = vec![self.all_coordinates(&near.estimate)];
@@ -467,16 +486,14 @@ impl Run<'_> {
             ..LevenbergMarquardt::default()
         };
         let residual = |point: &[f64]| -> Result<Vec<f64>, std::convert::Infallible> {
-            let mut residual = self.residual(hypothesis, &mut monitor, point);
-            likelihood.whiten(&mut residual);
-            Ok(residual)
+            Ok(likelihood.whiten(&self.residual(hypothesis, &mut monitor, point)))
         };
         let solution = solver
             .solve(residual, &select(start), &bounds)
             .map_err(|error: SolveError<_>| DiagnoseError::Search { reason: error.to_string() })?;
         let residual_a = self.residual(hypothesis, &mut monitor, &solution.point);
         Ok(FitResult {
-            misfit: solution.norm * solution.norm / residual_a.len() as f64,
+            misfit: solution.norm * solution.norm / likelihood.size() as f64,
             estimate: solution.point,
             residual_a,
             evaluations: solution.evaluations as u64 + 1,
@@ -573,6 +590,9 @@ impl Run<'_> {
     ) -> RecordDiagnosis {
         let faults = outcome.posterior.faults();
         let sought = &self.diagnoser.bundle.experiment.sought;
+        if let Some(encoder) = self.encoder() {
+            notices.push(encoder.notice());
+        }
         let any_null = (0..FAULT_COUNT - 1).any(|i| sought[i] && faults[i].value.is_none());
         let any_detected = faults.iter().any(|fault| fault.detected == Some(true));
         let eccentric = faults[5].detected == Some(true);

@@ -6,5 +6,6 @@
     reason = "helpers of tests fail by panicking, and say when a test is skipped"
 )]
 
+mod encoding;
 mod files;
 mod properties;
