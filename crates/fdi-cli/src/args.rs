@@ -5,7 +5,7 @@ mod evaluate;
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use fdi_core::{RootSeed, Schema, report::Method};
+use fdi_core::{Encoding, RootSeed, Schema, report::Method};
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 
@@ -158,6 +158,9 @@ pub struct DiagnoseArgs {
     /// How the fault levels are searched
     #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
     pub method: MethodArg,
+    /// What of the filtered envelope is looked at
+    #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
+    pub encoding: EncodingArg,
     /// Most evaluations of the model for one recording [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,
@@ -212,6 +215,34 @@ impl MethodArg {
             Self::TwoStepEi => Method::TwoStepEi,
             Self::Ei => Method::Ei,
             Self::Ucb => Method::Ucb,
+        }
+    }
+}
+
+/// What of the filtered envelope is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EncodingArg {
+    /// Every sample.
+    Full,
+    /// The 30 samples of the bundle's mask.
+    Points,
+    /// Means over the clusters of the map that places the points.
+    ClusterMeans,
+    /// Projection on the leading modes of the reference signals.
+    Modes,
+    /// Projection on the effects of the faults in the reference signals.
+    Sensitivities,
+}
+
+impl EncodingArg {
+    /// The same in the diagnosis.
+    pub fn of_diagnosis(self) -> Encoding {
+        match self {
+            Self::Full => Encoding::Full,
+            Self::Points => Encoding::Points,
+            Self::ClusterMeans => Encoding::ClusterMeans,
+            Self::Modes => Encoding::Modes,
+            Self::Sensitivities => Encoding::Sensitivities,
         }
     }
 }
@@ -339,6 +370,9 @@ pub struct ShowArgs {
     /// The bundle [default: the embedded one]
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
+    /// Draw the first dynamic mode with the points on it
+    #[arg(long, value_name = "FILE.svg")]
+    pub figure: Option<PathBuf>,
 }
 
 /// Options of `fdi schema`.

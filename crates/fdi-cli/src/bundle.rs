@@ -4,7 +4,8 @@ use std::{fs, path::Path};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Bundle, EMBEDDED_BUNDLES, RootSeed, dataset_from_bytes, report::BundleSummary, store,
+    Bundle, EMBEDDED_BUNDLES, RootSeed, dataset_from_bytes, mode_figure_svg, report::BundleSummary,
+    store,
 };
 
 use crate::args::BuildArgs;
@@ -29,6 +30,18 @@ pub(crate) fn build(args: &BuildArgs, seed: RootSeed) -> Result<Vec<u8>> {
 
 /// What the bundle in `file`, or the embedded one, holds.
 pub(crate) fn summarise(file: Option<&Path>) -> Result<BundleSummary> {
+    let (bundle, sha256) = read(file)?;
+    Ok(bundle.summary(sha256)?)
+}
+
+/// The drawing of the first dynamic mode of the bundle in `file`, or the embedded one.
+pub(crate) fn mode_figure(file: Option<&Path>) -> Result<String> {
+    let (bundle, _) = read(file)?;
+    Ok(mode_figure_svg(&bundle)?)
+}
+
+/// A bundle with its SHA-256.
+fn read(file: Option<&Path>) -> Result<(Bundle, String)> {
     let (bytes, named) = match file {
         Some(path) => {
             let named = path.display().to_string();
@@ -37,5 +50,5 @@ pub(crate) fn summarise(file: Option<&Path>) -> Result<BundleSummary> {
         None => (EMBEDDED_BUNDLES[0].bytes.to_vec(), "the embedded bundle".to_owned()),
     };
     let bundle = Bundle::from_bytes(&bytes).context(named)?;
-    Ok(bundle.summary(store::sha256_hex(&bytes)))
+    Ok((bundle, store::sha256_hex(&bytes)))
 }

@@ -4,8 +4,8 @@ use std::{fs, sync::OnceLock};
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Purpose, Recording,
-    RootSeed, report::RecordDiagnosis, store,
+    Bundle, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding, Purpose,
+    Recording, RootSeed, report::RecordDiagnosis, store,
 };
 
 use crate::DiagnoseArgs;
@@ -51,7 +51,8 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
             .collect::<Result<_>>()?,
     };
     let rates_hz = bundles.iter().map(|one| one.bundle.experiment.filter.output_hz).collect();
-    Ok(Box::new(BundleDiagnoser { bundles, options, rates_hz }))
+    let encoding = args.encoding.of_diagnosis();
+    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, rates_hz }))
 }
 
 /// A bundle that is prepared when the first recording needs it.
@@ -67,9 +68,11 @@ impl Prepared {
         Ok(Self { sha256: store::sha256_hex(bytes), bundle, ready: OnceLock::new() })
     }
 
-    fn ready(&self) -> Result<&fdi_core::Diagnoser> {
-        let prepare =
-            || fdi_core::Diagnoser::new(self.bundle.clone()).map_err(|error| error.to_string());
+    fn ready(&self, encoding: Encoding) -> Result<&fdi_core::Diagnoser> {
+        let prepare = || {
+            fdi_core::Diagnoser::with_encoding(self.bundle.clone(), encoding)
+                .map_err(|error| error.to_string())
+        };
         self.ready.get_or_init(prepare).as_ref().map_err(|error| anyhow!("{error}"))
     }
 }
@@ -78,6 +81,7 @@ impl Prepared {
 struct BundleDiagnoser {
     bundles: Vec<Prepared>,
     options: DiagnoseOptions,
+    encoding: Encoding,
     rates_hz: Vec<f64>,
 }
 
@@ -122,7 +126,7 @@ impl Diagnoser for BundleDiagnoser {
 
     fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis> {
         let prepared = self.fitting(recording);
-        let mut answer = prepared.ready()?.diagnose(recording, &self.options)?;
+        let mut answer = prepared.ready(self.encoding)?.diagnose(recording, &self.options)?;
         if prepared.sha256 != self.bundle_sha256() {
             answer.bundle = Some(prepared.sha256.clone());
         }

@@ -5,6 +5,7 @@ use ema_sim::{FAULT_COUNT, FaultCoordinates};
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::BundleError,
+    encoding::Factor,
     experiment::Experiment,
     likelihood::information,
     noise_covariance::unit_noise_covariance,
@@ -48,7 +49,7 @@ pub fn sensor_bound_std(
     let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, experiment.samples());
     let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
     noise.add_scaled(noise_a * noise_a, &unit);
-    let factor = noise.cholesky()?;
+    let factor = Factor::new(noise, None)?;
     let covariance = information(&factor, &jacobian).try_inverse();
     let covariance = covariance.ok_or(NotPositiveDefinite { row: 0, pivot: 0.0 })?;
     let mut bound = [None; FAULT_COUNT];

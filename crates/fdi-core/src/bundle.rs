@@ -7,6 +7,8 @@ use reduction::{
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     dataset::{Dataset, ReferenceDesign},
+    encoding::Encoding,
+    encoding_bounds::encoding_summaries,
     error_model::{ErrorModel, ErrorModelError, Trend, choose_taper},
     experiment::Experiment,
     observation::envelope_kind,
@@ -163,10 +165,15 @@ impl Bundle {
         Ok(Some(ErrorModel::learn(&differences, &coordinates, choice.trend, support)?))
     }
 
-    /// What the bundle holds, for people and scripts.
-    pub fn summary(&self, sha256: String) -> BundleSummary {
+    /// What the bundle holds, for people and scripts, with what each encoding costs against the
+    /// whole envelope: the median over the incipient conditions of the Cramér-Rao bounds' ratio.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] without an incipient dataset, or when nothing can be learnt from it.
+    pub fn summary(&self, sha256: String) -> Result<BundleSummary, BundleError> {
         let experiment = &self.experiment;
-        BundleSummary {
+        Ok(BundleSummary {
             schema_version: SCHEMA_VERSION,
             sha256,
             model: experiment.model_name.clone(),
@@ -185,9 +192,9 @@ impl Bundle {
                     sha256: sha256.clone(),
                 })
                 .collect(),
-            default_encoding: "full".to_owned(),
-            encodings: Vec::new(),
-        }
+            default_encoding: Encoding::Full.name().to_owned(),
+            encodings: encoding_summaries(self)?,
+        })
     }
 }
 

@@ -10,6 +10,7 @@ use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
     dataset::ReferenceDesign,
+    encoding::{Encoder, Encoding},
     error_model::ErrorModel,
     experiment::Monitor,
     likelihood::Likelihood,
@@ -77,6 +78,8 @@ pub struct Diagnoser {
     turned: OnceLock<Option<ErrorModel>>,
     /// How the monitor errs on severe damage; learnt when first needed.
     severe: OnceLock<Option<SevereErrors>>,
+    /// What makes few numbers of the signal; none for the whole signal.
+    encoder: Option<Arc<Encoder>>,
     /// Noise covariances by the rate of the phases.
     unit_noise: Mutex<BTreeMap<u64, Arc<BandedMatrix>>>,
     /// Likelihoods by start angle zero, noise level and rate of the phases.
@@ -124,7 +127,7 @@ struct FitResult {
 impl FitResult {
     /// `−2·ln` of the likelihood, less a constant.
     fn cost(&self, likelihood: &Likelihood) -> f64 {
-        self.misfit * self.residual_a.len() as f64 + likelihood.log_determinant()
+        self.misfit * likelihood.size() as f64 + likelihood.log_determinant()
     }
 }
 
@@ -141,12 +144,25 @@ impl Diagnoser {
     ///
     /// [`BundleError`] for a bundle that nothing can be learnt from.
     pub fn new(bundle: Bundle) -> Result<Self, BundleError> {
+        Self::with_encoding(bundle, Encoding::Full)
+    }
+
+    /// The same, looking at an encoded signal.
+    ///
+    /// Search, uncertainty, noise and adequacy rest on the encoded numbers alone.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] for a bundle that nothing can be learnt from.
+    pub fn with_encoding(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
+        let encoder = Encoder::of(&bundle, encoding)?;
         let incipient = bundle.error_model(StartAngle::Zero)?.ok_or(BundleError::NoIncipient)?;
         Ok(Self {
             bundle,
             incipient,
             turned: OnceLock::new(),
             severe: OnceLock::new(),
+            encoder,
             unit_noise: Mutex::new(BTreeMap::new()),
             likelihoods: Mutex::new(BTreeMap::new()),
         })
@@ -204,7 +220,7 @@ impl Diagnoser {
             }
         }
         let unit = self.unit_noise(phase_rate_hz);
-        let likelihood = Arc::new(Likelihood::new(error, &unit, noise_a)?);
+        let likelihood = Arc::new(Likelihood::new(error, &unit, noise_a, self.encoder.as_ref())?);
         let mut kept = self.likelihoods.lock().expect("no thread panics while it holds the cache");
         if kept.len() >= LIKELIHOODS_KEPT {
             kept.clear();
@@ -383,6 +399,10 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    fn encoder(&self) -> Option<&Arc<Encoder>> {
+        self.diagnoser.encoder.as_ref()
+    }
+
     /// The noise level: told by the user or the metadata, read off the recording, or else what
     /// makes the residual most likely, with the bundle's level as a prior.
     fn noise(&self, hypothesis: &Hypothesis<'_>) -> Result<(Noise, u64), DiagnoseError> {
@@ -403,9 +423,8 @@ impl Run<'_> {
         let fit = self.fit(hypothesis, &likelihood, &START)?;
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
             let level_a = prior_a * ln_ratio.exp();
-            let factor = Likelihood::plain(hypothesis.error, &unit, level_a)?;
-            let mut white = fit.residual_a.clone();
-            factor.whiten(&mut white);
+            let factor = Likelihood::plain(hypothesis.error, &unit, level_a, self.encoder())?;
+            let white = factor.whiten(&fit.residual_a);
             let prior = ln_ratio / NOISE_PRIOR_LN_STD;
             Ok(white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant() + prior * prior)
         };
@@ -491,7 +510,7 @@ impl Run<'_> {
         let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
         let likelihood_at = |size: f64| -> Result<Likelihood, NotPositiveDefinite> {
             let error = hypothesis.error.with_residuals(severe.at_size(size));
-            Likelihood::new(&error, &unit, noise.level_a)
+            Likelihood::new(&error, &unit, noise.level_a, self.encoder())
         };
         let wide = likelihood_at(SEVERE_START)?;
         let mut starts = vec![self.all_coordinates(&near.estimate)];
@@ -540,16 +559,14 @@ impl Run<'_> {
             ..LevenbergMarquardt::default()
         };
         let residual = |point: &[f64]| -> Result<Vec<f64>, std::convert::Infallible> {
-            let mut residual = self.residual(hypothesis, &mut monitor, point);
-            likelihood.whiten(&mut residual);
-            Ok(residual)
+            Ok(likelihood.whiten(&self.residual(hypothesis, &mut monitor, point)))
         };
         let solution = solver
             .solve(residual, &select(start), &bounds)
             .map_err(|error: SolveError<_>| DiagnoseError::Search { reason: error.to_string() })?;
         let residual_a = self.residual(hypothesis, &mut monitor, &solution.point);
         Ok(FitResult {
-            misfit: solution.norm * solution.norm / residual_a.len() as f64,
+            misfit: solution.norm * solution.norm / likelihood.size() as f64,
             estimate: solution.point,
             residual_a,
             evaluations: solution.evaluations as u64 + 1,
@@ -646,6 +663,9 @@ impl Run<'_> {
     ) -> RecordDiagnosis {
         let faults = outcome.posterior.faults();
         let sought = &self.diagnoser.bundle.experiment.sought;
+        if let Some(encoder) = self.encoder() {
+            notices.push(encoder.notice());
+        }
         let any_null = (0..FAULT_COUNT - 1).any(|i| sought[i] && faults[i].value.is_none());
         let any_detected = faults.iter().any(|fault| fault.detected == Some(true));
         let eccentric = faults[5].detected == Some(true);

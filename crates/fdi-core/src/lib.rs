@@ -51,10 +51,13 @@ mod dataset;
 mod diagnose;
 mod embedded;
 mod emulator;
+mod encoding;
+mod encoding_bounds;
 mod error_model;
 mod evaluate;
 mod experiment;
 mod likelihood;
+mod mode_figure;
 mod noise_covariance;
 mod observation;
 mod posterior;
@@ -76,11 +79,13 @@ pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
 pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
 pub use emulator::{Emulated, Emulator, EmulatorError};
+pub use encoding::Encoding;
 pub use error_model::{ErrorModel, ErrorModelError, Trend, choose_taper};
 pub use evaluate::{
     Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
 };
 pub use experiment::{Experiment, Monitor};
+pub use mode_figure::mode_figure_svg;
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;

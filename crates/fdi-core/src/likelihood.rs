@@ -1,4 +1,5 @@
-//! The likelihood of a recording: generalised least squares on the whole filtered envelope.
+//! The likelihood of a recording: generalised least squares on the filtered envelope, whole or
+//! encoded.
 //!
 //! ```text
 //! r(c) = y − y_LF(c) − m(c),   r ~ N(0, Σ),   Σ = S + a²·C
@@ -9,12 +10,13 @@
 //! each reference error goes through the estimator built without its fold, and the scatter of
 //! what comes out is the monitor's share.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot},
+    banded::{BandedMatrix, NotPositiveDefinite, dot},
+    encoding::{Encoder, Factor},
     error_model::ErrorModel,
 };
 
@@ -25,7 +27,7 @@ pub(crate) const FLOOR_A: f64 = 1e-5;
 /// A Gaussian model of residuals at one noise level.
 #[derive(Debug)]
 pub(crate) struct Likelihood {
-    factor: BandedCholesky,
+    factor: Factor,
     noise: BandedMatrix,
     /// Mean variance of a sample, A².
     mean_variance: f64,
@@ -37,7 +39,7 @@ pub(crate) struct Likelihood {
 /// Residuals with the factor of a covariance that does not know them.
 #[derive(Debug)]
 struct Fold {
-    factor: BandedCholesky,
+    factor: Factor,
     residuals: Vec<Vec<f64>>,
 }
 
@@ -47,6 +49,7 @@ impl Likelihood {
         error: &ErrorModel,
         unit_noise: &BandedMatrix,
         noise_a: f64,
+        encoder: Option<&Arc<Encoder>>,
     ) -> Result<Self, NotPositiveDefinite> {
         let noise = scaled(unit_noise, noise_a);
         let with_noise = |model: &BandedMatrix| joined(model, &noise);
@@ -57,13 +60,13 @@ impl Likelihood {
             .into_iter()
             .map(|(covariance, residuals)| {
                 Ok(Fold {
-                    factor: with_noise(&covariance).cholesky()?,
+                    factor: Factor::new(with_noise(&covariance), encoder)?,
                     residuals: residuals.iter().map(|r| r.to_vec()).collect(),
                 })
             })
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            factor: whole.cholesky()?,
+            factor: Factor::new(whole, encoder)?,
             noise,
             mean_variance,
             folds,
@@ -76,8 +79,9 @@ impl Likelihood {
         error: &ErrorModel,
         unit_noise: &BandedMatrix,
         noise_a: f64,
-    ) -> Result<BandedCholesky, NotPositiveDefinite> {
-        joined(&error.covariance(), &scaled(unit_noise, noise_a)).cholesky()
+        encoder: Option<&Arc<Encoder>>,
+    ) -> Result<Factor, NotPositiveDefinite> {
+        Factor::new(joined(&error.covariance(), &scaled(unit_noise, noise_a)), encoder)
     }
 
     /// `(JᵀΣ⁻¹J)⁻¹`, what no unbiased estimate can beat under this model.
@@ -85,9 +89,14 @@ impl Likelihood {
         information(&self.factor, jacobian).try_inverse()
     }
 
-    /// Whitens a residual in place; its squared length is then the misfit.
-    pub(crate) fn whiten(&self, residual: &mut [f64]) {
-        self.factor.whiten(residual);
+    /// A residual as white numbers; their squared length is the misfit.
+    pub(crate) fn whiten(&self, residual: &[f64]) -> Vec<f64> {
+        self.factor.whiten(residual)
+    }
+
+    /// White numbers that a residual makes.
+    pub(crate) fn size(&self) -> usize {
+        self.factor.size()
     }
 
     /// Root of the mean variance that noise and model error explain, A.
@@ -138,8 +147,8 @@ impl Likelihood {
                 *value -= part * slope;
             }
         }
-        self.factor.whiten(&mut left);
-        let misfit = dot(&left, &left) / left.len() as f64;
+        let white = self.factor.whiten(&left);
+        let misfit = dot(&white, &white) / white.len() as f64;
         Some((step, misfit))
     }
 
@@ -150,7 +159,7 @@ impl Likelihood {
     /// deviations above their mean is the limit. The noise's own scatter, `√(2/n)`, is included.
     pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
         let (mean, scatter) = *self.misfits.get_or_init(|| self.misfits());
-        let own = 2.0 / self.noise.order() as f64;
+        let own = 2.0 / self.size() as f64;
         (mean + deviations * (scatter + own).sqrt()).exp()
     }
 
@@ -162,8 +171,7 @@ impl Likelihood {
             .flat_map(|fold| {
                 let noise = self.noise_share(&fold.factor);
                 fold.residuals.iter().map(move |residual| {
-                    let mut white = residual.clone();
-                    fold.factor.whiten(&mut white);
+                    let white = fold.factor.whiten(residual);
                     (dot(&white, &white) / white.len() as f64 + noise).ln()
                 })
             })
@@ -177,16 +185,17 @@ impl Likelihood {
     /// Expectation of the misfit per sample from noise alone, `tr(Σ⁻¹·N)/n`, from a few probing
     /// vectors of ±1 (Hutchinson, Commun. Stat. Simul. Comput. 19, 1990); their scatter is below
     /// a hundredth here.
-    fn noise_share(&self, factor: &BandedCholesky) -> f64 {
+    fn noise_share(&self, factor: &Factor) -> f64 {
         const PROBES: u64 = 4;
+        if let Some(share) = factor.exact_share(&self.noise) {
+            return share;
+        }
         let order = self.noise.order();
         let mut sum = 0.0;
         for probe in 0..PROBES {
             let signs: Vec<f64> =
                 (0..order as u64).map(|i| sign(i + probe * order as u64)).collect();
-            let mut image = self.noise.times(&signs);
-            factor.whiten(&mut image);
-            factor.whiten_transposed(&mut image);
+            let image = factor.solve(&self.noise.times(&signs));
             sum += dot(&signs, &image);
         }
         sum / (PROBES as f64 * order as f64)
@@ -224,13 +233,9 @@ struct Estimator {
 }
 
 impl Estimator {
-    fn new(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> Option<Self> {
-        let mut solved = whitened(factor, jacobian);
-        let covariance =
-            symmetric(jacobian.len(), |i, j| dot(&solved[i], &solved[j])).try_inverse()?;
-        for x in &mut solved {
-            factor.whiten_transposed(x);
-        }
+    fn new(factor: &Factor, jacobian: &[Vec<f64>]) -> Option<Self> {
+        let covariance = information(factor, jacobian).try_inverse()?;
+        let solved: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.solve(row)).collect();
         let samples = jacobian.first().map_or(0, Vec::len);
         let weights = (0..jacobian.len())
             .map(|i| {
@@ -255,20 +260,9 @@ impl Estimator {
 }
 
 /// `JᵀΣ⁻¹J`.
-pub(crate) fn information(factor: &BandedCholesky, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
-    let white = whitened(factor, jacobian);
+pub(crate) fn information(factor: &Factor, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
+    let white: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.whiten(row)).collect();
     symmetric(jacobian.len(), |i, j| dot(&white[i], &white[j]))
-}
-
-/// Every row whitened.
-fn whitened(factor: &BandedCholesky, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    rows.iter()
-        .map(|row| {
-            let mut white = row.clone();
-            factor.whiten(&mut white);
-            white
-        })
-        .collect()
 }
 
 /// A symmetric matrix from its lower half.

@@ -295,6 +295,8 @@ pub enum NoticeCode {
     NoiseFromBundle,
     /// The model is not the one that the bundle is of.
     BundleOfAnotherModel,
+    /// Few numbers were looked at in place of the whole signal.
+    Encoded,
 }
 
 impl NoticeCode {
@@ -307,6 +309,7 @@ impl NoticeCode {
             Self::OutsideTraining => "outside-training",
             Self::NoiseFromBundle => "noise-from-bundle",
             Self::BundleOfAnotherModel => "bundle-of-another-model",
+            Self::Encoded => "encoded",
         }
     }
 }

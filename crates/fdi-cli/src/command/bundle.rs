@@ -37,6 +37,10 @@ pub(crate) fn show(
     };
     let summary = bundle::summarise(args.file.as_deref())?;
     let text = render(&summary)?;
+    if let Some(path) = &args.figure {
+        let svg = bundle::mode_figure(args.file.as_deref())?;
+        streams.product(Some(path), |out| out.write_all(svg.as_bytes()))?;
+    }
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
 }

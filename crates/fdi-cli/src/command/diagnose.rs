@@ -10,8 +10,8 @@ use std::{
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, RecordError, Recording, list_recordings,
-    report::{Failure, RecordDiagnosis, Verdict},
+    ColumnMap, Encoding, RecordError, Recording, list_recordings,
+    report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict},
 };
 
 use crate::{
@@ -175,6 +175,18 @@ impl Batch<'_> {
         let method = args.method.of_report();
         if record.method != method {
             bail!("was made with the method `{}`, now it is `{method}`", record.method);
+        }
+        let encoded = args.encoding.of_diagnosis() != Encoding::Full;
+        let has_code = |notice: &Notice| notice.code == NoticeCode::Encoded;
+        let name = format!("`{}`", args.encoding.of_diagnosis().name());
+        let alike = |notice: &Notice| has_code(notice) && notice.message.starts_with(&name);
+        let same = if encoded {
+            record.notices.iter().any(alike)
+        } else {
+            !record.notices.iter().any(has_code)
+        };
+        if !same {
+            bail!("was made with another encoding than {name}");
         }
         match record.bundle.as_deref() {
             Some(bundle) if !self.diagnoser.knows_bundle(bundle) => {

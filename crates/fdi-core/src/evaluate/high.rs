@@ -72,7 +72,7 @@ impl HighMonitor {
         let error = learn(best.map_or(2, |(support, _)| support)).map_err(EmulatorError::from)?;
         let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, samples);
         let likelihood =
-            Likelihood::new(&error, &unit, setting.noise_a()).map_err(EmulatorError::from)?;
+            Likelihood::new(&error, &unit, setting.noise_a(), None).map_err(EmulatorError::from)?;
         let mask = bundle.mask.clone();
         Ok(Self { experiment, model, phase_rate_hz, mask, likelihood })
     }
@@ -98,8 +98,7 @@ impl HighMonitor {
                 *value = measured - *value;
             }
             evaluations += 1;
-            let mut white = residual.clone();
-            self.likelihood.whiten(&mut white);
+            let white = self.likelihood.whiten(&residual);
             let misfit: f64 = white.iter().map(|z| z * z).sum();
             let (step, _) = self
                 .likelihood

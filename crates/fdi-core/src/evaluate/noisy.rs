@@ -13,9 +13,10 @@ use super::{
     test_conditions,
 };
 use crate::{
-    banded::{BandedCholesky, BandedMatrix},
+    banded::BandedMatrix,
     dataset::Condition,
     diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
+    encoding::Factor,
     experiment::Experiment,
     likelihood::{Likelihood, information},
     posterior::Posterior,
@@ -82,7 +83,7 @@ struct NoisyTrial<'a> {
     diagnoser: &'a Diagnoser,
     sensors: PhaseSensors,
     likelihood: std::sync::Arc<Likelihood>,
-    sensor_factor: BandedCholesky,
+    sensor_factor: Factor,
 }
 
 impl<'a> NoisyTrial<'a> {
@@ -99,7 +100,7 @@ impl<'a> NoisyTrial<'a> {
         let unit = diagnoser.unit_noise(setting.phase_rate_hz);
         let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
         noise.add_scaled(noise_a * noise_a, &unit);
-        let sensor_factor = noise.cholesky().map_err(DiagnoseError::from)?;
+        let sensor_factor = Factor::new(noise, None).map_err(DiagnoseError::from)?;
         let root = RootSeed(request.seed);
         Ok(Self { setting, root, diagnoser, sensors, likelihood, sensor_factor })
     }

@@ -1,0 +1,222 @@
+//! The first dynamic mode of a bundle's signals and the points kept of it, as a drawing.
+
+use std::fmt::Write as _;
+
+use reduction::{CompressionError, Dmd, DmdConfig, Snapshots};
+
+use crate::{
+    bundle::{Bundle, BundleError},
+    dataset::ReferenceDesign,
+};
+
+/// Width of the drawing, px.
+const WIDTH: f64 = 900.0;
+/// Height of the drawing, px.
+const HEIGHT: f64 = 420.0;
+/// Left, top, right and bottom margins of the plane, px.
+const MARGINS: [f64; 4] = [78.0, 46.0, 20.0, 86.0];
+/// Steps wanted between the ends of an axis.
+const STEPS: f64 = 6.0;
+
+/// Draws the first dynamic mode of the incipient signals with the mask's points on it: the
+/// FREEDOM paper's figure 5, as a self-contained SVG that reads without colour.
+///
+/// # Errors
+///
+/// [`BundleError`] without an incipient dataset, or when it has no dynamic modes.
+pub fn mode_figure_svg(bundle: &Bundle) -> Result<String, BundleError> {
+    let dataset = bundle.dataset(ReferenceDesign::Incipient).ok_or(BundleError::NoIncipient)?;
+    let snapshots = Snapshots::from_columns(&dataset.signals_a)?;
+    let dmd = Dmd::fit(&snapshots, &DmdConfig::default()).map_err(CompressionError::from)?;
+    let mode = dmd.real_modes().column(0).to_vec();
+    Ok(drawing(bundle, &mode))
+}
+
+/// The whole document.
+fn drawing(bundle: &Bundle, mode: &[f64]) -> String {
+    let rate_hz = bundle.experiment.filter.output_hz;
+    let plane = Plane::of(mode, rate_hz);
+    let name = &bundle.experiment.name;
+    let title = format!("First dynamic mode of the incipient signals, test “{name}”");
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
+         width=\"{WIDTH}\" height=\"{HEIGHT}\" role=\"img\" font-family=\"sans-serif\" \
+         font-size=\"13\" fill=\"#222\">\n<title>{}</title>\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+        escaped(&title)
+    );
+    push_text(&mut svg, [WIDTH / 2.0, 26.0], "text-anchor=\"middle\" font-size=\"16\"", &title);
+    plane.push_axes(&mut svg);
+    let place = |sample: usize| plane.at(sample as f64 / rate_hz, mode[sample]);
+    let path: Vec<String> = (0..mode.len())
+        .map(|sample| {
+            let [x, y] = place(sample);
+            format!("{x:.1},{y:.1}")
+        })
+        .collect();
+    push(
+        &mut svg,
+        &format!(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"#555\" stroke-width=\"1.4\"/>",
+            path.join(" ")
+        ),
+    );
+    for &point in &bundle.mask {
+        push_point(&mut svg, place(point));
+    }
+    push_legend(&mut svg, bundle.mask.len());
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Where times and values lie on the drawing.
+struct Plane {
+    /// First and last time, s.
+    time_s: [f64; 2],
+    /// Least and largest value shown.
+    value: [f64; 2],
+}
+
+impl Plane {
+    fn of(mode: &[f64], rate_hz: f64) -> Self {
+        let low = mode.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = mode.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let margin = (0.06 * (high - low)).max(f64::MIN_POSITIVE);
+        Self { time_s: [0.0, mode.len() as f64 / rate_hz], value: [low - margin, high + margin] }
+    }
+
+    fn at(&self, time_s: f64, value: f64) -> [f64; 2] {
+        let [left, top, right, bottom] = MARGINS;
+        let share = |[low, high]: [f64; 2], x: f64| (x - low) / (high - low);
+        [
+            left + (WIDTH - left - right) * share(self.time_s, time_s),
+            HEIGHT - bottom - (HEIGHT - top - bottom) * share(self.value, value),
+        ]
+    }
+
+    /// Frame, ticks with their numbers, and what the axes are.
+    fn push_axes(&self, svg: &mut String) {
+        let [x0, y0] = self.at(self.time_s[0], self.value[0]);
+        let [x1, y1] = self.at(self.time_s[1], self.value[1]);
+        for (time_s, label) in ticks(self.time_s) {
+            let [x, _] = self.at(time_s, 0.0);
+            push_line(svg, [x, y0], [x, y1], "#ddd");
+            push_text(svg, [x, y0 + 18.0], "text-anchor=\"middle\"", &label);
+        }
+        for (value, label) in ticks(self.value) {
+            let [_, y] = self.at(0.0, value);
+            push_line(svg, [x0, y], [x1, y], "#ddd");
+            push_text(svg, [x0 - 8.0, y + 4.5], "text-anchor=\"end\"", &label);
+        }
+        push_line(svg, [x0, y0], [x1, y0], "#222");
+        push_line(svg, [x0, y0], [x0, y1], "#222");
+        let middle = f64::midpoint(x0, x1);
+        push_text(svg, [middle, y0 + 40.0], "text-anchor=\"middle\"", "time, s");
+        let y = f64::midpoint(y0, y1);
+        let turned = format!("text-anchor=\"middle\" transform=\"rotate(-90 20 {y:.1})\"");
+        push_text(svg, [20.0, y], &turned, "mode, 1 (unit norm)");
+    }
+}
+
+/// Round numbers within a range, with their labels.
+fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
+    let rough = (high - low) / STEPS;
+    let decade = 10f64.powf(rough.log10().floor());
+    let wide = [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * decade >= rough * 0.999);
+    let step = wide.unwrap_or(10.0) * decade;
+    let digits = (-step.log10().floor()).max(0.0) as usize;
+    let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
+    (first..=last)
+        .map(|index| {
+            let value = index as f64 * step;
+            (value, format!("{value:.digits$}").replace('-', "−"))
+        })
+        .collect()
+}
+
+fn push(svg: &mut String, line: &str) {
+    writeln!(svg, "{line}").expect("a String takes all text");
+}
+
+fn push_line(svg: &mut String, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], stroke: &str) {
+    push(
+        svg,
+        &format!(
+            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{stroke}\"/>"
+        ),
+    );
+}
+
+fn push_text(svg: &mut String, [x, y]: [f64; 2], attributes: &str, text: &str) {
+    let text = escaped(text);
+    push(svg, &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{text}</text>"));
+}
+
+fn push_point(svg: &mut String, [x, y]: [f64; 2]) {
+    push(
+        svg,
+        &format!(
+            "<circle class=\"point\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\" fill=\"#000\" stroke=\"#fff\"/>"
+        ),
+    );
+}
+
+/// Below the plane: what line and dots are.
+fn push_legend(svg: &mut String, points: usize) {
+    let y = HEIGHT - 18.0;
+    push_line(svg, [300.0, y], [330.0, y], "#555");
+    push_text(svg, [338.0, y + 4.5], "", "first dynamic mode");
+    push(
+        svg,
+        &format!("<rect x=\"494\" y=\"{:.1}\" width=\"9\" height=\"9\" rx=\"4.5\"/>", y - 4.5),
+    );
+    push_text(svg, [512.0, y + 4.5], "", &format!("the {points} points"));
+}
+
+/// Text as XML has it.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::embedded::EMBEDDED_BUNDLES;
+
+    #[test]
+    fn the_drawing_is_well_formed_and_has_every_point() {
+        for embedded in EMBEDDED_BUNDLES {
+            let mut bundle = Bundle::from_bytes(embedded.bytes).unwrap();
+            bundle.experiment.name = "a<b & c".into();
+            let svg = mode_figure_svg(&bundle).unwrap();
+            assert_eq!(svg.matches("<circle class=\"point\"").count(), 30);
+            assert_eq!(bundle.mask.len(), 30);
+            assert!(svg.contains("a&lt;b &amp; c"));
+            assert_tags_match(&svg);
+            assert_eq!(svg, mode_figure_svg(&bundle).unwrap());
+        }
+    }
+
+    /// Every tag that opens closes, in turn.
+    fn assert_tags_match(svg: &str) {
+        let mut open = Vec::new();
+        for part in svg.split('<').skip(1) {
+            let (tag, text) = part.split_once('>').unwrap();
+            assert!(!text.contains('>') && tag.matches('"').count() % 2 == 0, "{part}");
+            if let Some(name) = tag.strip_prefix('/') {
+                assert_eq!(open.pop(), Some(name));
+            } else if !tag.ends_with('/') {
+                open.push(tag.split(' ').next().unwrap());
+            }
+        }
+        assert!(open.is_empty());
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let labels = |range| ticks(range).into_iter().map(|(_, label)| label).collect::<Vec<_>>();
+        assert_eq!(labels([0.0, 0.5]), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
+        assert_eq!(labels([-0.03, 0.05]), ["−0.02", "0.00", "0.02", "0.04"]);
+    }
+}
