@@ -280,7 +280,7 @@ pub struct SimulateArgs {
     /// Model to simulate
     #[arg(long, value_enum, default_value_t = FidelityArg::High)]
     pub fidelity: FidelityArg,
-    /// Actuator: `ema-48`, `bench` or a model file
+    /// Actuator: `ema-48` or a model file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "ema-48")]
     pub model: String,
     /// Command: `chirp`, `sine` or a recording with a command channel

@@ -44,7 +44,10 @@ pub enum DiagnoseError {
         reason: String,
     },
     /// The recording leaves a fault without any effect on the signal.
-    #[error("the recording does not determine all faults looked for")]
+    #[error(
+        "the recording does not determine all faults looked for; \
+         are its currents in A, and is it of this actuator?"
+    )]
     Undetermined,
 }
 
@@ -387,6 +390,8 @@ struct Outcome {
     floor_a: f64,
     adequate: bool,
     severe: bool,
+    /// The search stopped where the residual is not explained.
+    unfinished: bool,
     evaluations: u64,
     cost: f64,
 }
@@ -488,10 +493,14 @@ impl Run<'_> {
         let jacobian = self.jacobian(hypothesis, &estimate)?;
         let (step, misfit) =
             likelihood.linear_step(&jacobian, &residual_a).ok_or(DiagnoseError::Undetermined)?;
-        let adequate = misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
+        let white = likelihood.whiten(&residual_a);
+        let here = white.iter().map(|z| z * z).sum::<f64>() / white.len() as f64;
+        let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let fit = FitResult { estimate, residual_a, misfit, evaluations: evaluations + 1 };
         let spent = fit.evaluations;
-        let mut outcome = self.outcome(likelihood, fit, &jacobian, (adequate, false), spent)?;
+        let mut outcome =
+            self.outcome(likelihood, fit, &jacobian, (here <= limit, false), spent)?;
+        outcome.unfinished = here > limit;
         outcome.posterior.covariance += &step * step.transpose();
         Ok(outcome)
     }
@@ -628,6 +637,7 @@ impl Run<'_> {
             floor_a: likelihood.floor_a(),
             adequate,
             severe,
+            unfinished: false,
             evaluations: spent + 2 * jacobian.len() as u64,
             cost,
         })
@@ -661,8 +671,31 @@ impl Run<'_> {
         spent: u64,
         mut notices: Vec<Notice>,
     ) -> RecordDiagnosis {
-        let faults = outcome.posterior.faults();
+        let mut faults = outcome.posterior.faults();
         let sought = &self.diagnoser.bundle.experiment.sought;
+        if outcome.unfinished {
+            for fault in &mut faults {
+                fault.detected = None;
+            }
+            notices.push(Notice {
+                code: NoticeCode::SearchUnfinished,
+                message: "the search ended where the model does not explain the recording; the \
+                          levels are where it stopped, and nothing is decided"
+                    .to_owned(),
+            });
+        }
+        let rate_hz = self.observation.phase_rate_hz;
+        let learnt_hz = self.diagnoser.bundle.experiment.actuator.controller.sample_hz;
+        if rate_hz < LEAST_RATE_SHARE * learnt_hz {
+            notices.push(Notice {
+                code: NoticeCode::OutsideTraining,
+                message: format!(
+                    "the phases were sampled at {rate_hz} Hz and the bundle is learnt at \
+                     {learnt_hz} Hz: commutation is seen more coarsely, which the intervals and \
+                     the test of fit do not know"
+                ),
+            });
+        }
         if let Some(encoder) = self.encoder() {
             notices.push(encoder.notice());
         }
@@ -675,7 +708,9 @@ impl Run<'_> {
                 message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
             });
         }
-        let verdict = if !outcome.adequate {
+        let verdict = if outcome.unfinished {
+            Verdict::Undetermined
+        } else if !outcome.adequate {
             Verdict::ModelInadequate
         } else if any_detected {
             Verdict::Faulty
@@ -774,6 +809,9 @@ fn slope(pairs: &[(f64, f64)]) -> f64 {
 
 /// Most evaluations of one composite search.
 const COMPOSITE_EVALUATIONS: usize = 200;
+/// Share of the bundle's rate below which phases are too coarse for its error model: recordings
+/// at 8 kHz are diagnosed as those at 10 kHz, one healthy one of seven at 5 kHz is not.
+const LEAST_RATE_SHARE: f64 = 0.8;
 /// Damage that a search for severe faults starts from.
 const SEVERE_START: f64 = 0.3;
 /// Rounds in which size of the damage and its error covariance settle.

@@ -295,6 +295,8 @@ pub enum NoticeCode {
     NoiseFromBundle,
     /// The model is not the one that the bundle is of.
     BundleOfAnotherModel,
+    /// The search ended where the model does not explain the recording: nothing is decided.
+    SearchUnfinished,
     /// Few numbers were looked at in place of the whole signal.
     Encoded,
 }
@@ -309,6 +311,7 @@ impl NoticeCode {
             Self::OutsideTraining => "outside-training",
             Self::NoiseFromBundle => "noise-from-bundle",
             Self::BundleOfAnotherModel => "bundle-of-another-model",
+            Self::SearchUnfinished => "search-unfinished",
             Self::Encoded => "encoded",
         }
     }
@@ -649,7 +652,7 @@ mod tests {
                 { "id": "k7", "name": "direction of eccentricity", "value": null, "std": null,
                   "interval_95": null },
             ],
-            "covariance": { "parameters": ["k1"], "matrix": [[1e-6]] },
+            "covariance": { "parameters": ["k1"], "estimate": [0.021], "matrix": [[1e-6]] },
             "notices": [{ "code": "start-angle-unknown", "message": "no angle" }],
         });
         assert_eq!(json, want);
@@ -685,6 +688,7 @@ mod tests {
                 C::OutsideTraining,
                 C::NoiseFromBundle,
                 C::BundleOfAnotherModel,
+                C::SearchUnfinished,
             ],
             C::code,
         );
