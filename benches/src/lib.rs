@@ -1,5 +1,6 @@
 //! Cases shared by the benches: seeded and in memory.
 
 pub mod bayesopt;
+pub mod diagnose;
 pub mod reduce;
 pub mod simulate;
