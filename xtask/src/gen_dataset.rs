@@ -9,8 +9,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Bundle, CsvFormat, Dataset, DatasetRequest, Experiment, Purpose, RecordedContent,
-    ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes,
+    Bundle, CsvFormat, DEFAULT_NOISE_A, Dataset, DatasetRequest, Experiment, Purpose,
+    RecordedContent, ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes,
     ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
     store,
 };
@@ -186,7 +186,8 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
                 }
             }
         }
-        let bytes = Bundle::build(&experiment, of_bundle, RootSeed(SEED))?.to_bytes();
+        let bytes =
+            Bundle::build(&experiment, of_bundle, DEFAULT_NOISE_A, RootSeed(SEED))?.to_bytes();
         manifest.bundle.push(BundleEntry {
             command: experiment.name.clone(),
             bytes: bytes.len(),

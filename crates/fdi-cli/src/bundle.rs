@@ -4,8 +4,8 @@ use std::{fs, path::Path};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Bundle, EMBEDDED_BUNDLES, RootSeed, dataset_from_bytes, mode_figure_svg, report::BundleSummary,
-    store,
+    Bundle, DEFAULT_NOISE_A, EMBEDDED_BUNDLES, RootSeed, dataset_from_bytes, mode_figure_svg,
+    report::BundleSummary, store,
 };
 
 use crate::args::BuildArgs;
@@ -25,7 +25,7 @@ pub(crate) fn build(args: &BuildArgs, seed: RootSeed) -> Result<Vec<u8>> {
         datasets.push(dataset);
     }
     let experiment = common.context("no dataset given")?;
-    Ok(Bundle::build(&experiment, datasets, seed)?.to_bytes())
+    Ok(Bundle::build(&experiment, datasets, DEFAULT_NOISE_A, seed)?.to_bytes())
 }
 
 /// What the bundle in `file`, or the embedded one, holds.

@@ -8,7 +8,7 @@ use ema_sim::{
 use crate::{
     bundle::{Bundle, BundleError, ErrorChoice, StartAngle},
     dataset::{Condition, Dataset, ReferenceDesign},
-    error_model::Trend,
+    error_model::{CovarianceShape, Trend},
     experiment::Experiment,
     observation::envelope_kind,
     record::EnvelopeKind,
@@ -81,6 +81,7 @@ struct ChoiceData {
     any_start_angle: bool,
     trend: u8,
     taper_support_samples: u32,
+    electronics_share: f64,
 }
 
 impl Bundle {
@@ -101,7 +102,8 @@ impl Bundle {
                 .map(|choice| ChoiceData {
                     any_start_angle: choice.start == StartAngle::Any,
                     trend: choice.trend as u8,
-                    taper_support_samples: choice.taper_support_samples as u32,
+                    taper_support_samples: choice.shape.taper_support_samples as u32,
+                    electronics_share: choice.shape.electronics_share,
                 })
                 .collect(),
             noise_a: self.noise_a,
@@ -171,8 +173,11 @@ impl BundleData {
                     trend: *Trend::ALL
                         .get(usize::from(choice.trend))
                         .ok_or_else(|| content(format!("an unknown trend {}", choice.trend)))?,
-                    taper_support_samples: (choice.taper_support_samples as usize)
-                        .clamp(1, samples),
+                    shape: CovarianceShape {
+                        taper_support_samples: (choice.taper_support_samples as usize)
+                            .clamp(1, samples),
+                        electronics_share: share(choice.electronics_share)?,
+                    },
                 })
             })
             .collect::<Result<Vec<_>, BundleError>>()?;
@@ -187,6 +192,15 @@ impl BundleData {
             choices,
             noise_a: self.noise_a,
         })
+    }
+}
+
+/// A share of the electronics' covariance.
+fn share(value: f64) -> Result<f64, BundleError> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(content(format!("a share {value} of the electronics, expected 0 to 1")))
     }
 }
 

@@ -71,6 +71,26 @@ impl BandedMatrix {
         }
     }
 
+    /// The matrix times a scalar.
+    #[must_use]
+    pub fn scaled(&self, scale: f64) -> Self {
+        let rows = self.rows.iter().map(|value| scale * value).collect();
+        Self { rows, ..*self }
+    }
+
+    /// The sum of two matrices.
+    ///
+    /// # Panics
+    ///
+    /// When the orders differ.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let mut sum = Self::zeros(self.order, self.half_band.max(other.half_band));
+        sum.add_scaled(1.0, self);
+        sum.add_scaled(1.0, other);
+        sum
+    }
+
     /// Adds a constant to the diagonal.
     pub fn add_to_diagonal(&mut self, value: f64) {
         let wide = self.half_band + 1;

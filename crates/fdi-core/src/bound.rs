@@ -3,12 +3,8 @@
 use ema_sim::{FAULT_COUNT, FaultCoordinates};
 
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite},
-    bundle::BundleError,
-    encoding::Factor,
-    experiment::Experiment,
-    likelihood::information,
-    noise_covariance::unit_noise_covariance,
+    banded::NotPositiveDefinite, bundle::BundleError, encoding::Factor, experiment::Experiment,
+    likelihood::information, noise_covariance::unit_noise_covariance,
 };
 
 /// Differences for the bound's derivatives.
@@ -34,22 +30,9 @@ pub fn sensor_bound_std(
 ) -> Result<[Option<f64>; FAULT_COUNT], BundleError> {
     let mut monitor = experiment.monitor(start_angle_rad)?;
     let sought = experiment.sought_indices();
-    let jacobian: Vec<Vec<f64>> = sought
-        .iter()
-        .map(|&index| {
-            let mut side = |sign: f64| {
-                let mut moved = *coordinates;
-                moved.0[index] += sign * STEP;
-                monitor.signal(&moved)
-            };
-            let (up, down) = (side(1.0), side(-1.0));
-            up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
-        })
-        .collect();
+    let jacobian = monitor.jacobian(coordinates, &sought, STEP);
     let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, experiment.samples());
-    let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
-    noise.add_scaled(noise_a * noise_a, &unit);
-    let factor = Factor::new(noise, None)?;
+    let factor = Factor::new(unit.scaled(noise_a * noise_a), None)?;
     let covariance = information(&factor, &jacobian).try_inverse();
     let covariance = covariance.ok_or(NotPositiveDefinite { row: 0, pivot: 0.0 })?;
     let mut bound = [None; FAULT_COUNT];

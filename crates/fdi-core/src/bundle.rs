@@ -1,5 +1,7 @@
 //! The offline bundle: an experiment, its reference signals, and what was chosen on them.
 
+use std::sync::Arc;
+
 use reduction::{
     CompressionConfig, CompressionError, CompressionMap, MatrixError, Snapshots, SomConfig,
 };
@@ -7,10 +9,13 @@ use reduction::{
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     dataset::{Dataset, ReferenceDesign},
+    electronics::electronics_covariance,
     encoding::Encoding,
     encoding_bounds::encoding_summaries,
-    error_model::{ErrorModel, ErrorModelError, Trend, choose_taper},
+    error_choice::{self, References},
+    error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
     experiment::Experiment,
+    noise_covariance::unit_noise_at_rate,
     observation::envelope_kind,
     report::{BundleSummary, DatasetSummary, SCHEMA_VERSION},
     seed::{Purpose, RootSeed},
@@ -21,14 +26,8 @@ use crate::{
 pub const MASK_POINTS: usize = 30;
 /// Noise that a bundle expects on each phase sample when a recording tells none, A.
 pub const DEFAULT_NOISE_A: f64 = 0.020;
-/// Reach of the tapers tried, s.
-const TAPER_SUPPORTS_S: [f64; 6] = [0.010, 0.020, 0.040, 0.060, 0.080, 0.120];
-
-/// Trends tried for the mean of the monitor's error. The quadratic one wins on the likelihood of
-/// left-out signals, but its 36 terms are learnt from a hundred: their noise enters the Jacobian
-/// of the search, which then finds information that is not there
-/// (`docs/decisions/0040-linear-trend.md`).
-const TRENDS_TRIED: [Trend; 2] = [Trend::Constant, Trend::Linear];
+/// Steps of the slopes that error models are chosen with.
+const SLOPE_STEP: f64 = 1e-3;
 
 /// Why a bundle cannot be made or read.
 #[derive(Debug, thiserror::Error)]
@@ -85,14 +84,14 @@ impl StartAngle {
 }
 
 /// How the error of the monitor is modelled, chosen on the reference signals alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorChoice {
     /// For which start of the rotor.
     pub start: StartAngle,
     /// How the mean depends on the damage.
     pub trend: Trend,
-    /// Samples that the taper reaches.
-    pub taper_support_samples: usize,
+    /// How the covariance is made.
+    pub shape: CovarianceShape,
 }
 
 /// What the offline stage learnt.
@@ -115,8 +114,9 @@ pub struct Bundle {
 impl Bundle {
     /// Learns a bundle from datasets of an experiment.
     ///
-    /// Trend and taper of the error model are chosen by the likelihood of reference signals that
-    /// were left out; no test recording takes part.
+    /// Trend and covariance of the error model are those with which reference signals that were
+    /// left out are diagnosed best, with noise of `noise_a` on each phase sample; no test
+    /// recording takes part.
     ///
     /// # Errors
     ///
@@ -125,6 +125,7 @@ impl Bundle {
     pub fn build(
         experiment: &Experiment,
         datasets: Vec<Dataset>,
+        noise_a: f64,
         root: RootSeed,
     ) -> Result<Self, BundleError> {
         let incipient = datasets
@@ -134,14 +135,14 @@ impl Bundle {
         let mask = informative_points(incipient, root)?;
         let mut choices = Vec::new();
         for start in [StartAngle::Zero, StartAngle::Any] {
-            let references = References::of(experiment, &datasets, start)?;
-            if !references.differences.is_empty() {
-                choices.push(references.choose(experiment, start)?);
+            let of_start = of_start(&datasets, start);
+            if !of_start.is_empty() {
+                choices.push(choose(experiment, &of_start, start, noise_a)?);
             }
         }
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
         let experiment = experiment.clone();
-        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a: DEFAULT_NOISE_A })
+        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a })
     }
 
     /// The dataset of a design, where the bundle has it.
@@ -159,10 +160,20 @@ impl Bundle {
         let Some(choice) = self.choices.iter().find(|choice| choice.start == start) else {
             return Ok(None);
         };
-        let References { differences, coordinates } =
-            References::of(&self.experiment, &self.datasets, start)?;
-        let support = choice.taper_support_samples;
-        Ok(Some(ErrorModel::learn(&differences, &coordinates, choice.trend, support)?))
+        let of_start = of_start(&self.datasets, start);
+        let (differences, coordinates) = errors_of(&self.experiment, &of_start)?;
+        let electronics = match choice.shape.electronics_share {
+            0.0 => None,
+            _ => self.electronics(start)?,
+        };
+        let (trend, shape) = (choice.trend, choice.shape);
+        let model = ErrorModel::learn(&differences, &coordinates, trend, shape, electronics)?;
+        Ok(Some(model))
+    }
+
+    /// The covariance of the noise of the electronics.
+    pub(crate) fn electronics(&self, start: StartAngle) -> Electronics {
+        electronics_of(&self.experiment, &of_start(&self.datasets, start))
     }
 
     /// What the bundle holds, for people and scripts, with what each encoding costs against the
@@ -240,50 +251,57 @@ pub(crate) fn sought_coordinates(experiment: &Experiment, dataset: &Dataset) -> 
         .collect()
 }
 
-/// Reference less monitor for one start of the rotor, with the coordinates looked for.
-struct References {
-    differences: Vec<Vec<f64>>,
-    coordinates: Vec<Vec<f64>>,
+/// The datasets that tell the error for a start of the rotor.
+fn of_start(datasets: &[Dataset], start: StartAngle) -> Vec<&Dataset> {
+    datasets.iter().filter(|dataset| start.has(dataset.design)).collect()
 }
 
-impl References {
-    fn of(
-        experiment: &Experiment,
-        datasets: &[Dataset],
-        start: StartAngle,
-    ) -> Result<Self, ema_sim::SimulationError> {
-        let mut references = Self { differences: Vec::new(), coordinates: Vec::new() };
-        for dataset in datasets.iter().filter(|dataset| start.has(dataset.design)) {
-            references.differences.extend(differences(experiment, dataset)?);
-            references.coordinates.extend(sought_coordinates(experiment, dataset));
-        }
-        Ok(references)
-    }
+/// A covariance of the electronics' noise, where there is any.
+type Electronics = Result<Option<Arc<BandedMatrix>>, ema_sim::SimulationError>;
 
-    /// Trend and taper that explain left-out signals best.
-    fn choose(
-        &self,
-        experiment: &Experiment,
-        start: StartAngle,
-    ) -> Result<ErrorChoice, BundleError> {
-        let mut floor = BandedMatrix::zeros(experiment.samples(), 0);
-        floor.add_to_diagonal(crate::likelihood::FLOOR_A * crate::likelihood::FLOOR_A);
-        let supports = TAPER_SUPPORTS_S
-            .map(|support_s| (support_s * experiment.filter.output_hz).round().max(2.0) as usize);
-        let mut best: Option<(f64, ErrorChoice)> = None;
-        for trend in TRENDS_TRIED {
-            let model = match ErrorModel::learn(&self.differences, &self.coordinates, trend, 2) {
-                Err(ErrorModelError::TooFewSignals { .. }) if best.is_some() => continue,
-                learnt => learnt?,
-            };
-            for (taper_support_samples, score) in
-                choose_taper(model.residuals(), &supports, &floor)?
-            {
-                if best.is_none_or(|(best_score, _)| score > best_score) {
-                    best = Some((score, ErrorChoice { start, trend, taper_support_samples }));
-                }
-            }
-        }
-        best.map(|(_, choice)| choice).ok_or(BundleError::NoIncipient)
+fn electronics_of(experiment: &Experiment, datasets: &[&Dataset]) -> Electronics {
+    let longest = error_choice::longest_support(experiment.filter.output_hz);
+    Ok(electronics_covariance(experiment, datasets, longest)?.map(Arc::new))
+}
+
+/// Errors of the monitor with the coordinates looked for, one row a condition.
+type Errors = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
+/// Reference less monitor for every condition of some datasets.
+fn errors_of(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+) -> Result<Errors, ema_sim::SimulationError> {
+    let (mut errors, mut coordinates) = (Vec::new(), Vec::new());
+    for dataset in datasets {
+        errors.extend(differences(experiment, dataset)?);
+        coordinates.extend(sought_coordinates(experiment, dataset));
     }
+    Ok((errors, coordinates))
+}
+
+/// How the error of the monitor is modelled for a start of the rotor.
+fn choose(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+    start: StartAngle,
+    noise_a: f64,
+) -> Result<ErrorChoice, BundleError> {
+    let (differences, coordinates) = errors_of(experiment, datasets)?;
+    let mut monitor = experiment.monitor(0.0)?;
+    let jacobians = datasets
+        .iter()
+        .flat_map(|dataset| &dataset.conditions)
+        .map(|condition| {
+            monitor.turn_to(condition.start_angle_rad);
+            monitor.jacobian(&condition.coordinates(), &experiment.sought_indices(), SLOPE_STEP)
+        })
+        .collect();
+    let electronics = electronics_of(experiment, datasets)?;
+    let references = References { differences, coordinates, jacobians, electronics };
+    let (filter, samples) = (&experiment.filter, experiment.samples());
+    let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
+    let noise = unit_noise_at_rate(filter, rate_hz, samples).scaled(noise_a * noise_a);
+    let (trend, shape) = error_choice::choose(&references, &Trend::ALL, filter.output_hz, &noise)?;
+    Ok(ErrorChoice { start, trend, shape })
 }

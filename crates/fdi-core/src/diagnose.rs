@@ -14,7 +14,7 @@ use crate::{
     error_model::ErrorModel,
     experiment::Monitor,
     likelihood::Likelihood,
-    noise_covariance::unit_noise_covariance,
+    noise_covariance::unit_noise_at_rate,
     observation::{Observation, ObservationError},
     posterior::Posterior,
     record::Recording,
@@ -289,16 +289,8 @@ impl Diagnoser {
         let mut cache = self.unit_noise.lock().expect("no thread panics while it holds the cache");
         let experiment = &self.bundle.experiment;
         Arc::clone(cache.entry(phase_rate_hz.to_bits()).or_insert_with(|| {
-            let filter = &experiment.filter;
             let samples = experiment.samples();
-            // noise of equal density at the next whole multiple of the output's rate
-            let multiple = (phase_rate_hz / filter.output_hz - 1e-6).ceil().max(1.0);
-            let rate_hz = multiple * filter.output_hz;
-            let mut covariance = unit_noise_covariance(filter, rate_hz, samples);
-            let excess = rate_hz / phase_rate_hz - 1.0;
-            let base = covariance.clone();
-            covariance.add_scaled(excess, &base);
-            Arc::new(covariance)
+            Arc::new(unit_noise_at_rate(&experiment.filter, phase_rate_hz, samples))
         }))
     }
 

@@ -15,13 +15,12 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot},
     bundle::{Bundle, StartAngle, sought_coordinates},
-    error_model::{ErrorModel, ErrorModelError, Trend, choose_taper},
-    likelihood::FLOOR_A,
-    noise_covariance::unit_noise_covariance,
+    error_choice::{self, References},
+    error_model::{ErrorModel, ErrorModelError, Trend},
+    likelihood::joined,
+    noise_covariance::unit_noise_at_rate,
 };
 
-/// Reach of the tapers tried, s.
-const TAPER_SUPPORTS_S: [f64; 4] = [0.010, 0.020, 0.040, 0.080];
 /// Damage in the middle of the incipient range, where a search starts.
 const START_LEVEL: f64 = 0.02;
 /// Coordinates with a sign: no level to start from.
@@ -43,6 +42,9 @@ pub enum EmulatorError {
     /// The covariance of noise and emulator error has no factor.
     #[error(transparent)]
     Covariance(#[from] NotPositiveDefinite),
+    /// The monitor cannot be run.
+    #[error(transparent)]
+    Simulation(#[from] ema_sim::SimulationError),
     /// The reference signals do not tell the faults apart.
     #[error("the reference signals do not determine all faults looked for")]
     Undetermined,
@@ -96,29 +98,15 @@ impl Emulator {
                 coordinates.extend(sought_coordinates(experiment, dataset));
             }
         }
-        let multiple = (phase_rate_hz / experiment.filter.output_hz - 1e-6).ceil().max(1.0);
-        let rate_hz = multiple * experiment.filter.output_hz;
-        let unit = unit_noise_covariance(&experiment.filter, rate_hz, experiment.samples());
-        let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
-        noise.add_scaled(noise_a * noise_a * rate_hz / phase_rate_hz, &unit);
-        let supports =
-            TAPER_SUPPORTS_S.map(|s| (s * experiment.filter.output_hz).round().max(2.0) as usize);
-        let mut floor = noise.clone();
-        floor.add_to_diagonal(FLOOR_A * FLOOR_A);
-        let mut best: Option<(f64, Trend, usize)> = None;
-        for trend in [Trend::Linear, Trend::Quadratic] {
-            let trial = match ErrorModel::learn(&signals, &coordinates, trend, 2) {
-                Err(ErrorModelError::TooFewSignals { .. }) if best.is_some() => continue,
-                learnt => learnt?,
-            };
-            for (support, score) in choose_taper(trial.residuals(), &supports, &floor)? {
-                if best.is_none_or(|(best_score, ..)| score > best_score) {
-                    best = Some((score, trend, support));
-                }
-            }
-        }
-        let (_, trend, support) = best.ok_or(EmulatorError::Undetermined)?;
-        let model = ErrorModel::learn(&signals, &coordinates, trend, support)?;
+        let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+        let noise = unit.scaled(noise_a * noise_a);
+        let electronics = bundle.electronics(StartAngle::Zero)?;
+        let references =
+            References { differences: signals, coordinates, jacobians: Vec::new(), electronics };
+        let trends = [Trend::Linear, Trend::Quadratic];
+        let (trend, shape) =
+            error_choice::choose(&references, &trends, experiment.filter.output_hz, &noise)?;
+        let model = references.learn(trend, shape)?;
         Ok(Self::prepare(model, experiment.sought_indices(), &noise)?)
     }
 
@@ -203,21 +191,7 @@ impl Emulator {
 
     /// Derivatives of the signal at a point, one row a coordinate.
     pub(crate) fn jacobian(&self, point: &[f64]) -> Vec<Vec<f64>> {
-        let slopes = self.slopes(point);
-        let samples = self.whitened.first().map_or(0, Vec::len);
-        (0..point.len())
-            .map(|row| {
-                let mut derivative = vec![0.0; samples];
-                for (coefficient, slope) in
-                    self.model.coefficients().iter().zip(slopes.row(row).iter())
-                {
-                    for (value, part) in derivative.iter_mut().zip(coefficient) {
-                        *value += slope * part;
-                    }
-                }
-                derivative
-            })
-            .collect()
+        self.model.mean_jacobian(point)
     }
 
     /// Noise through the estimator, and the scatter of reference errors that it does not know.
@@ -244,32 +218,11 @@ impl Emulator {
         DVector::from_vec(self.model.terms_at(point))
     }
 
-    /// Derivatives of the terms, one row a coordinate: central differences, exact for squares.
+    /// Derivatives of the terms, one row a coordinate.
     fn slopes(&self, point: &[f64]) -> DMatrix<f64> {
-        const STEP: f64 = 1e-2;
-        let rows: Vec<Vec<f64>> = (0..point.len())
-            .map(|place| {
-                let side = |sign: f64| {
-                    let mut moved = point.to_vec();
-                    moved[place] += sign * STEP;
-                    self.model.terms_at(&moved)
-                };
-                let (up, down) = (side(1.0), side(-1.0));
-                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
-            })
-            .collect();
+        let rows = self.model.slopes_at(point);
         DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
     }
-}
-
-/// Residual and noise covariance together, with the floor.
-fn joined(residual: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix {
-    let half_band = residual.half_band().max(noise.half_band());
-    let mut whole = BandedMatrix::zeros(residual.order(), half_band);
-    whole.add_scaled(1.0, residual);
-    whole.add_scaled(1.0, noise);
-    whole.add_to_diagonal(FLOOR_A * FLOOR_A);
-    whole
 }
 
 fn whiten_all(factor: &BandedCholesky, signals: &[Vec<f64>]) -> Vec<Vec<f64>> {

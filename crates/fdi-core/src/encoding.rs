@@ -210,11 +210,16 @@ impl Factor {
 
     /// `Eᵀ·(E·Σ·Eᵀ)⁻¹·E·r`, of full length.
     pub(crate) fn solve(&self, residual: &[f64]) -> Vec<f64> {
-        let mut seen = self.whiten(residual);
-        self.cholesky.whiten_transposed(&mut seen);
+        self.spread(self.whiten(residual), residual.len())
+    }
+
+    /// `Eᵀ·L⁻ᵀ·z` of white numbers, of full length: after [`whiten`](Self::whiten) this is
+    /// [`solve`](Self::solve).
+    pub(crate) fn spread(&self, mut white: Vec<f64>, samples: usize) -> Vec<f64> {
+        self.cholesky.whiten_transposed(&mut white);
         match &self.encoder {
-            Some(encoder) => encoder.spread(&seen, residual.len()),
-            None => seen,
+            Some(encoder) => encoder.spread(&white, samples),
+            None => white,
         }
     }
 

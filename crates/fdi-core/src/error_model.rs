@@ -2,18 +2,22 @@
 //!
 //! ```text
 //! y_HF(k) − y_LF(k) = m + B·(c − c̄) + r,    r ~ N(0, S)
-//! S_ij = mean of the leave-one-out residuals r_i·r_j, times a taper in |t_i − t_j|
+//! S = (1 − λ)·T + λ·S_e
+//! T_ij = mean of the leave-one-out residuals r_i·r_j, times a taper in |t_i − t_j|
 //! ```
 //!
 //! Without `m` healthy actuators show faults that they do not have; without `S` the stated
 //! intervals are too narrow. The taper keeps what a hundred snapshots can tell, the covariance of
-//! neighbouring samples, and drops what they cannot.
+//! neighbouring samples, and drops what they cannot. `S_e` is what the monitor itself says of the
+//! noise of its electronics (`electronics`), from as many runs as are wanted: the scatter of a
+//! hundred signals is drawn towards it. What is best is chosen on the reference signals
+//! (`error_choice`).
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 
-use crate::banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+use crate::banded::{BandedMatrix, NotPositiveDefinite};
 
 /// How the mean of the error depends on the damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +69,38 @@ pub enum ErrorModelError {
     Covariance(#[from] NotPositiveDefinite),
 }
 
+/// How the covariance is made of few residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CovarianceShape {
+    /// Samples that the taper reaches.
+    pub taper_support_samples: usize,
+    /// Share of the electronics' covariance, `λ`, 0 to 1.
+    pub electronics_share: f64,
+}
+
+impl CovarianceShape {
+    /// A taper alone.
+    pub fn tapered(taper_support_samples: usize) -> Self {
+        Self { taper_support_samples, electronics_share: 0.0 }
+    }
+
+    /// `S` of residuals.
+    pub(crate) fn covariance<R: AsRef<[f64]>>(
+        self,
+        residuals: &[R],
+        electronics: Option<&BandedMatrix>,
+    ) -> BandedMatrix {
+        let tapered = tapered_covariance(residuals, self.taper_support_samples);
+        let share = self.electronics_share;
+        match electronics {
+            Some(electronics) if share > 0.0 => {
+                tapered.scaled(1.0 - share).plus(&electronics.scaled(share))
+            }
+            _ => tapered,
+        }
+    }
+}
+
 /// The learnt error of a monitor.
 #[derive(Clone, Debug)]
 pub struct ErrorModel {
@@ -75,12 +111,13 @@ pub struct ErrorModel {
     /// Spread of the conditions in each coordinate, the unit that terms are formed in.
     spread: Vec<f64>,
     residuals: Vec<Vec<f64>>,
-    taper_support_samples: usize,
+    shape: CovarianceShape,
+    electronics: Option<Arc<BandedMatrix>>,
     /// Formed once, when first asked for.
     covariances: OnceLock<Covariances>,
 }
 
-/// The tapered covariance of all residuals, and those without each fold.
+/// The covariance of all residuals, and those without each fold.
 #[derive(Clone, Debug)]
 struct Covariances {
     whole: BandedMatrix,
@@ -89,16 +126,18 @@ struct Covariances {
 
 impl ErrorModel {
     /// Learns from differences "reference less monitor" (one a condition, equal lengths) at
-    /// damage coordinates (one row a condition).
+    /// damage coordinates (one row a condition), with the covariance of the electronics where the
+    /// shape has a share of it.
     ///
     /// # Errors
     ///
     /// [`ErrorModelError`] for too few or degenerate conditions.
-    pub fn learn(
+    pub(crate) fn learn(
         differences: &[Vec<f64>],
         coordinates: &[Vec<f64>],
         trend: Trend,
-        taper_support_samples: usize,
+        shape: CovarianceShape,
+        electronics: Option<Arc<BandedMatrix>>,
     ) -> Result<Self, ErrorModelError> {
         let count = differences.len();
         let dimension = coordinates.first().map_or(0, Vec::len);
@@ -149,15 +188,7 @@ impl ErrorModel {
             .collect();
         let coefficients = fitted;
         let covariances = OnceLock::new();
-        Ok(Self {
-            trend,
-            coefficients,
-            centre,
-            spread,
-            residuals,
-            taper_support_samples,
-            covariances,
-        })
+        Ok(Self { trend, coefficients, centre, spread, residuals, shape, electronics, covariances })
     }
 
     /// The mean error at a point of the sought coordinates.
@@ -170,12 +201,23 @@ impl ErrorModel {
         mean
     }
 
-    /// The same mean with other residuals, as learnt elsewhere.
+    /// The same mean with other residuals, as learnt elsewhere; the taper reaches less far where
+    /// there are fewer of them.
     #[must_use]
     pub(crate) fn with_residuals(&self, residuals: Vec<Vec<f64>>) -> Self {
-        let (coefficients, centre) = (self.coefficients.clone(), self.centre.clone());
-        let spread = self.spread.clone();
-        Self { coefficients, centre, spread, residuals, covariances: OnceLock::new(), ..*self }
+        let reach = self.shape.taper_support_samples;
+        let share = residuals.len() as f64 / self.residuals.len().max(1) as f64;
+        let shorter = (reach as f64 * share.min(1.0)).round() as usize;
+        Self {
+            trend: self.trend,
+            coefficients: self.coefficients.clone(),
+            centre: self.centre.clone(),
+            spread: self.spread.clone(),
+            residuals,
+            shape: CovarianceShape::tapered(shorter.max(2)),
+            electronics: None,
+            covariances: OnceLock::new(),
+        }
     }
 
     /// Leave-one-out residuals, one a reference signal.
@@ -183,12 +225,12 @@ impl ErrorModel {
         &self.residuals
     }
 
-    /// Samples that the taper reaches.
-    pub fn taper_support_samples(&self) -> usize {
-        self.taper_support_samples
+    /// How the covariance is made.
+    pub fn shape(&self) -> CovarianceShape {
+        self.shape
     }
 
-    /// The tapered covariance `S`.
+    /// The covariance `S`.
     pub fn covariance(&self) -> BandedMatrix {
         self.covariances().whole.clone()
     }
@@ -202,11 +244,11 @@ impl ErrorModel {
     }
 
     fn covariances(&self) -> &Covariances {
-        let support = self.taper_support_samples;
+        let electronics = self.electronics.as_deref();
         self.covariances.get_or_init(|| Covariances {
-            whole: tapered_covariance(&self.residuals, support),
+            whole: self.shape.covariance(&self.residuals, electronics),
             without_fold: (0..FOLDS)
-                .map(|fold| tapered_covariance(&deal(&self.residuals, fold).1, support))
+                .map(|fold| self.shape.covariance(&deal(&self.residuals, fold).1, electronics))
                 .collect(),
         })
     }
@@ -215,6 +257,38 @@ impl ErrorModel {
     /// [`coefficients`](Self::coefficients).
     pub(crate) fn terms_at(&self, coordinates: &[f64]) -> Vec<f64> {
         self.trend.terms(&away(coordinates, &self.centre, &self.spread))
+    }
+
+    /// Derivatives of the terms at a point, one row a coordinate: central differences, exact for
+    /// squares.
+    pub(crate) fn slopes_at(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        const STEP: f64 = 1e-2;
+        (0..point.len())
+            .map(|place| {
+                let side = |sign: f64| {
+                    let mut moved = point.to_vec();
+                    moved[place] += sign * STEP;
+                    self.terms_at(&moved)
+                };
+                let (up, down) = (side(1.0), side(-1.0));
+                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
+            })
+            .collect()
+    }
+
+    /// Derivatives of the mean at a point, one row a coordinate.
+    pub(crate) fn mean_jacobian(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let samples = self.coefficients[0].len();
+        self.slopes_at(point)
+            .into_iter()
+            .map(|slopes| {
+                let mut derivative = vec![0.0; samples];
+                for (coefficient, slope) in self.coefficients.iter().zip(slopes) {
+                    add_scaled(&mut derivative, slope, coefficient);
+                }
+                derivative
+            })
+            .collect()
     }
 
     /// The mean is the sum of these signals, each times its term.
@@ -229,7 +303,7 @@ fn away(coordinates: &[f64], centre: &[f64], spread: &[f64]) -> Vec<f64> {
 }
 
 /// Folds that the residuals are dealt into for cross-fitting.
-const FOLDS: usize = 4;
+pub(crate) const FOLDS: usize = 4;
 
 /// The residuals in a fold, and the others.
 fn deal(residuals: &[Vec<f64>], fold: usize) -> (Vec<&[f64]>, Vec<&[f64]>) {
@@ -282,46 +356,6 @@ fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
     }
 }
 
-/// Chooses the taper among candidates by the likelihood of residuals that were left out.
-///
-/// The residuals are dealt into folds in turn; the covariance of the others, plus `floor`, has
-/// to explain each fold. Only reference signals take part, never a recording.
-///
-/// # Errors
-///
-/// [`NotPositiveDefinite`] when a candidate's covariance has no factor.
-pub fn choose_taper(
-    residuals: &[Vec<f64>],
-    candidates_samples: &[usize],
-    floor: &BandedMatrix,
-) -> Result<Vec<(usize, f64)>, NotPositiveDefinite> {
-    candidates_samples
-        .iter()
-        .map(|&support| {
-            let mut log_likelihood = 0.0;
-            for fold in 0..FOLDS {
-                let (inside, outside) = deal(residuals, fold);
-                let mut covariance =
-                    BandedMatrix::zeros(floor.order(), floor.half_band().max(support));
-                covariance.add_scaled(1.0, &tapered_covariance(&outside, support));
-                covariance.add_scaled(1.0, floor);
-                let factor = covariance.cholesky()?;
-                for residual in inside {
-                    log_likelihood += log_density(&factor, residual);
-                }
-            }
-            Ok((support, log_likelihood / residuals.len() as f64))
-        })
-        .collect()
-}
-
-/// Logarithm of the normal density, without the constant.
-fn log_density(factor: &BandedCholesky, residual: &[f64]) -> f64 {
-    let mut white = residual.to_vec();
-    factor.whiten(&mut white);
-    -0.5 * (white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -344,13 +378,17 @@ mod tests {
             .iter()
             .map(|c| (0..5).map(|t| 1.0 + f64::from(t) * c[0] - 2.0 * c[1]).collect())
             .collect();
-        let model = ErrorModel::learn(&differences, &coordinates, Trend::Linear, 3).unwrap();
+        let learn = |trend| {
+            let shape = CovarianceShape::tapered(3);
+            ErrorModel::learn(&differences, &coordinates, trend, shape, None).unwrap()
+        };
+        let model = learn(Trend::Linear);
         let at = model.mean_at(&[0.3, 0.1]);
         for (t, value) in at.iter().enumerate() {
             assert!((value - (1.0 + t as f64 * 0.3 - 0.2)).abs() < 1e-12);
         }
         assert!(model.covariance().mean_diagonal() < 1e-24);
-        let constant = ErrorModel::learn(&differences, &coordinates, Trend::Constant, 3).unwrap();
+        let constant = learn(Trend::Constant);
         assert!(constant.covariance().mean_diagonal() > 1e-5);
     }
 }

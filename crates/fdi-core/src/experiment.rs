@@ -89,7 +89,18 @@ impl Experiment {
     ///
     /// [`SimulationError`] for parameters or a test that cannot be simulated.
     pub fn monitor(&self, start_angle_rad: f64) -> Result<Monitor, SimulationError> {
+        self.noisy_monitor(start_angle_rad, Imperfections::NONE, 0)
+    }
+
+    /// The monitor with imperfect electronics in its loops.
+    pub(crate) fn noisy_monitor(
+        &self,
+        start_angle_rad: f64,
+        imperfections: Imperfections,
+        seed: u64,
+    ) -> Result<Monitor, SimulationError> {
         let scenario = self.scenario.clone().turned_to(start_angle_rad);
+        let scenario = Scenario { imperfections, seed, ..scenario };
         let monitor = Monitor {
             model: LowFidelity::new(&self.actuator, &scenario)?,
             filter: self.filter,
@@ -129,6 +140,27 @@ impl Monitor {
         let whole = ratio >= 1.0 && (ratio - ratio.round()).abs() < 1e-6;
         self.keep_every = if whole { ratio.round() as usize } else { 1 };
         self
+    }
+
+    /// Slopes of the signal in some coordinates, one row each: central differences.
+    pub fn jacobian(
+        &mut self,
+        coordinates: &FaultCoordinates,
+        indices: &[usize],
+        step: f64,
+    ) -> Vec<Vec<f64>> {
+        indices
+            .iter()
+            .map(|&index| {
+                let mut side = |sign: f64| {
+                    let mut moved = *coordinates;
+                    moved.0[index] += sign * step;
+                    self.signal(&moved)
+                };
+                let (up, down) = (side(1.0), side(-1.0));
+                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()
+            })
+            .collect()
     }
 
     /// The signal at a point of the damage space.

@@ -49,10 +49,12 @@ mod bound;
 mod bundle;
 mod dataset;
 mod diagnose;
+mod electronics;
 mod embedded;
 mod emulator;
 mod encoding;
 mod encoding_bounds;
+mod error_choice;
 mod error_model;
 mod evaluate;
 mod experiment;
@@ -80,7 +82,7 @@ pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
 pub use emulator::{Emulated, Emulator, EmulatorError};
 pub use encoding::Encoding;
-pub use error_model::{ErrorModel, ErrorModelError, Trend, choose_taper};
+pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
 pub use evaluate::{
     Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
 };

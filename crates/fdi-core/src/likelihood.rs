@@ -51,7 +51,7 @@ impl Likelihood {
         noise_a: f64,
         encoder: Option<&Arc<Encoder>>,
     ) -> Result<Self, NotPositiveDefinite> {
-        let noise = scaled(unit_noise, noise_a);
+        let noise = unit_noise.scaled(noise_a * noise_a);
         let with_noise = |model: &BandedMatrix| joined(model, &noise);
         let whole = with_noise(&error.covariance());
         let mean_variance = whole.mean_diagonal();
@@ -81,7 +81,7 @@ impl Likelihood {
         noise_a: f64,
         encoder: Option<&Arc<Encoder>>,
     ) -> Result<Factor, NotPositiveDefinite> {
-        Factor::new(joined(&error.covariance(), &scaled(unit_noise, noise_a)), encoder)
+        Factor::new(joined(&error.covariance(), &unit_noise.scaled(noise_a * noise_a)), encoder)
     }
 
     /// `(JᵀΣ⁻¹J)⁻¹`, what no unbiased estimate can beat under this model.
@@ -210,33 +210,25 @@ fn sign(counter: u64) -> f64 {
     if (z ^ (z >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
 }
 
-/// Covariance of noise of a level.
-fn scaled(unit_noise: &BandedMatrix, noise_a: f64) -> BandedMatrix {
-    let mut noise = BandedMatrix::zeros(unit_noise.order(), unit_noise.half_band());
-    noise.add_scaled(noise_a * noise_a, unit_noise);
-    noise
-}
-
 /// Sum of the covariances, with the floor.
-fn joined(model: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix {
-    let half_band = model.half_band().max(noise.half_band());
-    let mut whole = BandedMatrix::zeros(model.order(), half_band);
-    whole.add_scaled(1.0, model);
-    whole.add_scaled(1.0, noise);
+pub(crate) fn joined(model: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix {
+    let mut whole = model.plus(noise);
     whole.add_to_diagonal(FLOOR_A * FLOOR_A);
     whole
 }
 
 /// A linear estimator: `δ = (JᵀΣ⁻¹J)⁻¹·JᵀΣ⁻¹·r`, one weight vector a coordinate.
-struct Estimator {
+pub(crate) struct Estimator {
     weights: Vec<Vec<f64>>,
 }
 
 impl Estimator {
-    fn new(factor: &Factor, jacobian: &[Vec<f64>]) -> Option<Self> {
-        let covariance = information(factor, jacobian).try_inverse()?;
-        let solved: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.solve(row)).collect();
+    pub(crate) fn new(factor: &Factor, jacobian: &[Vec<f64>]) -> Option<Self> {
+        let white: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.whiten(row)).collect();
+        let covariance = gram(&white).try_inverse()?;
         let samples = jacobian.first().map_or(0, Vec::len);
+        let solved: Vec<Vec<f64>> =
+            white.into_iter().map(|row| factor.spread(row, samples)).collect();
         let weights = (0..jacobian.len())
             .map(|i| {
                 let mut weight = vec![0.0; samples];
@@ -251,7 +243,12 @@ impl Estimator {
         Some(Self { weights })
     }
 
-    fn apply(&self, residual: &[f64]) -> DVector<f64> {
+    /// Weights of a coordinate.
+    pub(crate) fn weight(&self, coordinate: usize) -> &[f64] {
+        &self.weights[coordinate]
+    }
+
+    pub(crate) fn apply(&self, residual: &[f64]) -> DVector<f64> {
         DVector::from_iterator(
             self.weights.len(),
             self.weights.iter().map(|weight| dot(weight, residual)),
@@ -262,7 +259,12 @@ impl Estimator {
 /// `JᵀΣ⁻¹J`.
 pub(crate) fn information(factor: &Factor, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
     let white: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.whiten(row)).collect();
-    symmetric(jacobian.len(), |i, j| dot(&white[i], &white[j]))
+    gram(&white)
+}
+
+/// Scalar products of rows.
+fn gram(rows: &[Vec<f64>]) -> DMatrix<f64> {
+    symmetric(rows.len(), |i, j| dot(&rows[i], &rows[j]))
 }
 
 /// A symmetric matrix from its lower half.

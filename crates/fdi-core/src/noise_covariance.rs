@@ -42,6 +42,21 @@ pub fn unit_noise_covariance(
     covariance
 }
 
+/// The same for any rate of the phases: noise of equal density at the next whole multiple of the
+/// output's rate.
+pub(crate) fn unit_noise_at_rate(
+    filter: &EnvelopeFilter,
+    phase_rate_hz: f64,
+    samples: usize,
+) -> BandedMatrix {
+    let multiple = (phase_rate_hz / filter.output_hz - 1e-6).ceil().max(1.0);
+    let rate_hz = multiple * filter.output_hz;
+    let whole = unit_noise_covariance(filter, rate_hz, samples);
+    let mut covariance = BandedMatrix::zeros(whole.order(), whole.half_band());
+    covariance.add_scaled(rate_hz / phase_rate_hz, &whole);
+    covariance
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

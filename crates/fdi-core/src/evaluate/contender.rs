@@ -142,13 +142,14 @@ pub(super) fn run(
     let noise_a = request.setting.noise_a();
     let emulator =
         emulates.then(|| Emulator::learn(&bundle, request.setting.phase_rate_hz, noise_a));
-    let high = high.then(|| HighMonitor::learn(&bundle, &request.setting, request.jobs));
-    let arena = Arena {
-        request,
-        emulator: emulator.transpose()?,
-        high: high.transpose()?,
-        diagnoser: Diagnoser::new(bundle)?,
+    let emulator = emulator.transpose()?;
+    let high = match &emulator {
+        Some(emulator) if high => {
+            Some(HighMonitor::learn(&bundle, emulator, &request.setting, request.jobs)?)
+        }
+        _ => None,
     };
+    let arena = Arena { request, emulator, high, diagnoser: Diagnoser::new(bundle)? };
     request.contenders.iter().map(|&contender| arena.score(contender, &tests)).collect()
 }
 

@@ -7,13 +7,13 @@ use ema_sim::{FaultCoordinates, HighFidelity, Imperfections, PhysicalFaults};
 
 use super::{EvaluationError, EvaluationSetting, contender::Found, in_parallel};
 use crate::{
-    banded::BandedMatrix,
     bundle::{Bundle, StartAngle, sought_coordinates},
     emulator::{Emulator, EmulatorError},
-    error_model::{ErrorModel, Trend, choose_taper},
+    error_choice::{self, References},
+    error_model::Trend,
     experiment::Experiment,
-    likelihood::{FLOOR_A, Likelihood},
-    noise_covariance::unit_noise_covariance,
+    likelihood::Likelihood,
+    noise_covariance::unit_noise_at_rate,
     observation::filtered,
     simulated::resampled,
 };
@@ -22,8 +22,6 @@ use crate::{
 const MOST_EVALUATIONS: u64 = 12;
 /// Steps below this end a search.
 const STEP_TOLERANCE: f64 = 1e-6;
-/// Reach of the tapers tried, s.
-const TAPER_SUPPORTS_S: [f64; 4] = [0.010, 0.020, 0.040, 0.080];
 
 /// The high-fidelity model without noise, and what noise does to its signal.
 pub(super) struct HighMonitor {
@@ -39,6 +37,7 @@ impl HighMonitor {
     /// and the model without it at the same conditions.
     pub(super) fn learn(
         bundle: &Bundle,
+        emulator: &Emulator,
         setting: &EvaluationSetting,
         jobs: usize,
     ) -> Result<Self, EvaluationError> {
@@ -58,21 +57,22 @@ impl HighMonitor {
             })?);
             coordinates.extend(points);
         }
-        let samples = experiment.samples();
-        let mut floor = BandedMatrix::zeros(samples, 0);
-        floor.add_to_diagonal(FLOOR_A * FLOOR_A);
-        let supports =
-            TAPER_SUPPORTS_S.map(|s| (s * experiment.filter.output_hz).round().max(2.0) as usize);
-        let learn =
-            |support| ErrorModel::learn(&differences, &coordinates, Trend::Constant, support);
-        let trial = learn(2).map_err(EmulatorError::from)?;
-        let scores =
-            choose_taper(trial.residuals(), &supports, &floor).map_err(EmulatorError::from)?;
-        let best = scores.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let error = learn(best.map_or(2, |(support, _)| support)).map_err(EmulatorError::from)?;
-        let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, samples);
+        let electronics = bundle.electronics(StartAngle::Zero)?;
+        let jacobians = coordinates.iter().map(|point| emulator.jacobian(point)).collect();
+        let references = References { differences, coordinates, jacobians, electronics };
+        let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+        let noise_a = setting.noise_a();
+        let noise = unit.scaled(noise_a * noise_a);
+        let (trend, shape) = error_choice::choose(
+            &references,
+            &[Trend::Constant],
+            experiment.filter.output_hz,
+            &noise,
+        )
+        .map_err(EmulatorError::from)?;
+        let error = references.learn(trend, shape).map_err(EmulatorError::from)?;
         let likelihood =
-            Likelihood::new(&error, &unit, setting.noise_a(), None).map_err(EmulatorError::from)?;
+            Likelihood::new(&error, &unit, noise_a, None).map_err(EmulatorError::from)?;
         let mask = bundle.mask.clone();
         Ok(Self { experiment, model, phase_rate_hz, mask, likelihood })
     }

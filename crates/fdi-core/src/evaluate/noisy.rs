@@ -13,7 +13,6 @@ use super::{
     test_conditions,
 };
 use crate::{
-    banded::BandedMatrix,
     dataset::Condition,
     diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
     encoding::Factor,
@@ -98,9 +97,8 @@ impl<'a> NoisyTrial<'a> {
             .likelihood(diagnoser.incipient(), setting.phase_rate_hz, noise_a)
             .map_err(DiagnoseError::from)?;
         let unit = diagnoser.unit_noise(setting.phase_rate_hz);
-        let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
-        noise.add_scaled(noise_a * noise_a, &unit);
-        let sensor_factor = Factor::new(noise, None).map_err(DiagnoseError::from)?;
+        let sensor_factor =
+            Factor::new(unit.scaled(noise_a * noise_a), None).map_err(DiagnoseError::from)?;
         let root = RootSeed(request.seed);
         Ok(Self { setting, root, diagnoser, sensors, likelihood, sensor_factor })
     }

@@ -110,6 +110,6 @@ impl EvaluationSetting {
             })?;
             datasets.push(Dataset { design, seed, imperfections, conditions, signals_a });
         }
-        Ok(Bundle::build(experiment, datasets, RootSeed(seed))?)
+        Ok(Bundle::build(experiment, datasets, self.noise_a(), RootSeed(seed))?)
     }
 }
