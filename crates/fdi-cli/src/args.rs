@@ -199,6 +199,8 @@ pub enum FidelityArg {
 pub enum MethodArg {
     /// Bayesian search on the residuals themselves.
     Composite,
+    /// The bundle's emulator of the signal: no simulation, incipient faults alone.
+    Emulator,
     /// Two-step lookahead expected improvement.
     TwoStepEi,
     /// Expected improvement.
@@ -212,6 +214,7 @@ impl MethodArg {
     pub fn of_report(self) -> Method {
         match self {
             Self::Composite => Method::Composite,
+            Self::Emulator => Method::Emulator,
             Self::TwoStepEi => Method::TwoStepEi,
             Self::Ei => Method::Ei,
             Self::Ucb => Method::Ucb,

@@ -6,7 +6,7 @@ use ema_sim::{
 };
 
 use crate::{
-    bundle::{Bundle, BundleError, ErrorChoice, StartAngle},
+    bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
     dataset::{Condition, Dataset, ReferenceDesign},
     error_model::{CovarianceShape, Trend},
     experiment::Experiment,
@@ -78,7 +78,8 @@ struct DatasetData {
 
 #[derive(Encode, Decode)]
 struct ChoiceData {
-    any_start_angle: bool,
+    /// 0: error of the monitor at start angle zero, 1: at any, 2: the signal itself.
+    of: u8,
     trend: u8,
     taper_support_samples: u32,
     electronics_share: f64,
@@ -100,7 +101,11 @@ impl Bundle {
                 .choices
                 .iter()
                 .map(|choice| ChoiceData {
-                    any_start_angle: choice.start == StartAngle::Any,
+                    of: match choice.of {
+                        Modelled::Error(StartAngle::Zero) => 0,
+                        Modelled::Error(StartAngle::Any) => 1,
+                        Modelled::Signal => 2,
+                    },
                     trend: choice.trend as u8,
                     taper_support_samples: choice.shape.taper_support_samples as u32,
                     electronics_share: choice.shape.electronics_share,
@@ -168,8 +173,13 @@ impl BundleData {
             .choices
             .into_iter()
             .map(|choice| {
-                Ok(ErrorChoice {
-                    start: if choice.any_start_angle { StartAngle::Any } else { StartAngle::Zero },
+                Ok(ModelChoice {
+                    of: match choice.of {
+                        0 => Modelled::Error(StartAngle::Zero),
+                        1 => Modelled::Error(StartAngle::Any),
+                        2 => Modelled::Signal,
+                        other => return Err(content(format!("an unknown model {other}"))),
+                    },
                     trend: *Trend::ALL
                         .get(usize::from(choice.trend))
                         .ok_or_else(|| content(format!("an unknown trend {}", choice.trend)))?,

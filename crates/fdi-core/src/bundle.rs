@@ -45,6 +45,9 @@ pub enum BundleError {
     /// The design that everything is learnt on is missing.
     #[error("no dataset of the design `incipient`: offset and discrepancy are learnt on it")]
     NoIncipient,
+    /// The bundle has no model of the signal.
+    #[error("no emulator; build the bundle anew")]
+    NoEmulator,
     /// The error model cannot be learnt.
     #[error(transparent)]
     ErrorModel(#[from] ErrorModelError),
@@ -83,11 +86,20 @@ impl StartAngle {
     }
 }
 
-/// How the error of the monitor is modelled, chosen on the reference signals alone.
+/// What is modelled as a function of damage with a covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modelled {
+    /// The error of the monitor, for a start of the rotor.
+    Error(StartAngle),
+    /// The reference signal itself, for start angle zero: the emulator.
+    Signal,
+}
+
+/// How something is modelled, chosen on the reference signals alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorChoice {
-    /// For which start of the rotor.
-    pub start: StartAngle,
+pub struct ModelChoice {
+    /// What.
+    pub of: Modelled,
     /// How the mean depends on the damage.
     pub trend: Trend,
     /// How the covariance is made.
@@ -105,8 +117,8 @@ pub struct Bundle {
     pub dataset_sha256: Vec<String>,
     /// The paper's mask: samples kept by DMD and the self-organising map, ascending.
     pub mask: Vec<usize>,
-    /// How errors are modelled.
-    pub choices: Vec<ErrorChoice>,
+    /// How errors and signal are modelled.
+    pub choices: Vec<ModelChoice>,
     /// Noise expected on each phase sample, A.
     pub noise_a: f64,
 }
@@ -135,11 +147,13 @@ impl Bundle {
         let mask = informative_points(incipient, root)?;
         let mut choices = Vec::new();
         for start in [StartAngle::Zero, StartAngle::Any] {
-            let of_start = of_start(&datasets, start);
-            if !of_start.is_empty() {
-                choices.push(choose(experiment, &of_start, start, noise_a)?);
+            let at_start = of_start(&datasets, start);
+            if !at_start.is_empty() {
+                choices.push(choose(experiment, &at_start, Modelled::Error(start), noise_a)?);
             }
         }
+        let at_zero = of_start(&datasets, StartAngle::Zero);
+        choices.push(choose(experiment, &at_zero, Modelled::Signal, noise_a)?);
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
         let experiment = experiment.clone();
         Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a })
@@ -157,18 +171,26 @@ impl Bundle {
     ///
     /// [`BundleError`] when the monitor cannot be run or nothing can be learnt.
     pub fn error_model(&self, start: StartAngle) -> Result<Option<ErrorModel>, BundleError> {
-        let Some(choice) = self.choices.iter().find(|choice| choice.start == start) else {
+        self.model_of(Modelled::Error(start))
+    }
+
+    /// The model of the reference signal itself, learnt afresh; `None` where the bundle has none.
+    pub(crate) fn signal_model(&self) -> Result<Option<ErrorModel>, BundleError> {
+        self.model_of(Modelled::Signal)
+    }
+
+    fn model_of(&self, of: Modelled) -> Result<Option<ErrorModel>, BundleError> {
+        let Some(choice) = self.choices.iter().find(|choice| choice.of == of) else {
             return Ok(None);
         };
-        let of_start = of_start(&self.datasets, start);
-        let (differences, coordinates) = errors_of(&self.experiment, &of_start)?;
+        let datasets = of_start(&self.datasets, of.start());
+        let (signals, coordinates) = of.signals(&self.experiment, &datasets)?;
         let electronics = match choice.shape.electronics_share {
             0.0 => None,
-            _ => self.electronics(start)?,
+            _ => electronics_of(&self.experiment, &datasets)?,
         };
         let (trend, shape) = (choice.trend, choice.shape);
-        let model = ErrorModel::learn(&differences, &coordinates, trend, shape, electronics)?;
-        Ok(Some(model))
+        Ok(Some(ErrorModel::learn(&signals, &coordinates, trend, shape, electronics)?))
     }
 
     /// The covariance of the noise of the electronics.
@@ -264,44 +286,76 @@ fn electronics_of(experiment: &Experiment, datasets: &[&Dataset]) -> Electronics
     Ok(electronics_covariance(experiment, datasets, longest)?.map(Arc::new))
 }
 
-/// Errors of the monitor with the coordinates looked for, one row a condition.
-type Errors = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+/// Signals with the coordinates looked for, one row a condition.
+type Signals = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
-/// Reference less monitor for every condition of some datasets.
-fn errors_of(
-    experiment: &Experiment,
-    datasets: &[&Dataset],
-) -> Result<Errors, ema_sim::SimulationError> {
-    let (mut errors, mut coordinates) = (Vec::new(), Vec::new());
-    for dataset in datasets {
-        errors.extend(differences(experiment, dataset)?);
-        coordinates.extend(sought_coordinates(experiment, dataset));
+impl Modelled {
+    fn start(self) -> StartAngle {
+        match self {
+            Self::Error(start) => start,
+            Self::Signal => StartAngle::Zero,
+        }
     }
-    Ok((errors, coordinates))
+
+    /// What is to be modelled, at every condition of some datasets.
+    fn signals(
+        self,
+        experiment: &Experiment,
+        datasets: &[&Dataset],
+    ) -> Result<Signals, ema_sim::SimulationError> {
+        let (mut signals, mut coordinates) = (Vec::new(), Vec::new());
+        for dataset in datasets {
+            match self {
+                Self::Error(_) => signals.extend(differences(experiment, dataset)?),
+                Self::Signal => signals.extend(dataset.signals_a.iter().cloned()),
+            }
+            coordinates.extend(sought_coordinates(experiment, dataset));
+        }
+        Ok((signals, coordinates))
+    }
+
+    /// Trends that are tried.
+    fn trends(self) -> &'static [Trend] {
+        match self {
+            Self::Error(_) => &Trend::ALL,
+            Self::Signal => &[Trend::Linear, Trend::Quadratic],
+        }
+    }
 }
 
-/// How the error of the monitor is modelled for a start of the rotor.
+/// How something is modelled: trend and covariance with which left-out signals are diagnosed best.
 fn choose(
     experiment: &Experiment,
     datasets: &[&Dataset],
-    start: StartAngle,
+    of: Modelled,
     noise_a: f64,
-) -> Result<ErrorChoice, BundleError> {
-    let (differences, coordinates) = errors_of(experiment, datasets)?;
-    let mut monitor = experiment.monitor(0.0)?;
-    let jacobians = datasets
-        .iter()
-        .flat_map(|dataset| &dataset.conditions)
-        .map(|condition| {
-            monitor.turn_to(condition.start_angle_rad);
-            monitor.jacobian(&condition.coordinates(), &experiment.sought_indices(), SLOPE_STEP)
-        })
-        .collect();
+) -> Result<ModelChoice, BundleError> {
+    let (differences, coordinates) = of.signals(experiment, datasets)?;
+    let jacobians = match of {
+        Modelled::Error(_) => monitor_jacobians(experiment, datasets)?,
+        Modelled::Signal => Vec::new(),
+    };
     let electronics = electronics_of(experiment, datasets)?;
     let references = References { differences, coordinates, jacobians, electronics };
     let (filter, samples) = (&experiment.filter, experiment.samples());
     let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
     let noise = unit_noise_at_rate(filter, rate_hz, samples).scaled(noise_a * noise_a);
-    let (trend, shape) = error_choice::choose(&references, &Trend::ALL, filter.output_hz, &noise)?;
-    Ok(ErrorChoice { start, trend, shape })
+    let (trend, shape) = error_choice::choose(&references, of.trends(), filter.output_hz, &noise)?;
+    Ok(ModelChoice { of, trend, shape })
+}
+
+/// Slopes of the monitor at every condition.
+fn monitor_jacobians(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+) -> Result<Vec<Vec<Vec<f64>>>, ema_sim::SimulationError> {
+    let sought = experiment.sought_indices();
+    let mut monitor = experiment.monitor(0.0)?;
+    let conditions = datasets.iter().flat_map(|dataset| &dataset.conditions);
+    Ok(conditions
+        .map(|condition| {
+            monitor.turn_to(condition.start_angle_rad);
+            monitor.jacobian(&condition.coordinates(), &sought, SLOPE_STEP)
+        })
+        .collect())
 }

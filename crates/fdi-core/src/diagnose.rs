@@ -5,11 +5,13 @@ use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState};
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
+use nalgebra::DMatrix;
 
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
     dataset::ReferenceDesign,
+    emulator::Emulator,
     encoding::{Encoder, Encoding},
     error_model::ErrorModel,
     experiment::Monitor,
@@ -43,6 +45,19 @@ pub enum DiagnoseError {
         /// What the solver says.
         reason: String,
     },
+    /// The emulator is of one start of the rotor.
+    #[error(
+        "method `emulator` is for recordings that are known to start at angle 0, and this one \
+         {}; use `composite`",
+        .found_rad.map_or("does not say".to_owned(), |rad| format!("starts at {rad:.4} rad"))
+    )]
+    EmulatorStart {
+        /// Start angle of the recording.
+        found_rad: Option<f64>,
+    },
+    /// The emulator looks at the whole signal.
+    #[error("method `emulator` looks at the whole signal, not at an encoded one")]
+    EmulatorEncoded,
     /// The recording leaves a fault without any effect on the signal.
     #[error(
         "the recording does not determine all faults looked for; \
@@ -85,8 +100,17 @@ pub struct Diagnoser {
     encoder: Option<Arc<Encoder>>,
     /// Noise covariances by the rate of the phases.
     unit_noise: Mutex<BTreeMap<u64, Arc<BandedMatrix>>>,
+    /// Emulators by noise level and rate of the phases, with the likelihood of their errors.
+    emulators: Mutex<BTreeMap<(u64, u64), Arc<Prepared>>>,
     /// Likelihoods by start angle zero, noise level and rate of the phases.
     likelihoods: Mutex<BTreeMap<LikelihoodKey, Arc<Likelihood>>>,
+}
+
+/// An emulator, prepared for a noise level.
+#[derive(Debug)]
+struct Prepared {
+    emulator: Emulator,
+    likelihood: Likelihood,
 }
 
 /// Whether the rotor starts at zero; bits of the noise level and of the rate of the phases.
@@ -167,6 +191,7 @@ impl Diagnoser {
             severe: OnceLock::new(),
             encoder,
             unit_noise: Mutex::new(BTreeMap::new()),
+            emulators: Mutex::new(BTreeMap::new()),
             likelihoods: Mutex::new(BTreeMap::new()),
         })
     }
@@ -230,6 +255,24 @@ impl Diagnoser {
         }
         kept.insert(key, Arc::clone(&likelihood));
         Ok(likelihood)
+    }
+
+    /// The emulator for a noise level, kept for the next recording.
+    fn emulator(&self, phase_rate_hz: f64, noise_a: f64) -> Result<Arc<Prepared>, DiagnoseError> {
+        let key = (noise_a.to_bits(), phase_rate_hz.to_bits());
+        let mut kept = self.emulators.lock().expect("no thread panics while it holds the cache");
+        if let Some(prepared) = kept.get(&key) {
+            return Ok(Arc::clone(prepared));
+        }
+        let emulator = Emulator::learn(&self.bundle, phase_rate_hz, noise_a)?;
+        let unit = self.unit_noise(phase_rate_hz);
+        let likelihood = Likelihood::new(emulator.model(), &unit, noise_a, None)?;
+        let prepared = Arc::new(Prepared { emulator, likelihood });
+        if kept.len() >= LIKELIHOODS_KEPT {
+            kept.clear();
+        }
+        kept.insert(key, Arc::clone(&prepared));
+        Ok(prepared)
     }
 
     /// The monitor's signal at levels of the faults looked for, start angle zero, with the mean
@@ -302,6 +345,9 @@ impl Diagnoser {
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let turn = angle_rad.rem_euclid(TAU);
         let at_zero = turn < ANGLE_TOLERANCE_RAD || TAU - turn < ANGLE_TOLERANCE_RAD;
+        if options.method == Method::Emulator && !at_zero {
+            return Err(DiagnoseError::EmulatorStart { found_rad: Some(angle_rad) });
+        }
         let mut notices = Vec::new();
         let error = if at_zero {
             &self.incipient
@@ -321,6 +367,14 @@ impl Diagnoser {
         let run = Run { diagnoser: self, observation, options };
         let (noise, spent) = run.noise(&hypothesis)?;
         let outcome = run.explain(&hypothesis, noise)?;
+        if outcome.method != options.method {
+            notices.push(Notice {
+                code: NoticeCode::OutsideTraining,
+                message: "the recording is not of the incipient faults that the emulator knows; \
+                          the answer is that of `composite`"
+                    .to_owned(),
+            });
+        }
         if outcome.severe {
             notices.push(Notice {
                 code: NoticeCode::OutsideTraining,
@@ -341,6 +395,9 @@ impl Diagnoser {
         observation: &Observation,
         options: &DiagnoseOptions,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        if options.method == Method::Emulator {
+            return Err(DiagnoseError::EmulatorStart { found_rad: None });
+        }
         let error = self.turned()?.unwrap_or(&self.incipient);
         let run = Run { diagnoser: self, observation, options };
         let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
@@ -384,11 +441,14 @@ struct Outcome {
     severe: bool,
     /// The search stopped where the residual is not explained.
     unfinished: bool,
+    /// What found it: `composite` where the emulator does not reach.
+    method: Method,
     evaluations: u64,
     cost: f64,
 }
 
 /// A diagnosis under way.
+#[derive(Clone, Copy)]
 struct Run<'a> {
     diagnoser: &'a Diagnoser,
     observation: &'a Observation,
@@ -416,18 +476,32 @@ impl Run<'_> {
         let prior_a = self.diagnoser.bundle.noise_a;
         let rate_hz = self.observation.phase_rate_hz;
         let unit = self.diagnoser.unit_noise(rate_hz);
-        let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, prior_a)?;
-        let fit = self.fit(hypothesis, &likelihood, &START)?;
+        let prepared = match self.options.method {
+            Method::Emulator => Some(self.diagnoser.emulator(rate_hz, prior_a)?),
+            _ => None,
+        };
+        let (error, residual_a, evaluations) = match &prepared {
+            Some(prepared) => {
+                let found = prepared.emulator.diagnose(&self.observation.signal_a);
+                let point = found.ok_or(DiagnoseError::Undetermined)?.estimate;
+                (prepared.emulator.model(), self.less(prepared.emulator.signal_a(&point)), 0)
+            }
+            None => {
+                let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, prior_a)?;
+                let fit = self.fit(hypothesis, &likelihood, &START)?;
+                (hypothesis.error, fit.residual_a, fit.evaluations)
+            }
+        };
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
             let level_a = prior_a * ln_ratio.exp();
-            let factor = Likelihood::plain(hypothesis.error, &unit, level_a, self.encoder())?;
-            let white = factor.whiten(&fit.residual_a);
+            let factor = Likelihood::plain(error, &unit, level_a, self.encoder())?;
+            let white = factor.whiten(&residual_a);
             let prior = ln_ratio / NOISE_PRIOR_LN_STD;
             Ok(white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant() + prior * prior)
         };
         let ln_ratio = least(cost, -3.0, 3.0)?;
         let level_a = prior_a * ln_ratio.exp();
-        Ok((Noise { level_a, source: NoiseSource::Residual }, fit.evaluations))
+        Ok((Noise { level_a, source: NoiseSource::Residual }, evaluations))
     }
 
     /// Explains the recording under a hypothesis: by incipient faults, or where that fails by
@@ -438,6 +512,13 @@ impl Run<'_> {
         let seed = self.options.seed;
         if let Some(criterion) = scalar_search::criterion(self.options.method, seed) {
             return self.scalar(hypothesis, &likelihood, criterion);
+        }
+        if self.options.method == Method::Emulator {
+            if let Some(outcome) = self.emulated(noise)? {
+                return Ok(outcome);
+            }
+            let options = DiagnoseOptions { method: Method::Composite, ..self.options.clone() };
+            return Run { options: &options, ..*self }.explain(hypothesis, noise);
         }
         let fit = self.fit(hypothesis, &likelihood, &START)?;
         let adequate = fit.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
@@ -456,6 +537,50 @@ impl Run<'_> {
         }
         let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
         self.outcome(&likelihood, fit, &jacobian, (adequate, false), spent)
+    }
+
+    /// What the emulator says; `None` where it does not explain the recording by incipient faults.
+    fn emulated(&self, noise: Noise) -> Result<Option<Outcome>, DiagnoseError> {
+        if self.encoder().is_some() {
+            return Err(DiagnoseError::EmulatorEncoded);
+        }
+        let rate_hz = self.observation.phase_rate_hz;
+        let prepared = self.diagnoser.emulator(rate_hz, noise.level_a)?;
+        let Prepared { emulator, likelihood } = &*prepared;
+        let Some(found) = emulator.diagnose(&self.observation.signal_a) else {
+            return Err(DiagnoseError::Undetermined);
+        };
+        let adequate = found.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
+        let inside = found.estimate.iter().all(|level| level.abs() <= TRAINED_LEVEL);
+        if !(adequate && inside) {
+            return Ok(None);
+        }
+        let residual_a = self.less(emulator.signal_a(&found.estimate));
+        let order = found.estimate.len();
+        let covariance = DMatrix::from_fn(order, order, |i, j| found.covariance[i][j]);
+        Ok(Some(Outcome {
+            posterior: Posterior {
+                indices: emulator.sought().to_vec(),
+                estimate: found.estimate,
+                covariance,
+            },
+            residual_a,
+            floor_a: likelihood.floor_a(),
+            adequate,
+            severe: false,
+            unfinished: false,
+            method: Method::Emulator,
+            evaluations: 0,
+            cost: found.misfit * likelihood.size() as f64 + likelihood.log_determinant(),
+        }))
+    }
+
+    /// What is measured less what is modelled.
+    fn less(&self, mut modelled: Vec<f64>) -> Vec<f64> {
+        for (value, measured) in modelled.iter_mut().zip(&self.observation.signal_a) {
+            *value = measured - *value;
+        }
+        modelled
     }
 
     /// The paper's search on the mask. Where it ends is not where the likelihood is greatest:
@@ -630,6 +755,7 @@ impl Run<'_> {
             adequate,
             severe,
             unfinished: false,
+            method: self.options.method,
             evaluations: spent + 2 * jacobian.len() as u64,
             cost,
         })
@@ -721,7 +847,7 @@ impl Run<'_> {
             status: if any_null || !outcome.adequate { Status::Partial } else { Status::Ok },
             verdict,
             bundle: None,
-            method: self.options.method,
+            method: outcome.method,
             fidelity: Fidelity::Low,
             evaluations: outcome.evaluations + spent,
             elapsed_s: None,

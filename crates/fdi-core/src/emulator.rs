@@ -14,9 +14,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{
     banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot},
-    bundle::{Bundle, StartAngle, sought_coordinates},
-    error_choice::{self, References},
-    error_model::{ErrorModel, ErrorModelError, Trend},
+    bundle::{Bundle, BundleError},
+    error_model::ErrorModel,
     likelihood::joined,
     noise_covariance::unit_noise_at_rate,
 };
@@ -31,24 +30,6 @@ const MOST_STEPS: usize = 20;
 const STEP_TOLERANCE: f64 = 1e-9;
 /// An estimate is kept within this distance of the incipient range.
 const REACH: f64 = 0.1;
-
-/// Why an emulator could not be learnt.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EmulatorError {
-    /// Too few or degenerate reference signals.
-    #[error(transparent)]
-    Learn(#[from] ErrorModelError),
-    /// The covariance of noise and emulator error has no factor.
-    #[error(transparent)]
-    Covariance(#[from] NotPositiveDefinite),
-    /// The monitor cannot be run.
-    #[error(transparent)]
-    Simulation(#[from] ema_sim::SimulationError),
-    /// The reference signals do not tell the faults apart.
-    #[error("the reference signals do not determine all faults looked for")]
-    Undetermined,
-}
 
 /// The reference signal as a quadratic function of damage, prepared for one noise level.
 #[derive(Debug)]
@@ -88,26 +69,12 @@ impl Emulator {
     ///
     /// # Errors
     ///
-    /// [`EmulatorError`] for a bundle with too few reference signals.
-    pub fn learn(bundle: &Bundle, phase_rate_hz: f64, noise_a: f64) -> Result<Self, EmulatorError> {
+    /// [`BundleError`] for a bundle with too few reference signals, or without an emulator.
+    pub fn learn(bundle: &Bundle, phase_rate_hz: f64, noise_a: f64) -> Result<Self, BundleError> {
         let experiment = &bundle.experiment;
-        let (mut signals, mut coordinates) = (Vec::new(), Vec::new());
-        for dataset in &bundle.datasets {
-            if StartAngle::Zero.has(dataset.design) {
-                signals.extend(dataset.signals_a.iter().cloned());
-                coordinates.extend(sought_coordinates(experiment, dataset));
-            }
-        }
         let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
-        let noise = unit.scaled(noise_a * noise_a);
-        let electronics = bundle.electronics(StartAngle::Zero)?;
-        let references =
-            References { differences: signals, coordinates, jacobians: Vec::new(), electronics };
-        let trends = [Trend::Linear, Trend::Quadratic];
-        let (trend, shape) =
-            error_choice::choose(&references, &trends, experiment.filter.output_hz, &noise)?;
-        let model = references.learn(trend, shape)?;
-        Ok(Self::prepare(model, experiment.sought_indices(), &noise)?)
+        let model = bundle.signal_model()?.ok_or(BundleError::NoEmulator)?;
+        Ok(Self::prepare(model, experiment.sought_indices(), &unit.scaled(noise_a * noise_a))?)
     }
 
     fn prepare(
@@ -145,6 +112,11 @@ impl Emulator {
         }
         let gram = gram(&whitened);
         Ok(Self { model, sought, factor, whitened, gram, noise_gram, folds })
+    }
+
+    /// The model of the signal.
+    pub(crate) fn model(&self) -> &ErrorModel {
+        &self.model
     }
 
     /// Indices of the coordinates looked for.

@@ -14,10 +14,11 @@ mod setting;
 use std::{fmt, thread};
 
 use crate::{
+    banded::NotPositiveDefinite,
     bundle::BundleError,
     dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign},
     diagnose::DiagnoseError,
-    emulator::EmulatorError,
+    error_model::ErrorModelError,
     experiment::Experiment,
     report::{Evaluation, EvaluationSettings, SCHEMA_VERSION},
 };
@@ -144,9 +145,12 @@ pub enum EvaluationError {
     /// A diagnosis failed.
     #[error(transparent)]
     Diagnose(#[from] DiagnoseError),
-    /// The emulator cannot be learnt.
+    /// An error model cannot be learnt.
     #[error(transparent)]
-    Emulator(#[from] EmulatorError),
+    ErrorModel(#[from] ErrorModelError),
+    /// A covariance has no factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
     /// A population method failed.
     #[error("the search failed: {reason}")]
     Search {

@@ -74,13 +74,15 @@ pub mod store;
 pub use artefact::{dataset_from_bytes, dataset_to_bytes};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
 pub use bound::sensor_bound_std;
-pub use bundle::{Bundle, BundleError, DEFAULT_NOISE_A, ErrorChoice, MASK_POINTS, StartAngle};
+pub use bundle::{
+    Bundle, BundleError, DEFAULT_NOISE_A, MASK_POINTS, ModelChoice, Modelled, StartAngle,
+};
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
 pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
-pub use emulator::{Emulated, Emulator, EmulatorError};
+pub use emulator::{Emulated, Emulator};
 pub use encoding::Encoding;
 pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
 pub use evaluate::{

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     dataset::Condition,
-    diagnose::{DiagnoseOptions, Diagnoser},
+    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
     emulator::Emulator,
     experiment::Experiment,
     report::{Method, MethodEvaluation},
@@ -260,7 +260,7 @@ impl Arena<'_> {
 
     fn emulate(&self, signal_a: &[f64]) -> Result<Found, EvaluationError> {
         let emulator = self.emulator.as_ref().ok_or(self.no_such(Contender::Emulator))?;
-        let emulated = emulator.diagnose(signal_a).ok_or(crate::EmulatorError::Undetermined)?;
+        let emulated = emulator.diagnose(signal_a).ok_or(DiagnoseError::Undetermined)?;
         let modelled = emulator.signal_a(&emulated.estimate);
         let discrepancy = self.on_mask(signal_a, &modelled);
         Ok(Found { estimate: emulated.estimate, discrepancy, evaluations: 0 })

@@ -8,7 +8,8 @@ use ema_sim::{FaultCoordinates, HighFidelity, Imperfections, PhysicalFaults};
 use super::{EvaluationError, EvaluationSetting, contender::Found, in_parallel};
 use crate::{
     bundle::{Bundle, StartAngle, sought_coordinates},
-    emulator::{Emulator, EmulatorError},
+    diagnose::DiagnoseError,
+    emulator::Emulator,
     error_choice::{self, References},
     error_model::Trend,
     experiment::Experiment,
@@ -68,11 +69,9 @@ impl HighMonitor {
             &[Trend::Constant],
             experiment.filter.output_hz,
             &noise,
-        )
-        .map_err(EmulatorError::from)?;
-        let error = references.learn(trend, shape).map_err(EmulatorError::from)?;
-        let likelihood =
-            Likelihood::new(&error, &unit, noise_a, None).map_err(EmulatorError::from)?;
+        )?;
+        let error = references.learn(trend, shape)?;
+        let likelihood = Likelihood::new(&error, &unit, noise_a, None)?;
         let mask = bundle.mask.clone();
         Ok(Self { experiment, model, phase_rate_hz, mask, likelihood })
     }
@@ -88,7 +87,7 @@ impl HighMonitor {
         emulator: &Emulator,
         signal_a: &[f64],
     ) -> Result<Found, EvaluationError> {
-        let mut point = emulator.diagnose(signal_a).ok_or(EmulatorError::Undetermined)?.estimate;
+        let mut point = emulator.diagnose(signal_a).ok_or(DiagnoseError::Undetermined)?.estimate;
         let jacobian = emulator.jacobian(&point);
         let mut best: Option<(f64, Vec<f64>, Vec<f64>)> = None;
         let mut evaluations = 0;
@@ -103,7 +102,7 @@ impl HighMonitor {
             let (step, _) = self
                 .likelihood
                 .linear_step(&jacobian, &residual)
-                .ok_or(EmulatorError::Undetermined)?;
+                .ok_or(DiagnoseError::Undetermined)?;
             if best.as_ref().is_none_or(|(least, ..)| misfit < *least) {
                 best = Some((misfit, point.clone(), residual));
             }
@@ -114,7 +113,7 @@ impl HighMonitor {
                 break;
             }
         }
-        let (_, estimate, residual) = best.ok_or(EmulatorError::Undetermined)?;
+        let (_, estimate, residual) = best.ok_or(DiagnoseError::Undetermined)?;
         let discrepancy = self.mask.iter().map(|&i| residual[i] * residual[i]).sum::<f64>().sqrt();
         Ok(Found { estimate, discrepancy, evaluations })
     }
