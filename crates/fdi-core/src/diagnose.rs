@@ -226,9 +226,20 @@ impl Diagnoser {
         observation: &Observation,
         options: &DiagnoseOptions,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        self.diagnose_watched(observation, options, &|_| {})
+    }
+
+    /// The same, showing the residual of every evaluation of the monitor as it is made.
+    pub(crate) fn diagnose_watched(
+        &self,
+        observation: &Observation,
+        options: &DiagnoseOptions,
+        watch: &dyn Fn(&[f64]),
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        let run = Run { diagnoser: self, observation, options, watch };
         match observation.start_angle_rad {
-            Some(angle_rad) => self.with_known_angle(observation, angle_rad, options),
-            None => self.with_unknown_angle(observation, options),
+            Some(angle_rad) => self.with_known_angle(&run, angle_rad),
+            None => self.with_unknown_angle(&run),
         }
     }
 
@@ -339,13 +350,12 @@ impl Diagnoser {
 
     fn with_known_angle(
         &self,
-        observation: &Observation,
+        run: &Run<'_>,
         angle_rad: f64,
-        options: &DiagnoseOptions,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let turn = angle_rad.rem_euclid(TAU);
         let at_zero = turn < ANGLE_TOLERANCE_RAD || TAU - turn < ANGLE_TOLERANCE_RAD;
-        if options.method == Method::Emulator && !at_zero {
+        if run.options.method == Method::Emulator && !at_zero {
             return Err(DiagnoseError::EmulatorStart { found_rad: Some(angle_rad) });
         }
         let mut notices = Vec::new();
@@ -364,10 +374,9 @@ impl Diagnoser {
             &self.incipient
         };
         let hypothesis = Hypothesis { error, start_angle_rad: angle_rad };
-        let run = Run { diagnoser: self, observation, options };
         let (noise, spent) = run.noise(&hypothesis)?;
         let outcome = run.explain(&hypothesis, noise)?;
-        if outcome.method != options.method {
+        if outcome.method != run.options.method {
             notices.push(Notice {
                 code: NoticeCode::OutsideTraining,
                 message: "the recording is not of the incipient faults that the emulator knows; \
@@ -392,14 +401,12 @@ impl Diagnoser {
 
     fn with_unknown_angle(
         &self,
-        observation: &Observation,
-        options: &DiagnoseOptions,
+        run: &Run<'_>,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
-        if options.method == Method::Emulator {
+        if run.options.method == Method::Emulator {
             return Err(DiagnoseError::EmulatorStart { found_rad: None });
         }
         let error = self.turned()?.unwrap_or(&self.incipient);
-        let run = Run { diagnoser: self, observation, options };
         let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
         let sector_rad = TAU / 6.0 / pole_pairs;
         let first = Hypothesis { error, start_angle_rad: 0.5 * sector_rad };
@@ -453,6 +460,8 @@ struct Run<'a> {
     diagnoser: &'a Diagnoser,
     observation: &'a Observation,
     options: &'a DiagnoseOptions,
+    /// Shown every residual.
+    watch: &'a dyn Fn(&[f64]),
 }
 
 impl Run<'_> {
@@ -480,17 +489,14 @@ impl Run<'_> {
             Method::Emulator => Some(self.diagnoser.emulator(rate_hz, prior_a)?),
             _ => None,
         };
-        let (error, residual_a, evaluations) = match &prepared {
-            Some(prepared) => {
-                let found = prepared.emulator.diagnose(&self.observation.signal_a);
-                let point = found.ok_or(DiagnoseError::Undetermined)?.estimate;
-                (prepared.emulator.model(), self.less(prepared.emulator.signal_a(&point)), 0)
-            }
-            None => {
-                let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, prior_a)?;
-                let fit = self.fit(hypothesis, &likelihood, &START)?;
-                (hypothesis.error, fit.residual_a, fit.evaluations)
-            }
+        let (error, residual_a, evaluations) = if let Some(prepared) = &prepared {
+            let found = prepared.emulator.diagnose(&self.observation.signal_a);
+            let point = found.ok_or(DiagnoseError::Undetermined)?.estimate;
+            (prepared.emulator.model(), self.less(prepared.emulator.signal_a(&point)), 0)
+        } else {
+            let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, prior_a)?;
+            let fit = self.fit(hypothesis, &likelihood, &START)?;
+            (hypothesis.error, fit.residual_a, fit.evaluations)
         };
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
             let level_a = prior_a * ln_ratio.exp();
@@ -718,6 +724,7 @@ impl Run<'_> {
         {
             *value = measured - *value - mean;
         }
+        (self.watch)(&residual);
         residual
     }
 

@@ -6,6 +6,7 @@
 //! number of threads; times come from the clock that the caller passes in.
 
 mod contender;
+mod convergence;
 mod high;
 mod noisy;
 mod score;
@@ -75,8 +76,7 @@ impl Protocol {
     pub fn default_contenders(self) -> &'static [Contender] {
         match self {
             Self::Noisy => &[Contender::Composite],
-            Self::High => &[Contender::Composite, Contender::Emulator],
-            Self::Low | Self::Bench => &[
+            Self::High | Self::Low | Self::Bench => &[
                 Contender::Composite,
                 Contender::Emulator,
                 Contender::Ei,
@@ -110,6 +110,9 @@ pub struct EvaluationRequest<'a> {
     pub contenders: &'a [Contender],
     /// Healthy recordings on which false alarms are counted ([`Protocol::Noisy`]).
     pub healthy: usize,
+    /// Searches of the scalar discrepancy look at levels up to this: 1, the whole domain of the
+    /// paper, or less.
+    pub largest_level: f64,
     /// Most evaluations of one search; `None`: the method's own number.
     pub max_evaluations: Option<usize>,
     /// Root seed; conditions, noise and the reference signals derive theirs from it.
@@ -206,6 +209,7 @@ fn settings(request: &EvaluationRequest<'_>) -> EvaluationSettings {
         envelope_rate_hz: request.protocol.experiment().filter.output_hz,
         snapshots: setting.snapshots as u64,
         sparse_snapshots: setting.sparse_snapshots as u64,
+        largest_level: request.largest_level,
     }
 }
 

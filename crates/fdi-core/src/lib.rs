@@ -49,6 +49,7 @@ mod bound;
 mod bundle;
 mod dataset;
 mod diagnose;
+mod drawing;
 mod electronics;
 mod embedded;
 mod emulator;
@@ -57,6 +58,7 @@ mod encoding_bounds;
 mod error_choice;
 mod error_model;
 mod evaluate;
+mod evaluation_figure;
 mod experiment;
 mod likelihood;
 mod mode_figure;
@@ -88,6 +90,7 @@ pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
 pub use evaluate::{
     Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
 };
+pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use experiment::{Experiment, Monitor};
 pub use mode_figure::mode_figure_svg;
 pub use noise_covariance::unit_noise_covariance;

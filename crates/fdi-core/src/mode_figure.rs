@@ -1,12 +1,11 @@
 //! The first dynamic mode of a bundle's signals and the points kept of it, as a drawing.
 
-use std::fmt::Write as _;
-
 use reduction::{CompressionError, Dmd, DmdConfig, Snapshots};
 
 use crate::{
     bundle::{Bundle, BundleError},
     dataset::ReferenceDesign,
+    drawing::{opening, push, push_line, push_text, ticks},
 };
 
 /// Width of the drawing, px.
@@ -15,8 +14,6 @@ const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 420.0;
 /// Left, top, right and bottom margins of the plane, px.
 const MARGINS: [f64; 4] = [78.0, 46.0, 20.0, 86.0];
-/// Steps wanted between the ends of an axis.
-const STEPS: f64 = 6.0;
 
 /// Draws the first dynamic mode of the incipient signals with the mask's points on it: the
 /// FREEDOM paper's figure 5, as a self-contained SVG that reads without colour.
@@ -38,13 +35,7 @@ fn drawing(bundle: &Bundle, mode: &[f64]) -> String {
     let plane = Plane::of(mode, rate_hz);
     let name = &bundle.experiment.name;
     let title = format!("First dynamic mode of the incipient signals, test “{name}”");
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
-         width=\"{WIDTH}\" height=\"{HEIGHT}\" role=\"img\" font-family=\"sans-serif\" \
-         font-size=\"13\" fill=\"#222\">\n<title>{}</title>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-        escaped(&title)
-    );
+    let mut svg = opening(WIDTH, HEIGHT, &title);
     push_text(&mut svg, [WIDTH / 2.0, 26.0], "text-anchor=\"middle\" font-size=\"16\"", &title);
     plane.push_axes(&mut svg);
     let place = |sample: usize| plane.at(sample as f64 / rate_hz, mode[sample]);
@@ -118,40 +109,6 @@ impl Plane {
     }
 }
 
-/// Round numbers within a range, with their labels.
-fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
-    let rough = (high - low) / STEPS;
-    let decade = 10f64.powf(rough.log10().floor());
-    let wide = [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * decade >= rough * 0.999);
-    let step = wide.unwrap_or(10.0) * decade;
-    let digits = (-step.log10().floor()).max(0.0) as usize;
-    let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
-    (first..=last)
-        .map(|index| {
-            let value = index as f64 * step;
-            (value, format!("{value:.digits$}").replace('-', "−"))
-        })
-        .collect()
-}
-
-fn push(svg: &mut String, line: &str) {
-    writeln!(svg, "{line}").expect("a String takes all text");
-}
-
-fn push_line(svg: &mut String, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], stroke: &str) {
-    push(
-        svg,
-        &format!(
-            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{stroke}\"/>"
-        ),
-    );
-}
-
-fn push_text(svg: &mut String, [x, y]: [f64; 2], attributes: &str, text: &str) {
-    let text = escaped(text);
-    push(svg, &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{text}</text>"));
-}
-
 fn push_point(svg: &mut String, [x, y]: [f64; 2]) {
     push(
         svg,
@@ -173,15 +130,10 @@ fn push_legend(svg: &mut String, points: usize) {
     push_text(svg, [512.0, y + 4.5], "", &format!("the {points} points"));
 }
 
-/// Text as XML has it.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::embedded::EMBEDDED_BUNDLES;
+    use crate::{drawing::tests::assert_tags_match, embedded::EMBEDDED_BUNDLES};
 
     #[test]
     fn the_drawing_is_well_formed_and_has_every_point() {
@@ -195,28 +147,5 @@ mod tests {
             assert_tags_match(&svg);
             assert_eq!(svg, mode_figure_svg(&bundle).unwrap());
         }
-    }
-
-    /// Every tag that opens closes, in turn.
-    fn assert_tags_match(svg: &str) {
-        let mut open = Vec::new();
-        for part in svg.split('<').skip(1) {
-            let (tag, text) = part.split_once('>').unwrap();
-            assert!(!text.contains('>') && tag.matches('"').count() % 2 == 0, "{part}");
-            if let Some(name) = tag.strip_prefix('/') {
-                assert_eq!(open.pop(), Some(name));
-            } else if !tag.ends_with('/') {
-                open.push(tag.split(' ').next().unwrap());
-            }
-        }
-        assert!(open.is_empty());
-        assert!(!svg.contains("NaN") && !svg.contains("inf"));
-    }
-
-    #[test]
-    fn ticks_are_round_and_inside() {
-        let labels = |range| ticks(range).into_iter().map(|(_, label)| label).collect::<Vec<_>>();
-        assert_eq!(labels([0.0, 0.5]), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
-        assert_eq!(labels([-0.03, 0.05]), ["−0.02", "0.00", "0.02", "0.04"]);
     }
 }

@@ -478,6 +478,8 @@ pub struct EvaluationSettings {
     pub snapshots: u64,
     /// Reference signals of the design `sparse`.
     pub sparse_snapshots: u64,
+    /// Largest level that searches of the scalar discrepancy look at.
+    pub largest_level: f64,
 }
 
 /// How a method did.
@@ -507,8 +509,24 @@ pub struct MethodEvaluation {
     /// Healthy recordings on which false alarms were counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub healthy: Option<u64>,
+    /// How the discrepancy falls, over the conditions; empty where nothing is searched.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub convergence: Vec<ConvergencePoint>,
     /// One entry a fault looked for.
     pub faults: Vec<FaultEvaluation>,
+}
+
+/// Least discrepancy that searches have reached after some evaluations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConvergencePoint {
+    /// Evaluations of the monitor.
+    pub evaluations: u64,
+    /// Median time from the start, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Norm of the residual on the mask's points, A; searches that have ended count with their
+    /// end.
+    pub discrepancy: Quartiles,
 }
 
 /// How well one fault is found.

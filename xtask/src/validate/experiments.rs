@@ -68,6 +68,7 @@ fn run(
         conditions,
         contenders,
         healthy,
+        largest_level: 1.0,
         max_evaluations: None,
         seed: SEED,
         jobs,

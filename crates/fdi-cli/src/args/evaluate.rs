@@ -1,6 +1,6 @@
 //! Options of `fdi evaluate`.
 
-use std::num::NonZeroUsize;
+use std::{num::NonZeroUsize, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 
@@ -37,6 +37,12 @@ pub struct EvaluateArgs {
     /// Healthy recordings on which false alarms are counted (`noisy`)
     #[arg(long, default_value_t = 500, value_name = "N")]
     pub healthy: usize,
+    /// Largest level that `ei`, `ucb`, `two-step-ei` and the population methods look at
+    #[arg(long, default_value_t = 1.0, value_name = "LEVEL")]
+    pub largest_level: f64,
+    /// Write the drawings into this folder: convergence, probability of detection
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
     /// Most evaluations of the model in one search [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,

@@ -1,11 +1,11 @@
 //! `fdi evaluate`.
 
-use std::{fmt::Write, num::NonZeroUsize, thread, time::Instant};
+use std::{fmt::Write, fs, num::NonZeroUsize, path::Path, thread, time::Instant};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Contender, EvaluationRequest, EvaluationSetting, Protocol, ema_sim::Imperfections, evaluate,
-    report::Evaluation,
+    Contender, EvaluationRequest, EvaluationSetting, Protocol, convergence_figure_svg,
+    detection_figure_svg, ema_sim::Imperfections, evaluate, report::Evaluation,
 };
 
 use crate::{
@@ -41,6 +41,9 @@ pub(crate) fn evaluate_protocol(
     if !(2000.0..=fastest_hz).contains(&args.phase_rate_hz) {
         bail!("`--phase-rate-hz {}`: expected 2000 to {fastest_hz}", args.phase_rate_hz);
     }
+    if !(args.largest_level > 0.0 && args.largest_level <= 1.0) {
+        bail!("`--largest-level {}`: expected above 0, at most 1", args.largest_level);
+    }
     let contenders = contenders(args, protocol)?;
     let start = Instant::now();
     let clock = move || start.elapsed().as_secs_f64();
@@ -63,6 +66,7 @@ pub(crate) fn evaluate_protocol(
         conditions: args.conditions.map_or(protocol.default_conditions(), NonZeroUsize::get),
         contenders: &contenders,
         healthy: args.healthy,
+        largest_level: args.largest_level,
         max_evaluations: args.max_evaluations.map(NonZeroUsize::get),
         seed: global.seed,
         jobs: global.jobs.map_or_else(
@@ -72,9 +76,27 @@ pub(crate) fn evaluate_protocol(
         clock: if global.stable { None } else { Some(&clock) },
     };
     let result = evaluate(&request)?;
+    if let Some(folder) = &args.figures {
+        write_figures(folder, &result)?;
+    }
     let text = render(&result)?;
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
+}
+
+/// Writes the drawings that a result has, named after its protocol.
+fn write_figures(folder: &Path, result: &Evaluation) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("creating {}", folder.display()))?;
+    for (name, svg) in [
+        ("convergence", convergence_figure_svg(result)),
+        ("detection", detection_figure_svg(result)),
+    ] {
+        if let Some(svg) = svg {
+            let path = folder.join(format!("{}-{name}.svg", result.protocol));
+            fs::write(&path, svg).with_context(|| format!("writing {}", path.display()))?;
+        }
+    }
+    Ok(())
 }
 
 fn protocol(arg: ProtocolArg) -> Protocol {

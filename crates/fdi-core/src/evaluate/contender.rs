@@ -2,10 +2,12 @@
 
 use std::convert::Infallible;
 
-use gp_bayesopt::{Bounds, Population, PopulationOptions};
+use ema_sim::FAULT_COUNT;
+use gp_bayesopt::{Bounds, Criterion, Population, PopulationOptions};
 
 use super::{
     EvaluationError, EvaluationRequest, Protocol,
+    convergence::{History, Recorder, curve},
     high::HighMonitor,
     in_parallel,
     score::Trial,
@@ -14,10 +16,11 @@ use super::{
 };
 use crate::{
     dataset::Condition,
-    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
+    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, coordinates_of},
     emulator::Emulator,
     experiment::Experiment,
     report::{Method, MethodEvaluation},
+    scalar_search,
     seed::{Purpose, RootSeed},
 };
 
@@ -128,6 +131,7 @@ pub(super) struct Found {
     pub(super) estimate: Vec<f64>,
     pub(super) discrepancy: f64,
     pub(super) evaluations: u64,
+    pub(super) history: History,
 }
 
 /// Runs every contender on every condition.
@@ -178,7 +182,7 @@ impl Arena<'_> {
         tests: &[Test],
     ) -> Result<MethodEvaluation, EvaluationError> {
         let sought = self.experiment().sought_indices();
-        let now = || self.request.clock.map_or(0.0, |clock| clock());
+        let now = || self.now_s();
         // what is prepared once for a noise level is not part of a diagnosis
         if let Some(first) = tests.first()
             && contender == Contender::Composite
@@ -188,14 +192,16 @@ impl Arena<'_> {
         let trials = in_parallel(tests, self.request.jobs, |index, test| {
             let start_s = now();
             let found = self.find(contender, index, test)?;
-            Ok::<_, EvaluationError>(Trial {
+            let trial = Trial {
                 truth: test.condition.levels,
                 found: levels_of(&sought, &found.estimate),
                 discrepancy: found.discrepancy,
                 evaluations: found.evaluations,
                 wall_time_s: now() - start_s,
-            })
+            };
+            Ok::<_, EvaluationError>((trial, found.history))
         })?;
+        let (trials, histories): (Vec<Trial>, Vec<History>) = trials.into_iter().unzip();
         let faults = fault_scores(&sought, &trials);
         let medians = faults.iter().filter_map(|f| f.error_percent.map(|q| q.median));
         let average_percent = medians.sum::<f64>() / faults.len() as f64;
@@ -215,6 +221,7 @@ impl Arena<'_> {
             wall_time_min_s: timed.then_some(least),
             coverage_95: None,
             healthy: None,
+            convergence: curve(&histories, timed),
             faults,
         })
     }
@@ -231,26 +238,39 @@ impl Arena<'_> {
         if contender == Contender::Emulator {
             return self.emulate(&test.signal_a);
         }
-        if let Some(high) = &self.high {
-            return match (contender, &self.emulator) {
-                (Contender::Composite, Some(emulator)) => high.diagnose(emulator, &test.signal_a),
-                _ => Err(self.no_such(contender)),
-            };
-        }
         if let Some(population) = contender.population() {
             return self.search_population(population, &test.signal_a, seed);
         }
         let Some(method) = contender.method() else { return Err(self.no_such(contender)) };
+        if let Some(criterion) = scalar_search::criterion(method, seed) {
+            return self.search_scalar(criterion, &test.signal_a, seed);
+        }
+        let now = || self.now_s();
+        let recorder = Recorder::new(&now);
+        if let (Some(high), Some(emulator)) = (&self.high, &self.emulator) {
+            let found = high.diagnose(emulator, &test.signal_a, &|residual| {
+                recorder.note(self.norm_on_mask(residual));
+            })?;
+            return Ok(Found { history: recorder.finish(), ..found });
+        }
         let noise_a = Some(self.request.setting.noise_a());
         let max_evaluations = self.request.max_evaluations;
         let options = DiagnoseOptions { method, max_evaluations, noise_a, seed };
         let observation = self.request.setting.observation(test.signal_a.clone());
-        let (answer, posterior) = self.diagnoser.diagnose_observation(&observation, &options)?;
+        let (answer, posterior) =
+            self.diagnoser.diagnose_watched(&observation, &options, &|residual| {
+                recorder.note(self.norm_on_mask(residual));
+            })?;
         Ok(Found {
             estimate: posterior.estimate,
             discrepancy: answer.discrepancy,
             evaluations: answer.evaluations,
+            history: recorder.finish(),
         })
+    }
+
+    fn now_s(&self) -> f64 {
+        self.request.clock.map_or(0.0, |clock| clock())
     }
 
     fn no_such(&self, contender: Contender) -> EvaluationError {
@@ -263,13 +283,72 @@ impl Arena<'_> {
         let emulated = emulator.diagnose(signal_a).ok_or(DiagnoseError::Undetermined)?;
         let modelled = emulator.signal_a(&emulated.estimate);
         let discrepancy = self.on_mask(signal_a, &modelled);
-        Ok(Found { estimate: emulated.estimate, discrepancy, evaluations: 0 })
+        let history = History::default();
+        Ok(Found { estimate: emulated.estimate, discrepancy, evaluations: 0, history })
     }
 
     /// `δ`: norm of the difference of two signals on the mask.
     fn on_mask(&self, a: &[f64], b: &[f64]) -> f64 {
         let mask = &self.diagnoser.bundle().mask;
         mask.iter().map(|&i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>().sqrt()
+    }
+
+    /// Norm of a residual on the mask.
+    fn norm_on_mask(&self, residual: &[f64]) -> f64 {
+        let mask = &self.diagnoser.bundle().mask;
+        mask.iter().map(|&i| residual[i] * residual[i]).sum::<f64>().sqrt()
+    }
+
+    /// Levels of a point of the unit box.
+    fn levels(&self, sought: &[usize], unit: &[f64]) -> Vec<f64> {
+        let direction = FAULT_COUNT - 1;
+        let scale =
+            |fault: usize| if fault == direction { 1.0 } else { self.request.largest_level };
+        sought.iter().zip(unit).map(|(&fault, u)| scale(fault) * u).collect()
+    }
+
+    /// The discrepancy as a function of a point of the unit box, each evaluation noted.
+    fn discrepancy<'r>(
+        &'r self,
+        signal_a: &'r [f64],
+        recorder: &'r Recorder<'r>,
+    ) -> Result<impl FnMut(&[f64]) -> f64 + 'r, EvaluationError> {
+        let sought = self.experiment().sought_indices();
+        let mut monitor = self.experiment().monitor(0.0)?;
+        Ok(move |unit: &[f64]| {
+            let levels = self.levels(&sought, unit);
+            let modelled = match &self.high {
+                Some(high) => high.signal(&coordinates_of(&sought, &levels)),
+                None => self.diagnoser.monitored(&mut monitor, &levels),
+            };
+            let value = self.on_mask(signal_a, &modelled);
+            recorder.note(value);
+            value
+        })
+    }
+
+    /// The paper's search: Algorithm 1 on the scalar, with the learnt error of the monitor taken
+    /// off.
+    fn search_scalar(
+        &self,
+        criterion: Criterion,
+        signal_a: &[f64],
+        seed: u64,
+    ) -> Result<Found, EvaluationError> {
+        let sought = self.experiment().sought_indices();
+        let budget =
+            self.request.max_evaluations.unwrap_or(scalar_search::default_budget(sought.len()));
+        let now = || self.now_s();
+        let recorder = Recorder::new(&now);
+        let mut value = self.discrepancy(signal_a, &recorder)?;
+        let (best, evaluations) =
+            scalar_search::minimise(criterion, &sought, budget, seed, &mut value)
+                .map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
+        drop(value);
+        let history = recorder.finish();
+        let discrepancy = history.least();
+        let estimate = coordinates_of(&sought, &self.levels(&sought, &best));
+        Ok(Found { estimate, discrepancy, evaluations, history })
     }
 
     /// A population method on the same scalar and the same box as the paper's search, with the
@@ -281,7 +360,6 @@ impl Arena<'_> {
         seed: u64,
     ) -> Result<Found, EvaluationError> {
         let sought = self.experiment().sought_indices();
-        let mut monitor = self.experiment().monitor(0.0)?;
         let failed = |reason: String| EvaluationError::Search { reason };
         let bounds = Bounds::unit(sought.len()).map_err(|error| failed(error.to_string()))?;
         let options = PopulationOptions {
@@ -289,17 +367,19 @@ impl Arena<'_> {
             seed,
             ..PopulationOptions::default()
         };
-        let value = |levels: &[f64]| {
-            let modelled = self.diagnoser.monitored(&mut monitor, levels);
-            Ok::<_, Infallible>(self.on_mask(signal_a, &modelled))
-        };
+        let now = || self.now_s();
+        let recorder = Recorder::new(&now);
+        let mut discrepancy = self.discrepancy(signal_a, &recorder)?;
+        let value = |levels: &[f64]| Ok::<_, Infallible>(discrepancy(levels));
         let solution = population
             .minimise(value, &bounds, &options)
             .map_err(|error| failed(error.to_string()))?;
+        drop(discrepancy);
         Ok(Found {
-            estimate: crate::diagnose::coordinates_of(&sought, &solution.point),
+            estimate: coordinates_of(&sought, &self.levels(&sought, &solution.point)),
             discrepancy: solution.value,
             evaluations: solution.evaluations as u64,
+            history: recorder.finish(),
         })
     }
 

@@ -5,7 +5,9 @@
 
 use ema_sim::{FaultCoordinates, HighFidelity, Imperfections, PhysicalFaults};
 
-use super::{EvaluationError, EvaluationSetting, contender::Found, in_parallel};
+use super::{
+    EvaluationError, EvaluationSetting, contender::Found, convergence::History, in_parallel,
+};
 use crate::{
     bundle::{Bundle, StartAngle, sought_coordinates},
     diagnose::DiagnoseError,
@@ -86,6 +88,7 @@ impl HighMonitor {
         &self,
         emulator: &Emulator,
         signal_a: &[f64],
+        watch: &dyn Fn(&[f64]),
     ) -> Result<Found, EvaluationError> {
         let mut point = emulator.diagnose(signal_a).ok_or(DiagnoseError::Undetermined)?.estimate;
         let jacobian = emulator.jacobian(&point);
@@ -97,6 +100,7 @@ impl HighMonitor {
                 *value = measured - *value;
             }
             evaluations += 1;
+            watch(&residual);
             let white = self.likelihood.whiten(&residual);
             let misfit: f64 = white.iter().map(|z| z * z).sum();
             let (step, _) = self
@@ -115,7 +119,7 @@ impl HighMonitor {
         }
         let (_, estimate, residual) = best.ok_or(DiagnoseError::Undetermined)?;
         let discrepancy = self.mask.iter().map(|&i| residual[i] * residual[i]).sum::<f64>().sqrt();
-        Ok(Found { estimate, discrepancy, evaluations })
+        Ok(Found { estimate, discrepancy, evaluations, history: History::default() })
     }
 }
 

@@ -234,6 +234,7 @@ fn summary(
         wall_time_min_s: None,
         coverage_95: Some(f64::from(held as u32) / asked.max(1) as f64),
         healthy: Some(alarms.len() as u64),
+        convergence: Vec::new(),
         faults,
     }
 }

@@ -18,6 +18,7 @@ fn run(protocol: Protocol, contenders: &[Contender], jobs: usize, seed: u64) -> 
         conditions: 8,
         contenders,
         healthy: 2,
+        largest_level: 1.0,
         max_evaluations: None,
         seed,
         jobs,
