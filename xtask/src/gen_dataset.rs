@@ -179,7 +179,7 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
                 let file = format!("{}-{}-{kind}.fdi-dataset", experiment.name, design.name());
                 scratch.push(Product {
                     path: root.join("target/datasets").join(file),
-                    bytes: dataset_to_bytes(&experiment, &dataset),
+                    bytes: dataset_to_bytes(&experiment, std::slice::from_ref(&dataset)),
                 });
                 if imperfections == Imperfections::REAL {
                     of_bundle.push(dataset);

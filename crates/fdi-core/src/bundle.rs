@@ -1,5 +1,6 @@
 //! The offline bundle: an experiment, its reference signals, and what was chosen on them.
 
+use ema_sim::Actuator;
 use reduction::{
     CompressionConfig, CompressionError, CompressionMap, MatrixError, Snapshots, SomConfig,
 };
@@ -19,8 +20,12 @@ use crate::{
 
 /// Points of the paper's mask, section IV.
 pub const MASK_POINTS: usize = 30;
-/// Noise that a bundle expects on each phase sample when a recording tells none, A.
-pub const DEFAULT_NOISE_A: f64 = 0.020;
+/// Drive's current limit over the noise that a bundle expects on each phase sample when a
+/// recording tells none: 20 mA for 20 A.
+const CURRENT_LIMIT_OVER_NOISE: f64 = 1000.0;
+/// Reference signals needed for each term of a linear trend: with fewer than two the mean leverage
+/// exceeds one half, and leave-one-out residuals tell more of the fit than of the error.
+const SIGNALS_PER_TERM: usize = 2;
 /// Reach of the tapers tried, s.
 const TAPER_SUPPORTS_S: [f64; 6] = [0.010, 0.020, 0.040, 0.060, 0.080, 0.120];
 
@@ -46,6 +51,39 @@ pub enum BundleError {
     /// The design that everything is learnt on is missing.
     #[error("no dataset of the design `incipient`: offset and discrepancy are learnt on it")]
     NoIncipient,
+    /// Too few reference signals for one start of the rotor.
+    #[error("{found} conditions of {designs}, expected at least {needed} for {faults} faults")]
+    TooFewConditions {
+        /// Conditions given.
+        found: usize,
+        /// Least number.
+        needed: usize,
+        /// Designs that count together.
+        designs: &'static str,
+        /// Faults looked for.
+        faults: usize,
+    },
+    /// A dataset whose conditions start elsewhere than the experiment.
+    #[error(
+        "the dataset of the design `{design}` starts at {found_rad} rad, expected {expected_rad} \
+         rad as the others do"
+    )]
+    OtherStartAngle {
+        /// Design of the dataset.
+        design: &'static str,
+        /// Where its conditions start.
+        found_rad: f64,
+        /// Where the experiment does.
+        expected_rad: f64,
+    },
+    /// The same reference signals twice.
+    #[error("the dataset of the design `{design}`, seed {seed}, is given twice")]
+    Repeated {
+        /// Design of the dataset.
+        design: &'static str,
+        /// Its seed.
+        seed: u64,
+    },
     /// The error model cannot be learnt.
     #[error(transparent)]
     ErrorModel(#[from] ErrorModelError),
@@ -66,13 +104,21 @@ pub enum BundleError {
 /// Where the rotor starts: which reference signals tell the monitor's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StartAngle {
-    /// At zero: designs `incipient` and `sparse`.
+    /// Where the experiment does, by default at zero: designs `incipient` and `sparse`.
     Zero,
     /// Anywhere: designs `turned` and `turned-sparse`.
     Any,
 }
 
 impl StartAngle {
+    /// The designs that tell the error for this start, in words.
+    fn designs(self) -> &'static str {
+        match self {
+            Self::Zero => "the designs `incipient` and `sparse`",
+            Self::Any => "the designs `turned` and `turned-sparse`",
+        }
+    }
+
     /// Whether a design tells the error for this start.
     pub(crate) fn has(self, design: ReferenceDesign) -> bool {
         match self {
@@ -120,8 +166,8 @@ impl Bundle {
     ///
     /// # Errors
     ///
-    /// [`BundleError`] without an incipient dataset, or for signals that nothing can be learnt
-    /// from.
+    /// [`BundleError`] without an incipient dataset, for datasets that do not go together, or for
+    /// signals that nothing can be learnt from.
     pub fn build(
         experiment: &Experiment,
         datasets: Vec<Dataset>,
@@ -131,6 +177,7 @@ impl Bundle {
             .iter()
             .find(|dataset| dataset.design == ReferenceDesign::Incipient)
             .ok_or(BundleError::NoIncipient)?;
+        go_together(experiment, &datasets)?;
         let mask = informative_points(incipient, root)?;
         let mut choices = Vec::new();
         for start in [StartAngle::Zero, StartAngle::Any] {
@@ -140,8 +187,9 @@ impl Bundle {
             }
         }
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
+        let noise_a = default_noise_a(&experiment.actuator);
         let experiment = experiment.clone();
-        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a: DEFAULT_NOISE_A })
+        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a })
     }
 
     /// The dataset of a design, where the bundle has it.
@@ -196,6 +244,42 @@ impl Bundle {
             encodings: encoding_summaries(self)?,
         })
     }
+}
+
+/// Noise that a bundle expects on each phase sample of a drive when a recording tells none, A: a
+/// thousandth of its current limit.
+pub fn default_noise_a(actuator: &Actuator) -> f64 {
+    actuator.controller.current_limit_a / CURRENT_LIMIT_OVER_NOISE
+}
+
+/// Refuses datasets that nothing can be learnt from together.
+fn go_together(experiment: &Experiment, datasets: &[Dataset]) -> Result<(), BundleError> {
+    let expected_rad = experiment.scenario.start_angle_rad;
+    let mut seen: Vec<String> = Vec::new();
+    for dataset in datasets {
+        let design = dataset.design.name();
+        if let Some(found_rad) = dataset.start_angle_rad()
+            && found_rad != expected_rad
+        {
+            return Err(BundleError::OtherStartAngle { design, found_rad, expected_rad });
+        }
+        let sha256 = dataset.sha256();
+        if seen.contains(&sha256) {
+            return Err(BundleError::Repeated { design, seed: dataset.seed });
+        }
+        seen.push(sha256);
+    }
+    let faults = experiment.sought_indices().len();
+    let needed = SIGNALS_PER_TERM * (faults + 1);
+    for start in [StartAngle::Zero, StartAngle::Any] {
+        let of_start = datasets.iter().filter(|dataset| start.has(dataset.design));
+        let found: usize = of_start.map(|dataset| dataset.conditions.len()).sum();
+        if (1..needed).contains(&found) {
+            let designs = start.designs();
+            return Err(BundleError::TooFewConditions { found, needed, designs, faults });
+        }
+    }
+    Ok(())
 }
 
 /// The 30 informative points of the incipient signals: DMD, then a self-organising map.

@@ -75,7 +75,7 @@ impl Default for DiagnoseOptions {
 #[derive(Debug)]
 pub struct Diagnoser {
     bundle: Bundle,
-    /// Error of the monitor at start angle zero.
+    /// Error of the monitor at the bundle's start angle.
     incipient: ErrorModel,
     /// At any other angle; learnt when first needed.
     turned: OnceLock<Option<ErrorModel>>,
@@ -103,9 +103,10 @@ const START: [f64; FAULT_COUNT] = [0.02, 0.02, 0.02, 0.02, 0.02, 0.0, 0.0];
 /// Least value of each coordinate: an estimate free of bounds may be slightly negative, but not
 /// beyond what the machine can be given (backlash 1 + 99·k2 > 0).
 const LEAST: [f64; FAULT_COUNT] = [-0.05, -0.0099, -0.05, -0.05, -0.05, -1.0, -1.0];
-/// Start angles closer than this to zero count as zero, rad: at the slowest commutation of the
-/// chirp that is a tenth of a carrier period.
-const ANGLE_TOLERANCE_RAD: f64 = 1e-3;
+/// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
+/// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
+/// of four pole pairs.
+const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
 /// Largest level that the incipient designs hold, with a margin for the estimate's scatter.
 const TRAINED_LEVEL: f64 = 0.06;
 /// Start angles tried in one sector when the angle is not known.
@@ -308,8 +309,12 @@ impl Diagnoser {
         angle_rad: f64,
         options: &DiagnoseOptions,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
-        let turn = angle_rad.rem_euclid(TAU);
-        let at_zero = turn < ANGLE_TOLERANCE_RAD || TAU - turn < ANGLE_TOLERANCE_RAD;
+        let experiment = &self.bundle.experiment;
+        let own_rad = experiment.scenario.start_angle_rad;
+        let turn = (angle_rad - own_rad).rem_euclid(TAU);
+        let tolerance_rad =
+            ELECTRICAL_TOLERANCE_RAD / f64::from(experiment.actuator.motor.pole_pairs);
+        let at_zero = turn < tolerance_rad || TAU - turn < tolerance_rad;
         let mut notices = Vec::new();
         let error = if at_zero {
             &self.incipient
@@ -319,8 +324,8 @@ impl Diagnoser {
             notices.push(Notice {
                 code: NoticeCode::OutsideTraining,
                 message: format!(
-                    "the rotor starts at {angle_rad:.4} rad and the bundle knows only 0: intervals \
-                     may be too narrow"
+                    "the rotor starts at {angle_rad:.4} rad and the bundle knows only {own_rad}: \
+                     intervals may be too narrow"
                 ),
             });
             &self.incipient

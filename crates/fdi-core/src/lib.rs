@@ -58,10 +58,12 @@ mod evaluate;
 mod experiment;
 mod likelihood;
 mod mode_figure;
+mod model_source;
 mod noise_covariance;
 mod observation;
 mod posterior;
 mod record;
+mod recorded_test;
 pub mod report;
 mod scalar_search;
 mod schema;
@@ -72,7 +74,7 @@ pub mod store;
 pub use artefact::{dataset_from_bytes, dataset_to_bytes};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
 pub use bound::sensor_bound_std;
-pub use bundle::{Bundle, BundleError, DEFAULT_NOISE_A, ErrorChoice, MASK_POINTS, StartAngle};
+pub use bundle::{Bundle, BundleError, ErrorChoice, MASK_POINTS, StartAngle, default_noise_a};
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
 pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
 /// The simulation whose types stand in this crate's interface.
@@ -84,8 +86,9 @@ pub use error_model::{ErrorModel, ErrorModelError, Trend, choose_taper};
 pub use evaluate::{
     Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
 };
-pub use experiment::{Experiment, Monitor};
+pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 pub use mode_figure::mode_figure_svg;
+pub use model_source::{ReadModelError, read_model};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;
@@ -94,6 +97,7 @@ pub use record::{
     CsvFormat, Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate,
     Sampling, WriteError, guess_columns, list_recordings,
 };
+pub use recorded_test::RecordedTestError;
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
