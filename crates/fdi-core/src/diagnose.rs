@@ -9,13 +9,14 @@ use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
+    commutation::Commutation,
     dataset::ReferenceDesign,
     encoding::{Encoder, Encoding},
     error_model::ErrorModel,
     experiment::Monitor,
     likelihood::Likelihood,
     noise_covariance::unit_noise_covariance,
-    observation::{Observation, ObservationError},
+    observation::{Observation, ObservationError, forget_direction},
     posterior::Posterior,
     record::Recording,
     report::{
@@ -107,6 +108,8 @@ const LEAST: [f64; FAULT_COUNT] = [-0.05, -0.0099, -0.05, -0.05, -0.05, -1.0, -1
 /// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
 /// of four pole pairs.
 const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
+/// Most rounds in which faults and the start angle that commutation shows settle.
+const COMMUTATION_ROUNDS: usize = 4;
 /// Largest level that the incipient designs hold, with a margin for the estimate's scatter.
 const TRAINED_LEVEL: f64 = 0.06;
 /// Start angles tried in one sector when the angle is not known.
@@ -190,9 +193,42 @@ impl Diagnoser {
     ) -> Result<RecordDiagnosis, DiagnoseError> {
         let mut observation = Observation::of(recording, &self.bundle.experiment)?;
         let notices = std::mem::take(&mut observation.notices);
-        let (mut answer, _) = self.diagnose_observation(&observation, options)?;
+        let mut answer = match observation.commutation.take() {
+            Some(seen) => self.with_commutation(&mut observation, &seen, options)?,
+            None => self.diagnose_observation(&observation, options)?.0,
+        };
         answer.notices.splice(0..0, notices);
         answer.recording.clone_from(&recording.name);
+        Ok(answer)
+    }
+
+    /// Diagnoses with a start angle read off the commutation: how the rotor turns, and so where it
+    /// started, depends on the faults, which are found with the start angle.
+    fn with_commutation(
+        &self,
+        observation: &mut Observation,
+        seen: &Commutation,
+        options: &DiagnoseOptions,
+    ) -> Result<RecordDiagnosis, DiagnoseError> {
+        let experiment = &self.bundle.experiment;
+        let pole_pairs = experiment.actuator.motor.pole_pairs;
+        let (mut answer, mut posterior) = self.diagnose_observation(observation, options)?;
+        for _ in 0..COMMUTATION_ROUNDS {
+            let mut damage = [0.0; FAULT_COUNT];
+            for (&index, &value) in posterior.indices.iter().zip(&posterior.estimate) {
+                damage[index] = value;
+            }
+            let start_rad = seen.start_angle_rad(experiment, &damage).map_err(BundleError::from)?;
+            let moved_rad = observation.start_angle_rad.map_or(TAU, |now| (start_rad - now).abs());
+            if moved_rad < ELECTRICAL_TOLERANCE_RAD / f64::from(pole_pairs) {
+                break;
+            }
+            observation.start_angle_rad = Some(start_rad);
+            let spent = answer.evaluations;
+            (answer, posterior) = self.diagnose_observation(observation, options)?;
+            answer.evaluations += spent + 1;
+        }
+        forget_direction(&mut answer, pole_pairs);
         Ok(answer)
     }
 
