@@ -9,8 +9,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Bundle, CsvFormat, DEFAULT_NOISE_A, Dataset, DatasetRequest, Experiment, Purpose,
-    RecordedContent, ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes,
+    Bundle, CsvFormat, Dataset, DatasetRequest, Experiment, Purpose, RecordedContent,
+    ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes, default_noise_a,
     ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
     store,
 };
@@ -179,15 +179,20 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
                 let file = format!("{}-{}-{kind}.fdi-dataset", experiment.name, design.name());
                 scratch.push(Product {
                     path: root.join("target/datasets").join(file),
-                    bytes: dataset_to_bytes(&experiment, &dataset),
+                    bytes: dataset_to_bytes(&experiment, std::slice::from_ref(&dataset)),
                 });
                 if imperfections == Imperfections::REAL {
                     of_bundle.push(dataset);
                 }
             }
         }
-        let bytes =
-            Bundle::build(&experiment, of_bundle, DEFAULT_NOISE_A, RootSeed(SEED))?.to_bytes();
+        let bytes = Bundle::build(
+            &experiment,
+            of_bundle,
+            default_noise_a(&experiment.actuator),
+            RootSeed(SEED),
+        )?
+        .to_bytes();
         manifest.bundle.push(BundleEntry {
             command: experiment.name.clone(),
             bytes: bytes.len(),

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod evaluate;
+mod experiment;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
@@ -8,6 +9,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{Encoding, RootSeed, Schema, report::Method};
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
+pub use experiment::{DatasetArgs, DesignArg, TestArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -30,7 +32,7 @@ pub struct Cli {
 #[command(next_help_heading = "Everywhere")]
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 pub struct GlobalArgs {
-    /// Write the product (result, recording, bundle) to this file instead of standard output
+    /// Write the product (result, recording, dataset, bundle) to this file instead of standard output
     #[arg(long, short, global = true, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Form of the result
@@ -53,7 +55,7 @@ pub struct GlobalArgs {
         hide_env_values = true
     )]
     pub seed: u64,
-    /// Recordings worked on at the same time [default: one for each processor]
+    /// Recordings or simulations worked on at the same time [default: one for each processor]
     #[arg(long, global = true, value_name = "N", env = "FDI_JOBS", hide_env_values = true)]
     pub jobs: Option<NonZeroUsize>,
     /// Leave out what differs from run to run (timings)
@@ -123,6 +125,8 @@ pub enum Command {
     Diagnose(DiagnoseArgs),
     /// A recording of a simulated actuator
     Simulate(SimulateArgs),
+    /// Reference signals of an actuator in a test, to learn a bundle from
+    Dataset(DatasetArgs),
     /// The offline stage: what is learnt from datasets
     #[command(subcommand)]
     Bundle(BundleCommand),
@@ -283,12 +287,9 @@ pub struct SimulateArgs {
     /// Model to simulate
     #[arg(long, value_enum, default_value_t = FidelityArg::High)]
     pub fidelity: FidelityArg,
-    /// Actuator: `ema-48` or a model file
-    #[arg(long, value_name = "NAME|FILE.toml", default_value = "ema-48")]
-    pub model: String,
-    /// Command: `chirp`, `sine` or a recording with a command channel
-    #[arg(long, value_name = "NAME|FILE.csv", default_value = "chirp")]
-    pub command: String,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub test: TestArgs,
     /// Fault levels from 0 to 1, such as `k1=0.02,k6=0.03,k7=0.6`; the others are 0
     #[arg(long, value_name = "LEVELS", default_value = "")]
     pub faults: FaultLevels,
@@ -298,27 +299,12 @@ pub struct SimulateArgs {
     /// Bits of the converter that reads the phases [default: not digitised]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
     pub adc_bits: Option<u8>,
-    /// Range of that converter, from -X to X A
-    #[arg(
-        long,
-        value_name = "X",
-        default_value_t = 20.0,
-        value_parser = positive,
-        requires = "adc_bits"
-    )]
-    pub adc_range_a: f64,
-    /// Rate of the phase samples in Hz
-    #[arg(long, value_name = "N", default_value_t = 10_000.0, value_parser = positive)]
-    pub rate_hz: f64,
-    /// Mechanical angle of the rotor at the first sample, rad
-    #[arg(
-        long,
-        value_name = "X",
-        default_value_t = 0.0,
-        value_parser = finite,
-        allow_negative_numbers = true
-    )]
-    pub start_angle_rad: f64,
+    /// Range of that converter, from -X to X A [default: the current limit of the model; 20 for `ema-48`]
+    #[arg(long, value_name = "X", value_parser = positive, requires = "adc_bits")]
+    pub adc_range_a: Option<f64>,
+    /// Rate of the phase samples in Hz [default: that of the model's controller; 10000 for `ema-48`]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub rate_hz: Option<f64>,
 }
 
 /// Levels of the seven faults.

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod bundle;
+mod dataset;
 mod diagnose;
 mod evaluate;
 mod generated;
@@ -9,6 +10,7 @@ mod schema;
 mod simulate;
 
 pub(crate) use bundle::{build, show};
+pub(crate) use dataset::dataset;
 pub use diagnose::diagnose_with;
 pub(crate) use evaluate::evaluate_protocol;
 pub(crate) use generated::{completions, man};

@@ -7,6 +7,7 @@ mod bundle;
 mod command;
 mod diagnoser;
 mod exit;
+mod experiment;
 mod output;
 mod reference;
 mod resume;
@@ -35,6 +36,7 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
             diagnose_with(diagnoser.as_ref(), args, &cli.global, streams)
         }
         Command::Simulate(args) => command::simulate(args, &cli.global, streams),
+        Command::Dataset(args) => command::dataset(args, &cli.global, streams),
         Command::Bundle(BundleCommand::Build(args)) => command::build(args, &cli.global, streams),
         Command::Bundle(BundleCommand::Show(args)) => command::show(args, &cli.global, streams),
         Command::Evaluate(args) => command::evaluate_protocol(args, &cli.global, streams),

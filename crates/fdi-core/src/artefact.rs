@@ -29,6 +29,11 @@ struct BundleData {
 #[derive(Encode, Decode)]
 struct DatasetFileData {
     experiment: ExperimentData,
+    datasets: Vec<FullDatasetData>,
+}
+
+#[derive(Encode, Decode)]
+struct FullDatasetData {
     dataset: DatasetData,
     /// Signals in full, where the dataset's own are rounded.
     signals_a: Vec<f64>,
@@ -127,38 +132,62 @@ impl Bundle {
     }
 }
 
-/// The bytes of a dataset's file, signals in full.
-pub fn dataset_to_bytes(experiment: &Experiment, dataset: &Dataset) -> Vec<u8> {
-    let data = DatasetFileData {
-        experiment: ExperimentData::of(experiment),
+/// The bytes of a file of datasets of one experiment, signals in full.
+pub fn dataset_to_bytes(experiment: &Experiment, datasets: &[Dataset]) -> Vec<u8> {
+    let full = |dataset: &Dataset| FullDatasetData {
         dataset: DatasetData::of(dataset, &dataset.sha256()),
         signals_a: dataset.signals_a.iter().flatten().copied().collect(),
+    };
+    let data = DatasetFileData {
+        experiment: ExperimentData::of(experiment),
+        datasets: datasets.iter().map(full).collect(),
     };
     store::encode(ArtefactKind::Dataset, &data)
 }
 
-/// Reads a dataset's file.
+/// Reads a file of datasets.
+///
+/// The experiment starts where the datasets do that do not start anywhere; at zero where there
+/// is none.
 ///
 /// # Errors
 ///
 /// As [`Bundle::from_bytes`].
-pub fn dataset_from_bytes(bytes: &[u8]) -> Result<(Experiment, Dataset), BundleError> {
+pub fn dataset_from_bytes(bytes: &[u8]) -> Result<(Experiment, Vec<Dataset>), BundleError> {
     let data = store::decode::<DatasetFileData>(bytes, ArtefactKind::Dataset)?;
-    let experiment = data.experiment.into_experiment()?;
+    let mut experiment = data.experiment.into_experiment()?;
     let samples = experiment.samples();
-    let mut dataset = data.dataset.into_dataset(samples)?;
-    let fits = data.signals_a.len() == dataset.conditions.len() * samples
-        && data.signals_a.iter().all(|value| value.is_finite());
-    if !fits {
-        return Err(content("signals of the wrong size".to_owned()));
+    let datasets = data
+        .datasets
+        .into_iter()
+        .map(|full| full.into_dataset(samples))
+        .collect::<Result<Vec<_>, _>>()?;
+    start_with(&mut experiment, &datasets);
+    Ok((experiment, datasets))
+}
+
+/// Lets an experiment start where its datasets do.
+fn start_with(experiment: &mut Experiment, datasets: &[Dataset]) {
+    let start_angle_rad = datasets.iter().find_map(Dataset::start_angle_rad).unwrap_or(0.0);
+    experiment.scenario.start_angle_rad = start_angle_rad;
+}
+
+impl FullDatasetData {
+    fn into_dataset(self, samples: usize) -> Result<Dataset, BundleError> {
+        let mut dataset = self.dataset.into_dataset(samples)?;
+        let fits = self.signals_a.len() == dataset.conditions.len() * samples
+            && self.signals_a.iter().all(|value| value.is_finite());
+        if !fits {
+            return Err(content("signals of the wrong size".to_owned()));
+        }
+        dataset.signals_a = self.signals_a.chunks_exact(samples).map(<[f64]>::to_vec).collect();
+        Ok(dataset)
     }
-    dataset.signals_a = data.signals_a.chunks_exact(samples).map(<[f64]>::to_vec).collect();
-    Ok((experiment, dataset))
 }
 
 impl BundleData {
     fn into_bundle(self) -> Result<Bundle, BundleError> {
-        let experiment = self.experiment.into_experiment()?;
+        let mut experiment = self.experiment.into_experiment()?;
         let samples = experiment.samples();
         if let Some(point) = self.mask.iter().find(|&&point| point as usize >= samples) {
             return Err(content(format!("a mask point {point} beyond {samples} samples")));
@@ -169,6 +198,7 @@ impl BundleData {
             .into_iter()
             .map(|data| data.into_dataset(samples))
             .collect::<Result<Vec<_>, _>>()?;
+        start_with(&mut experiment, &datasets);
         let choices = self
             .choices
             .into_iter()
@@ -220,7 +250,7 @@ impl ExperimentData {
             name: experiment.name.clone(),
             model_name: experiment.model_name.clone(),
             model: model_text(experiment),
-            scenario: ScenarioData::of(&experiment.scenario),
+            scenario: ScenarioData::of(&experiment.scenario, &experiment.actuator),
             envelope: envelope_kind(experiment.envelope).name().to_owned(),
             filter_hz: experiment.filter.corner_hz,
             rate_hz: experiment.filter.output_hz,
@@ -264,7 +294,7 @@ impl ExperimentData {
 }
 
 impl ScenarioData {
-    fn of(scenario: &Scenario) -> Self {
+    fn of(scenario: &Scenario, actuator: &Actuator) -> Self {
         let command = match &scenario.command {
             Command::Chirp { amplitude_rad, start_hz, end_hz, sweep_s } => CommandData::Chirp {
                 amplitude_rad: *amplitude_rad,
@@ -275,9 +305,12 @@ impl ScenarioData {
             Command::Sine { amplitude_rad, frequency_hz } => {
                 CommandData::Sine { amplitude_rad: *amplitude_rad, frequency_hz: *frequency_hz }
             }
+            Command::Recorded { values_rad, rate_hz } => {
+                CommandData::Recorded { values_rad: values_rad.clone(), rate_hz: *rate_hz }
+            }
             other => {
-                // any other command is a curve: its samples at a rate that the controller holds
-                let rate_hz = CURVE_RATE_HZ;
+                // any other command is a curve, of which the controller sees its ticks
+                let rate_hz = actuator.controller.sample_hz;
                 let count = (scenario.duration_s * rate_hz).ceil() as usize + 1;
                 let values_rad = (0..count).map(|n| other.at(n as f64 / rate_hz)).collect();
                 CommandData::Recorded { values_rad, rate_hz }
@@ -307,9 +340,6 @@ impl ScenarioData {
     }
 }
 
-/// Rate at which a command without a formula is stored.
-const CURVE_RATE_HZ: f64 = 10e3;
-
 impl DatasetData {
     fn of(dataset: &Dataset, sha256: &str) -> Self {
         Self {
@@ -333,7 +363,8 @@ impl DatasetData {
             && self.levels.len() == count * FAULT_COUNT
             && self.ranges_a.len() == count
             && self.signals.len() == count * samples
-            && self.ranges_a.iter().all(|range| range.is_finite());
+            && self.ranges_a.iter().all(|range| range.is_finite())
+            && self.start_angles_rad.iter().all(|angle| angle.is_finite());
         if !fits {
             return Err(content(format!("a dataset `{}` of the wrong size", self.design)));
         }

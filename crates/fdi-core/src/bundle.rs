@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use ema_sim::Actuator;
 use reduction::{
     CompressionConfig, CompressionError, CompressionMap, MatrixError, Snapshots, SomConfig,
 };
@@ -24,8 +25,12 @@ use crate::{
 
 /// Points of the paper's mask, section IV.
 pub const MASK_POINTS: usize = 30;
-/// Noise that a bundle expects on each phase sample when a recording tells none, A.
-pub const DEFAULT_NOISE_A: f64 = 0.020;
+/// Drive's current limit over the noise that a bundle expects on each phase sample when a
+/// recording tells none: 20 mA for 20 A.
+const CURRENT_LIMIT_OVER_NOISE: f64 = 1000.0;
+/// Reference signals needed for each term of a linear trend: with fewer than two the mean leverage
+/// exceeds one half, and leave-one-out residuals tell more of the fit than of the error.
+const SIGNALS_PER_TERM: usize = 2;
 /// Steps of the slopes that error models are chosen with.
 const SLOPE_STEP: f64 = 1e-3;
 
@@ -48,6 +53,39 @@ pub enum BundleError {
     /// The bundle has no model of the signal.
     #[error("no emulator; build the bundle anew")]
     NoEmulator,
+    /// Too few reference signals for one start of the rotor.
+    #[error("{found} conditions of {designs}, expected at least {needed} for {faults} faults")]
+    TooFewConditions {
+        /// Conditions given.
+        found: usize,
+        /// Least number.
+        needed: usize,
+        /// Designs that count together.
+        designs: &'static str,
+        /// Faults looked for.
+        faults: usize,
+    },
+    /// A dataset whose conditions start elsewhere than the experiment.
+    #[error(
+        "the dataset of the design `{design}` starts at {found_rad} rad, expected {expected_rad} \
+         rad as the others do"
+    )]
+    OtherStartAngle {
+        /// Design of the dataset.
+        design: &'static str,
+        /// Where its conditions start.
+        found_rad: f64,
+        /// Where the experiment does.
+        expected_rad: f64,
+    },
+    /// The same reference signals twice.
+    #[error("the dataset of the design `{design}`, seed {seed}, is given twice")]
+    Repeated {
+        /// Design of the dataset.
+        design: &'static str,
+        /// Its seed.
+        seed: u64,
+    },
     /// The error model cannot be learnt.
     #[error(transparent)]
     ErrorModel(#[from] ErrorModelError),
@@ -68,13 +106,21 @@ pub enum BundleError {
 /// Where the rotor starts: which reference signals tell the monitor's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StartAngle {
-    /// At zero: designs `incipient` and `sparse`.
+    /// Where the experiment does, by default at zero: designs `incipient` and `sparse`.
     Zero,
     /// Anywhere: designs `turned` and `turned-sparse`.
     Any,
 }
 
 impl StartAngle {
+    /// The designs that tell the error for this start, in words.
+    fn designs(self) -> &'static str {
+        match self {
+            Self::Zero => "the designs `incipient` and `sparse`",
+            Self::Any => "the designs `turned` and `turned-sparse`",
+        }
+    }
+
     /// Whether a design tells the error for this start.
     pub(crate) fn has(self, design: ReferenceDesign) -> bool {
         match self {
@@ -132,8 +178,8 @@ impl Bundle {
     ///
     /// # Errors
     ///
-    /// [`BundleError`] without an incipient dataset, or for signals that nothing can be learnt
-    /// from.
+    /// [`BundleError`] without an incipient dataset, for datasets that do not go together, or for
+    /// signals that nothing can be learnt from.
     pub fn build(
         experiment: &Experiment,
         datasets: Vec<Dataset>,
@@ -144,6 +190,7 @@ impl Bundle {
             .iter()
             .find(|dataset| dataset.design == ReferenceDesign::Incipient)
             .ok_or(BundleError::NoIncipient)?;
+        go_together(experiment, &datasets)?;
         let mask = informative_points(incipient, root)?;
         let mut choices = Vec::new();
         for start in [StartAngle::Zero, StartAngle::Any] {
@@ -229,6 +276,42 @@ impl Bundle {
             encodings: encoding_summaries(self)?,
         })
     }
+}
+
+/// Noise that a bundle expects on each phase sample of a drive when a recording tells none, A: a
+/// thousandth of its current limit.
+pub fn default_noise_a(actuator: &Actuator) -> f64 {
+    actuator.controller.current_limit_a / CURRENT_LIMIT_OVER_NOISE
+}
+
+/// Refuses datasets that nothing can be learnt from together.
+fn go_together(experiment: &Experiment, datasets: &[Dataset]) -> Result<(), BundleError> {
+    let expected_rad = experiment.scenario.start_angle_rad;
+    let mut seen: Vec<String> = Vec::new();
+    for dataset in datasets {
+        let design = dataset.design.name();
+        if let Some(found_rad) = dataset.start_angle_rad()
+            && found_rad != expected_rad
+        {
+            return Err(BundleError::OtherStartAngle { design, found_rad, expected_rad });
+        }
+        let sha256 = dataset.sha256();
+        if seen.contains(&sha256) {
+            return Err(BundleError::Repeated { design, seed: dataset.seed });
+        }
+        seen.push(sha256);
+    }
+    let faults = experiment.sought_indices().len();
+    let needed = SIGNALS_PER_TERM * (faults + 1);
+    for start in [StartAngle::Zero, StartAngle::Any] {
+        let of_start = datasets.iter().filter(|dataset| start.has(dataset.design));
+        let found: usize = of_start.map(|dataset| dataset.conditions.len()).sum();
+        if (1..needed).contains(&found) {
+            let designs = start.designs();
+            return Err(BundleError::TooFewConditions { found, needed, designs, faults });
+        }
+    }
+    Ok(())
 }
 
 /// The 30 informative points of the incipient signals: DMD, then a self-organising map.

@@ -17,7 +17,7 @@ use crate::{
 /// Which fault conditions a dataset holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReferenceDesign {
-    /// `k1..k6 = 0.05·u`, `k7 = u`, start angle zero: what compression, offset and discrepancy
+    /// `k1..k6 = 0.05·u`, `k7 = u`, start angle of the experiment: what compression, offset and discrepancy
     /// are learnt on.
     Incipient,
     /// The same ranges, with at most two faults at a time and the others absent: the corner of
@@ -66,6 +66,8 @@ impl ReferenceDesign {
     }
 
     /// Fault levels and start angle of a point of the unit cube.
+    ///
+    /// A design that is not turned starts where the experiment does.
     fn condition(self, experiment: &Experiment, unit: &[f64]) -> ([f64; FAULT_COUNT], f64) {
         let scaled = |u: f64| match self {
             Self::Wide => u * u * u,
@@ -86,7 +88,9 @@ impl ReferenceDesign {
                 }
             }
         }
-        (levels, if self.is_turned() { TAU * unit[FAULT_COUNT] } else { 0.0 })
+        let turned = self.is_turned();
+        let own_rad = experiment.scenario.start_angle_rad;
+        (levels, if turned { TAU * unit[FAULT_COUNT] } else { own_rad })
     }
 }
 
@@ -206,6 +210,12 @@ impl Dataset {
         request: &DatasetRequest,
     ) -> Result<Vec<Condition>, DatasetError> {
         draw(experiment, request)
+    }
+
+    /// The angle at which all its conditions start; `None` for a turned design.
+    pub fn start_angle_rad(&self) -> Option<f64> {
+        let first = self.conditions.first()?;
+        (!self.design.is_turned()).then_some(first.start_angle_rad)
     }
 
     /// SHA-256 over conditions and signals in little endian, hexadecimal.

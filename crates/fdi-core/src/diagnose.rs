@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
+    commutation::Commutation,
     dataset::ReferenceDesign,
     emulator::Emulator,
     encoding::{Encoder, Encoding},
@@ -17,7 +18,7 @@ use crate::{
     experiment::Monitor,
     likelihood::Likelihood,
     noise_covariance::unit_noise_at_rate,
-    observation::{Observation, ObservationError},
+    observation::{Observation, ObservationError, forget_direction},
     posterior::Posterior,
     record::Recording,
     report::{
@@ -90,7 +91,7 @@ impl Default for DiagnoseOptions {
 #[derive(Debug)]
 pub struct Diagnoser {
     bundle: Bundle,
-    /// Error of the monitor at start angle zero.
+    /// Error of the monitor at the bundle's start angle.
     incipient: ErrorModel,
     /// At any other angle; learnt when first needed.
     turned: OnceLock<Option<ErrorModel>>,
@@ -127,9 +128,12 @@ const START: [f64; FAULT_COUNT] = [0.02, 0.02, 0.02, 0.02, 0.02, 0.0, 0.0];
 /// Least value of each coordinate: an estimate free of bounds may be slightly negative, but not
 /// beyond what the machine can be given (backlash 1 + 99·k2 > 0).
 const LEAST: [f64; FAULT_COUNT] = [-0.05, -0.0099, -0.05, -0.05, -0.05, -1.0, -1.0];
-/// Start angles closer than this to zero count as zero, rad: at the slowest commutation of the
-/// chirp that is a tenth of a carrier period.
-const ANGLE_TOLERANCE_RAD: f64 = 1e-3;
+/// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
+/// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
+/// of four pole pairs.
+const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
+/// Most rounds in which faults and the start angle that commutation shows settle.
+const COMMUTATION_ROUNDS: usize = 4;
 /// Largest level that the incipient designs hold, with a margin for the estimate's scatter.
 const TRAINED_LEVEL: f64 = 0.06;
 /// Start angles tried in one sector when the angle is not known.
@@ -214,9 +218,42 @@ impl Diagnoser {
     ) -> Result<RecordDiagnosis, DiagnoseError> {
         let mut observation = Observation::of(recording, &self.bundle.experiment)?;
         let notices = std::mem::take(&mut observation.notices);
-        let (mut answer, _) = self.diagnose_observation(&observation, options)?;
+        let mut answer = match observation.commutation.take() {
+            Some(seen) => self.with_commutation(&mut observation, &seen, options)?,
+            None => self.diagnose_observation(&observation, options)?.0,
+        };
         answer.notices.splice(0..0, notices);
         answer.recording.clone_from(&recording.name);
+        Ok(answer)
+    }
+
+    /// Diagnoses with a start angle read off the commutation: how the rotor turns, and so where it
+    /// started, depends on the faults, which are found with the start angle.
+    fn with_commutation(
+        &self,
+        observation: &mut Observation,
+        seen: &Commutation,
+        options: &DiagnoseOptions,
+    ) -> Result<RecordDiagnosis, DiagnoseError> {
+        let experiment = &self.bundle.experiment;
+        let pole_pairs = experiment.actuator.motor.pole_pairs;
+        let (mut answer, mut posterior) = self.diagnose_observation(observation, options)?;
+        for _ in 0..COMMUTATION_ROUNDS {
+            let mut damage = [0.0; FAULT_COUNT];
+            for (&index, &value) in posterior.indices.iter().zip(&posterior.estimate) {
+                damage[index] = value;
+            }
+            let start_rad = seen.start_angle_rad(experiment, &damage).map_err(BundleError::from)?;
+            let moved_rad = observation.start_angle_rad.map_or(TAU, |now| (start_rad - now).abs());
+            if moved_rad < ELECTRICAL_TOLERANCE_RAD / f64::from(pole_pairs) {
+                break;
+            }
+            observation.start_angle_rad = Some(start_rad);
+            let spent = answer.evaluations;
+            (answer, posterior) = self.diagnose_observation(observation, options)?;
+            answer.evaluations += spent + 1;
+        }
+        forget_direction(&mut answer, pole_pairs);
         Ok(answer)
     }
 
@@ -353,8 +390,12 @@ impl Diagnoser {
         run: &Run<'_>,
         angle_rad: f64,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
-        let turn = angle_rad.rem_euclid(TAU);
-        let at_zero = turn < ANGLE_TOLERANCE_RAD || TAU - turn < ANGLE_TOLERANCE_RAD;
+        let experiment = &self.bundle.experiment;
+        let own_rad = experiment.scenario.start_angle_rad;
+        let turn = (angle_rad - own_rad).rem_euclid(TAU);
+        let tolerance_rad =
+            ELECTRICAL_TOLERANCE_RAD / f64::from(experiment.actuator.motor.pole_pairs);
+        let at_zero = turn < tolerance_rad || TAU - turn < tolerance_rad;
         if run.options.method == Method::Emulator && !at_zero {
             return Err(DiagnoseError::EmulatorStart { found_rad: Some(angle_rad) });
         }
@@ -367,8 +408,8 @@ impl Diagnoser {
             notices.push(Notice {
                 code: NoticeCode::OutsideTraining,
                 message: format!(
-                    "the rotor starts at {angle_rad:.4} rad and the bundle knows only 0: intervals \
-                     may be too narrow"
+                    "the rotor starts at {angle_rad:.4} rad and the bundle knows only {own_rad}: \
+                     intervals may be too narrow"
                 ),
             });
             &self.incipient

@@ -1,9 +1,12 @@
 //! An experiment: which actuator does what, and which signal of it is diagnosed.
 
 use ema_sim::{
-    Actuator, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, HighFidelity, Imperfections,
-    LowFidelity, PhysicalFaults, Scenario, SimulationError, presets::EMA_48,
+    Actuator, Command, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
+    HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
+    model_file::Model, presets::EMA_48,
 };
+
+use crate::bundle::MASK_POINTS;
 
 /// An actuator in a test, with the envelope that is diagnosed and the faults looked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +17,7 @@ pub struct Experiment {
     pub model_name: String,
     /// The machine.
     pub actuator: Actuator,
-    /// The test, with ideal electronics and start angle zero.
+    /// The test, with ideal electronics, at the start angle that reference signals are made for.
     pub scenario: Scenario,
     /// Definition of the envelope.
     pub envelope: Envelope,
@@ -26,6 +29,48 @@ pub struct Experiment {
     /// controller.
     pub phase_rate_hz: Option<f64>,
 }
+
+/// Why a model and a test make no experiment.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExperimentError {
+    /// The model lists no fault that the test shows.
+    #[error(
+        "`faults` of the model lists none that the test `{test}` shows, expected at least one of {}",
+        .shown.iter().map(|fault| fault.symbol()).collect::<Vec<_>>().join(", ")
+    )]
+    NoFaults {
+        /// Name of the test.
+        test: String,
+        /// What it shows.
+        shown: Vec<FaultId>,
+    },
+    /// One half of the eccentricity is listed without the other.
+    #[error(
+        "`faults` of the model lists {} without {}: size and direction of the eccentricity are \
+         decided together", found.symbol(), missing.symbol()
+    )]
+    HalfEccentricity {
+        /// Listed.
+        found: FaultId,
+        /// Not listed.
+        missing: FaultId,
+    },
+    /// Fewer samples than the mask has points.
+    #[error("the command lasts {found_s} s, expected at least {needed_s} s")]
+    TooShort {
+        /// Length of the command.
+        found_s: f64,
+        /// Length that gives a sample for each point of the mask.
+        needed_s: f64,
+    },
+    /// The actuator cannot follow the test.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+}
+
+/// Name of a test whose command was recorded.
+pub const RECORDED: &str = "recorded";
 
 impl Experiment {
     /// The chirp of the paper's numerical experiments, all seven faults.
@@ -50,6 +95,59 @@ impl Experiment {
             sought: [true, true, false, false, false, false, false],
             ..Self::chirp()
         }
+    }
+
+    /// A test with a command that was recorded, all seven faults, no load; of EMA-48 until
+    /// [`of_model`](Self::of_model) names another machine.
+    pub fn recorded(command_rad: Vec<f64>, rate_hz: f64) -> Self {
+        let duration_s = command_rad.len() as f64 / rate_hz;
+        let command = Command::Recorded { values_rad: command_rad, rate_hz };
+        let scenario = Scenario { command, load_n_m: 0.0, duration_s, ..Scenario::chirp() };
+        Self { name: RECORDED.into(), scenario, ..Self::chirp() }
+    }
+
+    /// The same test of another machine.
+    ///
+    /// Rates follow from the machine: the envelope is kept at the whole share of its controller's
+    /// rate that is nearest to that of [`EnvelopeFilter::DEFAULT`], and the test lasts a whole
+    /// number of its samples. Looked for are the faults that test and machine have in common.
+    ///
+    /// # Errors
+    ///
+    /// [`ExperimentError`] when nothing is left to look for, or the machine cannot follow.
+    pub fn of_model(self, name: &str, model: &Model) -> Result<Self, ExperimentError> {
+        let sought = self.sought_of(&model.faults)?;
+        let filter = filter_for(model.actuator.controller.sample_hz);
+        let mut scenario = self.scenario;
+        let samples = (scenario.duration_s * filter.output_hz + 1e-6).floor();
+        let needed_s = MASK_POINTS as f64 / filter.output_hz;
+        if samples < MASK_POINTS as f64 {
+            return Err(ExperimentError::TooShort { found_s: scenario.duration_s, needed_s });
+        }
+        scenario.duration_s = samples / filter.output_hz;
+        let (model_name, actuator) = (name.to_owned(), model.actuator);
+        let experiment = Self { model_name, actuator, scenario, filter, sought, ..self };
+        experiment.monitor(experiment.scenario.start_angle_rad)?;
+        Ok(experiment)
+    }
+
+    /// The faults of a model that this test shows.
+    fn sought_of(&self, faults: &[FaultId]) -> Result<[bool; FAULT_COUNT], ExperimentError> {
+        let mut sought = self.sought;
+        for fault in FaultId::ALL {
+            sought[fault.index()] &= faults.contains(&fault);
+        }
+        let [size, direction] = [FaultId::Eccentricity, FaultId::EccentricityPhase];
+        for (found, missing) in [(size, direction), (direction, size)] {
+            if sought[found.index()] && !sought[missing.index()] {
+                return Err(ExperimentError::HalfEccentricity { found, missing });
+            }
+        }
+        if sought.contains(&true) {
+            return Ok(sought);
+        }
+        let shown = FaultId::ALL.into_iter().filter(|id| self.sought[id.index()]).collect();
+        Err(ExperimentError::NoFaults { test: self.name.clone(), shown })
     }
 
     /// Samples of the diagnosed signal.
@@ -115,6 +213,12 @@ impl Experiment {
     }
 }
 
+/// The default filter, at the whole share of a controller's rate that is nearest to its own.
+fn filter_for(sample_hz: f64) -> EnvelopeFilter {
+    let keep_every = (sample_hz / EnvelopeFilter::DEFAULT.output_hz).round().max(1.0);
+    EnvelopeFilter { output_hz: sample_hz / keep_every, ..EnvelopeFilter::DEFAULT }
+}
+
 /// The low-fidelity model as a function from damage to the diagnosed signal.
 #[derive(Clone, Debug)]
 pub struct Monitor {
@@ -171,5 +275,73 @@ impl Monitor {
         }
         let kept: Vec<f64> = self.current_a.iter().step_by(self.keep_every).copied().collect();
         self.filter.apply(&kept, self.rate_hz / self.keep_every as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(change: impl FnOnce(&mut Model)) -> Model {
+        let mut model = Model::from(EMA_48);
+        change(&mut model);
+        model
+    }
+
+    #[test]
+    fn the_default_machine_gives_the_presets_bit_for_bit() {
+        for preset in [Experiment::chirp(), Experiment::sine()] {
+            assert_eq!(preset.clone().of_model("ema-48", &model(|_| ())).unwrap(), preset);
+        }
+    }
+
+    #[test]
+    fn rates_follow_the_machine() {
+        for (sample_hz, output_hz) in
+            [(8e3, 2e3), (10e3, 2e3), (15e3, 1875.0), (7e3, 1750.0), (1e3, 1e3)]
+        {
+            let machine = model(|model| {
+                model.actuator.controller.sample_hz = sample_hz;
+                model.actuator.inverter.carrier_hz = 2.0 * (10e3 / sample_hz).ceil() * sample_hz;
+            });
+            // a length that is no whole number of samples of any of them
+            let test = Experiment::recorded(vec![0.0; 4987], 10e3).of_model("m", &machine).unwrap();
+            assert_eq!(test.filter.output_hz, output_hz);
+            let model = test.high_fidelity(0.0, Imperfections::NONE).unwrap();
+            let healthy = FaultCoordinates([0.0; FAULT_COUNT]);
+            let signal = test.high_fidelity_signal(&model, &(&healthy).into());
+            assert_eq!(signal.len(), test.samples(), "{sample_hz}");
+            assert_eq!(test.monitor(0.0).unwrap().signal(&healthy).len(), test.samples());
+        }
+    }
+
+    #[test]
+    fn only_faults_of_both_are_looked_for() {
+        use FaultId::{Backlash, Eccentricity, Friction, ShortA};
+        let faults = |faults: &[FaultId]| model(|model| model.faults = faults.to_vec());
+        let sought = |experiment: Experiment, list: &[FaultId]| {
+            experiment.of_model("m", &faults(list)).map(|experiment| experiment.sought_indices())
+        };
+        assert_eq!(sought(Experiment::chirp(), &[ShortA, Friction]).unwrap(), [0, 2]);
+        assert_eq!(sought(Experiment::sine(), &[ShortA, Backlash]).unwrap(), [1]);
+        assert_eq!(
+            sought(Experiment::sine(), &[ShortA]).unwrap_err().to_string(),
+            "`faults` of the model lists none that the test `sine` shows, expected at least one \
+             of k1, k2"
+        );
+        assert_eq!(
+            sought(Experiment::chirp(), &[Eccentricity]).unwrap_err().to_string(),
+            "`faults` of the model lists k6 without k7: size and direction of the eccentricity \
+             are decided together"
+        );
+    }
+
+    #[test]
+    fn a_command_shorter_than_the_mask_is_refused() {
+        let short = Experiment::recorded(vec![0.0; 10], 1000.0).of_model("m", &model(|_| ()));
+        assert_eq!(
+            short.unwrap_err().to_string(),
+            "the command lasts 0.01 s, expected at least 0.015 s"
+        );
     }
 }

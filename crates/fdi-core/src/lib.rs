@@ -47,6 +47,7 @@ mod artefact;
 mod banded;
 mod bound;
 mod bundle;
+mod commutation;
 mod dataset;
 mod diagnose;
 mod drawing;
@@ -62,10 +63,12 @@ mod evaluation_figure;
 mod experiment;
 mod likelihood;
 mod mode_figure;
+mod model_source;
 mod noise_covariance;
 mod observation;
 mod posterior;
 mod record;
+mod recorded_test;
 pub mod report;
 mod scalar_search;
 mod schema;
@@ -77,7 +80,7 @@ pub use artefact::{dataset_from_bytes, dataset_to_bytes};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
 pub use bound::sensor_bound_std;
 pub use bundle::{
-    Bundle, BundleError, DEFAULT_NOISE_A, MASK_POINTS, ModelChoice, Modelled, StartAngle,
+    Bundle, BundleError, MASK_POINTS, ModelChoice, Modelled, StartAngle, default_noise_a,
 };
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
 pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
@@ -91,8 +94,9 @@ pub use evaluate::{
     Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
 };
 pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
-pub use experiment::{Experiment, Monitor};
+pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 pub use mode_figure::mode_figure_svg;
+pub use model_source::{ReadModelError, read_model};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;
@@ -101,6 +105,7 @@ pub use record::{
     CsvFormat, Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate,
     Sampling, WriteError, guess_columns, list_recordings,
 };
+pub use recorded_test::RecordedTestError;
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};

@@ -1,15 +1,16 @@
 //! From a recording to the signal that is diagnosed, at the rate and with the filter of an
 //! experiment.
 
-use ema_sim::{Envelope, EnvelopeFilter};
+use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
 use crate::{
+    commutation::{Commutation, MOST_DEVIATION_RAD},
     experiment::Experiment,
     record::{
         Channel, ChannelName, CommandSource, Current, EnvelopeKind, RecordError, Recording,
         Sampling,
     },
-    report::{Notice, NoticeCode},
+    report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
 };
 
 /// The diagnosed signal of a recording, with what the recording says of itself.
@@ -19,6 +20,8 @@ pub(crate) struct Observation {
     pub(crate) signal_a: Vec<f64>,
     /// Rotor angle at the first sample, where it is known, rad.
     pub(crate) start_angle_rad: Option<f64>,
+    /// Where that angle is read off the commutation: what was seen of it.
+    pub(crate) commutation: Option<Commutation>,
     /// Rate of the phase samples behind the envelope.
     pub(crate) phase_rate_hz: f64,
     /// Noise on each phase sample read off the recording itself, A.
@@ -114,12 +117,31 @@ pub enum ObservationError {
         /// Command of the bundle.
         command: String,
     },
-    /// Phase currents without the rotor's angle.
+    /// Phase currents without the rotor's angle, whose commutation is not the machine's.
     #[error(
-        "phase currents without `motor_angle_rad`: the sector is not known, so that no envelope \
-         can be formed"
+        "phase currents without `motor_angle_rad`, and the commutation {seen_in} is on average \
+         {deviation_deg:.0}° of electrical angle off that of the machine in this test, expected at \
+         most {most_deg:.0}°: is it of this actuator and command?"
     )]
-    NoRotorAngle,
+    NoRotorAngle {
+        /// Where the commutation was looked for.
+        seen_in: &'static str,
+        /// How far it is off.
+        deviation_deg: f64,
+        /// How far it may be.
+        most_deg: f64,
+    },
+    /// A sector that no Hall sensors show.
+    #[error("`hall_state` is {found} at {time_s} s, expected 1 to 6")]
+    HallState {
+        /// Value.
+        found: f64,
+        /// When.
+        time_s: f64,
+    },
+    /// The bundle's machine cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
     /// The channels of the phases differ in their time axis.
     #[error("columns `{column}` and `phase_a_current_a` have different time axes")]
     TimeAxes {
@@ -192,7 +214,7 @@ fn long_enough(
     Ok(())
 }
 
-/// Three phase currents with the rotor's angle.
+/// Three phase currents.
 fn of_phases(
     recording: &Recording,
     phases: [&Channel; 3],
@@ -211,20 +233,91 @@ fn of_phases(
             return Err(ObservationError::TimeAxes { column: other.name().column() });
         }
     }
-    let angle = recording.channel(ChannelName::MotorAngle).ok_or(ObservationError::NoRotorAngle)?;
-    let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
-    let electrical: Vec<f64> =
-        at_times(angle, first.times_s()).into_iter().map(|theta| theta * pole_pairs).collect();
     let views = phases.map(Channel::values);
-    let envelope_a = experiment.envelope.of_phases(views, &electrical);
+    let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
+    let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
     Ok(Observation {
         signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
-        start_angle_rad: angle.values().first().copied(),
+        start_angle_rad: rotor.start_angle_rad,
+        commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
         measured_noise_a: zero_sequence_noise_a(views),
         stated_noise_a: recording.metadata.noise_a,
         notices: Vec::new(),
     })
+}
+
+/// Where the rotor stands in a recording of phases.
+struct Rotor {
+    /// At the first sample, mechanical.
+    start_angle_rad: Option<f64>,
+    /// At each sample of the phases.
+    electrical_rad: Vec<f64>,
+    commutation: Option<Commutation>,
+}
+
+/// The rotor's angle: as recorded, else from Hall sensors, else from the currents.
+fn rotor_of(
+    recording: &Recording,
+    phases: [&Channel; 3],
+    rate_hz: f64,
+    experiment: &Experiment,
+) -> Result<Rotor, ObservationError> {
+    let times_s = phases[0].times_s();
+    if let Some(angle) = recording.channel(ChannelName::MotorAngle) {
+        let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
+        let electrical = at_times(angle, times_s).into_iter().map(|theta| theta * pole_pairs);
+        return Ok(Rotor {
+            start_angle_rad: angle.values().first().copied(),
+            electrical_rad: electrical.collect(),
+            commutation: None,
+        });
+    }
+    let hall = recording.channel(ChannelName::HallState);
+    let (seen, seen_in) = if let Some(hall) = hall {
+        let sectors = sectors_at(hall, times_s)?;
+        (Some(Commutation::of_sectors(sectors, rate_hz, experiment)?), "in `hall_state`")
+    } else {
+        let views = phases.map(Channel::values);
+        let noise_a = zero_sequence_noise_a(views).unwrap_or(0.0);
+        let seen = Commutation::of_currents(views, noise_a, rate_hz, experiment)?;
+        (seen, "in the currents")
+    };
+    let deviation_rad = seen.as_ref().map_or(core::f64::consts::PI, |seen| seen.deviation_rad);
+    match seen {
+        Some(seen) if deviation_rad <= MOST_DEVIATION_RAD => Ok(Rotor {
+            start_angle_rad: Some(seen.start_angle_rad(experiment, &[0.0; FAULT_COUNT])?),
+            electrical_rad: if hall.is_some() {
+                seen.electrical_rad()
+            } else {
+                seen.clone().before_the_tick(experiment).electrical_rad()
+            },
+            commutation: Some(seen),
+        }),
+        _ => Err(ObservationError::NoRotorAngle {
+            seen_in,
+            deviation_deg: deviation_rad.to_degrees(),
+            most_deg: MOST_DEVIATION_RAD.to_degrees(),
+        }),
+    }
+}
+
+/// The sectors that Hall sensors show at given times, held between their samples.
+fn sectors_at(hall: &Channel, times_s: &[f64]) -> Result<Vec<Sector>, ObservationError> {
+    let (own, values) = (hall.times_s(), hall.values());
+    let mut place = 0;
+    times_s
+        .iter()
+        .map(|&t| {
+            while place + 1 < own.len() && own[place + 1] <= t {
+                place += 1;
+            }
+            let found = values[place];
+            let state = (1..=6u8).find(|state| f64::from(*state) == found);
+            let refused = ObservationError::HallState { found, time_s: own[place] };
+            state.and_then(Sector::from_hall_state).ok_or(refused)
+        })
+        .collect()
 }
 
 /// An envelope as recorded.
@@ -258,6 +351,7 @@ fn of_envelope(
         start_angle_rad: metadata
             .start_angle_rad
             .or_else(|| recording.channel(ChannelName::MotorAngle)?.values().first().copied()),
+        commutation: None,
         phase_rate_hz: metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz),
         measured_noise_a: None,
         stated_noise_a: metadata.noise_a,
@@ -371,6 +465,23 @@ fn check_command(
         });
     }
     Ok(())
+}
+
+/// Drops the direction of the eccentricity from an answer, where whole electrical turns are open.
+pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
+    let direction = &mut answer.faults[FaultId::K7 as usize];
+    if direction.value.is_some() {
+        answer.status = Status::Partial;
+    }
+    *direction = Fault::undetermined(FaultId::K7);
+    answer.notices.retain(|notice| notice.code != NoticeCode::PhaseUndetermined);
+    answer.notices.push(Notice {
+        code: NoticeCode::PhaseUndetermined,
+        message: format!(
+            "the rotor's angle is read off the commutation, which looks alike {pole_pairs} times a \
+             turn: the direction of an eccentricity (k7) stays open; record `motor_angle_rad`"
+        ),
+    });
 }
 
 /// The name in metadata of an envelope of the simulation.

@@ -6,7 +6,7 @@ use ema_sim::{
 };
 
 use crate::{
-    experiment::Experiment,
+    experiment::{Experiment, RECORDED},
     observation::{envelope_kind, filtered},
     record::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording},
 };
@@ -75,26 +75,32 @@ impl SimulatedRecording {
                 *channel = resampled(channel, trace.rate_hz, rate_hz);
             }
             trace.motor_angle_rad = resampled(&trace.motor_angle_rad, trace.rate_hz, rate_hz);
+            trace.command_rad = resampled(&trace.command_rad, trace.rate_hz, rate_hz);
             trace.rate_hz = rate_hz;
         }
         let [a, b, c] = &trace.phase_currents_a;
         trace.phase_currents_a = self.sensors.measure([a, b, c], self.sensor_seed);
         let rate_hz = trace.rate_hz;
         let metadata = Metadata {
-            command: Some(CommandSource::Named(experiment.name.clone())),
+            command: Some(command_source(experiment)),
             rate_hz: Some(rate_hz),
             ..Metadata::default()
         };
         if self.content == RecordedContent::Phases {
             let [a, b, c] = trace.phase_currents_a;
-            let channels = [
+            let mut channels = [
                 (ChannelName::PhaseACurrent, a),
                 (ChannelName::PhaseBCurrent, b),
                 (ChannelName::PhaseCCurrent, c),
                 (ChannelName::MotorAngle, trace.motor_angle_rad),
             ]
-            .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values));
-            let channels = channels.into_iter().collect::<Result<_, _>>()?;
+            .into_iter()
+            .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values))
+            .collect::<Result<Vec<_>, _>>()?;
+            if experiment.name == RECORDED {
+                let command_rad = trace.command_rad;
+                channels.push(Channel::uniform(ChannelName::Command, 0.0, rate_hz, command_rad)?);
+            }
             return Ok(Recording::new(name, metadata, channels)?);
         }
         let pole_pairs = experiment.actuator.motor.pole_pairs;
@@ -140,7 +146,7 @@ fn envelope_recording(
 ) -> Result<Recording, SimulatedRecordingError> {
     let output_hz = experiment.filter.output_hz;
     let metadata = Metadata {
-        command: Some(CommandSource::Named(experiment.name.clone())),
+        command: Some(command_source(experiment)),
         rate_hz: Some(output_hz),
         filter_hz: Some(experiment.filter.corner_hz),
         envelope: Some(envelope_kind(experiment.envelope)),
@@ -149,8 +155,23 @@ fn envelope_recording(
         ..Metadata::default()
     };
     let filtered_a = filtered(envelope_a, rate_hz, experiment);
-    let channel = Channel::uniform(ChannelName::Current, 0.0, output_hz, filtered_a)?;
-    Ok(Recording::new(name, metadata, vec![channel])?)
+    let samples = filtered_a.len();
+    let mut channels = vec![Channel::uniform(ChannelName::Current, 0.0, output_hz, filtered_a)?];
+    if experiment.name == RECORDED {
+        let command = &experiment.scenario.command;
+        let command_rad = (0..samples).map(|n| command.at(n as f64 / output_hz)).collect();
+        channels.push(Channel::uniform(ChannelName::Command, 0.0, output_hz, command_rad)?);
+    }
+    Ok(Recording::new(name, metadata, channels)?)
+}
+
+/// What metadata say of the command; one that was recorded stands in a channel.
+fn command_source(experiment: &Experiment) -> CommandSource {
+    if experiment.name == RECORDED {
+        CommandSource::Recorded
+    } else {
+        CommandSource::Named(experiment.name.clone())
+    }
 }
 
 /// A signal at another rate, straight between its samples.

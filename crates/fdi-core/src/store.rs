@@ -28,7 +28,7 @@ const PAYLOAD_START: usize = 56;
 
 /// Most memory that decoding may claim: several times the largest artefact made
 /// here, and little enough that damaged lengths cannot exhaust a machine.
-const DECODE_LIMIT_BYTES: usize = 256 << 20;
+pub const DECODE_LIMIT_BYTES: usize = 256 << 20;
 
 /// What an artefact is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

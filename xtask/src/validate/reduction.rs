@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use anyhow::{Result, ensure};
 use ema_sim::Imperfections;
 use fdi_core::{
-    DEFAULT_NOISE_A, Dataset, DatasetRequest, Experiment, ReferenceDesign, unit_noise_covariance,
+    Dataset, DatasetRequest, Experiment, ReferenceDesign, default_noise_a, unit_noise_covariance,
 };
 use reduction::{
     Complex, Dmd, DmdConfig, DmdKind, Grid, Matrix, NoiseCovariance, NoiseModel, RankRule,
@@ -305,11 +305,12 @@ fn on_reference_signals() -> Result<String> {
     writeln!(
         text,
         "\nThe signals are the dataset `incipient` of the chirp experiment, seed {DATASET_SEED}, electronics\n\
-         without imperfections, SHA-256 `{}…`. Noise: white, {DEFAULT_NOISE_A} A on each phase sample, through\n\
+         without imperfections, SHA-256 `{}…`. Noise: white, {} A on each phase sample, through\n\
          the envelope's filter. Sensitivities come from a quadratic regression of the same signals on\n\
          the faults (eccentricity as two cartesian parameters), so that the last row is near 1 by\n\
          construction. Encodings and bounds rest on the same signals; nothing was tuned on the table.",
-        &dataset.sha256()[..16]
+        &dataset.sha256()[..16],
+        default_noise_a(&experiment.actuator)
     )?;
     text.push_str(&encodings::figure_section(&reference)?);
     Ok(text)
@@ -322,9 +323,9 @@ const DATASET_SEED: u64 = 0;
 fn sensor_noise(experiment: &Experiment, samples: usize) -> Result<NoiseCovariance> {
     let rate_hz = experiment.actuator.controller.sample_hz;
     let unit = unit_noise_covariance(&experiment.filter, rate_hz, samples);
-    let band = |lag: usize| {
-        (0..samples - lag).map(|at| DEFAULT_NOISE_A.powi(2) * unit.at(at + lag, at)).collect()
-    };
+    let noise_a = default_noise_a(&experiment.actuator);
+    let band =
+        |lag: usize| (0..samples - lag).map(|at| noise_a.powi(2) * unit.at(at + lag, at)).collect();
     let bands = (0..=unit.half_band().min(samples - 1)).map(band).collect();
     Ok(NoiseCovariance::new(&NoiseModel::Banded(bands), samples, 0.0)?)
 }

@@ -4,8 +4,9 @@ use std::{fmt::Write, fs, path::Path};
 
 use assert_cmd::Command;
 use fdi_core::{
-    ChannelName, CsvFormat, Experiment, RecordedContent, Recording, SimulatedRecording,
-    ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
+    Channel, ChannelName, ColumnMap, CsvFormat, Experiment, RecordedContent, Recording,
+    SimulatedRecording,
+    ema_sim::{Converter, HealthState, Imperfections, PhaseSensors, Sector},
     report::{Diagnosis, NoticeCode, RecordDiagnosis, Status, Verdict},
 };
 
@@ -126,12 +127,111 @@ fn without_the_start_angle_the_phases_are_not_told_apart() {
     }
 }
 
+/// The recording with Hall sensors in place of the rotor's angle.
+fn with_hall(recording: &Recording) -> Recording {
+    let angle = recording.channel(ChannelName::MotorAngle).unwrap();
+    let state = |theta: &f64| {
+        let sector = Sector::of_electrical_angle(4.0 * theta).number();
+        1.0 + sector.rem_euclid(6) as f64
+    };
+    let states = angle.values().iter().map(state).collect();
+    let hall = Channel::new(ChannelName::HallState, angle.times_s(), states).unwrap();
+    let blind = without(recording, ChannelName::MotorAngle);
+    let channels = blind.channels().iter().cloned().chain([hall]).collect();
+    Recording::new("r", recording.metadata.clone(), channels).unwrap()
+}
+
+/// Checks the levels k1 to k6 of [`simulated`], and that the direction k7 stays open.
+fn assert_found_without_turn(answer: &RecordDiagnosis) {
+    for (index, truth) in [0.02, 0.012, 0.0, 0.03, 0.0, 0.02].into_iter().enumerate() {
+        let fault = &answer.faults[index];
+        let (value, std) = (fault.value.unwrap(), fault.std.unwrap());
+        // five standard deviations
+        assert!((value - truth).abs() < 5.0 * std, "{}: {value} ± {std}", fault.id);
+        assert_eq!(fault.detected, Some(truth > 0.0), "{}", fault.id);
+    }
+    assert_eq!((answer.status, answer.verdict), (Status::Partial, Verdict::Faulty));
+    assert_eq!(answer.faults[6].value, None);
+    let told = answer.notices.iter().find(|n| n.code == NoticeCode::PhaseUndetermined).unwrap();
+    assert!(told.message.contains("looks alike 4 times a turn"), "{}", told.message);
+}
+
 #[test]
-fn phase_currents_without_the_rotor_angle_are_refused() {
-    let recording = without(&simulated(|_, _| ()), ChannelName::MotorAngle);
+fn without_the_rotor_angle_the_commutation_tells_the_phases() {
+    for start_angle_rad in [0.0, 2.3, 5.1] {
+        let recording = simulated(|simulated, _| simulated.start_angle_rad = start_angle_rad);
+        assert_found_without_turn(&answer(&without(&recording, ChannelName::MotorAngle)));
+        assert_found_without_turn(&answer(&with_hall(&recording)));
+    }
+}
+
+#[test]
+fn a_commutation_of_another_machine_is_not_believed() {
+    let blind = without(&simulated(|_, _| ()), ChannelName::MotorAngle);
+    let swap = |name| match name {
+        ChannelName::PhaseACurrent => ChannelName::PhaseBCurrent,
+        ChannelName::PhaseBCurrent => ChannelName::PhaseACurrent,
+        other => other,
+    };
+    let swapped = blind
+        .channels()
+        .iter()
+        .map(|c| Channel::new(swap(c.name()), c.times_s(), c.values().to_vec()).unwrap())
+        .collect();
+    let constant = |levels_a: [f64; 3]| {
+        let channels = blind.channels().iter().zip(levels_a);
+        channels
+            .map(|(c, level_a)| {
+                Channel::new(c.name(), c.times_s(), vec![level_a; c.values().len()]).unwrap()
+            })
+            .collect()
+    };
+    for channels in [swapped, constant([0.0, 0.0, 0.0]), constant([1.0, 1.0, -2.0])] {
+        let recording = Recording::new("r", blind.metadata.clone(), channels).unwrap();
+        let text = recording.to_csv(CsvFormat::default()).unwrap();
+        let error = refusal(text.as_bytes(), "r.csv", &[]);
+        assert!(
+            error.contains("phase currents without `motor_angle_rad`, and the commutation in the currents is on average"),
+            "{error}"
+        );
+    }
+    let hall = vec![1.0, 7.0];
+    let mut channels = blind.channels().to_vec();
+    channels.push(Channel::uniform(ChannelName::HallState, 0.0, 10_000.0, hall).unwrap());
+    let recording = Recording::new("r", blind.metadata.clone(), channels).unwrap();
     let text = recording.to_csv(CsvFormat::default()).unwrap();
     let error = refusal(text.as_bytes(), "r.csv", &[]);
-    assert!(error.contains("phase currents without `motor_angle_rad`"), "{error}");
+    assert!(error.contains("column `hall_state`: expected a sector from 1 to 6"), "{error}");
+}
+
+#[test]
+fn committed_recordings_without_their_angle_are_diagnosed_as_they_are() {
+    let truth = fs::read_to_string(committed("recordings/truth.csv")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let mut names = Vec::new();
+    // healthy, faults of each kind, several at once, a severe short, the rotor turned
+    for name in ["r01", "r05", "r12", "r17", "r20", "r21"] {
+        let path = committed(&format!("recordings/{name}.csv.gz"));
+        let recording = Recording::read(Path::new(&path), &ColumnMap::default()).unwrap();
+        let blind = without(&recording, ChannelName::MotorAngle);
+        blind.write(&folder.path().join(format!("{name}.csv")), CsvFormat::default()).unwrap();
+        names.push(name);
+    }
+    let path = folder.path().display().to_string();
+    let (code, out, err) = diagnose(&["--stable", "--output-format", "json", &path]);
+    assert_eq!(code, 0, "{err}");
+    let diagnosis: Diagnosis = serde_json::from_str(&out).unwrap();
+    for (record, name) in diagnosis.records.iter().zip(names) {
+        let line = truth.lines().find(|line| line.starts_with(name)).unwrap();
+        let levels: Vec<f64> = line.split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
+        for (fault, level) in record.faults.iter().zip(&levels[..6]) {
+            let (value, std) = (fault.value.unwrap(), fault.std.unwrap());
+            // five standard deviations
+            assert!((value - level).abs() < 5.0 * std, "{name} {}: {value} ± {std}", fault.id);
+            assert_eq!(fault.detected, Some(*level > 0.0), "{name} {}", fault.id);
+        }
+        assert_eq!(record.faults[6].value, None);
+    }
 }
 
 #[test]

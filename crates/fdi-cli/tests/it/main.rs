@@ -6,6 +6,7 @@
     reason = "helpers of tests fail by panicking, and say when a test is skipped"
 )]
 
+mod any_actuator;
 mod batch;
 mod binary;
 mod diagnosis;

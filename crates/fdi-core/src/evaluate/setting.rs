@@ -78,6 +78,7 @@ impl EvaluationSetting {
         Observation {
             signal_a,
             start_angle_rad: Some(0.0),
+            commutation: None,
             phase_rate_hz: self.phase_rate_hz,
             measured_noise_a: None,
             stated_noise_a: Some(self.noise_a()),

@@ -1,0 +1,79 @@
+//! Options that say which actuator does what, and those of `fdi dataset`.
+
+use std::num::NonZeroUsize;
+
+use clap::{Args, ValueEnum};
+use fdi_core::ReferenceDesign;
+
+use super::finite;
+
+/// An actuator in a test.
+#[derive(Clone, Debug, Args)]
+pub struct TestArgs {
+    /// Actuator: `ema-48` or a model file
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "ema-48")]
+    pub model: String,
+    /// Command: `chirp`, `sine` or a recording with the column `command_rad`
+    #[arg(long, value_name = "NAME|FILE.csv", default_value = "chirp")]
+    pub command: String,
+    /// Constant load on the surface, N·m, positive against positive motion [default: 0.5 for `chirp`, 0 for `sine`, the column `load_n_m` of a recording or else 0]
+    #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
+    pub load_n_m: Option<f64>,
+    /// Mechanical angle of the rotor at the first sample, rad
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 0.0,
+        value_parser = finite,
+        allow_negative_numbers = true
+    )]
+    pub start_angle_rad: f64,
+}
+
+/// Options of `fdi dataset`.
+#[derive(Clone, Debug, Args)]
+pub struct DatasetArgs {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub test: TestArgs,
+    /// Fault conditions of each design
+    #[arg(long, value_name = "N", default_value = "100")]
+    pub conditions: NonZeroUsize,
+    /// Which conditions; several designs go into one file
+    #[arg(
+        long,
+        value_enum,
+        value_name = "DESIGN,...",
+        value_delimiter = ',',
+        default_value = "incipient,sparse"
+    )]
+    pub design: Vec<DesignArg>,
+}
+
+/// Which fault conditions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DesignArg {
+    /// All faults at once, levels up to 0.05; every bundle needs it
+    Incipient,
+    /// The same with at most two faults at a time: healthy machines, or nearly so
+    Sparse,
+    /// As `incipient`, with the rotor starting anywhere
+    Turned,
+    /// As `sparse`, with the rotor starting anywhere
+    TurnedSparse,
+    /// Levels up to 1: severe faults
+    Wide,
+}
+
+impl DesignArg {
+    /// The same in the dataset.
+    pub fn of_dataset(self) -> ReferenceDesign {
+        match self {
+            Self::Incipient => ReferenceDesign::Incipient,
+            Self::Sparse => ReferenceDesign::Sparse,
+            Self::Turned => ReferenceDesign::Turned,
+            Self::TurnedSparse => ReferenceDesign::TurnedSparse,
+            Self::Wide => ReferenceDesign::Wide,
+        }
+    }
+}
