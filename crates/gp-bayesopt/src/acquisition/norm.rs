@@ -268,6 +268,19 @@ pub(crate) fn ln_improvement(cumulants: &Cumulants, best_norm: f64) -> f64 {
     ln_improvement_of(cumulants, cumulants.values(), best_norm)
 }
 
+/// `ln EI` where it can reach `floor`, else what it cannot exceed, `ln (q₀·F(q₀))`.
+pub(crate) fn ln_improvement_above(floor: f64, cumulants: &Cumulants, best_norm: f64) -> f64 {
+    let q0 = best_norm * best_norm;
+    if q0 > 0.0 && floor > f64::NEG_INFINITY && !certain(cumulants) {
+        let transform = Transform::new(cumulants.values());
+        let most = libm::log(q0) + transform.ln_distribution(q0 / transform.a);
+        if most < floor {
+            return most;
+        }
+    }
+    ln_improvement(cumulants, best_norm)
+}
+
 /// `ln EI` with its derivatives by the cumulants.
 fn ln_improvement_with_slope(cumulants: &Cumulants, best_norm: f64) -> Dual {
     ln_improvement_of(cumulants, cumulants.variables(), best_norm)
@@ -365,6 +378,17 @@ mod tests {
                 let allowed = RICHARDSON_REL + rounding;
                 assert!(error < allowed, "{parts:?} {best_norm} {i}: {error:e} of {allowed:e}");
             }
+        }
+    }
+
+    #[test]
+    fn property_the_most_it_can_be() {
+        for ([a, b, c], best_norm) in cases() {
+            let parts = Cumulants { a, b, c };
+            let value = ln_improvement(&parts, best_norm);
+            let most = ln_improvement_above(f64::INFINITY, &parts, best_norm);
+            assert!(value <= most, "{parts:?} {best_norm}: {value} {most}");
+            assert_eq!(ln_improvement_above(value, &parts, best_norm), value);
         }
     }
 
