@@ -8,6 +8,7 @@
 
 mod batch;
 mod binary;
+mod bundle;
 mod diagnosis;
 mod reference;
 mod schema;
