@@ -9,7 +9,7 @@ mod tracker;
 
 pub use held_out::held_out;
 pub use inversion::{inversion, reference_values};
-pub use methods::{METHODS, Method, Start, run};
+pub use methods::{METHODS, Method, Start, local_runs_to_truth, run};
 pub use problem::{Chart, Problem};
 pub use regression::regression;
 pub use tracker::{Level, Run, Tracker};

@@ -102,7 +102,7 @@ def two_step():
 
 
 report("log-ei", "BoTorch", 3, log_ei)
-report("two-step", "BoTorch", 1, two_step)
+report("two-step", "BoTorch", 2, two_step)
 
 
 def composite():
@@ -123,4 +123,4 @@ def composite():
     return value.item()
 
 
-report("composite", "BoTorch EI-CF", 1, composite)
+report("composite", "BoTorch EI-CF", 2, composite)

@@ -5,7 +5,7 @@ use gp_bayesopt::{
     LevenbergMarquardt, Outcome, Population, PopulationOptions, SolveError, Study, StudyOptions,
 };
 
-use crate::bayesopt::{Problem, Run, Tracker};
+use crate::bayesopt::{Level, Problem, Run, Tracker};
 
 /// Where a method begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +80,28 @@ fn local(tracker: &mut Tracker<'_>, problem: &Problem, start: &[f64]) {
         Err(error) => panic!("{}: {error}", problem.name),
     }
 }
+
+/// Of `starts` local runs from a design on the whole box for each of the first `truths`, how
+/// many end at the truth, and how many there were.
+///
+/// # Panics
+/// When the problem has fewer truths.
+pub fn local_runs_to_truth(problem: &Problem, truths: usize, starts: usize) -> (usize, usize) {
+    let mut reached = 0;
+    for seed in 0..truths {
+        let design = Design::Sobol.points(&problem.chart.bounds, starts, seed as u64);
+        for start in design.expect("a design") {
+            let mut tracker = Tracker::new(problem, seed, LOCAL_BUDGET);
+            local(&mut tracker, problem, &start);
+            let run = tracker.finish();
+            reached += usize::from(run.evaluations_to(Level::Mean(0.001)).is_some());
+        }
+    }
+    (reached, truths * starts)
+}
+
+/// Evaluations of one of [`local_runs_to_truth`].
+const LOCAL_BUDGET: usize = 300;
 
 fn lm(tracker: &mut Tracker<'_>, problem: &Problem, _seed: u64) {
     local(tracker, problem, &problem.chart.start);

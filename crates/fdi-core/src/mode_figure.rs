@@ -1,6 +1,6 @@
 //! The first dynamic mode of a bundle's signals and the points kept of it, as a drawing.
 
-use reduction::{CompressionError, Dmd, DmdConfig, Snapshots};
+use reduction::{CompressionError, Dmd, DmdConfig, ModeFigure, Snapshots};
 
 use crate::{
     bundle::{Bundle, BundleError},
@@ -14,6 +14,8 @@ const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 420.0;
 /// Left, top, right and bottom margins of the plane, px.
 const MARGINS: [f64; 4] = [78.0, 46.0, 20.0, 86.0];
+/// Share of its range by which an extremum of the mode stands out.
+const PROMINENCE_RATIO: f64 = 0.05;
 
 /// Draws the first dynamic mode of the incipient signals with the mask's points on it: the
 /// FREEDOM paper's figure 5, as a self-contained SVG that reads without colour.
@@ -52,10 +54,14 @@ fn drawing(bundle: &Bundle, mode: &[f64]) -> String {
             path.join(" ")
         ),
     );
+    let figure = ModeFigure::new(mode.to_vec(), bundle.mask.clone(), PROMINENCE_RATIO);
+    for &extremum in &figure.extrema {
+        push_extremum(&mut svg, place(extremum));
+    }
     for &point in &bundle.mask {
         push_point(&mut svg, place(point));
     }
-    push_legend(&mut svg, bundle.mask.len());
+    push_legend(&mut svg, &figure, rate_hz);
     svg.push_str("</svg>\n");
     svg
 }
@@ -118,16 +124,41 @@ fn push_point(svg: &mut String, [x, y]: [f64; 2]) {
     );
 }
 
-/// Below the plane: what line and dots are.
-fn push_legend(svg: &mut String, points: usize) {
-    let y = HEIGHT - 18.0;
-    push_line(svg, [300.0, y], [330.0, y], "#555");
-    push_text(svg, [338.0, y + 4.5], "", "first dynamic mode");
+/// A ring around an extremum, wide enough that a point in it can be seen.
+fn push_extremum(svg: &mut String, [x, y]: [f64; 2]) {
     push(
         svg,
-        &format!("<rect x=\"494\" y=\"{:.1}\" width=\"9\" height=\"9\" rx=\"4.5\"/>", y - 4.5),
+        &format!(
+            "<circle class=\"extremum\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"9\" fill=\"none\" stroke=\"#222\"/>"
+        ),
     );
-    push_text(svg, [512.0, y + 4.5], "", &format!("the {points} points"));
+}
+
+/// Below the plane: what line, dots and rings are, and how near the dots are to the rings.
+fn push_legend(svg: &mut String, figure: &ModeFigure, rate_hz: f64) {
+    let y = HEIGHT - 18.0;
+    push_line(svg, [88.0, y], [118.0, y], "#555");
+    push_text(svg, [126.0, y + 4.5], "", "first dynamic mode");
+    push(
+        svg,
+        &format!("<rect x=\"262\" y=\"{:.1}\" width=\"9\" height=\"9\" rx=\"4.5\"/>", y - 4.5),
+    );
+    push_text(svg, [280.0, y + 4.5], "", &format!("the {} points", figure.points.len()));
+    push(
+        svg,
+        &format!(
+            "<rect x=\"380\" y=\"{:.1}\" width=\"18\" height=\"18\" rx=\"9\" fill=\"none\" stroke=\"#222\"/>",
+            y - 9.0
+        ),
+    );
+    let ms = |samples: f64| 1e3 * samples / rate_hz;
+    let (found, chance) = (figure.mean_distance_to_extremum(), figure.mean_distance_by_chance());
+    let text = format!(
+        "its extrema; points are {:.0} ms from one in the mean, by chance {:.0} ms",
+        ms(found),
+        ms(chance)
+    );
+    push_text(svg, [407.0, y + 4.5], "", &text);
 }
 
 #[cfg(test)]
@@ -143,6 +174,7 @@ mod tests {
             let svg = mode_figure_svg(&bundle).unwrap();
             assert_eq!(svg.matches("<circle class=\"point\"").count(), 30);
             assert_eq!(bundle.mask.len(), 30);
+            assert!(svg.contains("class=\"extremum\""));
             assert!(svg.contains("a&lt;b &amp; c"));
             assert_tags_match(&svg);
             assert_eq!(svg, mode_figure_svg(&bundle).unwrap());

@@ -9,4 +9,4 @@ pub use expected::{Acquisition, Confidence, Scored};
 pub(crate) use lookahead::Second;
 pub use lookahead::{Fantasies, TwoStep};
 pub use norm::NormImprovement;
-pub(crate) use norm::{Cumulants, ln_improvement, ln_with_slope};
+pub(crate) use norm::{Cumulants, ln_improvement_above, ln_with_slope};

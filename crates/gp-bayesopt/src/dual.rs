@@ -1,6 +1,6 @@
 //! Numbers that carry three partial derivatives.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 use crate::normal::{LN_SQRT_TAU, ln_distribution};
 
@@ -12,10 +12,6 @@ pub(crate) struct Dual {
 }
 
 impl Dual {
-    pub(crate) fn constant(value: f64) -> Self {
-        Self { value, slope: [0.0; 3] }
-    }
-
     /// Variable number `index`.
     pub(crate) fn variable(value: f64, index: usize) -> Self {
         let mut slope = [0.0; 3];
@@ -26,28 +22,81 @@ impl Dual {
     fn chain(self, value: f64, factor: f64) -> Self {
         Self { value, slope: self.slope.map(|s| factor * s) }
     }
+}
 
-    pub(crate) fn exp(self) -> Self {
+/// What a formula needs of its numbers, so that it is written once for values and for slopes.
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// A number that depends on nothing.
+    fn constant(value: f64) -> Self;
+    /// Its value.
+    fn value(self) -> f64;
+    /// `eˣ`.
+    fn exp(self) -> Self;
+    /// `ln x`.
+    fn ln(self) -> Self;
+    /// `√x`.
+    fn sqrt(self) -> Self;
+    /// `ln Φ(x)`.
+    fn ln_distribution(self) -> Self;
+
+    /// The larger of a value and a constant.
+    fn at_least(self, floor: f64) -> Self {
+        if self.value() < floor { Self::constant(floor) } else { self }
+    }
+}
+
+impl Number for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    fn value(self) -> f64 {
+        self
+    }
+
+    fn exp(self) -> Self {
+        libm::exp(self)
+    }
+
+    fn ln(self) -> Self {
+        libm::log(self)
+    }
+
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    fn ln_distribution(self) -> Self {
+        ln_distribution(self)
+    }
+}
+
+impl Number for Dual {
+    fn constant(value: f64) -> Self {
+        Self { value, slope: [0.0; 3] }
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn exp(self) -> Self {
         let e = libm::exp(self.value);
         self.chain(e, e)
     }
 
-    pub(crate) fn ln(self) -> Self {
+    fn ln(self) -> Self {
         self.chain(libm::log(self.value), 1.0 / self.value)
     }
 
-    pub(crate) fn sqrt(self) -> Self {
+    fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, 0.5 / root)
     }
 
-    /// The larger of a value and a constant.
-    pub(crate) fn at_least(self, floor: f64) -> Self {
-        if self.value < floor { Self::constant(floor) } else { self }
-    }
-
-    /// `ln Φ`.
-    pub(crate) fn ln_distribution(self) -> Self {
+    fn ln_distribution(self) -> Self {
         let ln_cdf = ln_distribution(self.value);
         // φ/Φ in logarithms: both underflow in the tail
         let ratio = libm::exp(-0.5 * self.value * self.value - LN_SQRT_TAU - ln_cdf);
@@ -68,15 +117,7 @@ impl Sub for Dual {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        self + -other
-    }
-}
-
-impl Neg for Dual {
-    type Output = Self;
-
-    fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
+        self + other.chain(-other.value, -1.0)
     }
 }
 

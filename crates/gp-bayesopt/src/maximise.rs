@@ -2,7 +2,7 @@
 
 use crate::{
     acquisition::{
-        Acquisition, Cumulants, Second, TwoStep, ln_improvement, ln_with_slope, one_output,
+        Acquisition, Cumulants, Second, TwoStep, ln_improvement_above, ln_with_slope, one_output,
     },
     bounds::Bounds,
     error::AcquisitionError,
@@ -137,9 +137,11 @@ impl Maximiser {
     ) -> Result<Proposal, AcquisitionError> {
         finite(best_norm)?;
         let signal: Vec<f64> = gp.signal_std().iter().map(|s| s * s).collect();
-        let mut candidates = self.candidates(gp);
-        candidates.extend(self.surrogate_minimisers(gp));
+        // the likely winners first: the others then need not be worked out to the end
+        let mut candidates = self.surrogate_minimisers(gp);
+        candidates.extend(self.candidates(gp));
         let q = gp.outputs();
+        let mut floor = f64::NEG_INFINITY;
         let mut rated = Vec::with_capacity(candidates.len());
         let mut mean = vec![0.0; q];
         for chunk in candidates.chunks(128) {
@@ -149,7 +151,11 @@ impl Maximiser {
                     *m = block.mean[o * block.count + i];
                 }
                 let cumulants = Cumulants::of(&mean, &signal, block.share[i]);
-                rated.push((ln_improvement(&cumulants, best_norm), unit.clone()));
+                let value = ln_improvement_above(floor, &cumulants, best_norm);
+                if self.restarts == 0 {
+                    floor = floor.max(value);
+                }
+                rated.push((value, unit.clone()));
             }
         }
         if rated.iter().all(|(value, _)| *value == f64::NEG_INFINITY) {

@@ -6,7 +6,7 @@ use assert_cmd::Command;
 
 use crate::stand_in::folder;
 
-fn fdi(arguments: &[&str]) -> (i32, String, String) {
+pub(crate) fn fdi(arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::cargo_bin("fdi").unwrap();
     for variable in ["FDI_SEED", "FDI_JOBS", "FDI_OUTPUT_FORMAT", "CLICOLOR_FORCE", "NO_COLOR"] {
         command.env_remove(variable);

@@ -9,6 +9,7 @@
 mod any_actuator;
 mod batch;
 mod binary;
+mod bundle;
 mod diagnosis;
 mod reference;
 mod schema;

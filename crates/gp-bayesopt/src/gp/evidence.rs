@@ -251,3 +251,60 @@ impl NullaryFnOnce for Gradient<'_, '_> {
         gradient
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{bounds::Bounds, design::Design, features::Features, matrix::Matrix};
+
+    /// Richardson's extrapolation of central differences in `ln ℓ`: truncation of order `h⁴` =
+    /// 1e-12 times a fifth derivative; rounding of a likelihood of 30 data with condition below
+    /// 1e4, 30·1e4·ε/h = 1e-7.
+    const RICHARDSON_REL: f64 = 1e-6;
+    const H: f64 = 1e-3;
+
+    #[test]
+    fn property_slopes_are_those_of_the_likelihood() {
+        let bounds = Bounds::new(&[0.0, -1.0, 0.0, 0.0], &[2.0, 1.0, 1.0, 1.0])
+            .and_then(|b| b.with_periodic(1))
+            .and_then(|b| b.with_polar(2, 3))
+            .unwrap();
+        let points = Design::Sobol.points(&bounds, 30, 3).unwrap();
+        let rows: Vec<Vec<f64>> = points
+            .iter()
+            .map(|x| {
+                vec![(3.0 * x[0]).sin() + x[2] * (TAU * x[3]).cos(), x[0] * (3.0 * x[1]).cos()]
+            })
+            .collect();
+        let features = Features::new(&bounds);
+        let outputs = Matrix::from_rows(&rows).unwrap();
+        let data = Data::new(&bounds, &features, &points, &outputs).unwrap();
+        let scales = (features.groups(), features.scales());
+        for kernel in [Kernel::SquaredExponential, Kernel::Matern32, Kernel::Matern52] {
+            for fixed_noise in [None, Some(1e-3)] {
+                let evidence = Evidence::new(&data, scales, kernel, fixed_noise);
+                let mut theta = vec![-0.5, -1.2, -0.3, 0.2];
+                theta.extend(fixed_noise.is_none().then_some(-6.0));
+                let at = |theta: &[f64]| {
+                    evidence.value_and_gradient(theta, &mut Memory::default()).unwrap()
+                };
+                let (_, gradient) = at(&theta);
+                assert_eq!(gradient.len(), theta.len());
+                let scale = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+                for (i, g) in gradient.iter().enumerate() {
+                    let central = |h: f64| {
+                        let side = |sign: f64| {
+                            let mut moved = theta.clone();
+                            moved[i] += sign * h;
+                            at(&moved).0
+                        };
+                        (side(1.0) - side(-1.0)) / (2.0 * h)
+                    };
+                    let slope = (4.0 * central(0.5 * H) - central(H)) / 3.0;
+                    let error = (slope - g).abs() / scale;
+                    assert!(error < RICHARDSON_REL, "{kernel:?} {i}: {slope} {g} {error:e}");
+                }
+            }
+        }
+    }
+}

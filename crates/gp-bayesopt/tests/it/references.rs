@@ -5,6 +5,9 @@ use gp_bayesopt::{Bounds, Design, GaussianProcess, GpOptions, Kernel, Matrix, No
 const TRAIN: &str = include_str!("../../../../fixtures/references/sklearn/train.csv");
 const PROBE: &str = include_str!("../../../../fixtures/references/sklearn/probe.csv");
 const SKLEARN: &str = include_str!("../../../../fixtures/references/sklearn/posterior.csv");
+const GPYTORCH: &str = include_str!("../../../../fixtures/references/gpytorch/posterior.csv");
+const GPYTORCH_LIKELIHOOD: &str =
+    include_str!("../../../../fixtures/references/gpytorch/likelihood.csv");
 const EGOBOX: &str = include_str!("../../../../fixtures/references/egobox/posterior.csv");
 
 /// Those of `fixtures/references/sklearn/generate.py`.
@@ -29,23 +32,27 @@ fn column(values: &[f64]) -> Matrix {
     Matrix::from_vec(values.len(), 1, values.to_vec()).unwrap()
 }
 
-#[test]
-fn versus_sklearn_posterior() {
+/// The process at the hyperparameters of the stored references, one kernel after the other.
+fn fixed_processes() -> Vec<(Kernel, GaussianProcess)> {
     let (bounds, points, values) = case();
-    let theirs = table(SKLEARN);
-    for (k, kernel) in
-        [Kernel::SquaredExponential, Kernel::Matern32, Kernel::Matern52].into_iter().enumerate()
-    {
-        let options = GpOptions { kernel, ..GpOptions::default() };
-        let fixed = (LENGTHS.as_slice(), NOISE);
-        let gp = GaussianProcess::with_hyperparameters(
-            &bounds,
-            &points,
-            &column(&values),
-            &options,
-            fixed,
-        )
-        .unwrap();
+    let outputs = column(&values);
+    [Kernel::SquaredExponential, Kernel::Matern32, Kernel::Matern52]
+        .into_iter()
+        .map(|kernel| {
+            let options = GpOptions { kernel, ..GpOptions::default() };
+            let fixed = (LENGTHS.as_slice(), NOISE);
+            let gp =
+                GaussianProcess::with_hyperparameters(&bounds, &points, &outputs, &options, fixed);
+            (kernel, gp.unwrap())
+        })
+        .collect()
+}
+
+/// Compares with mean and standard deviation at each probe, two columns a kernel.
+fn compare_posterior(theirs: &str) {
+    let theirs = table(theirs);
+    assert_eq!(theirs.len(), 50);
+    for (k, (kernel, gp)) in fixed_processes().into_iter().enumerate() {
         for (x, row) in table(PROBE).iter().zip(&theirs) {
             let ours = gp.predict(x).unwrap();
             let (mean, std) = (row[2 * k], row[2 * k + 1]);
@@ -55,6 +62,28 @@ fn versus_sklearn_posterior() {
             );
             assert!((ours.std[0] / std - 1.0).abs() < POSTERIOR_REL, "{kernel:?} {ours:?} {row:?}");
         }
+    }
+}
+
+#[test]
+fn versus_sklearn_posterior() {
+    compare_posterior(SKLEARN);
+}
+
+#[test]
+fn versus_gpytorch_posterior() {
+    compare_posterior(GPYTORCH);
+}
+
+/// A quadratic form and a determinant of 200 data with condition 1e6: 200·1e6·ε.
+const LN_LIKELIHOOD_ABS: f64 = 5e-8;
+
+#[test]
+fn versus_gpytorch_ln_likelihood() {
+    let theirs = &table(GPYTORCH_LIKELIHOOD)[0];
+    for ((kernel, gp), theirs) in fixed_processes().iter().zip(theirs) {
+        let ours = gp.report().ln_likelihood;
+        assert!((ours - theirs).abs() < LN_LIKELIHOOD_ABS, "{kernel:?} {ours} {theirs}");
     }
 }
 
