@@ -11,10 +11,11 @@
 //! solves it: with the segments of a 20 kHz carrier the first term left out is below 1e-7 of the
 //! change in a segment. Phases are named by their role in the sector: positive, negative, idle.
 
-use core::f64::consts::{FRAC_PI_3, TAU};
+use core::f64::consts::FRAC_PI_3;
 
 use crate::{
     fault::PhysicalFaults,
+    field_oriented::PhaseAngles,
     params::{BackEmfShape, Motor},
     phase::{PerPhase, Sector},
     series::{RECIPROCALS, Series, value},
@@ -225,8 +226,9 @@ impl Winding {
 
     fn sinusoid(&self, at: &SectorWinding, gap: &LocalQuadratic, motor_rad: f64) -> Coupling {
         let p = self.pole_pairs;
+        let angles = PhaseAngles::of(p * motor_rad);
         let one = |phase: usize, peak: f64| {
-            let (s, c) = libm::sincos(p * motor_rad - TAU / 3.0 * phase as f64);
+            let (s, c) = (angles.sin[phase], angles.cos[phase]);
             times(&[s, p * c, -0.5 * p * p * s].map(|f| peak * f), gap)
         };
         let positive = one(at.positive, at.pair_peak + at.negative_peak);
@@ -278,7 +280,7 @@ impl Coupling {
 }
 
 /// Product of two local quadratics, to the second power.
-fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
+pub(crate) fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
     [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
 }
 

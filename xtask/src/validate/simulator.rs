@@ -1,5 +1,6 @@
 //! `docs/validation/simulator.md`: the simulators against physics, other software and each other.
 
+mod motulator;
 mod peers;
 
 use std::fmt::Write as _;
@@ -27,6 +28,7 @@ const NAMES: [&str; 7] = FaultCoordinates::NAMES;
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let mut figures = physics()?;
     figures.extend(peers::figures()?);
+    figures.extend(motulator::figures()?);
     figures.extend(fidelities()?);
     figures.extend(smoothness()?);
     Ok(figures)
@@ -265,6 +267,7 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
     let mut page = String::from(HEADER);
     physics_text(&mut page, &lookup)?;
     peers::text(&mut page, &lookup)?;
+    motulator::text(&mut page, &lookup)?;
     fidelities_text(&mut page, &lookup)?;
     speed_text(&mut page, &lookup)?;
     smoothness_text(&mut page, &lookup)?;

@@ -2,7 +2,8 @@
 
 use ema_sim::{
     Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
-    SimulationError, presets::EMA_48,
+    SimulationError,
+    presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
 
@@ -51,7 +52,8 @@ fn tests_that_cannot_be_run_are_refused() {
     };
     let beyond = refused(&|s| s.command = Command::Sine { amplitude_rad: 0.4, frequency_hz: 1.0 });
     assert!(matches!(beyond, SimulationError::CommandBeyondStops { stop_rad: 0.35, .. }));
-    let cases: [Spoilt; 7] = [
+    let cases: [Spoilt; 8] = [
+        ("scenario.brake-n-m", |s| s.brake_n_m = -0.1),
         ("scenario.load-n-m", |s| s.load_n_m = f64::NAN),
         ("scenario.duration-s", |s| s.duration_s = 0.0),
         ("scenario.start-angle-rad", |s| s.start_angle_rad = f64::INFINITY),
@@ -76,14 +78,15 @@ proptest! {
 
     #[test]
     fn property_whatever_is_accepted_runs(
-        scale in prop::collection::vec(-0.5_f64..0.5, 26),
+        scale in prop::collection::vec(-0.5_f64..0.5, Parameter::ALL.len()),
         levels in prop::array::uniform7(0.0_f64..=1.0),
         start_angle_rad in -10.0_f64..10.0,
         side in -1.0_f64..=1.0,
         load_n_m in -50.0_f64..50.0,
         seed in any::<u64>(),
+        bench in any::<bool>(),
     ) {
-        let mut actuator = EMA_48;
+        let mut actuator = if bench { BENCH } else { EMA_48 };
         for (parameter, exponent) in Parameter::ALL.iter().zip(scale) {
             if !["inverter.carrier-hz", "controller.sample-hz"].contains(&parameter.key()) {
                 let value = parameter.get(&actuator) * libm::pow(10.0, exponent);

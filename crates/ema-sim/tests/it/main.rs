@@ -2,7 +2,9 @@
 
 mod analytic;
 mod bad_input;
+mod bench;
 mod brute_force;
 mod energy;
 mod model_file;
+mod motulator;
 mod severe;
