@@ -110,6 +110,10 @@ impl DriveTrain {
             left_at_rad: -scenario.backlash_side_ratio * half_play_rad,
         };
         train.set_going(scenario.initial.motor_speed_rad_per_s);
+        if train.direction == Direction::Stuck {
+            // a load beyond the static friction moves the shaft before any current does
+            train.stand_still(0.0);
+        }
         train
     }
 

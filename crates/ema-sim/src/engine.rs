@@ -509,7 +509,10 @@ impl<P: Probe> Run<P> {
         let low_v = self.legs_v[negative];
         let loops_v = (self.legs_v[positive] - low_v, self.legs_v[idle] - low_v);
         let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
-        let segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
+        let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
+        if self.whole_turn {
+            segment.bend(&self.at, &self.shaft, &coupling, self.winding.cubic_ratio());
+        }
         Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
     }
 

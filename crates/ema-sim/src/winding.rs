@@ -169,6 +169,11 @@ impl Winding {
         self.pole_pairs
     }
 
+    /// Cubic over linear term of a sine of the electrical angle, `−P²/6`.
+    pub(crate) fn cubic_ratio(&self) -> f64 {
+        self.pole_pairs * self.pole_pairs * (-1.0 / 6.0)
+    }
+
     /// Sectors a radian of the rotor.
     #[inline]
     pub(crate) fn sectors_per_rad(&self) -> f64 {
@@ -307,6 +312,13 @@ pub(crate) struct Segment {
     pub(crate) turn: Series,
 }
 
+/// Coefficient of `t³` in `k(δ(t))`, with the cubic term given over the linear one.
+#[inline]
+fn third(k: &LocalQuadratic, turn: &Series, cubic_ratio: f64) -> f64 {
+    let d1 = turn[1];
+    k[1] * (turn[3] + cubic_ratio * d1 * d1 * d1) + 2.0 * k[2] * d1 * turn[2]
+}
+
 /// Coefficient of `t` in `k(δ(t))`.
 #[inline]
 pub(crate) fn first(k: &LocalQuadratic, d1: f64) -> f64 {
@@ -320,6 +332,24 @@ pub(crate) fn second(k: &LocalQuadratic, d1: f64, d2: f64) -> f64 {
 }
 
 impl Segment {
+    /// Adds the cubic term of the coupling to the highest order: legs that are held for a whole
+    /// period see a sinusoidal back-EMF bend.
+    pub(crate) fn bend(
+        &mut self,
+        at: &SectorWinding,
+        shaft: &Shaft,
+        coupling: &Coupling,
+        cubic_ratio: f64,
+    ) {
+        let a3 = third(&coupling.pair, &self.turn, cubic_ratio);
+        let b3 = third(&coupling.idle, &self.turn, cubic_ratio);
+        let (cx, cxy, cy) = at.per_henry;
+        let (u, v) = (-0.25 * a3 * self.speed[0], -0.25 * b3 * self.speed[0]);
+        self.positive[4] += cx * u + cxy * v;
+        self.idle[4] += cxy * u + cy * v;
+        self.speed[4] += (a3 * self.positive[0] + b3 * self.idle[0]) * shaft.per_inertia[3];
+    }
+
     /// Two phases in series, one current: the idle phase is open.
     #[inline]
     pub(crate) fn pair(

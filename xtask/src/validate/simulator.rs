@@ -1,5 +1,6 @@
 //! `docs/validation/simulator.md`: the simulators against physics, other software and each other.
 
+mod bench;
 mod motulator;
 mod peers;
 
@@ -30,6 +31,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     figures.extend(peers::figures()?);
     figures.extend(motulator::figures()?);
     figures.extend(fidelities()?);
+    figures.extend(bench::figures()?);
     figures.extend(smoothness()?);
     Ok(figures)
 }
@@ -269,6 +271,7 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
     peers::text(&mut page, &lookup)?;
     motulator::text(&mut page, &lookup)?;
     fidelities_text(&mut page, &lookup)?;
+    bench::text(&mut page, &lookup)?;
     speed_text(&mut page, &lookup)?;
     smoothness_text(&mut page, &lookup)?;
     page.push_str(INPUT);

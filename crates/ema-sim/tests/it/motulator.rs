@@ -94,6 +94,24 @@ fn versus_motulator_the_machine_under_its_duties() {
 }
 
 #[test]
+fn versus_motulator_a_voltage_step_against_a_load() {
+    let csv = fixture!("voltage-step.motulator");
+    // 12 V along the rotor's q axis at the beginning of each period
+    let duties = |theta_e: &f64| {
+        [0.0, 1.0, 2.0].map(|j| 0.5 + 12.0 / 48.0 * (theta_e - TAU / 3.0 * j).sin())
+    };
+    let duties: Vec<_> = column(csv, "electrical_angle_rad").iter().map(duties).collect();
+    let test = Scenario { load_n_m: 0.05, ..scenario() };
+    let model = HighFidelity::new(&shaft(20e3), &test).unwrap();
+    let model = model.with_current_control(CurrentControl::Averaged).unwrap();
+    let trace = model.simulate_duties(&(&HealthState::HEALTHY).into(), &duties).unwrap();
+    // without friction the load turns the rotor back before the current holds it
+    assert!(trace.motor_angle_rad[1] < FRAC_PI_4);
+    let mean = off(&trace, csv, 1);
+    assert!(mean < AVERAGED, "{mean:e}");
+}
+
+#[test]
 fn versus_motulator_the_drive_in_speed_mode() {
     let command = Command::Sine { amplitude_rad: 150.0, frequency_hz: 5.0 };
     let test = Scenario { command, mode: ControlMode::Speed, duration_s: 0.4, ..scenario() };

@@ -194,7 +194,7 @@ pub(super) fn text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
     };
     writeln!(
         page,
-        "\nAveraged, the largest difference is {:.0e} %: the nine digits of the recordings and the tolerance of the solvers. The\n\
+        "\nAveraged, the largest difference is {:.0e} %, what a Taylor segment of a whole period lacks. The\n\
          carrier's {:.2} % is the ripple: over a period it has the same mean voltage, but the current follows it with the\n\
          winding's time constant of {:.1} periods, and the rotor turns within the period.",
         worst("averaged")?,
