@@ -4,6 +4,8 @@
 //! standstill and breakaway, the play closing and the end stops. Between events the winding and
 //! the shaft follow a Taylor series (`winding`).
 
+mod dead_time;
+
 use crate::{
     controller::Measured,
     drive_train::{Direction, DriveTrain},
@@ -514,6 +516,14 @@ impl<P: Probe> Run<P> {
             segment.bend(&self.at, &self.shaft, &coupling, self.winding.cubic_ratio());
         }
         Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
+    }
+
+    /// Back-EMF of the pair.
+    fn pair_emf_v(&self) -> f64 {
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        let along = self.along(self.train.angle_rad);
+        let coupling = self.winding.coupling(&self.at, &self.gap, motor_rad, along);
+        coupling.pair_emf_v(self.train.speed_rad_per_s)
     }
 
     /// Sign of the idle phase's current through its diodes, 0 when none conducts.

@@ -35,7 +35,7 @@ pub enum CurrentControl {
         half_band_a: f64,
     },
     /// The carrier without its ripple, in a field-oriented drive: each leg at its average over
-    /// the period.
+    /// the period, and no dead time.
     Averaged,
 }
 
@@ -231,11 +231,18 @@ impl HighFidelity {
     fn six_step<P: Probe>(&self, run: &mut Run<P>, trace: &mut HighFidelityTrace) {
         let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
         let (periods, period_s) = (self.periods(), current_loop.period_s);
-        run.first_edge(period_s);
+        let dead_s = self.actuator.inverter.dead_time_s;
+        if dead_s == 0.0 {
+            run.first_edge(period_s);
+        }
         self.ticks(run, trace, |run, reference_a| {
             for _ in 0..periods {
                 let duty = current_loop.step(reference_a, run.sample.feedback_a);
-                run.carrier_period(duty, current_loop.pending_duty, period_s);
+                if dead_s == 0.0 {
+                    run.carrier_period(duty, current_loop.pending_duty, period_s);
+                } else {
+                    run.pair_dead_period(duty, (dead_s, period_s));
+                }
             }
         });
     }
@@ -256,10 +263,13 @@ impl HighFidelity {
 
     /// One period with all legs connected, their averages −1 to 1.
     fn apply<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
+        let dead_s = self.actuator.inverter.dead_time_s;
         if self.control == CurrentControl::Averaged {
             run.averaged_period(duties, period_s);
-        } else {
+        } else if dead_s == 0.0 {
             run.three_leg_period(duties, period_s);
+        } else {
+            run.three_leg_dead_period(duties, (dead_s, period_s));
         }
     }
 

@@ -57,6 +57,7 @@ impl Parameter {
         "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
         "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FINITE;
         "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
+        "inverter.dead-time-s": inverter.dead_time_s as f64, 0.0, FINITE, else 0.0;
         "transmission.gear-ratio": transmission.gear_ratio as f64, POSITIVE, FINITE;
         "transmission.surface-inertia-kg-m2":
             transmission.surface_inertia_kg_m2 as f64, 0.0, FINITE;

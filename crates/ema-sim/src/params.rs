@@ -70,6 +70,9 @@ pub struct Inverter {
     pub carrier_hz: f64,
     /// Bandwidth that the current loop is tuned for (pole of the winding cancelled).
     pub current_bandwidth_hz: f64,
+    /// Time for which both switches of a leg are open when it changes sides, `t_d`; at most a
+    /// tenth of a carrier period.
+    pub dead_time_s: f64,
     /// Which legs are switched.
     pub commutation: Commutation,
 }
@@ -205,6 +208,7 @@ impl Actuator {
             t.kinetic_friction_n_m,
             f64::MAX,
         )?;
+        within("inverter.dead-time-s", v.dead_time_s, 0.0, 0.1 / v.carrier_hz)?;
         let trapezoid = m.back_emf_shape == BackEmfShape::Trapezoid;
         if v.commutation == Commutation::FieldOriented && trapezoid {
             return Err(ParameterError::TrapezoidFieldOriented);

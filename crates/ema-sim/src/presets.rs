@@ -34,6 +34,7 @@ const SPEED_BANDWIDTH: f64 = core::f64::consts::TAU * 60.0;
 /// | efficiency | 0.85 | choice: gears of this kind 0.7 to 0.9 |
 /// | end stops | 0.35 rad | choice |
 /// | carrier | 20 kHz | choice |
+/// | dead time | 0 | choice: an ideal inverter |
 /// | current loop | 1 kHz | choice: a twentieth of the carrier |
 /// | cascade | 10 kHz, 60 1/s, 60 Hz | choice: position loop of 10 Hz |
 /// | encoder | 16 bit over ±45° | choice |
@@ -61,6 +62,7 @@ pub const EMA_48: Actuator = Actuator {
         bus_voltage_v: 48.0,
         carrier_hz: 20e3,
         current_bandwidth_hz: 1000.0,
+        dead_time_s: 0.0,
         commutation: Commutation::SixStep,
     },
     transmission: Transmission {

@@ -269,6 +269,11 @@ impl Coupling {
         core::array::from_fn(|m| a * segment.positive[m] + b * segment.idle[m])
     }
 
+    /// Back-EMF of the pair at the angle that the coupling is taken about.
+    pub(crate) fn pair_emf_v(&self, speed_rad_per_s: f64) -> f64 {
+        self.pair[0] * speed_rad_per_s
+    }
+
     /// Potential of the idle terminal while it is open.
     #[inline]
     pub(crate) fn open_terminal_v(

@@ -340,7 +340,9 @@ Tests of `ema-sim` (`tests/it`) hold the rest:
 | free play: the surface rests until the flank touches | rounding | `the_surface_rests_while_the_play_is_open` |
 | currents sum to zero, unequal phases | 1e-14 A | `property_currents_sum_to_zero_with_unequal_phases` |
 | energy through the end stops | 1e-6 | `law_energy_is_balanced_through_the_stops` |
-| full damage of each fault and of all | finite | `full_damage_of_every_fault_runs` |
+| energy with a dead time of 1 µs, both drives | 1e-6 | `law_energy_is_balanced_with_a_dead_time` |
+| voltage that a dead time takes | a dead time's shift of the sample, 3 % | `law_a_leg_loses_dead_time_times_carrier_of_the_supply` |
+| full damage of each fault and of all, both drives | finite | `full_damage_of_every_fault_runs` |
 
 Torque and back-EMF share one k_j in the code (`Coupling`); the energy balance would show it if they did not.
 ";
@@ -469,7 +471,7 @@ const INPUT: &str = "
 | input | outcome | test |
 |---|---|---|
 | any parameter negative, NaN, infinite; no pole pair | `ParameterError::OutOfBounds` with key and bounds | `every_number_is_guarded` |
-| static below kinetic friction, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
+| static below kinetic friction, dead time above a tenth of the period, trapezoidal machine under a field-oriented drive, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
 | command beyond the stops; load, duration, angle, play, integrators or command not finite | `SimulationError` | `tests_that_cannot_be_run_are_refused` |
 | a level outside 0 to 1 | `FaultLevelError` | `levels_outside_the_scale_are_refused` |
 | 200 random machines with random damage | all that is accepted runs | `property_whatever_is_accepted_runs` |

@@ -85,6 +85,7 @@ proptest! {
         load_n_m in -50.0_f64..50.0,
         seed in any::<u64>(),
         bench in any::<bool>(),
+        dead_time_frac in prop_oneof![Just(0.0), 0.0_f64..0.1],
     ) {
         let mut actuator = if bench { BENCH } else { EMA_48 };
         for (parameter, exponent) in Parameter::ALL.iter().zip(scale) {
@@ -93,6 +94,7 @@ proptest! {
                 parameter.set(&mut actuator, value);
             }
         }
+        actuator.inverter.dead_time_s = dead_time_frac / actuator.inverter.carrier_hz;
         let mut scenario = Scenario::chirp().with_real_electronics(seed).turned_to(start_angle_rad);
         scenario.command = Command::Sine { amplitude_rad: 4e-3, frequency_hz: 20.0 };
         scenario.duration_s = 0.03;
