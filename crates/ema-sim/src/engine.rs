@@ -14,7 +14,7 @@ use crate::{
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
-    series::{Series, less, root, value},
+    series::{Series, less, reach, root, value},
     trace::HighFidelityTrace,
     winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
@@ -513,7 +513,7 @@ impl<P: Probe> Run<P> {
         let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
         let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
         if self.whole_turn {
-            segment.bend(&self.at, &self.shaft, &coupling, self.winding.cubic_ratio());
+            segment.bend(&self.at, &self.shaft, &coupling);
         }
         Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
     }
@@ -598,18 +598,18 @@ impl<P: Probe> Run<P> {
         let from_rad = self.train.angle_rad;
         let to_rad = from_rad + end.turn_rad;
         let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
-        let mut reach = |event, angle_rad: f64| {
-            offer(event, root(&less(&segment.turn, angle_rad - from_rad), span_s));
+        let mut meet = |event, angle_rad: f64| {
+            offer(event, reach(&segment.turn, angle_rad - from_rad, span_s));
         };
         if to_rad > sector.1 {
-            reach(Event::Sector(1), sector.1);
+            meet(Event::Sector(1), sector.1);
         } else if to_rad < sector.0 {
-            reach(Event::Sector(-1), sector.0);
+            meet(Event::Sector(-1), sector.0);
         }
         if to_rad > bound.1 {
-            reach(Event::Bound, bound.1);
+            meet(Event::Bound, bound.1);
         } else if to_rad < bound.0 {
-            reach(Event::Bound, bound.0);
+            meet(Event::Bound, bound.0);
         }
         first
     }

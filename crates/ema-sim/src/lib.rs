@@ -28,6 +28,7 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod back_emf;
 mod controller;
 mod current_loop;
 mod drive_train;
@@ -54,6 +55,7 @@ mod shape_function;
 mod trace;
 mod winding;
 
+pub use back_emf::BackEmfTable;
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
 pub use error::{ParameterError, SimulationError};

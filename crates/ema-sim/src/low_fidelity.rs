@@ -19,7 +19,7 @@ use crate::{
     params::Actuator,
     phase::Sector,
     scenario::Scenario,
-    series::{RECIPROCALS, Series, less, root, value},
+    series::{RECIPROCALS, Series, reach, root, value},
     shape_function::ShapeFunction,
     trace::LowFidelityTrace,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
@@ -234,7 +234,8 @@ impl Run {
             } else {
                 Motion::at_current(&self.shaft, &coupling, reference_a, speed)
             };
-            let longest_s = self.shape.map_or(f64::INFINITY, |shape| shape.longest_s(speed));
+            let longest_s =
+                self.shape.as_ref().map_or(f64::INFINITY, |shape| shape.longest_s(speed));
             left_s -= self.follow(&motion, left_s.min(longest_s), &coupling);
         }
     }
@@ -276,18 +277,18 @@ impl Run {
         }
         let from_rad = self.train.angle_rad;
         let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
-        let mut reach = |event, angle_rad: f64| {
-            offer(event, root(&less(&motion.turn, angle_rad - from_rad), span_s));
+        let mut meet = |event, angle_rad: f64| {
+            offer(event, reach(&motion.turn, angle_rad - from_rad, span_s));
         };
         if to_rad > sector.1 {
-            reach(Event::Sector(1), sector.1);
+            meet(Event::Sector(1), sector.1);
         } else if to_rad < sector.0 {
-            reach(Event::Sector(-1), sector.0);
+            meet(Event::Sector(-1), sector.0);
         }
         if to_rad > bound.1 {
-            reach(Event::Bound, bound.1);
+            meet(Event::Bound, bound.1);
         } else if to_rad < bound.0 {
-            reach(Event::Bound, bound.0);
+            meet(Event::Bound, bound.0);
         }
         first
     }

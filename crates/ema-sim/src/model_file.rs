@@ -21,6 +21,7 @@ use toml::{
 };
 
 use crate::{
+    back_emf::BackEmfTable,
     error::ParameterError,
     fault::FaultId,
     parameter::Parameter,
@@ -137,6 +138,9 @@ const SHAPES: [BackEmfShape; 2] = [BackEmfShape::Trapezoid, BackEmfShape::Sinuso
 const COMMUTATIONS: [Commutation; 2] = [Commutation::SixStep, Commutation::FieldOriented];
 const SENSORS: [PositionSensor; 2] = [PositionSensor::Surface, PositionSensor::MotorShaft];
 
+/// The choice that may also be a table.
+const SHAPE_KEY: &str = "motor.back-emf-shape";
+
 /// Place of a value among those of a choice.
 fn place<T: PartialEq>(values: &[T], value: &T) -> usize {
     values.iter().position(|known| known == value).unwrap_or(0)
@@ -145,10 +149,11 @@ fn place<T: PartialEq>(values: &[T], value: &T) -> usize {
 /// All choices.
 const CHOICES: [Choice; 3] = [
     Choice {
-        key: "motor.back-emf-shape",
+        key: SHAPE_KEY,
         names: &["trapezoid", "sinusoid"],
         expected: "\"trapezoid\" or \"sinusoid\"",
         default: None,
+        // a table is written apart
         get: |actuator| place(&SHAPES, &actuator.motor.back_emf_shape),
         set: |actuator, n| actuator.motor.back_emf_shape = SHAPES[n],
     },
@@ -283,6 +288,12 @@ fn choice_lines(block: &str, actuator: &Actuator) -> Vec<String> {
         split(choice.key).0 == block && choice.default != Some((choice.get)(actuator))
     });
     told.map(|choice| {
+        if choice.key == SHAPE_KEY
+            && let BackEmfShape::Tabulated(table) = &actuator.motor.back_emf_shape
+        {
+            let samples: Vec<_> = table.samples().iter().map(|x| format!("{x:?}")).collect();
+            return format!("{} = [{}]", split(SHAPE_KEY).1, samples.join(", "));
+        }
         format!("{} = \"{}\"", split(choice.key).1, choice.names[(choice.get)(actuator)])
     })
     .collect()
@@ -344,6 +355,16 @@ impl Reader<'_> {
         }
         for (key, value) in self.table(block, value)? {
             let path = format!("{block}.{}", key.get_ref());
+            if path == SHAPE_KEY
+                && let Some(list) = value.get_ref().as_array()
+            {
+                let samples = list.iter().map(|item| self.number(&path, item));
+                let samples = samples.collect::<Result<Vec<_>, _>>()?;
+                actuator.motor.back_emf_shape =
+                    BackEmfShape::Tabulated(BackEmfTable::new(&samples)?);
+                given.push(SHAPE_KEY);
+                continue;
+            }
             if let Some(choice) = CHOICES.iter().find(|choice| choice.key == path) {
                 let name = string(self.text, &path, value)?;
                 let known = choice.names.iter().position(|known| *known == name);

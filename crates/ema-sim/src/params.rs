@@ -1,18 +1,22 @@
 //! Parameters of an actuator, one struct a block of Fig. 2 of the FREEDOM paper.
 
 use crate::{
+    back_emf::BackEmfTable,
     error::ParameterError,
     parameter::{Parameter, within},
 };
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "an actuator is copied once a run, and stays `Copy`")]
 pub enum BackEmfShape {
     /// Trapezoid with a flat top of 120°, straight flanks of 60°: the brushless DC machine.
     Trapezoid,
     /// Sine: the permanent-magnet synchronous machine.
     Sinusoid,
+    /// A measured shape; its peak need not be one.
+    Tabulated(BackEmfTable),
 }
 
 /// Which legs are switched, and where the current is held.
@@ -173,11 +177,17 @@ impl Actuator {
     }
 
     /// Torque over the current that the drive holds: of two phases in series `2·k_p`, of a
-    /// field-oriented sinusoidal machine, over the amplitude of the phases, `1.5·k_p`.
+    /// field-oriented machine, over the amplitude of the phases, `1.5·k_p` times the fundamental
+    /// of its shape.
     pub fn torque_constant_n_m_per_a(&self) -> f64 {
         match self.inverter.commutation {
             Commutation::SixStep => self.motor.torque_constant_n_m_per_a(),
-            Commutation::FieldOriented => 1.5 * self.motor.back_emf_v_s_per_rad,
+            Commutation::FieldOriented => match &self.motor.back_emf_shape {
+                BackEmfShape::Tabulated(table) => {
+                    1.5 * self.motor.back_emf_v_s_per_rad * table.fundamental_ratio()
+                }
+                _ => 1.5 * self.motor.back_emf_v_s_per_rad,
+            },
         }
     }
 

@@ -6,19 +6,26 @@
 //! Σ R_j·i_j²  = R_p·F_sc·I²
 //! ```
 //!
+//! Another shape `f` than the sine has `Σ N_j·f(x_j)·sin x_j` in place of the torque's `F_sc`.
 //! With sines `F_sc = ½·Σ N_j − ½·Σ N_j·cos 2x_j`, so that it turns twice a pole pair and is
 //! 3/2 in a healthy machine.
 
+use core::f64::consts::TAU;
+
 use crate::{
+    back_emf::Spline,
     fault::PhysicalFaults,
     field_oriented::PhaseAngles,
-    params::{Actuator, Commutation},
-    winding::LocalQuadratic,
+    params::{Actuator, BackEmfShape, Commutation},
+    winding::{LocalQuadratic, times},
 };
 
 /// `F_sc` of a field-oriented drive.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ShapeFunction {
+    turns: [f64; 3],
+    /// The shape where it is not a sine.
+    spline: Option<Spline>,
     back_emf_v_s_per_rad: f64,
     resistance_ohm: f64,
     pole_pairs: f64,
@@ -37,7 +44,13 @@ impl ShapeFunction {
         // cos 2x_j = cos 2θ_e·cos 2δ_j + sin 2θ_e·sin 2δ_j, and 2δ_j is −δ_j but for a turn
         let phases = PhaseAngles::of(0.0);
         let sum = |by: &[f64; 3]| (0..3).map(|j| turns[j] * by[j]).sum::<f64>();
+        let spline = match &actuator.motor.back_emf_shape {
+            BackEmfShape::Tabulated(table) => Some(table.spline()),
+            _ => None,
+        };
         Some(Self {
+            turns,
+            spline,
             back_emf_v_s_per_rad: actuator.motor.back_emf_v_s_per_rad,
             resistance_ohm: actuator.motor.resistance_ohm,
             pole_pairs: f64::from(actuator.motor.pole_pairs),
@@ -64,15 +77,30 @@ impl ShapeFunction {
             let slope = self.wave.1 * cos - self.wave.0 * sin;
             [self.mean + value, rate * slope, -0.5 * rate * rate * value]
         };
-        let torque = crate::winding::times(&turns.map(|f| self.back_emf_v_s_per_rad * f), gap);
-        (torque, self.resistance_ohm * turns[0])
+        let tabulated = self.spline.as_ref().map(|spline| self.tabulated(spline, motor_rad));
+        let shape = tabulated.unwrap_or(turns).map(|f| self.back_emf_v_s_per_rad * f);
+        (times(&shape, gap), self.resistance_ohm * turns[0])
+    }
+
+    /// `Σ N_j·f(x_j)·sin x_j` near a motor angle.
+    fn tabulated(&self, spline: &Spline, motor_rad: f64) -> LocalQuadratic {
+        let p = self.pole_pairs;
+        let angles = PhaseAngles::of(p * motor_rad);
+        let mut sum = [0.0; 3];
+        for (phase, turns) in self.turns.iter().enumerate() {
+            let [f0, f1, f2, _] = spline.near(p * motor_rad - TAU / 3.0 * phase as f64);
+            let (s, c) = (angles.sin[phase], angles.cos[phase]);
+            let product = times(&[f0, p * f1, p * p * f2], &[s, p * c, -0.5 * p * p * s]);
+            for (total, part) in sum.iter_mut().zip(product) {
+                *total += turns * part;
+            }
+        }
+        sum
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use core::f64::consts::TAU;
-
     use super::*;
     use crate::{HealthState, presets::BENCH};
 

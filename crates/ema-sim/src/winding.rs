@@ -11,9 +11,10 @@
 //! solves it: with the segments of a 20 kHz carrier the first term left out is below 1e-7 of the
 //! change in a segment. Phases are named by their role in the sector: positive, negative, idle.
 
-use core::f64::consts::FRAC_PI_3;
+use core::f64::consts::{FRAC_PI_3, TAU};
 
 use crate::{
+    back_emf::Spline,
     fault::PhysicalFaults,
     field_oriented::PhaseAngles,
     params::{BackEmfShape, Motor},
@@ -27,11 +28,29 @@ use crate::{
 /// than 1e-8 A.
 pub(crate) type LocalQuadratic = [f64; 3];
 
+/// Shape of the back-EMF, ready to be evaluated.
+#[derive(Clone, Debug)]
+enum Shape {
+    Trapezoid,
+    Sinusoid,
+    Tabulated(Spline),
+}
+
+impl Shape {
+    fn new(shape: &BackEmfShape) -> Self {
+        match shape {
+            BackEmfShape::Trapezoid => Self::Trapezoid,
+            BackEmfShape::Sinusoid => Self::Sinusoid,
+            BackEmfShape::Tabulated(table) => Self::Tabulated(table.spline()),
+        }
+    }
+}
+
 /// Electrical constants of a motor with its faults.
 #[derive(Clone, Debug)]
 pub(crate) struct Winding {
     sectors: [SectorWinding; 6],
-    shape: BackEmfShape,
+    shape: Shape,
     pole_pairs: f64,
     /// Sectors a radian of the rotor.
     sectors_per_rad: f64,
@@ -155,7 +174,7 @@ impl Winding {
             sectors: core::array::from_fn(|place| {
                 SectorWinding::new(place, &resistance, &inductance, &peak)
             }),
-            shape: motor.back_emf_shape,
+            shape: Shape::new(&motor.back_emf_shape),
             pole_pairs,
             sectors_per_rad: pole_pairs / FRAC_PI_3,
             eccentricity_cos: faults.eccentricity_cos,
@@ -167,11 +186,6 @@ impl Winding {
     /// Pole pairs as a number.
     pub(crate) fn pole_pairs(&self) -> f64 {
         self.pole_pairs
-    }
-
-    /// Cubic over linear term of a sine of the electrical angle, `−P²/6`.
-    pub(crate) fn cubic_ratio(&self) -> f64 {
-        self.pole_pairs * self.pole_pairs * (-1.0 / 6.0)
     }
 
     /// Sectors a radian of the rotor.
@@ -214,8 +228,8 @@ impl Winding {
         along: f64,
     ) -> Coupling {
         let g = gap.near(motor_rad);
-        match self.shape {
-            BackEmfShape::Trapezoid => {
+        match &self.shape {
+            Shape::Trapezoid => {
                 // within a sector the pair is on its flat tops, the idle phase on a flank
                 let flank = at.idle_peak * at.flank;
                 let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
@@ -223,18 +237,37 @@ impl Winding {
                 Coupling {
                     pair: g.map(|g| at.pair_peak * g),
                     idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
+                    cubic: (0.0, 0.0),
                 }
             }
-            BackEmfShape::Sinusoid => self.sinusoid(at, &g, motor_rad),
+            Shape::Sinusoid => {
+                let angles = PhaseAngles::of(self.pole_pairs * motor_rad);
+                self.smooth(at, &g, |phase| {
+                    let (s, c) = (angles.sin[phase], angles.cos[phase]);
+                    [s, c, -0.5 * s, -c / 6.0]
+                })
+            }
+            Shape::Tabulated(spline) => self.smooth(at, &g, |phase| {
+                spline.near(self.pole_pairs * motor_rad - TAU / 3.0 * phase as f64)
+            }),
         }
     }
 
-    fn sinusoid(&self, at: &SectorWinding, gap: &LocalQuadratic, motor_rad: f64) -> Coupling {
+    /// The coupling of a shape without corners, whose value and coefficients over the electrical
+    /// angle are given for each phase.
+    #[inline]
+    fn smooth(
+        &self,
+        at: &SectorWinding,
+        gap: &LocalQuadratic,
+        shape: impl Fn(usize) -> [f64; 4],
+    ) -> Coupling {
         let p = self.pole_pairs;
-        let angles = PhaseAngles::of(p * motor_rad);
         let one = |phase: usize, peak: f64| {
-            let (s, c) = (angles.sin[phase], angles.cos[phase]);
-            times(&[s, p * c, -0.5 * p * p * s].map(|f| peak * f), gap)
+            let [f0, f1, f2, f3] = shape(phase);
+            let [k0, k1, k2] = times(&[f0, p * f1, p * p * f2].map(|f| peak * f), gap);
+            // of the cubic term the shape's own part, which is the largest
+            [k0, k1, k2, peak * p * p * p * f3 * gap[0]]
         };
         let positive = one(at.positive, at.pair_peak + at.negative_peak);
         let negative = one(at.negative, -at.negative_peak);
@@ -242,6 +275,7 @@ impl Winding {
         Coupling {
             pair: core::array::from_fn(|m| positive[m] - negative[m]),
             idle: core::array::from_fn(|m| idle[m] - negative[m]),
+            cubic: (positive[3] - negative[3], idle[3] - negative[3]),
         }
     }
 }
@@ -252,6 +286,8 @@ impl Winding {
 pub(crate) struct Coupling {
     pair: LocalQuadratic,
     idle: LocalQuadratic,
+    /// Their cubic terms where the back-EMF has no corners; zero for a trapezoid.
+    cubic: (f64, f64),
 }
 
 impl Coupling {
@@ -317,11 +353,11 @@ pub(crate) struct Segment {
     pub(crate) turn: Series,
 }
 
-/// Coefficient of `t³` in `k(δ(t))`, with the cubic term given over the linear one.
+/// Coefficient of `t³` in `k(δ(t))`.
 #[inline]
-fn third(k: &LocalQuadratic, turn: &Series, cubic_ratio: f64) -> f64 {
+fn third(k: &LocalQuadratic, cubic: f64, turn: &Series) -> f64 {
     let d1 = turn[1];
-    k[1] * (turn[3] + cubic_ratio * d1 * d1 * d1) + 2.0 * k[2] * d1 * turn[2]
+    k[1] * turn[3] + 2.0 * k[2] * d1 * turn[2] + cubic * d1 * d1 * d1
 }
 
 /// Coefficient of `t` in `k(δ(t))`.
@@ -339,15 +375,9 @@ pub(crate) fn second(k: &LocalQuadratic, d1: f64, d2: f64) -> f64 {
 impl Segment {
     /// Adds the cubic term of the coupling to the highest order: legs that are held for a whole
     /// period see a sinusoidal back-EMF bend.
-    pub(crate) fn bend(
-        &mut self,
-        at: &SectorWinding,
-        shaft: &Shaft,
-        coupling: &Coupling,
-        cubic_ratio: f64,
-    ) {
-        let a3 = third(&coupling.pair, &self.turn, cubic_ratio);
-        let b3 = third(&coupling.idle, &self.turn, cubic_ratio);
+    pub(crate) fn bend(&mut self, at: &SectorWinding, shaft: &Shaft, coupling: &Coupling) {
+        let a3 = third(&coupling.pair, coupling.cubic.0, &self.turn);
+        let b3 = third(&coupling.idle, coupling.cubic.1, &self.turn);
         let (cx, cxy, cy) = at.per_henry;
         let (u, v) = (-0.25 * a3 * self.speed[0], -0.25 * b3 * self.speed[0]);
         self.positive[4] += cx * u + cxy * v;

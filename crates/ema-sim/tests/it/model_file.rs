@@ -1,7 +1,7 @@
 //! Model files against presets, and what they refuse.
 
 use ema_sim::{
-    Actuator, FaultId, Parameter,
+    Actuator, BackEmfShape, FaultId, Parameter,
     model_file::{self, Model, ModelFileError},
     presets::{BENCH, EMA_48},
 };
@@ -39,6 +39,21 @@ fn what_may_be_left_out_is_written_only_where_it_says_something() {
     let text = model_file::write(&actuator.into());
     assert!(text.contains("speed-derivative-a-s2-per-rad = 1e-5"), "{text}");
     assert_eq!(model_file::parse(&text).unwrap().actuator, actuator);
+}
+
+#[test]
+fn a_measured_back_emf_is_a_list() {
+    let text = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, 0.9, 0.9, 0, -0.9, -0.9]\n";
+    let model = model_file::parse(text).unwrap();
+    let BackEmfShape::Tabulated(table) = model.actuator.motor.back_emf_shape else {
+        panic!("{:?}", model.actuator.motor.back_emf_shape);
+    };
+    assert_eq!(table.samples(), [0.0, 0.9, 0.9, 0.0, -0.9, -0.9]);
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    let short = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, 1.0]\n";
+    assert_eq!(message(short), "`motor.back-emf-shape` is 2, expected a number from 6 to 72");
+    let word = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, \"a\"]\n";
+    assert!(message(word).starts_with("line 3: `motor.back-emf-shape` is string"));
 }
 
 #[test]
