@@ -1,8 +1,8 @@
 //! What cannot be simulated is refused by name; what can, runs.
 
 use ema_sim::{
-    Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
-    SimulationError,
+    BackEmfShape, BackEmfTable, Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter,
+    ParameterError, Scenario, SimulationError,
     presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
@@ -85,6 +85,7 @@ proptest! {
         load_n_m in -50.0_f64..50.0,
         seed in any::<u64>(),
         bench in any::<bool>(),
+        table in prop::collection::vec(-1.5_f64..1.5, 6..72),
         dead_time_frac in prop_oneof![Just(0.0), 0.0_f64..0.1],
     ) {
         let mut actuator = if bench { BENCH } else { EMA_48 };
@@ -93,6 +94,9 @@ proptest! {
                 let value = parameter.get(&actuator) * libm::pow(10.0, exponent);
                 parameter.set(&mut actuator, value);
             }
+        }
+        if bench && let Ok(table) = BackEmfTable::new(&table) {
+            actuator.motor.back_emf_shape = BackEmfShape::Tabulated(table);
         }
         actuator.inverter.dead_time_s = dead_time_frac / actuator.inverter.carrier_hz;
         let mut scenario = Scenario::chirp().with_real_electronics(seed).turned_to(start_angle_rad);

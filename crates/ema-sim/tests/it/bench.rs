@@ -1,8 +1,9 @@
 //! The bench of the FREEDOM paper: a sinusoidal machine under a field-oriented drive.
 
 use ema_sim::{
-    Actuator, BackEmfShape, BackEmfTable, Command, CurrentControl, Envelope, EnvelopeFilter,
-    FaultCoordinates, HealthState, HighFidelity, LowFidelity, PhysicalFaults, Scenario,
+    Actuator, BackEmfShape, BackEmfTable, Command, ControlMode, CurrentControl, Envelope,
+    EnvelopeFilter, FaultCoordinates, HealthState, HighFidelity, LowFidelity, PhysicalFaults,
+    Scenario,
     presets::{BENCH, EMA_48},
 };
 
@@ -113,6 +114,28 @@ fn law_low_and_high_fidelity_agree_on_the_bench() {
         assert!(rms(&h) > 1e-3, "{name} acts");
         assert!(cosine > 0.95, "{name}: {cosine}");
     }
+}
+
+#[test]
+fn law_no_load_speed_of_the_bench() {
+    let mut free = BENCH;
+    free.motor.viscous_n_m_s_per_rad = 0.0;
+    free.transmission.kinetic_friction_n_m = 0.0;
+    free.transmission.static_friction_n_m = 0.0;
+    free.transmission.surface_friction_n_m = 0.0;
+    free.transmission.stop_rad = 1e3;
+    free.controller.speed_limit_rad_per_s = 1e4;
+    let command = Command::Recorded { values_rad: vec![2.0], rate_hz: 1.0 };
+    let test = Scenario { command, mode: ControlMode::Speed, duration_s: 0.5, ..motion() };
+    let low = LowFidelity::new(&free, &test).unwrap().simulate(&healthy());
+    let high = HighFidelity::new(&free, &test).unwrap().simulate(&healthy());
+    let wanted = 0.5 * BENCH.inverter.bus_voltage_v / BENCH.motor.back_emf_v_s_per_rad;
+    let reached = |speed: &[f64]| speed.last().copied().unwrap() / wanted;
+    assert!((reached(&low.motor_speed_rad_per_s) - 1.0).abs() < 1e-9);
+    // one and a half periods of delay turn the voltage by 1.5·T·P·ω = 0.14 rad away from the
+    // back-EMF, and the current that this drives along the d axis takes more
+    let high = reached(&high.motor_speed_rad_per_s);
+    assert!((0.95..0.99).contains(&high), "{high}");
 }
 
 #[test]
