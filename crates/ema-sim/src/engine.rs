@@ -5,6 +5,7 @@
 //! the shaft follow a Taylor series (`winding`).
 
 mod dead_time;
+mod three_legs;
 
 use crate::{
     controller::Measured,
@@ -56,6 +57,9 @@ pub(crate) struct Run<P> {
     idle_a: f64,
     rotor: RotorAngle,
     gap: AirGap,
+    /// The rotor in electrical angle, taken afresh each carrier period where all legs are
+    /// connected.
+    electrical: RotorAngle,
     sector: Sector,
     at: SectorWinding,
     /// Whether the negative phase goes on from the sector before, the positive one into the next.
@@ -172,6 +176,7 @@ impl<P: Probe> Run<P> {
             idle_a: 0.0,
             rotor,
             gap: winding.air_gap(&rotor),
+            electrical: RotorAngle::new(start_angle_rad * winding.pole_pairs()),
             sector,
             at: *winding.sector(sector),
             begins_with_negative: true,
@@ -220,6 +225,13 @@ impl<P: Probe> Run<P> {
         if (motor_rad - self.rotor.motor_rad).abs() > GAP_REACH_RAD {
             self.centre_gap(false);
         }
+    }
+
+    /// Centres both on the rotor at the beginning of a period with all legs connected.
+    fn follow_rotor(&mut self) {
+        self.follow_gap();
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        self.electrical = RotorAngle::new(motor_rad * self.winding.pole_pairs());
     }
 
     fn sample_now(&self) -> Sample {
@@ -370,7 +382,7 @@ impl<P: Probe> Run<P> {
     fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
         let along = self.along(angle_rad);
-        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
+        let coupling = self.coupling(start_rad + angle_rad, along);
         let diode = self.diode(&coupling, legs_v);
         let speed = self.train.speed_rad_per_s;
         let segment = if diode == 0.0 {
@@ -444,70 +456,12 @@ impl<P: Probe> Run<P> {
         }
     }
 
-    /// One carrier period from seam to seam with all three legs connected: each at the upper
-    /// rail for its duty `(1 + u)/2`, centred.
-    ///
-    /// ```text
-    /// −−− │ +−− │ ++− │ +++ │ ++− │ +−− │ −−−
-    /// seam              centre             seam
-    /// ```
-    pub(crate) fn three_leg_period(&mut self, duties: &PerPhase, period_s: f64) {
-        self.follow_gap();
-        let rises_s = duties.map(|u| 0.25 * (1.0 - u) * period_s);
-        let mut order = [0, 1, 2];
-        order.sort_unstable_by(|a, b| rises_s[*a].total_cmp(&rises_s[*b]));
-        self.legs_v = [-self.half_bus_v; 3];
-        let mut now_s = 0.0;
-        for phase in order {
-            self.hold_connected(rises_s[phase] - now_s);
-            now_s = rises_s[phase];
-            self.legs_v[phase] = self.half_bus_v;
-        }
-        self.hold_connected(period_s - 2.0 * now_s);
-        for phase in order.into_iter().rev() {
-            self.hold_connected(now_s - rises_s[phase]);
-            now_s = rises_s[phase];
-            self.legs_v[phase] = -self.half_bus_v;
-        }
-        self.hold_connected(now_s);
-        self.take_sample();
-    }
-
-    /// A period with the legs at their averages: what the carrier becomes without ripple.
-    pub(crate) fn averaged_period(&mut self, duties: &PerPhase, period_s: f64) {
-        self.follow_gap();
-        self.legs_v = duties.map(|u| u * self.half_bus_v);
-        self.hold_connected(period_s);
-        self.take_sample();
-    }
-
-    /// Holds all three legs at their potentials for a time.
-    fn hold_connected(&mut self, span_s: f64) {
-        let mut left_s = span_s;
-        while left_s > 0.0 {
-            let span_s = left_s.min(self.longest_s);
-            let step = self.solve_connected();
-            let mut end = End::of(&step.segment, span_s);
-            let (mut event, mut at_s) = (Event::Switching, span_s);
-            if self.interrupted(&step, &end, span_s) {
-                (event, at_s) = self.first_event(&step, &end, span_s);
-                end = End::of(&step.segment, at_s);
-            }
-            self.observe_connected(&step, at_s);
-            self.commit(&end);
-            if event != Event::Switching {
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
-            }
-            left_s -= at_s;
-        }
-    }
-
     /// The solution from now with all three legs connected.
     fn solve_connected(&self) -> Step {
         let SectorWinding { positive, negative, idle, .. } = self.at;
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
         let along = self.along(angle_rad);
-        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
+        let coupling = self.coupling(start_rad + angle_rad, along);
         let low_v = self.legs_v[negative];
         let loops_v = (self.legs_v[positive] - low_v, self.legs_v[idle] - low_v);
         let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
@@ -518,11 +472,16 @@ impl<P: Probe> Run<P> {
         Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
     }
 
+    #[inline]
+    fn coupling(&self, motor_rad: f64, along: f64) -> Coupling {
+        self.winding.coupling(&self.at, (&self.gap, &self.electrical), motor_rad, along)
+    }
+
     /// Back-EMF of the pair.
     fn pair_emf_v(&self) -> f64 {
         let motor_rad = self.start_angle_rad + self.train.angle_rad;
         let along = self.along(self.train.angle_rad);
-        let coupling = self.winding.coupling(&self.at, &self.gap, motor_rad, along);
+        let coupling = self.coupling(motor_rad, along);
         coupling.pair_emf_v(self.train.speed_rad_per_s)
     }
 

@@ -196,12 +196,19 @@ impl HighFidelity {
         let mut run = Run::new(&self.actuator, &self.scenario, faults, ((), true));
         let mut trace = empty_trace(&self.actuator, duties_frac.len() / self.periods());
         let period_s = 1.0 / self.actuator.inverter.carrier_hz;
-        for (tick, periods) in duties_frac.chunks(self.periods()).enumerate() {
-            run.centre_gap(tick % REFRESH_TICKS == 0);
-            run.record(0.0, &mut trace);
-            for duties in periods {
-                self.apply(&mut run, &duties.map(|d| 2.0 * d - 1.0), period_s);
+        let (periods, mut now) = (self.periods(), [0.0; 3]);
+        for (n, duties) in duties_frac.iter().enumerate() {
+            let next = duties.map(|d| 2.0 * d - 1.0);
+            if n == 0 {
+                self.begin(&mut run, &next, period_s);
+            } else {
+                self.apply(&mut run, (&now, &next), period_s);
             }
+            if n % periods == 0 {
+                run.centre_gap((n / periods) % REFRESH_TICKS == 0);
+                run.record(0.0, &mut trace);
+            }
+            now = next;
         }
         trace.segments = run.segments;
         Ok(trace)
@@ -251,23 +258,37 @@ impl HighFidelity {
     fn field_oriented<P: Probe>(&self, run: &mut Run<P>, trace: &mut HighFidelityTrace) {
         let mut current_loop = FieldOriented::new(&self.actuator, &self.scenario);
         let (periods, period_s) = (self.periods(), current_loop.period_s);
+        self.begin(run, &current_loop.pending, period_s);
         self.ticks(run, trace, |run, reference_a| {
             for _ in 0..periods {
                 let sample = &run.sample;
                 let motor_rad = self.scenario.start_angle_rad + sample.angle_rad;
                 let duties = current_loop.step(reference_a, &sample.currents_a, motor_rad);
-                self.apply(run, &duties, period_s);
+                self.apply(run, (&duties, &current_loop.pending), period_s);
             }
         });
     }
 
-    /// One period with all legs connected, their averages −1 to 1.
-    fn apply<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
+    /// What comes before the first period with all legs connected.
+    fn begin<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
+        let switched = self.control != CurrentControl::Averaged;
+        if switched && self.actuator.inverter.dead_time_s == 0.0 {
+            run.first_three_leg_edge(duties, period_s);
+        }
+    }
+
+    /// One period with all legs connected, their averages −1 to 1 in it and in the next.
+    fn apply<P: Probe>(
+        &self,
+        run: &mut Run<P>,
+        (duties, next_duties): (&PerPhase, &PerPhase),
+        period_s: f64,
+    ) {
         let dead_s = self.actuator.inverter.dead_time_s;
         if self.control == CurrentControl::Averaged {
             run.averaged_period(duties, period_s);
         } else if dead_s == 0.0 {
-            run.three_leg_period(duties, period_s);
+            run.three_leg_period(duties, next_duties, period_s);
         } else {
             run.three_leg_dead_period(duties, (dead_s, period_s));
         }

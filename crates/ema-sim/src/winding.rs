@@ -223,7 +223,7 @@ impl Winding {
     pub(crate) fn coupling(
         &self,
         at: &SectorWinding,
-        gap: &AirGap,
+        (gap, electrical): (&AirGap, &RotorAngle),
         motor_rad: f64,
         along: f64,
     ) -> Coupling {
@@ -241,7 +241,7 @@ impl Winding {
                 }
             }
             Shape::Sinusoid => {
-                let angles = PhaseAngles::of(self.pole_pairs * motor_rad);
+                let angles = PhaseAngles::near(electrical, self.pole_pairs * motor_rad);
                 self.smooth(at, &g, |phase| {
                     let (s, c) = (angles.sin[phase], angles.cos[phase]);
                     [s, c, -0.5 * s, -c / 6.0]

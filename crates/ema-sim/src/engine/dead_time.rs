@@ -53,7 +53,7 @@ impl<P: Probe> Run<P> {
         duties: &PerPhase,
         (dead_s, period_s): (f64, f64),
     ) {
-        self.follow_gap();
+        self.follow_rotor();
         let mut edges = edges(*duties, dead_s, period_s);
         let edges = edges.as_flattened_mut();
         edges.sort_unstable_by(|a, b| a.at_s.total_cmp(&b.at_s));
