@@ -460,14 +460,20 @@ impl<P: Probe> Run<P> {
     fn solve_connected(&self) -> Step {
         let SectorWinding { positive, negative, idle, .. } = self.at;
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
-        let along = self.along(angle_rad);
-        let coupling = self.coupling(start_rad + angle_rad, along);
+        let motor_rad = start_rad + angle_rad;
+        let (coupling, cubic) = if self.whole_turn {
+            let rotor = (&self.gap, &self.electrical);
+            let (coupling, cubic) = self.winding.smooth_coupling(&self.at, rotor, motor_rad);
+            (coupling, Some(cubic))
+        } else {
+            (self.coupling(motor_rad, self.along(angle_rad)), None)
+        };
         let low_v = self.legs_v[negative];
         let loops_v = (self.legs_v[positive] - low_v, self.legs_v[idle] - low_v);
         let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
         let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
-        if self.whole_turn {
-            segment.bend(&self.at, &self.shaft, &coupling);
+        if let Some(cubic) = cubic {
+            segment.bend(&self.at, &self.shaft, (&coupling, cubic));
         }
         Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
     }

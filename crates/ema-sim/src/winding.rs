@@ -227,41 +227,50 @@ impl Winding {
         motor_rad: f64,
         along: f64,
     ) -> Coupling {
+        if !matches!(self.shape, Shape::Trapezoid) {
+            return self.smooth_coupling(at, (gap, electrical), motor_rad).0;
+        }
         let g = gap.near(motor_rad);
-        match &self.shape {
-            Shape::Trapezoid => {
-                // within a sector the pair is on its flat tops, the idle phase on a flank
-                let flank = at.idle_peak * at.flank;
-                let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
-                let (b0, b1) = (flank * top - at.negative_peak, flank * slope);
-                Coupling {
-                    pair: g.map(|g| at.pair_peak * g),
-                    idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
-                    cubic: (0.0, 0.0),
-                }
-            }
-            Shape::Sinusoid => {
-                let angles = PhaseAngles::near(electrical, self.pole_pairs * motor_rad);
-                self.smooth(at, &g, |phase| {
-                    let (s, c) = (angles.sin[phase], angles.cos[phase]);
-                    [s, c, -0.5 * s, -c / 6.0]
-                })
-            }
-            Shape::Tabulated(spline) => self.smooth(at, &g, |phase| {
-                spline.near(self.pole_pairs * motor_rad - TAU / 3.0 * phase as f64)
-            }),
+        // within a sector the pair is on its flat tops, the idle phase on a flank
+        let flank = at.idle_peak * at.flank;
+        let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
+        let (b0, b1) = (flank * top - at.negative_peak, flank * slope);
+        Coupling {
+            pair: g.map(|g| at.pair_peak * g),
+            idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
         }
     }
 
-    /// The coupling of a shape without corners, whose value and coefficients over the electrical
-    /// angle are given for each phase.
+    /// The coupling of a shape without corners near a motor angle, with its cubic terms.
+    #[inline(never)]
+    pub(crate) fn smooth_coupling(
+        &self,
+        at: &SectorWinding,
+        (gap, electrical): (&AirGap, &RotorAngle),
+        motor_rad: f64,
+    ) -> (Coupling, CubicTerms) {
+        let g = gap.near(motor_rad);
+        let electrical_rad = self.pole_pairs * motor_rad;
+        if let Shape::Tabulated(spline) = &self.shape {
+            return self
+                .smooth(at, &g, |phase| spline.near(electrical_rad - TAU / 3.0 * phase as f64));
+        }
+        let angles = PhaseAngles::near(electrical, electrical_rad);
+        self.smooth(at, &g, |phase| {
+            let (s, c) = (angles.sin[phase], angles.cos[phase]);
+            [s, c, -0.5 * s, -c / 6.0]
+        })
+    }
+
+    /// The coupling of a shape whose value and coefficients over the electrical angle are given
+    /// for each phase.
     #[inline]
     fn smooth(
         &self,
         at: &SectorWinding,
         gap: &LocalQuadratic,
         shape: impl Fn(usize) -> [f64; 4],
-    ) -> Coupling {
+    ) -> (Coupling, CubicTerms) {
         let p = self.pole_pairs;
         let one = |phase: usize, peak: f64| {
             let [f0, f1, f2, f3] = shape(phase);
@@ -272,11 +281,11 @@ impl Winding {
         let positive = one(at.positive, at.pair_peak + at.negative_peak);
         let negative = one(at.negative, -at.negative_peak);
         let idle = one(at.idle, at.idle_peak);
-        Coupling {
+        let coupling = Coupling {
             pair: core::array::from_fn(|m| positive[m] - negative[m]),
             idle: core::array::from_fn(|m| idle[m] - negative[m]),
-            cubic: (positive[3] - negative[3], idle[3] - negative[3]),
-        }
+        };
+        (coupling, CubicTerms(positive[3] - negative[3], idle[3] - negative[3]))
     }
 }
 
@@ -286,9 +295,11 @@ impl Winding {
 pub(crate) struct Coupling {
     pair: LocalQuadratic,
     idle: LocalQuadratic,
-    /// Their cubic terms where the back-EMF has no corners; zero for a trapezoid.
-    cubic: (f64, f64),
 }
+
+/// The cubic terms that a [`Coupling`] leaves out, of its pair and its idle phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CubicTerms(f64, f64);
 
 impl Coupling {
     /// Motor torque at a time of a segment.
@@ -375,9 +386,14 @@ pub(crate) fn second(k: &LocalQuadratic, d1: f64, d2: f64) -> f64 {
 impl Segment {
     /// Adds the cubic term of the coupling to the highest order: legs that are held for a whole
     /// period see a sinusoidal back-EMF bend.
-    pub(crate) fn bend(&mut self, at: &SectorWinding, shaft: &Shaft, coupling: &Coupling) {
-        let a3 = third(&coupling.pair, coupling.cubic.0, &self.turn);
-        let b3 = third(&coupling.idle, coupling.cubic.1, &self.turn);
+    pub(crate) fn bend(
+        &mut self,
+        at: &SectorWinding,
+        shaft: &Shaft,
+        (coupling, cubic): (&Coupling, CubicTerms),
+    ) {
+        let a3 = third(&coupling.pair, cubic.0, &self.turn);
+        let b3 = third(&coupling.idle, cubic.1, &self.turn);
         let (cx, cxy, cy) = at.per_henry;
         let (u, v) = (-0.25 * a3 * self.speed[0], -0.25 * b3 * self.speed[0]);
         self.positive[4] += cx * u + cxy * v;
@@ -420,7 +436,8 @@ impl Segment {
 
     /// All three phases connected; voltages of the positive and the idle leg against the
     /// negative one.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the segment is large and would be copied")]
     pub(crate) fn three(
         at: &SectorWinding,
         shaft: &Shaft,
