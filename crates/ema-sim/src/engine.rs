@@ -457,6 +457,8 @@ impl<P: Probe> Run<P> {
     }
 
     /// The solution from now with all three legs connected.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
     fn solve_connected(&self) -> Step {
         let SectorWinding { positive, negative, idle, .. } = self.at;
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
