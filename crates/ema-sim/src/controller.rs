@@ -2,15 +2,28 @@
 
 use crate::{
     noise::NoiseSource,
-    params::{Actuator, Controller},
-    scenario::Scenario,
+    params::{Actuator, Controller, PositionSensor},
+    scenario::{ControlMode, Scenario},
 };
+
+/// What the cascade's sensors stand at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Measured {
+    pub(crate) surface_rad: f64,
+    /// Motor angle from the start.
+    pub(crate) motor_rad: f64,
+    pub(crate) speed_rad_per_s: f64,
+}
 
 /// The sampled cascade with its sensors.
 #[derive(Clone, Debug)]
 pub(crate) struct Cascade {
     law: Controller,
+    mode: ControlMode,
+    gear_ratio: f64,
     position_gain: f64,
+    derivative_gain: f64,
+    last_error: Option<f64>,
     integral_step: f64,
     integral_a: f64,
     surface_step_rad: f64,
@@ -27,6 +40,10 @@ impl Cascade {
         let imperfect = scenario.imperfections;
         Self {
             law,
+            mode: scenario.mode,
+            gear_ratio: actuator.transmission.gear_ratio,
+            derivative_gain: law.speed_derivative_a_s2_per_rad * law.sample_hz,
+            last_error: None,
             position_gain: law.position_gain_per_s * actuator.transmission.gear_ratio,
             integral_step: law.speed_integral_a_per_rad / law.sample_hz,
             integral_a: scenario.initial.speed_integral_a,
@@ -41,21 +58,38 @@ impl Cascade {
     }
 
     /// One tick: the current set-point from the command and what the sensors show.
-    pub(crate) fn step(&mut self, command_rad: f64, surface_rad: f64, speed_rad_per_s: f64) -> f64 {
-        let measured_rad = quantised(surface_rad, self.surface_step_rad);
-        let mut measured_speed = speed_rad_per_s;
+    pub(crate) fn step(&mut self, command: f64, measured: &Measured) -> f64 {
+        let mut measured_speed = measured.speed_rad_per_s;
         if self.speed_noise_rad_per_s > 0.0 {
             measured_speed += self.speed_noise_rad_per_s * self.noise.normal();
         }
         let limit = self.law.speed_limit_rad_per_s;
-        let reference = (self.position_gain * (command_rad - measured_rad)).clamp(-limit, limit);
+        let reference = self.speed_reference(command, measured).clamp(-limit, limit);
         let error = reference - measured_speed;
-        let wanted_a = self.law.speed_gain_a_s_per_rad * error + self.integral_a;
+        let mut wanted_a = self.law.speed_gain_a_s_per_rad * error + self.integral_a;
+        if self.derivative_gain != 0.0 {
+            let before = self.last_error.replace(error).unwrap_or(error);
+            wanted_a += self.derivative_gain * (error - before);
+        }
         let limit_a = self.law.current_limit_a;
         if wanted_a.abs() < limit_a {
             self.integral_a += self.integral_step * error;
         }
         quantised(wanted_a.clamp(-limit_a, limit_a), self.current_step_a)
+    }
+
+    /// The speed asked for, not yet limited.
+    fn speed_reference(&self, command: f64, measured: &Measured) -> f64 {
+        match self.mode {
+            ControlMode::Position => {
+                let angle_rad = match self.law.position_sensor {
+                    PositionSensor::Surface => measured.surface_rad,
+                    PositionSensor::MotorShaft => measured.motor_rad / self.gear_ratio,
+                };
+                self.position_gain * (command - quantised(angle_rad, self.surface_step_rad))
+            }
+            ControlMode::Speed => self.gear_ratio * command,
+        }
     }
 }
 
@@ -69,11 +103,42 @@ mod tests {
     use super::*;
     use crate::presets::EMA_48;
 
+    fn at(surface_rad: f64, motor_rad: f64, speed_rad_per_s: f64) -> Measured {
+        Measured { surface_rad, motor_rad, speed_rad_per_s }
+    }
+
+    #[test]
+    fn the_sensor_decides_which_angle_is_held() {
+        let mut cascade = Cascade::new(&EMA_48, &Scenario::chirp());
+        assert_eq!(cascade.step(1e-3, &at(1e-3, 7.0, 0.0)), 0.0);
+        let mut actuator = EMA_48;
+        actuator.controller.position_sensor = PositionSensor::MotorShaft;
+        let mut cascade = Cascade::new(&actuator, &Scenario::chirp());
+        let held_rad = 1e-3 * actuator.transmission.gear_ratio;
+        assert!(cascade.step(1e-3, &at(7.0, held_rad, 0.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn law_speed_mode_with_all_three_gains() {
+        let mut actuator = EMA_48;
+        actuator.controller.speed_derivative_a_s2_per_rad = 2e-5;
+        let law = actuator.controller;
+        let scenario = Scenario { mode: ControlMode::Speed, ..Scenario::chirp() };
+        let mut cascade = Cascade::new(&actuator, &scenario);
+        // errors of 10 and 13 rad/s: the surface's speed times the gear less the motor's
+        let first = cascade.step(0.02, &at(0.3, 5.0, 0.0));
+        let second = cascade.step(0.02, &at(0.3, 5.0, -3.0));
+        let (p, i) = (law.speed_gain_a_s_per_rad, law.speed_integral_a_per_rad);
+        assert!((first - p * 10.0).abs() < 1e-14, "{first}");
+        let wanted = p * 13.0 + i * 10.0 * 1e-4 + 2e-5 * (13.0 - 10.0) * 1e4;
+        assert!((second - wanted).abs() < 1e-14, "{second} {wanted}");
+    }
+
     #[test]
     fn the_integral_rests_while_saturated() {
         let mut cascade = Cascade::new(&EMA_48, &Scenario::chirp());
         for _ in 0..1000 {
-            assert_eq!(cascade.step(0.3, 0.0, 0.0), EMA_48.controller.current_limit_a);
+            assert_eq!(cascade.step(0.3, &at(0.0, 0.0, 0.0)), EMA_48.controller.current_limit_a);
         }
         assert_eq!(cascade.integral_a, 0.0);
     }

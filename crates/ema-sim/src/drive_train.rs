@@ -65,8 +65,10 @@ pub(crate) struct DriveTrain {
     per_gear_ratio: f64,
     half_play_rad: f64,
     stop_rad: f64,
-    /// Load through a gear without losses, and as the motor feels it in either direction.
+    /// Load and surface friction through a gear without losses, and what the motor feels of
+    /// both in either direction.
     load_n_m: f64,
+    surface_friction_n_m: f64,
     load_forward_n_m: f64,
     load_backward_n_m: f64,
     /// Motor angle from its start.
@@ -84,19 +86,23 @@ impl DriveTrain {
         let t = &actuator.transmission;
         let half_play_rad = 0.5 * t.backlash_rad * faults.backlash_ratio * t.gear_ratio;
         let reflected = scenario.load_n_m / t.gear_ratio;
+        let surface_friction_n_m = t.surface_friction_n_m / t.gear_ratio;
+        let (forward, backward) =
+            (reflected + surface_friction_n_m, reflected - surface_friction_n_m);
         let against = 1.0 / t.efficiency_ratio;
         let along = t.efficiency_ratio;
         let mut train = Self {
             inertia_kg_m2: actuator.total_inertia_kg_m2(),
             viscous_n_m_s_per_rad: actuator.motor.viscous_n_m_s_per_rad,
-            kinetic_n_m: t.kinetic_friction_n_m * faults.friction_ratio,
-            static_n_m: t.static_friction_n_m * faults.friction_ratio,
+            kinetic_n_m: t.kinetic_friction_n_m * faults.friction_ratio + scenario.brake_n_m,
+            static_n_m: t.static_friction_n_m * faults.friction_ratio + scenario.brake_n_m,
             per_gear_ratio: 1.0 / t.gear_ratio,
             half_play_rad,
             stop_rad: t.stop_rad * t.gear_ratio,
             load_n_m: reflected,
-            load_forward_n_m: reflected * if reflected > 0.0 { against } else { along },
-            load_backward_n_m: reflected * if reflected < 0.0 { against } else { along },
+            surface_friction_n_m,
+            load_forward_n_m: forward * if forward > 0.0 { against } else { along },
+            load_backward_n_m: backward * if backward < 0.0 { against } else { along },
             angle_rad: 0.0,
             speed_rad_per_s: 0.0,
             direction: Direction::Stuck,
@@ -104,6 +110,10 @@ impl DriveTrain {
             left_at_rad: -scenario.backlash_side_ratio * half_play_rad,
         };
         train.set_going(scenario.initial.motor_speed_rad_per_s);
+        if train.direction == Direction::Stuck {
+            // a load beyond the static friction moves the shaft before any current does
+            train.stand_still(0.0);
+        }
         train
     }
 
@@ -161,15 +171,15 @@ impl DriveTrain {
 
     /// The parts of the torque against the moving shaft.
     pub(crate) fn torques(&self) -> Torques {
-        let (load_n_m, whole_n_m) = match self.contact {
-            Contact::Free => (0.0, 0.0),
-            Contact::Upper => (self.load_n_m, self.load_forward_n_m),
-            Contact::Lower => (self.load_n_m, self.load_backward_n_m),
+        let (load_n_m, surface_n_m, whole_n_m) = match self.contact {
+            Contact::Free => (0.0, 0.0, 0.0),
+            Contact::Upper => (self.load_n_m, self.surface_friction_n_m, self.load_forward_n_m),
+            Contact::Lower => (self.load_n_m, -self.surface_friction_n_m, self.load_backward_n_m),
         };
         Torques {
-            friction_n_m: self.direction.sign() * self.kinetic_n_m,
+            friction_n_m: self.direction.sign() * self.kinetic_n_m + surface_n_m,
             load_n_m,
-            gear_n_m: whole_n_m - load_n_m,
+            gear_n_m: whole_n_m - load_n_m - surface_n_m,
         }
     }
 

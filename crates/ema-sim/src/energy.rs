@@ -103,7 +103,11 @@ impl EnergyProbe {
         }
         ledger.supply_j[at.positive] += for_s * circuit.legs_v.0 * positive_a;
         ledger.supply_j[at.negative] += for_s * circuit.legs_v.1 * negative_a;
-        ledger.diode_supply_j += for_s * circuit.idle_v * idle_a;
+        if circuit.connected {
+            ledger.supply_j[at.idle] += for_s * circuit.idle_v * idle_a;
+        } else {
+            ledger.diode_supply_j += for_s * circuit.idle_v * idle_a;
+        }
         let torques = train.torques();
         ledger.friction_j += for_s * torques.friction_n_m * w;
         ledger.viscous_j += for_s * train.viscous_n_m_s_per_rad * w * w;

@@ -27,6 +27,13 @@ pub enum ParameterError {
         /// Rate of the controller.
         sample_hz: f64,
     },
+    /// A field-oriented drive holds a sinusoidal current, which a trapezoidal machine has no use
+    /// for.
+    #[error(
+        "`inverter.commutation` is \"field-oriented\", which a machine with a trapezoidal \
+         `motor.back-emf-shape` cannot have"
+    )]
+    TrapezoidFieldOriented,
     /// The winding is faster than the carrier can resolve.
     #[error(
         "the winding's time constant of {time_constant_s} s is below two periods of the carrier \
@@ -58,6 +65,14 @@ pub enum SimulationError {
         least: f64,
         /// Largest value allowed.
         most: f64,
+    },
+    /// Hysteresis control follows the six-step pattern, and averaged legs need all three connected.
+    #[error("{control} control is not for a drive whose `inverter.commutation` is {commutation}")]
+    ControlOfOtherDrive {
+        /// The control asked for.
+        control: &'static str,
+        /// How the drive commutates.
+        commutation: &'static str,
     },
     /// The command leaves the range between the end stops.
     #[error(

@@ -1,23 +1,18 @@
-//! The high-fidelity model: from event to event, with nothing rounded to a step.
-//!
-//! Events are the switching instants of the carrier, sector changes, the end of freewheeling,
-//! standstill and breakaway, the play closing and the end stops. Between events the winding and
-//! the shaft follow a Taylor series (`winding`).
+//! The high-fidelity model: control electronics, inverter and machine in one test.
 
 use crate::{
     controller::Cascade,
-    drive_train::{Direction, DriveTrain},
+    current_loop::CurrentLoop,
     energy::{EnergyLedger, EnergyProbe},
+    engine::Run,
     error::SimulationError,
     fault::PhysicalFaults,
-    noise::NoiseSource,
-    params::Actuator,
-    phase::{PerPhase, Sector},
-    probe::{Circuit, Probe},
+    field_oriented::FieldOriented,
+    params::{Actuator, Commutation},
+    phase::PerPhase,
+    probe::Probe,
     scenario::Scenario,
-    series::{Series, less, root, value},
     trace::HighFidelityTrace,
-    winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
 
 /// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
@@ -27,7 +22,8 @@ const REFRESH_TICKS: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CurrentControl {
-    /// Unipolar carrier with a synchronous current loop: the reference.
+    /// Centre-aligned carrier with a synchronous current loop: the reference. Two legs are
+    /// switched in a six-step drive, all three in a field-oriented one.
     Carrier,
     /// A comparator on each phase: its leg goes up when the current is a half-band below the
     /// set-point `I_ref·s_j`, down when it is one above. All three legs are always connected.
@@ -38,6 +34,9 @@ pub enum CurrentControl {
         /// Half of the comparators' band.
         half_band_a: f64,
     },
+    /// The carrier without its ripple, in a field-oriented drive: each leg at its average over
+    /// the period, and no dead time.
+    Averaged,
 }
 
 /// The high-fidelity model of an actuator in one test.
@@ -48,7 +47,9 @@ pub enum CurrentControl {
 ///
 /// # Cost
 ///
-/// About six segments a carrier period, no allocation inside the loop.
+/// About six segments a carrier period, no allocation inside the loop. Events are the switching
+/// instants of the carrier, sector changes, the end of freewheeling, standstill and breakaway,
+/// the play closing and the end stops; between events winding and shaft follow a Taylor series.
 ///
 /// # Examples
 ///
@@ -89,16 +90,26 @@ impl HighFidelity {
     ///
     /// # Errors
     ///
-    /// [`SimulationError`] for a half-band that is not from 1 mA to 1000 A.
+    /// [`SimulationError`] for a half-band that is not from 1 mA to 1000 A, for hysteresis control
+    /// of a field-oriented drive and for averaged legs in a six-step one.
     pub fn with_current_control(
         mut self,
         control: CurrentControl,
     ) -> Result<Self, SimulationError> {
-        if let CurrentControl::Hysteresis { half_band_a: value } = control
-            && !(1e-3..=1e3).contains(&value)
-        {
-            let field = "current-control.half-band-a";
-            return Err(SimulationError::Scenario { field, value, least: 1e-3, most: 1e3 });
+        if let CurrentControl::Hysteresis { half_band_a: value } = control {
+            in_range("current-control.half-band-a", value, (1e-3, 1e3))?;
+        }
+        let other = |control, commutation| {
+            Err(SimulationError::ControlOfOtherDrive { control, commutation })
+        };
+        match (control, self.actuator.inverter.commutation) {
+            (CurrentControl::Hysteresis { .. }, Commutation::FieldOriented) => {
+                return other("hysteresis", "field-oriented");
+            }
+            (CurrentControl::Averaged, Commutation::SixStep) => {
+                return other("averaged", "six-step");
+            }
+            _ => {}
         }
         self.control = control;
         Ok(self)
@@ -151,36 +162,171 @@ impl HighFidelity {
         (trace, probe.ledger)
     }
 
+    /// Runs machine and inverter without the control electronics: in each carrier period every
+    /// leg, always connected, is at the upper rail for a share of it, about its middle.
+    ///
+    /// The run lasts as many periods as there are duties; scenario and trace are as ever, but for
+    /// the command, which is zero.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError`] for a duty outside 0 to 1.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use ema_sim::{HealthState, HighFidelity, Scenario, presets::BENCH};
+    ///
+    /// // the three terminals joined: the rotor is braked
+    /// let mut scenario = Scenario::sine();
+    /// scenario.initial.motor_speed_rad_per_s = 100.0;
+    /// let model = HighFidelity::new(&BENCH, &scenario)?;
+    /// let trace = model.simulate_duties(&(&HealthState::HEALTHY).into(), &[[0.5; 3]; 200])?;
+    /// assert!(trace.motor_speed_rad_per_s[99] < 90.0);
+    /// # Ok::<_, ema_sim::SimulationError>(())
+    /// ```
+    pub fn simulate_duties(
+        &self,
+        faults: &PhysicalFaults,
+        duties_frac: &[PerPhase],
+    ) -> Result<HighFidelityTrace, SimulationError> {
+        for duty in duties_frac.as_flattened() {
+            in_range("duties.duty-frac", *duty, (0.0, 1.0))?;
+        }
+        let mut run = Run::new(&self.actuator, &self.scenario, faults, ((), true));
+        let mut trace = empty_trace(&self.actuator, duties_frac.len() / self.periods());
+        let period_s = 1.0 / self.actuator.inverter.carrier_hz;
+        let (periods, mut now) = (self.periods(), [0.0; 3]);
+        for (n, duties) in duties_frac.iter().enumerate() {
+            let next = duties.map(|d| 2.0 * d - 1.0);
+            if n == 0 {
+                self.begin(&mut run, &next, period_s);
+            } else {
+                self.apply(&mut run, (&now, &next), period_s);
+            }
+            if n % periods == 0 {
+                run.centre_gap((n / periods) % REFRESH_TICKS == 0);
+                run.record(0.0, &mut trace);
+            }
+            now = next;
+        }
+        trace.segments = run.segments;
+        Ok(trace)
+    }
+
     /// Runs the test with a probe on every segment.
     fn observed<P: Probe>(&self, faults: &PhysicalFaults, probe: P) -> (HighFidelityTrace, P) {
-        let mut run = Run::new(&self.actuator, &self.scenario, faults, probe);
-        let mut cascade = Cascade::new(&self.actuator, &self.scenario);
-        let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
-        let periods =
-            libm::round(self.actuator.inverter.carrier_hz / self.actuator.controller.sample_hz);
+        let connected = self.actuator.inverter.commutation == Commutation::FieldOriented;
+        let mut run = Run::new(&self.actuator, &self.scenario, faults, (probe, connected));
         let mut trace = empty_trace(&self.actuator, self.command_rad.len());
-        let tick_s = 1.0 / self.actuator.controller.sample_hz;
-        run.sample = run.sample_now();
-        if self.control == CurrentControl::Carrier {
-            run.first_edge(current_loop.period_s);
-        }
-        for (tick, &command_rad) in self.command_rad.iter().enumerate() {
-            run.centre_gap(tick % REFRESH_TICKS == 0);
-            run.record(command_rad, &mut trace);
-            let reference_a =
-                cascade.step(command_rad, run.sample.surface_rad, run.sample.speed_rad_per_s);
-            if let CurrentControl::Hysteresis { half_band_a } = self.control {
-                run.comparators(reference_a, half_band_a, tick_s);
-                run.sample = run.sample_now();
-                continue;
+        match (self.actuator.inverter.commutation, self.control) {
+            (Commutation::FieldOriented, _) => self.field_oriented(&mut run, &mut trace),
+            (Commutation::SixStep, CurrentControl::Hysteresis { half_band_a }) => {
+                let tick_s = 1.0 / self.actuator.controller.sample_hz;
+                self.ticks(&mut run, &mut trace, |run, reference_a| {
+                    run.comparators(reference_a, half_band_a, tick_s);
+                    run.take_sample();
+                });
             }
-            for _ in 0..periods as usize {
-                let duty = current_loop.step(reference_a, run.sample.feedback_a);
-                run.carrier_period(duty, current_loop.pending_duty, current_loop.period_s);
-            }
+            (Commutation::SixStep, _) => self.six_step(&mut run, &mut trace),
         }
         trace.segments = run.segments;
         (trace, run.probe)
+    }
+
+    /// The six-step drive under the carrier.
+    fn six_step<P: Probe>(&self, run: &mut Run<P>, trace: &mut HighFidelityTrace) {
+        let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
+        let (periods, period_s) = (self.periods(), current_loop.period_s);
+        let dead_s = self.actuator.inverter.dead_time_s;
+        if dead_s == 0.0 {
+            run.first_edge(period_s);
+        }
+        self.ticks(run, trace, |run, reference_a| {
+            for _ in 0..periods {
+                let duty = current_loop.step(reference_a, run.sample.feedback_a);
+                if dead_s == 0.0 {
+                    run.carrier_period(duty, current_loop.pending_duty, period_s);
+                } else {
+                    run.pair_dead_period(duty, (dead_s, period_s));
+                }
+            }
+        });
+    }
+
+    /// The field-oriented drive under the carrier.
+    fn field_oriented<P: Probe>(&self, run: &mut Run<P>, trace: &mut HighFidelityTrace) {
+        let mut current_loop = FieldOriented::new(&self.actuator, &self.scenario);
+        let (periods, period_s) = (self.periods(), current_loop.period_s);
+        self.begin(run, &current_loop.pending, period_s);
+        self.ticks(run, trace, |run, reference_a| {
+            for _ in 0..periods {
+                let sample = &run.sample;
+                let motor_rad = self.scenario.start_angle_rad + sample.angle_rad;
+                let duties = current_loop.step(reference_a, &sample.currents_a, motor_rad);
+                self.apply(run, (&duties, &current_loop.pending), period_s);
+            }
+        });
+    }
+
+    /// What comes before the first period with all legs connected.
+    fn begin<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
+        let switched = self.control != CurrentControl::Averaged;
+        if switched && self.actuator.inverter.dead_time_s == 0.0 {
+            run.first_three_leg_edge(duties, period_s);
+        }
+    }
+
+    /// One period with all legs connected, their averages −1 to 1 in it and in the next.
+    fn apply<P: Probe>(
+        &self,
+        run: &mut Run<P>,
+        (duties, next_duties): (&PerPhase, &PerPhase),
+        period_s: f64,
+    ) {
+        let dead_s = self.actuator.inverter.dead_time_s;
+        if self.control == CurrentControl::Averaged {
+            run.averaged_period(duties, period_s);
+        } else if dead_s == 0.0 {
+            run.three_leg_period(duties, next_duties, period_s);
+        } else {
+            run.three_leg_dead_period(duties, (dead_s, period_s));
+        }
+    }
+
+    /// Carrier periods in a tick of the controller.
+    fn periods(&self) -> usize {
+        libm::round(self.actuator.inverter.carrier_hz / self.actuator.controller.sample_hz) as usize
+    }
+
+    /// Each tick of the controller: its sample is recorded, the cascade asks for a current, and
+    /// `hold` applies it until the next one.
+    fn ticks<P: Probe>(
+        &self,
+        run: &mut Run<P>,
+        trace: &mut HighFidelityTrace,
+        mut hold: impl FnMut(&mut Run<P>, f64),
+    ) {
+        let mut cascade = Cascade::new(&self.actuator, &self.scenario);
+        for (tick, &command_rad) in self.command_rad.iter().enumerate() {
+            run.centre_gap(tick % REFRESH_TICKS == 0);
+            run.record(command_rad, trace);
+            let reference_a = cascade.step(command_rad, &run.sample.measured());
+            hold(run, reference_a);
+        }
+    }
+}
+
+/// Requires `least ≤ value ≤ most`.
+fn in_range(
+    field: &'static str,
+    value: f64,
+    (least, most): (f64, f64),
+) -> Result<(), SimulationError> {
+    if (least..=most).contains(&value) {
+        Ok(())
+    } else {
+        Err(SimulationError::Scenario { field, value, least, most })
     }
 }
 
@@ -196,599 +342,4 @@ fn empty_trace(actuator: &Actuator, samples: usize) -> HighFidelityTrace {
         surface_angle_rad: room(),
         segments: 0,
     }
-}
-
-/// Digital current loop, sampled once a carrier period; its duty acts in the next period.
-///
-/// ```text
-/// u = sat((K_p·e + x)/V_dc, 1)      x' = K_i·e, held while saturated
-/// K_p = 2·L·ω_c,  K_i = 2·R·ω_c
-/// ```
-struct CurrentLoop {
-    period_s: f64,
-    gain: f64,
-    integral_step: f64,
-    per_bus_v: f64,
-    integral_v: f64,
-    pending_duty: f64,
-    noise_half_width_a: f64,
-    noise: NoiseSource,
-}
-
-/// Keeps the stream of the current's noise apart from the speed's.
-const CURRENT_NOISE_STREAM: u64 = 0x9e37_79b9_7f4a_7c15;
-
-impl CurrentLoop {
-    fn new(actuator: &Actuator, scenario: &Scenario) -> Self {
-        let inverter = &actuator.inverter;
-        let bandwidth = core::f64::consts::TAU * inverter.current_bandwidth_hz;
-        let period_s = 1.0 / inverter.carrier_hz;
-        let noisy = scenario.imperfections.controller_noise;
-        Self {
-            period_s,
-            gain: 2.0 * actuator.motor.inductance_henry * bandwidth,
-            integral_step: 2.0 * actuator.motor.resistance_ohm * bandwidth * period_s,
-            per_bus_v: 1.0 / inverter.bus_voltage_v,
-            integral_v: scenario.initial.current_integral_v,
-            pending_duty: 0.0,
-            noise_half_width_a: if noisy {
-                actuator.sensing.current_noise_half_width_a
-            } else {
-                0.0
-            },
-            noise: NoiseSource::new(scenario.seed ^ CURRENT_NOISE_STREAM),
-        }
-    }
-
-    /// One period: the duty to apply now, −1 to 1, computed from the period before.
-    fn step(&mut self, reference_a: f64, current_a: f64) -> f64 {
-        let mut measured_a = current_a;
-        if self.noise_half_width_a > 0.0 {
-            measured_a += self.noise_half_width_a * self.noise.symmetric();
-        }
-        let error = reference_a - measured_a;
-        let wanted = (self.gain * error + self.integral_v) * self.per_bus_v;
-        if wanted.abs() < 1.0 {
-            self.integral_v += self.integral_step * error;
-        }
-        core::mem::replace(&mut self.pending_duty, wanted.clamp(-1.0, 1.0))
-    }
-}
-
-/// Turn after which the air gap's series is centred anew, should a tick bring more.
-const GAP_REACH_RAD: f64 = 0.05;
-
-/// What ends a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Event {
-    /// The legs switch, or the segment is as long as it may be.
-    Switching,
-    /// The shaft comes to zero speed.
-    Standstill,
-    /// The shaft at rest breaks away.
-    Breakaway(Direction),
-    /// The rotor reaches the end of its sector.
-    Sector(i64),
-    /// The play closes, or a stop is met.
-    Bound,
-    /// The idle phase's current ends.
-    FreewheelEnd,
-    /// The current of a phase leaves its comparator's band.
-    Comparator(usize),
-}
-
-/// State of a run.
-struct Run<P> {
-    winding: Winding,
-    train: DriveTrain,
-    /// The shaft's equation in the present state of the drive train.
-    shaft: Shaft,
-    half_bus_v: f64,
-    /// A segment is cut at this length, where its series would lose accuracy.
-    longest_s: f64,
-    start_angle_rad: f64,
-    /// Currents of the positive and the idle phase of the sector; the negative one carries the rest.
-    positive_a: f64,
-    idle_a: f64,
-    rotor: RotorAngle,
-    gap: AirGap,
-    sector: Sector,
-    at: SectorWinding,
-    /// Whether the negative phase goes on from the sector before, the positive one into the next.
-    begins_with_negative: bool,
-    /// Motor angles from the start between which the sector lasts.
-    sector_rad: (f64, f64),
-    /// Motor angles from the start between which neither sector nor contact changes.
-    window_rad: (f64, f64),
-    /// What the electronics see at the last seam of two carrier periods.
-    sample: Sample,
-    /// Under hysteresis control, which legs are at the upper rail.
-    legs_up: [bool; 3],
-    segments: u64,
-    probe: P,
-}
-
-/// A segment with what it was solved from.
-struct Step {
-    segment: Segment,
-    coupling: Coupling,
-    /// Sign of the idle phase's current through its diodes, 0 when none conducts.
-    diode: f64,
-    /// Potential of the idle leg while it is connected.
-    idle_v: f64,
-}
-
-/// What the electronics sample.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sample {
-    currents_a: PerPhase,
-    feedback_a: f64,
-    angle_rad: f64,
-    speed_rad_per_s: f64,
-    surface_rad: f64,
-}
-
-/// Set-point less current of the positive, the negative and the idle phase.
-fn errors_a(reference_a: f64, positive_a: f64, idle_a: f64) -> [f64; 3] {
-    [reference_a - positive_a, positive_a + idle_a - reference_a, -idle_a]
-}
-
-/// Set-point less current of the positive, the negative or the idle phase, over a segment.
-fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
-    core::array::from_fn(|m| {
-        let (positive, idle) = (segment.positive[m], segment.idle[m]);
-        let constant = if m == 0 { reference_a } else { 0.0 };
-        match place {
-            0 => constant - positive,
-            1 => positive + idle - constant,
-            _ => -idle,
-        }
-    })
-}
-
-/// Length of the edges of a carrier period.
-fn edge_s(duty: f64, period_s: f64) -> f64 {
-    0.25 * (1.0 - duty.abs()) * period_s
-}
-
-/// State at the end of a span.
-struct End {
-    positive_a: f64,
-    idle_a: f64,
-    speed_rad_per_s: f64,
-    turn_rad: f64,
-}
-
-impl End {
-    #[inline]
-    fn of(segment: &Segment, at_s: f64) -> Self {
-        Self {
-            positive_a: value(&segment.positive, at_s),
-            idle_a: value(&segment.idle, at_s),
-            speed_rad_per_s: value(&segment.speed, at_s),
-            turn_rad: value(&segment.turn, at_s),
-        }
-    }
-}
-
-impl<P: Probe> Run<P> {
-    fn new(actuator: &Actuator, scenario: &Scenario, faults: &PhysicalFaults, probe: P) -> Self {
-        let winding = Winding::new(&actuator.motor, faults);
-        let train = DriveTrain::new(actuator, faults, scenario);
-        let start_angle_rad = scenario.start_angle_rad;
-        let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
-        let rotor = RotorAngle::new(start_angle_rad);
-        let mut run = Self {
-            longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
-            shaft: train.shaft(),
-            train,
-            half_bus_v: 0.5 * actuator.inverter.bus_voltage_v,
-            start_angle_rad,
-            positive_a: 0.0,
-            idle_a: 0.0,
-            rotor,
-            gap: winding.air_gap(&rotor),
-            sector,
-            at: *winding.sector(sector),
-            begins_with_negative: true,
-            winding,
-            sector_rad: (0.0, 0.0),
-            window_rad: (0.0, 0.0),
-            sample: Sample::default(),
-            legs_up: [true, false, false],
-            segments: 0,
-            probe,
-        };
-        run.enter(sector);
-        run
-    }
-
-    /// The first edge of the first carrier period, whose duty is zero.
-    fn first_edge(&mut self, period_s: f64) {
-        self.hold(edge_s(0.0, period_s), (-self.half_bus_v, -self.half_bus_v));
-    }
-
-    /// Centres the air gap's series on the rotor; from time to time with its sines taken afresh,
-    /// so that their rotation does not drift.
-    fn centre_gap(&mut self, afresh: bool) {
-        if self.winding.eccentric {
-            let motor_rad = self.start_angle_rad + self.train.angle_rad;
-            if afresh {
-                self.rotor = RotorAngle::new(motor_rad);
-            } else {
-                self.rotor.turn(motor_rad - self.rotor.motor_rad);
-            }
-            self.gap = self.winding.air_gap(&self.rotor);
-        }
-    }
-
-    fn sample_now(&self) -> Sample {
-        let (positive_a, idle_a) = (self.positive_a, self.idle_a);
-        let speed_rad_per_s = self.train.speed_rad_per_s;
-        self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 })
-    }
-
-    /// The sample in a segment without events; a shaft at rest has no speed and no turn in it.
-    #[inline]
-    fn sample_at(&self, seam: &End) -> Sample {
-        let angle_rad = self.train.angle_rad + seam.turn_rad;
-        Sample {
-            currents_a: self.phases_a(seam.positive_a, seam.idle_a),
-            feedback_a: self.feedback_a(seam, self.along(angle_rad)),
-            angle_rad,
-            speed_rad_per_s: seam.speed_rad_per_s,
-            surface_rad: self.train.surface_rad_at(angle_rad),
-        }
-    }
-
-    fn record(&self, command_rad: f64, trace: &mut HighFidelityTrace) {
-        let sample = &self.sample;
-        trace.command_rad.push(command_rad);
-        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(sample.currents_a) {
-            channel.push(current_a);
-        }
-        trace.motor_angle_rad.push(self.start_angle_rad + sample.angle_rad);
-        trace.motor_speed_rad_per_s.push(sample.speed_rad_per_s);
-        trace.surface_angle_rad.push(sample.surface_rad);
-    }
-
-    /// What the current loop measures: the phase in the middle third of its conduction, which
-    /// goes on conducting through the commutation nearest to the rotor.
-    ///
-    /// The measured phase changes at the middle of a sector, where the idle phase has no
-    /// back-EMF and hence no current, so that the feedback is continuous.
-    #[inline]
-    fn feedback_a(&self, at: &End, along: f64) -> f64 {
-        if self.begins_with_negative == (along < 0.5) {
-            at.positive_a + at.idle_a
-        } else {
-            at.positive_a
-        }
-    }
-
-    /// Currents of the phases A, B, C from those of the sector's roles.
-    #[inline]
-    fn phases_a(&self, positive_a: f64, idle_a: f64) -> PerPhase {
-        let mut currents_a = [0.0; 3];
-        currents_a[self.at.positive] = positive_a;
-        currents_a[self.at.idle] = idle_a;
-        currents_a[self.at.negative] = -(positive_a + idle_a);
-        currents_a
-    }
-
-    /// Place in the sector, 0 to 1.
-    #[inline]
-    fn along(&self, angle_rad: f64) -> f64 {
-        (angle_rad - self.sector_rad.0) * self.winding.sectors_per_rad()
-    }
-
-    fn enter(&mut self, sector: Sector) {
-        let currents_a = self.phases_a(self.positive_a, self.idle_a);
-        self.sector = sector;
-        self.at = *self.winding.sector(sector);
-        self.begins_with_negative = sector.place().is_multiple_of(2);
-        self.positive_a = currents_a[self.at.positive];
-        self.idle_a = currents_a[self.at.idle];
-        self.sector_rad = sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad);
-        self.renew();
-    }
-
-    /// Takes over what the drive train's state decides.
-    fn renew(&mut self) {
-        self.shaft = self.train.shaft();
-        let bound = self.train.bounds_rad();
-        self.window_rad = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
-    }
-
-    /// One carrier period from the end of its first edge on: the legs of the positive and the
-    /// negative phase with duties `(1 ± u)/2`, both centred, up to the end of the next period's
-    /// first edge. What the electronics sample at the seam is left in [`Self::sample`].
-    ///
-    /// ```text
-    ///  −V −V │ active │ +V +V │ active │ −V −V ┊ −V −V │ …
-    ///  edge            centre             edge  seam
-    /// ```
-    fn carrier_period(&mut self, duty: f64, next_duty: f64, period_s: f64) {
-        let (v, u) = (self.half_bus_v, duty.abs());
-        let active = if duty < 0.0 { (-v, v) } else { (v, -v) };
-        let active_s = 0.5 * u * period_s;
-        if (self.start_angle_rad + self.train.angle_rad - self.rotor.motor_rad).abs()
-            > GAP_REACH_RAD
-        {
-            self.centre_gap(false);
-        }
-        self.hold(active_s, active);
-        self.hold(0.5 * (1.0 - u) * period_s, (v, v));
-        self.hold(active_s, active);
-        self.hold_over_seam(edge_s(duty, period_s), edge_s(next_duty, period_s));
-    }
-
-    /// Both legs at the lower rail to the seam of two carrier periods and on.
-    ///
-    /// Mostly one segment covers both; where something happens in it, it is cut at the seam.
-    fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
-        let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
-        if span_s <= self.longest_s {
-            let (step, end) = self.solve(span_s, legs_v);
-            if !self.interrupted(&step, &end, span_s) {
-                let seam = End::of(&step.segment, before_s);
-                self.sample = self.sample_at(&seam);
-                self.observe(&step, span_s, legs_v);
-                self.commit(&end);
-                return;
-            }
-        }
-        self.hold(before_s, legs_v);
-        self.sample = self.sample_now();
-        self.hold(after_s, legs_v);
-    }
-
-    /// Holds the legs of the positive and the negative phase at their potentials for a time.
-    fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
-        let mut left_s = span_s;
-        while left_s > 0.0 {
-            let span_s = left_s.min(self.longest_s);
-            let (step, mut end) = self.solve(span_s, legs_v);
-            if self.interrupted(&step, &end, span_s) {
-                let (event, at_s) = self.first_event(&step, &end, span_s);
-                end = End::of(&step.segment, at_s);
-                self.observe(&step, at_s, legs_v);
-                self.commit(&end);
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
-                left_s -= at_s;
-            } else {
-                self.observe(&step, span_s, legs_v);
-                self.commit(&end);
-                left_s -= span_s;
-            }
-        }
-    }
-
-    /// The solution from now, and the state that it reaches after a span if nothing happens.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
-        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
-        let along = self.along(angle_rad);
-        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
-        let diode = self.diode(&coupling, legs_v);
-        let speed = self.train.speed_rad_per_s;
-        let segment = if diode == 0.0 {
-            let state = (self.positive_a, speed);
-            Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
-        } else {
-            let idle_v = -diode * self.half_bus_v;
-            let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
-            let state = (self.positive_a, self.idle_a, speed);
-            Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
-        };
-        let end = End::of(&segment, span_s);
-        (Step { segment, coupling, diode, idle_v: -diode * self.half_bus_v }, end)
-    }
-
-    #[inline]
-    fn observe(&mut self, step: &Step, span_s: f64, legs_v: (f64, f64)) {
-        let circuit = Circuit { legs_v, idle_v: step.idle_v, at: &self.at };
-        self.probe.segment(&step.segment, span_s, &circuit, &self.train);
-        self.segments += 1;
-    }
-
-    /// One tick under hysteresis control: every leg by its comparator.
-    fn comparators(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
-        let mut left_s = span_s;
-        while left_s > 0.0 {
-            let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
-            let phases = [self.at.positive, self.at.negative, self.at.idle];
-            for (error_a, phase) in off_a.into_iter().zip(phases) {
-                if error_a.abs() > half_band_a {
-                    self.legs_up[phase] = error_a > 0.0;
-                }
-            }
-            let span_s = left_s.min(self.longest_s);
-            let step = self.solve_connected(phases);
-            let mut end = End::of(&step.segment, span_s);
-            let (mut event, mut at_s) = (Event::Switching, span_s);
-            if self.interrupted(&step, &end, span_s) {
-                (event, at_s) = self.first_event(&step, &end, span_s);
-            }
-            let ends_a = errors_a(
-                reference_a,
-                value(&step.segment.positive, at_s),
-                value(&step.segment.idle, at_s),
-            );
-            for (place, phase) in phases.into_iter().enumerate() {
-                let sign = if self.legs_up[phase] { 1.0 } else { -1.0 };
-                if ends_a[place] * sign < -half_band_a {
-                    let error = error_series(reference_a, &step.segment, place);
-                    let when_s = root(&less(&error, -sign * half_band_a), at_s);
-                    if when_s < at_s {
-                        (event, at_s) = (Event::Comparator(phase), when_s);
-                    }
-                }
-            }
-            end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
-            self.observe(&step, at_s, (self.leg_v(phases[0]), self.leg_v(phases[1])));
-            self.commit(&end);
-            if event != Event::Switching {
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
-            }
-            left_s -= at_s;
-        }
-    }
-
-    fn leg_v(&self, phase: usize) -> f64 {
-        if self.legs_up[phase] { self.half_bus_v } else { -self.half_bus_v }
-    }
-
-    /// The solution from now with all three legs switched.
-    fn solve_connected(&self, [positive, negative, idle]: [usize; 3]) -> Step {
-        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
-        let along = self.along(angle_rad);
-        let coupling = self.winding.coupling(&self.at, &self.gap, start_rad + angle_rad, along);
-        let low_v = self.leg_v(negative);
-        let loops_v = (self.leg_v(positive) - low_v, self.leg_v(idle) - low_v);
-        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
-        let segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
-        Step { segment, coupling, diode: 0.0, idle_v: self.leg_v(idle) }
-    }
-
-    /// Sign of the idle phase's current through its diodes, 0 when none conducts.
-    ///
-    /// A current that flows goes on; without one, a diode begins to conduct where the open
-    /// terminal would leave the rails.
-    #[inline]
-    fn diode(&self, coupling: &Coupling, legs_v: (f64, f64)) -> f64 {
-        if self.idle_a != 0.0 {
-            return self.idle_a.signum();
-        }
-        let speed = self.train.speed_rad_per_s;
-        let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
-        if open_v > self.half_bus_v {
-            -1.0
-        } else if open_v < -self.half_bus_v {
-            1.0
-        } else {
-            0.0
-        }
-    }
-
-    /// Whether anything happens before the end of a span.
-    #[inline]
-    fn interrupted(&self, step: &Step, end: &End, span_s: f64) -> bool {
-        let freewheel_ends = end.idle_a * step.diode < 0.0;
-        let shaft_changes = if self.train.direction == Direction::Stuck {
-            let (backward, forward) = self.train.breakaway_n_m();
-            let torque = value(&step.coupling.torque_at_rest(&step.segment), span_s);
-            torque > forward || torque < backward
-        } else {
-            let to_rad = self.train.angle_rad + end.turn_rad;
-            end.speed_rad_per_s * self.train.direction.sign() <= 0.0
-                || to_rad > self.window_rad.1
-                || to_rad < self.window_rad.0
-        };
-        freewheel_ends || shaft_changes
-    }
-
-    /// The first event within a span, and when.
-    #[cold]
-    fn first_event(&self, step: &Step, end: &End, span_s: f64) -> (Event, f64) {
-        let segment = &step.segment;
-        let mut first = (Event::Switching, span_s);
-        let mut offer = |event, at_s: f64| {
-            if at_s < first.1 {
-                first = (event, at_s);
-            }
-        };
-        if end.idle_a * step.diode < 0.0 {
-            offer(Event::FreewheelEnd, root(&segment.idle, span_s));
-        }
-        if self.train.direction == Direction::Stuck {
-            let (backward, forward) = self.train.breakaway_n_m();
-            let torque = step.coupling.torque_at_rest(segment);
-            let reached = value(&torque, span_s);
-            if reached > forward {
-                // without dry friction the start itself may be the instant
-                let beyond = less(&torque, forward);
-                let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
-                offer(Event::Breakaway(Direction::Forward), at_s);
-            } else if reached < backward {
-                let beyond = less(&torque, backward);
-                let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
-                offer(Event::Breakaway(Direction::Backward), at_s);
-            }
-            return first;
-        }
-        if end.speed_rad_per_s * self.train.direction.sign() <= 0.0 {
-            offer(Event::Standstill, root(&segment.speed, span_s));
-        }
-        let from_rad = self.train.angle_rad;
-        let to_rad = from_rad + end.turn_rad;
-        let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
-        let mut reach = |event, angle_rad: f64| {
-            offer(event, root(&less(&segment.turn, angle_rad - from_rad), span_s));
-        };
-        if to_rad > sector.1 {
-            reach(Event::Sector(1), sector.1);
-        } else if to_rad < sector.0 {
-            reach(Event::Sector(-1), sector.0);
-        }
-        if to_rad > bound.1 {
-            reach(Event::Bound, bound.1);
-        } else if to_rad < bound.0 {
-            reach(Event::Bound, bound.0);
-        }
-        first
-    }
-
-    /// Moves the state to the end of a segment.
-    #[inline]
-    fn commit(&mut self, end: &End) {
-        self.positive_a = end.positive_a;
-        self.idle_a = end.idle_a;
-        if self.train.direction != Direction::Stuck {
-            self.train.speed_rad_per_s = end.speed_rad_per_s;
-            self.train.angle_rad += end.turn_rad;
-        }
-    }
-
-    fn handle(&mut self, event: Event, torque_n_m: f64) {
-        match event {
-            Event::Switching => {}
-            Event::Standstill => self.train.stand_still(torque_n_m),
-            Event::Breakaway(direction) => self.train.break_away(direction),
-            Event::Sector(step) => {
-                self.train.angle_rad = if step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
-                self.enter(self.sector.shifted(step));
-            }
-            Event::Bound => {
-                let (low, high) = self.train.bounds_rad();
-                let forward = self.train.direction == Direction::Forward;
-                self.train.angle_rad = if forward { high } else { low };
-                let before_j = self.train.kinetic_j();
-                self.train.reach_bound(torque_n_m);
-                self.probe.impact(before_j - self.train.kinetic_j());
-            }
-            Event::FreewheelEnd => self.idle_a = 0.0,
-            Event::Comparator(phase) => self.legs_up[phase] = !self.legs_up[phase],
-        }
-        self.renew();
-    }
-}
-
-/// Longest segment that four orders of the series solve to 1e-6 of its change: a share of the
-/// shortest time in the machine (winding, winding against inertia, turn of a sector).
-///
-/// The winding's rates are bounded by the largest `R_j/L_j`, which grows as `1/N_j`.
-fn longest_segment_s(actuator: &Actuator, faults: &PhysicalFaults) -> f64 {
-    let motor = &actuator.motor;
-    let most_turns = faults.healthy_turns_frac.iter().copied().fold(0.0, f64::max);
-    let least_turns = faults.healthy_turns_frac.iter().copied().fold(1.0, f64::min);
-    let winding_s = motor.inductance_henry / motor.resistance_ohm * least_turns;
-    let strongest = motor.torque_constant_n_m_per_a() * most_turns * 2.0;
-    let inductance_henry = 2.0 * motor.inductance_henry * least_turns * least_turns;
-    let swing_s = libm::sqrt(inductance_henry * actuator.total_inertia_kg_m2()) / strongest;
-    let weakest = motor.torque_constant_n_m_per_a() * least_turns;
-    let electrical_rad_per_s =
-        f64::from(motor.pole_pairs) * actuator.inverter.bus_voltage_v / weakest;
-    (0.15 * winding_s).min(0.3 * swing_s).min(0.2 / electrical_rad_per_s)
 }

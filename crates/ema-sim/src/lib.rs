@@ -28,12 +28,16 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod back_emf;
 mod controller;
+mod current_loop;
 mod drive_train;
 mod energy;
+mod engine;
 mod envelope;
 mod error;
 mod fault;
+mod field_oriented;
 mod high_fidelity;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
@@ -47,9 +51,11 @@ pub mod presets;
 mod probe;
 mod scenario;
 mod series;
+mod shape_function;
 mod trace;
 mod winding;
 
+pub use back_emf::BackEmfTable;
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
 pub use error::{ParameterError, SimulationError};
@@ -60,8 +66,11 @@ pub use fault::{
 pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
-pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
+pub use params::{
+    Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
+    Transmission,
+};
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
-pub use scenario::{Command, Imperfections, InitialState, Knot, Scenario, Tone};
+pub use scenario::{Command, ControlMode, Imperfections, InitialState, Knot, Scenario, Tone};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};

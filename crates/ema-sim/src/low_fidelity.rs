@@ -7,18 +7,20 @@
 //! ```
 //!
 //! The inverter is taken as perfect: the current is the set-point, unless the supply cannot
-//! drive it. The two shape functions follow from the torque of the conducting pair; the paper
+//! drive it. A field-oriented drive has `k_p`, `R_p` and a smooth `F_sc` in place of `2·k_p`,
+//! `2·R_p` and the staircase (`shape_function`). The two shape functions follow from the torque of the conducting pair; the paper
 //! names but does not print its own (`docs/paper-ledger.md`, eqs 18-19).
 
 use crate::{
-    controller::Cascade,
+    controller::{Cascade, Measured},
     drive_train::{Direction, DriveTrain},
     error::SimulationError,
     fault::PhysicalFaults,
     params::Actuator,
     phase::Sector,
     scenario::Scenario,
-    series::{RECIPROCALS, Series, less, root, value},
+    series::{RECIPROCALS, Series, reach, root, value},
+    shape_function::ShapeFunction,
     trace::LowFidelityTrace,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
@@ -100,8 +102,12 @@ impl LowFidelity {
                 run.refresh();
             }
             show(&run);
-            let reference_a =
-                cascade.step(command_rad, run.train.surface_rad(), run.train.speed_rad_per_s);
+            let measured = Measured {
+                surface_rad: run.train.surface_rad(),
+                motor_rad: run.train.angle_rad,
+                speed_rad_per_s: run.train.speed_rad_per_s,
+            };
+            let reference_a = cascade.step(command_rad, &measured);
             run.advance(reference_a, tick_s);
         }
         run.segments
@@ -116,7 +122,10 @@ struct Run {
     winding: Winding,
     /// `2·k_p·F_sc` and `2·R_p·F_sc` for the six sectors.
     sectors: [(f64, f64); 6],
-    bus_voltage_v: f64,
+    /// What stands in place of the six sectors in a field-oriented drive.
+    shape: Option<ShapeFunction>,
+    /// Largest voltage of the equivalent machine.
+    limit_v: f64,
     start_angle_rad: f64,
     train: DriveTrain,
     /// The shaft's equation in the present state of the drive train.
@@ -149,7 +158,8 @@ impl Run {
         let mut run = Self {
             winding,
             sectors: shape_of_sectors(actuator, faults),
-            bus_voltage_v: actuator.inverter.bus_voltage_v,
+            shape: ShapeFunction::new(actuator, faults),
+            limit_v: actuator.equivalent_supply_v(),
             start_angle_rad,
             shaft: train.shaft(),
             train,
@@ -173,7 +183,11 @@ impl Run {
 
     fn enter(&mut self, sector: Sector) {
         self.sector = sector;
-        self.sector_rad = sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad);
+        self.sector_rad = if self.shape.is_some() {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad)
+        };
         self.renew();
     }
 
@@ -184,17 +198,27 @@ impl Run {
         self.window_rad = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
     }
 
+    /// Torque over current near the rotor's angle, and the resistance there.
+    #[inline]
+    fn equivalent(&self) -> (LocalQuadratic, f64) {
+        let gap = self.winding.gap(&self.rotor);
+        if let Some(shape) = &self.shape {
+            return shape.near(self.start_angle_rad + self.train.angle_rad, &gap);
+        }
+        let (torque_constant, resistance_ohm) = self.sectors[self.sector.place()];
+        (gap.map(|g| torque_constant * g), resistance_ohm)
+    }
+
     /// Holds the set-point for a time.
     #[inline]
     fn advance(&mut self, reference_a: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let (torque_constant, resistance_ohm) = self.sectors[self.sector.place()];
-            let coupling = self.winding.gap(&self.rotor).map(|g| torque_constant * g);
+            let (coupling, resistance_ohm) = self.equivalent();
             let emf_v = coupling[0] * self.train.speed_rad_per_s;
             let needed_v = resistance_ohm * reference_a + emf_v;
-            let saturated = needed_v.abs() > self.bus_voltage_v;
-            let applied_v = self.bus_voltage_v.copysign(needed_v);
+            let saturated = needed_v.abs() > self.limit_v;
+            let applied_v = self.limit_v.copysign(needed_v);
             self.current_a =
                 if saturated { (applied_v - emf_v) / resistance_ohm } else { reference_a };
             if self.train.direction == Direction::Stuck {
@@ -210,7 +234,9 @@ impl Run {
             } else {
                 Motion::at_current(&self.shaft, &coupling, reference_a, speed)
             };
-            left_s -= self.follow(&motion, left_s, &coupling);
+            let longest_s =
+                self.shape.as_ref().map_or(f64::INFINITY, |shape| shape.longest_s(speed));
+            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling);
         }
     }
 
@@ -251,18 +277,18 @@ impl Run {
         }
         let from_rad = self.train.angle_rad;
         let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
-        let mut reach = |event, angle_rad: f64| {
-            offer(event, root(&less(&motion.turn, angle_rad - from_rad), span_s));
+        let mut meet = |event, angle_rad: f64| {
+            offer(event, reach(&motion.turn, angle_rad - from_rad, span_s));
         };
         if to_rad > sector.1 {
-            reach(Event::Sector(1), sector.1);
+            meet(Event::Sector(1), sector.1);
         } else if to_rad < sector.0 {
-            reach(Event::Sector(-1), sector.0);
+            meet(Event::Sector(-1), sector.0);
         }
         if to_rad > bound.1 {
-            reach(Event::Bound, bound.1);
+            meet(Event::Bound, bound.1);
         } else if to_rad < bound.0 {
-            reach(Event::Bound, bound.0);
+            meet(Event::Bound, bound.0);
         }
         first
     }

@@ -21,10 +21,11 @@ use toml::{
 };
 
 use crate::{
+    back_emf::BackEmfTable,
     error::ParameterError,
     fault::FaultId,
     parameter::Parameter,
-    params::{Actuator, BackEmfShape},
+    params::{Actuator, BackEmfShape, Commutation, PositionSensor},
     presets,
 };
 
@@ -119,13 +120,60 @@ pub enum ModelFileError {
 }
 
 /// The presets that a file can start from.
-pub const PRESETS: [(&str, Actuator); 1] = [("ema-48", presets::EMA_48)];
+pub const PRESETS: [(&str, Actuator); 2] = [("ema-48", presets::EMA_48), ("bench", presets::BENCH)];
 
-/// Names of the back-EMF shapes.
-const SHAPES: [(&str, BackEmfShape); 2] =
-    [("trapezoid", BackEmfShape::Trapezoid), ("sinusoid", BackEmfShape::Sinusoid)];
-/// The one parameter that is a choice.
+/// A parameter that is one of several names.
+struct Choice {
+    key: &'static str,
+    names: &'static [&'static str],
+    /// The names as a message lists them.
+    expected: &'static str,
+    /// Which of them holds where a file without a base leaves the key out.
+    default: Option<usize>,
+    get: fn(&Actuator) -> usize,
+    set: fn(&mut Actuator, usize),
+}
+
+const SHAPES: [BackEmfShape; 2] = [BackEmfShape::Trapezoid, BackEmfShape::Sinusoid];
+const COMMUTATIONS: [Commutation; 2] = [Commutation::SixStep, Commutation::FieldOriented];
+const SENSORS: [PositionSensor; 2] = [PositionSensor::Surface, PositionSensor::MotorShaft];
+
+/// The choice that may also be a table.
 const SHAPE_KEY: &str = "motor.back-emf-shape";
+
+/// Place of a value among those of a choice.
+fn place<T: PartialEq>(values: &[T], value: &T) -> usize {
+    values.iter().position(|known| known == value).unwrap_or(0)
+}
+
+/// All choices.
+const CHOICES: [Choice; 3] = [
+    Choice {
+        key: SHAPE_KEY,
+        names: &["trapezoid", "sinusoid"],
+        expected: "\"trapezoid\" or \"sinusoid\"",
+        default: None,
+        // a table is written apart
+        get: |actuator| place(&SHAPES, &actuator.motor.back_emf_shape),
+        set: |actuator, n| actuator.motor.back_emf_shape = SHAPES[n],
+    },
+    Choice {
+        key: "inverter.commutation",
+        names: &["six-step", "field-oriented"],
+        expected: "\"six-step\" or \"field-oriented\"",
+        default: Some(0),
+        get: |actuator| place(&COMMUTATIONS, &actuator.inverter.commutation),
+        set: |actuator, n| actuator.inverter.commutation = COMMUTATIONS[n],
+    },
+    Choice {
+        key: "controller.position-sensor",
+        names: &["surface", "motor-shaft"],
+        expected: "\"surface\" or \"motor-shaft\"",
+        default: Some(0),
+        get: |actuator| place(&SENSORS, &actuator.controller.position_sensor),
+        set: |actuator, n| actuator.controller.position_sensor = SENSORS[n],
+    },
+];
 
 impl From<Actuator> for Model {
     fn from(actuator: Actuator) -> Self {
@@ -187,6 +235,8 @@ pub fn base_of(text: &str) -> Result<Option<String>, ModelFileError> {
 
 /// Writes a model, complete and without a base; [`parse`] gives it back bit for bit.
 ///
+/// What is at the default of a key that may be left out is not written.
+///
 /// # Examples
 ///
 /// ```
@@ -212,11 +262,12 @@ pub fn write(model: &Model) -> String {
         if block != open_block {
             open_block = block;
             lines.push(format!("\n[{block}]"));
-            if block == "motor" {
-                lines.push(shape_line(model.actuator.motor.back_emf_shape));
-            }
+            lines.extend(choice_lines(block, &model.actuator));
         }
-        lines.push(format!("{key} = {:?}", parameter.get(&model.actuator)));
+        let value = parameter.get(&model.actuator);
+        if parameter.default_value() != Some(value) {
+            lines.push(format!("{key} = {value:?}"));
+        }
     }
     let mut tolerance = model.tolerance.clone();
     tolerance.sort_by_key(|tolerance| tolerance.parameter.key());
@@ -231,9 +282,21 @@ pub fn write(model: &Model) -> String {
     lines.join("\n") + "\n"
 }
 
-fn shape_line(shape: BackEmfShape) -> String {
-    let named = SHAPES.iter().find(|(_, known)| *known == shape);
-    format!("{} = \"{}\"", split(SHAPE_KEY).1, named.map_or("", |(name, _)| name))
+/// The choices of a block that are not at their defaults.
+fn choice_lines(block: &str, actuator: &Actuator) -> Vec<String> {
+    let told = CHOICES.iter().filter(|choice| {
+        split(choice.key).0 == block && choice.default != Some((choice.get)(actuator))
+    });
+    told.map(|choice| {
+        if choice.key == SHAPE_KEY
+            && let BackEmfShape::Tabulated(table) = &actuator.motor.back_emf_shape
+        {
+            let samples: Vec<_> = table.samples().iter().map(|x| format!("{x:?}")).collect();
+            return format!("{} = [{}]", split(SHAPE_KEY).1, samples.join(", "));
+        }
+        format!("{} = \"{}\"", split(choice.key).1, choice.names[(choice.get)(actuator)])
+    })
+    .collect()
 }
 
 /// Block and field of a key.
@@ -269,8 +332,9 @@ impl Reader<'_> {
                 block => self.block((block, key), value, &mut model.actuator, &mut given)?,
             }
         }
-        let keys = Parameter::ALL.iter().map(Parameter::key).chain([SHAPE_KEY]);
-        for key in keys {
+        let needed = Parameter::ALL.iter().filter(|parameter| parameter.default_value().is_none());
+        let chosen = CHOICES.iter().filter(|choice| choice.default.is_none());
+        for key in needed.map(Parameter::key).chain(chosen.map(|choice| choice.key)) {
             if !self.complete && !given.contains(&key) {
                 return Err(ModelFileError::Missing { key });
             }
@@ -291,14 +355,23 @@ impl Reader<'_> {
         }
         for (key, value) in self.table(block, value)? {
             let path = format!("{block}.{}", key.get_ref());
-            if path == SHAPE_KEY {
-                let name = string(self.text, &path, value)?;
-                let known = SHAPES.iter().find(|(known, _)| *known == name);
-                let (_, shape) = known.ok_or_else(|| {
-                    self.wrong(&path, "\"trapezoid\" or \"sinusoid\"", value, name.to_owned())
-                })?;
-                actuator.motor.back_emf_shape = *shape;
+            if path == SHAPE_KEY
+                && let Some(list) = value.get_ref().as_array()
+            {
+                let samples = list.iter().map(|item| self.number(&path, item));
+                let samples = samples.collect::<Result<Vec<_>, _>>()?;
+                actuator.motor.back_emf_shape =
+                    BackEmfShape::Tabulated(BackEmfTable::new(&samples)?);
                 given.push(SHAPE_KEY);
+                continue;
+            }
+            if let Some(choice) = CHOICES.iter().find(|choice| choice.key == path) {
+                let name = string(self.text, &path, value)?;
+                let known = choice.names.iter().position(|known| *known == name);
+                let n = known
+                    .ok_or_else(|| self.wrong(&path, choice.expected, value, name.to_owned()))?;
+                (choice.set)(actuator, n);
+                given.push(choice.key);
                 continue;
             }
             let parameter = Parameter::find(&path).ok_or_else(|| self.unknown(&path, key))?;
@@ -433,7 +506,8 @@ fn line_at(text: &str, offset: usize) -> usize {
 
 /// The known key with the fewest edits, when they are few.
 fn closest(key: &str) -> Option<&'static str> {
-    let known = Parameter::ALL.iter().map(Parameter::key).chain([SHAPE_KEY]).chain(TOP);
+    let choices = CHOICES.iter().map(|choice| choice.key);
+    let known = Parameter::ALL.iter().map(Parameter::key).chain(choices).chain(TOP);
     let blocks = Parameter::ALL.iter().map(|parameter| split(parameter.key()).0);
     let (edits, best) = known.chain(blocks).map(|name| (distance(key, name), name)).min()?;
     (edits * 3 <= key.len()).then_some(best)

@@ -19,6 +19,7 @@ pub struct Parameter {
     key: &'static str,
     least: f64,
     most: f64,
+    default: Option<f64>,
     get: fn(&Actuator) -> f64,
     set: fn(&mut Actuator, f64),
 }
@@ -29,11 +30,15 @@ const POSITIVE: f64 = f64::MIN_POSITIVE;
 const FINITE: f64 = f64::MAX;
 
 macro_rules! parameters {
-    ($($key:literal: $block:ident.$field:ident as $kind:ty, $least:expr, $most:expr;)*) => {
+    (@default) => { None };
+    (@default $default:expr) => { Some($default) };
+    ($($key:literal: $block:ident.$field:ident as $kind:ty, $least:expr, $most:expr
+        $(, else $default:expr)?;)*) => {
         &[$(Parameter {
             key: $key,
             least: $least,
             most: $most,
+            default: parameters!(@default $($default)?),
             get: |actuator| <$kind as Number>::read(actuator.$block.$field),
             set: |actuator, value| actuator.$block.$field = <$kind as Number>::made_of(value),
         }),*]
@@ -52,12 +57,15 @@ impl Parameter {
         "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
         "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FINITE;
         "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
+        "inverter.dead-time-s": inverter.dead_time_s as f64, 0.0, FINITE, else 0.0;
         "transmission.gear-ratio": transmission.gear_ratio as f64, POSITIVE, FINITE;
         "transmission.surface-inertia-kg-m2":
             transmission.surface_inertia_kg_m2 as f64, 0.0, FINITE;
         "transmission.backlash-rad": transmission.backlash_rad as f64, 0.0, FINITE;
         "transmission.kinetic-friction-n-m": transmission.kinetic_friction_n_m as f64, 0.0, FINITE;
         "transmission.static-friction-n-m": transmission.static_friction_n_m as f64, 0.0, FINITE;
+        "transmission.surface-friction-n-m":
+            transmission.surface_friction_n_m as f64, 0.0, FINITE, else 0.0;
         "transmission.efficiency-ratio": transmission.efficiency_ratio as f64, 0.01, 1.0;
         "transmission.stop-rad": transmission.stop_rad as f64, POSITIVE, FINITE;
         "controller.sample-hz": controller.sample_hz as f64, POSITIVE, FINITE;
@@ -67,6 +75,8 @@ impl Parameter {
         "controller.speed-gain-a-s-per-rad": controller.speed_gain_a_s_per_rad as f64, 0.0, FINITE;
         "controller.speed-integral-a-per-rad":
             controller.speed_integral_a_per_rad as f64, 0.0, FINITE;
+        "controller.speed-derivative-a-s2-per-rad":
+            controller.speed_derivative_a_s2_per_rad as f64, 0.0, FINITE, else 0.0;
         "controller.current-limit-a": controller.current_limit_a as f64, POSITIVE, FINITE;
         "sensing.surface-step-rad": sensing.surface_step_rad as f64, 0.0, FINITE;
         "sensing.current-reference-step-a": sensing.current_reference_step_a as f64, 0.0, FINITE;
@@ -88,6 +98,11 @@ impl Parameter {
     /// Least and largest value that a machine can have.
     pub fn bounds(&self) -> (f64, f64) {
         (self.least, self.most)
+    }
+
+    /// Its value in a machine whose file leaves it out; `None` when every file must give it.
+    pub fn default_value(&self) -> Option<f64> {
+        self.default
     }
 
     /// Its value.

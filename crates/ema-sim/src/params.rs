@@ -1,18 +1,42 @@
 //! Parameters of an actuator, one struct a block of Fig. 2 of the FREEDOM paper.
 
 use crate::{
+    back_emf::BackEmfTable,
     error::ParameterError,
     parameter::{Parameter, within},
 };
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "an actuator is copied once a run, and stays `Copy`")]
 pub enum BackEmfShape {
     /// Trapezoid with a flat top of 120°, straight flanks of 60°: the brushless DC machine.
     Trapezoid,
     /// Sine: the permanent-magnet synchronous machine.
     Sinusoid,
+    /// A measured shape; its peak need not be one.
+    Tabulated(BackEmfTable),
+}
+
+/// Which legs are switched, and where the current is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Commutation {
+    /// Two phases conduct in each sector of 60°, the third is open: the brushless DC drive.
+    SixStep,
+    /// All phases are connected, the current is held in quadrature to the rotor (`i_d = 0`).
+    FieldOriented,
+}
+
+/// Where the angle is measured that closes the position loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PositionSensor {
+    /// At the surface: the play lies inside the loop.
+    Surface,
+    /// On the motor shaft: the surface follows as the play lets it.
+    MotorShaft,
 }
 
 /// Electrical machine, star-connected.
@@ -50,6 +74,11 @@ pub struct Inverter {
     pub carrier_hz: f64,
     /// Bandwidth that the current loop is tuned for (pole of the winding cancelled).
     pub current_bandwidth_hz: f64,
+    /// Time for which both switches of a leg are open when it changes sides, `t_d`; at most a
+    /// tenth of a carrier period.
+    pub dead_time_s: f64,
+    /// Which legs are switched.
+    pub commutation: Commutation,
 }
 
 /// Gear, backlash, friction and end stops between motor and surface.
@@ -65,6 +94,9 @@ pub struct Transmission {
     pub kinetic_friction_n_m: f64,
     /// Static dry friction at the motor shaft, `F_s`.
     pub static_friction_n_m: f64,
+    /// Dry friction of the surface, behind the play: felt while a flank touches, over the gear
+    /// ratio and the efficiency. No fault changes it.
+    pub surface_friction_n_m: f64,
     /// Share of the torque that the gear passes on, `η`.
     pub efficiency_ratio: f64,
     /// The surface stops at plus and minus this angle.
@@ -75,8 +107,12 @@ pub struct Transmission {
 ///
 /// ```text
 /// ω_ref = sat(K_pos·i_g·(θ_cmd − θ_u), ω_max)
-/// I_ref = sat(K_s·(ω_ref − ω_m) + ξ, I_max)      ξ' = K_i·(ω_ref − ω_m), held while saturated
+/// I_ref = sat(K_s·e + K_d·e' + ξ, I_max)         ξ' = K_i·e, held while saturated
+/// e     = ω_ref − ω_m
 /// ```
+///
+/// With the encoder on the motor shaft `θ_m/i_g` stands in place of `θ_u`; in speed mode
+/// `ω_ref` is the command's. `e'` is the difference of two ticks over their distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     /// Rate of the cascade.
@@ -89,14 +125,19 @@ pub struct Controller {
     pub speed_gain_a_s_per_rad: f64,
     /// Integral gain of the speed loop, `K_i`.
     pub speed_integral_a_per_rad: f64,
+    /// Derivative gain of the speed loop, `K_d`; mostly zero.
+    pub speed_derivative_a_s2_per_rad: f64,
     /// Largest current asked for, `I_max`.
     pub current_limit_a: f64,
+    /// Where the position loop is closed.
+    pub position_sensor: PositionSensor,
 }
 
 /// What the control electronics measure badly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing {
-    /// Step of the surface encoder.
+    /// Step of the position encoder as an angle of the surface; for one on the motor shaft its
+    /// step over the gear ratio.
     pub surface_step_rad: f64,
     /// Step of the current set-point.
     pub current_reference_step_a: f64,
@@ -135,6 +176,32 @@ impl Actuator {
         self.motor.inertia_kg_m2 + self.transmission.surface_inertia_kg_m2 / (i_g * i_g)
     }
 
+    /// Torque over the current that the drive holds: of two phases in series `2·k_p`, of a
+    /// field-oriented machine, over the amplitude of the phases, `1.5·k_p` times the fundamental
+    /// of its shape.
+    pub fn torque_constant_n_m_per_a(&self) -> f64 {
+        match self.inverter.commutation {
+            Commutation::SixStep => self.motor.torque_constant_n_m_per_a(),
+            Commutation::FieldOriented => match &self.motor.back_emf_shape {
+                BackEmfShape::Tabulated(table) => {
+                    1.5 * self.motor.back_emf_v_s_per_rad * table.fundamental_ratio()
+                }
+                _ => 1.5 * self.motor.back_emf_v_s_per_rad,
+            },
+        }
+    }
+
+    /// Largest voltage of the equivalent direct-current machine: with it and the current `I`
+    /// that the drive holds, `V·I` is the power of the phases. `V_dc` of two phases in series,
+    /// `3/2·V_dc/2` of three with the amplitude `V_dc/2`.
+    pub(crate) fn equivalent_supply_v(&self) -> f64 {
+        let supply_v = self.inverter.bus_voltage_v;
+        match self.inverter.commutation {
+            Commutation::SixStep => supply_v,
+            Commutation::FieldOriented => 0.75 * supply_v,
+        }
+    }
+
     /// Refuses parameters that no machine has.
     ///
     /// # Errors
@@ -151,6 +218,11 @@ impl Actuator {
             t.kinetic_friction_n_m,
             f64::MAX,
         )?;
+        within("inverter.dead-time-s", v.dead_time_s, 0.0, 0.1 / v.carrier_hz)?;
+        let trapezoid = m.back_emf_shape == BackEmfShape::Trapezoid;
+        if v.commutation == Commutation::FieldOriented && trapezoid {
+            return Err(ParameterError::TrapezoidFieldOriented);
+        }
         let periods = v.carrier_hz / c.sample_hz;
         if (periods - libm::round(periods)).abs() > 1e-9 || periods < 1.0 {
             return Err(ParameterError::CarrierNotMultiple {

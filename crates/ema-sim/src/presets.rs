@@ -4,7 +4,10 @@
 //! consistent set, argued in `docs/models/ema-48.md`; "choice" below means a realistic value
 //! without a published source.
 
-use crate::params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};
+use crate::params::{
+    Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
+    Transmission,
+};
 
 /// Torque constant with two phases conducting, N·m/A.
 const TORQUE_CONSTANT: f64 = 0.0752;
@@ -31,6 +34,7 @@ const SPEED_BANDWIDTH: f64 = core::f64::consts::TAU * 60.0;
 /// | efficiency | 0.85 | choice: gears of this kind 0.7 to 0.9 |
 /// | end stops | 0.35 rad | choice |
 /// | carrier | 20 kHz | choice |
+/// | dead time | 0 | choice: an ideal inverter |
 /// | current loop | 1 kHz | choice: a twentieth of the carrier |
 /// | cascade | 10 kHz, 60 1/s, 60 Hz | choice: position loop of 10 Hz |
 /// | encoder | 16 bit over ±45° | choice |
@@ -54,13 +58,20 @@ pub const EMA_48: Actuator = Actuator {
         inertia_kg_m2: 2.5e-5,
         viscous_n_m_s_per_rad: 3e-5,
     },
-    inverter: Inverter { bus_voltage_v: 48.0, carrier_hz: 20e3, current_bandwidth_hz: 1000.0 },
+    inverter: Inverter {
+        bus_voltage_v: 48.0,
+        carrier_hz: 20e3,
+        current_bandwidth_hz: 1000.0,
+        dead_time_s: 0.0,
+        commutation: Commutation::SixStep,
+    },
     transmission: Transmission {
         gear_ratio: 500.0,
         surface_inertia_kg_m2: 0.2,
         backlash_rad: 5e-5,
         kinetic_friction_n_m: 0.030,
         static_friction_n_m: 0.045,
+        surface_friction_n_m: 0.0,
         efficiency_ratio: 0.85,
         stop_rad: 0.35,
     },
@@ -72,12 +83,63 @@ pub const EMA_48: Actuator = Actuator {
         speed_integral_a_per_rad: TOTAL_INERTIA * SPEED_BANDWIDTH / TORQUE_CONSTANT
             * SPEED_BANDWIDTH
             / 5.0,
+        speed_derivative_a_s2_per_rad: 0.0,
         current_limit_a: 20.0,
+        position_sensor: PositionSensor::Surface,
     },
     sensing: Sensing {
         surface_step_rad: core::f64::consts::FRAC_PI_2 / 65536.0,
         current_reference_step_a: 40.0 / 4096.0,
         speed_noise_rad_per_s: 0.1,
         current_noise_half_width_a: 0.010,
+    },
+};
+
+/// The test bench of the FREEDOM paper, section III.B, as far as it is printed; the rest is
+/// `EMA-48` with a sinusoidal machine of the same torque constant.
+///
+/// | field | value | source |
+/// |---|---|---|
+/// | pole pairs | 4 | FREEDOM paper, III.B |
+/// | star, three phases | | FREEDOM paper, III.B |
+/// | back-EMF | sinusoidal | FREEDOM paper, III.B: "permanent magnet synchronous motor"; the shape is choice |
+/// | peak back-EMF | 0.0752/1.5 = 0.0501 V·s/rad a phase | choice: torque constant of EMA-48 |
+/// | commutation | field-oriented | choice: what an industrial drive with an absolute encoder does |
+/// | encoder | on the motor shaft, for commutation and speed loop | FREEDOM paper, III.B |
+/// | encoder's step | 16 bit a turn of the motor | choice |
+/// | position loop | on the motor's angle | choice: no other sensor is mentioned |
+/// | brake | on the motor shaft, before the play | FREEDOM paper, III.B: `Scenario::brake_n_m` |
+/// | friction of the user shaft | 2 N·m | choice: 4.7 mN·m at the motor, a sixth of what is before the play |
+/// | speed limit | 450 rad/s | choice: below the no-load speed of 479 rad/s, as in EMA-48 |
+/// | current loop | 1 kHz | choice, as EMA-48; gains `L·ω_c`, `R·ω_c` in the rotor's axes |
+/// | all else | | choice, as EMA-48 |
+///
+/// The bench's own supply is 400 V, three-phase; no rating of its motor is printed, so that a
+/// consistent machine of another voltage stands in its place.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::presets::{BENCH, EMA_48};
+///
+/// let (bench, ema) = (BENCH.torque_constant_n_m_per_a(), EMA_48.torque_constant_n_m_per_a());
+/// assert!((bench - ema).abs() < 1e-15);
+/// ```
+pub const BENCH: Actuator = Actuator {
+    motor: Motor {
+        back_emf_v_s_per_rad: TORQUE_CONSTANT / 1.5,
+        back_emf_shape: BackEmfShape::Sinusoid,
+        ..EMA_48.motor
+    },
+    inverter: Inverter { commutation: Commutation::FieldOriented, ..EMA_48.inverter },
+    transmission: Transmission { surface_friction_n_m: 2.0, ..EMA_48.transmission },
+    controller: Controller {
+        speed_limit_rad_per_s: 450.0,
+        position_sensor: PositionSensor::MotorShaft,
+        ..EMA_48.controller
+    },
+    sensing: Sensing {
+        surface_step_rad: core::f64::consts::TAU / 65536.0 / EMA_48.transmission.gear_ratio,
+        ..EMA_48.sensing
     },
 };

@@ -10,8 +10,10 @@ use crate::{
 pub(crate) struct Circuit<'a> {
     /// Potentials of the positive and the negative phase's legs.
     pub(crate) legs_v: (f64, f64),
-    /// Potential of the idle phase's leg while a diode of it conducts.
+    /// Potential of the idle phase's leg while a diode of it conducts, or while it is connected.
     pub(crate) idle_v: f64,
+    /// Whether the idle phase's leg is switched as the others are.
+    pub(crate) connected: bool,
     pub(crate) at: &'a SectorWinding,
 }
 

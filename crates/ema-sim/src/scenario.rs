@@ -4,7 +4,19 @@ use libm::{floor, sin};
 
 use crate::{error::SimulationError, params::Actuator};
 
-/// Command to the position loop, at the surface.
+/// What the numbers of a [`Command`] are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ControlMode {
+    /// Angles of the surface, rad.
+    #[default]
+    Position,
+    /// Speeds of the surface, rad/s, whatever their fields are called; the speed loop follows
+    /// them, times the gear ratio, and the position loop rests.
+    Speed,
+}
+
+/// Command to the position loop, at the surface; in speed mode ([`ControlMode`]) to the speed loop.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Command {
@@ -205,8 +217,13 @@ pub struct InitialState {
 pub struct Scenario {
     /// Set-point of the surface.
     pub command: Command,
+    /// Whether it is an angle or a speed.
+    pub mode: ControlMode,
     /// Hinge moment on the surface, positive against positive motion.
     pub load_n_m: f64,
+    /// Dry torque of a brake on the motor shaft, before the play: it adds to the friction of the
+    /// transmission, static and kinetic, and no fault changes it.
+    pub brake_n_m: f64,
     /// Length.
     pub duration_s: f64,
     /// Mechanical angle of the rotor at the start; zero where phase A's electrical angle is.
@@ -226,7 +243,9 @@ impl Scenario {
     pub fn chirp() -> Self {
         Self {
             command: Command::CHIRP,
+            mode: ControlMode::Position,
             load_n_m: 0.5,
+            brake_n_m: 0.0,
             duration_s: 0.5,
             start_angle_rad: 0.0,
             backlash_side_ratio: 0.0,
@@ -271,6 +290,7 @@ impl Scenario {
         };
         let sample_hz = actuator.controller.sample_hz;
         bounded("scenario.load-n-m", self.load_n_m, -1e6, 1e6)?;
+        bounded("scenario.brake-n-m", self.brake_n_m, 0.0, 1e6)?;
         bounded("scenario.duration-s", self.duration_s, 1.0 / sample_hz, 1e4)?;
         bounded("scenario.start-angle-rad", self.start_angle_rad, -1e6, 1e6)?;
         bounded("scenario.backlash-side-ratio", self.backlash_side_ratio, -1.0, 1.0)?;
@@ -282,15 +302,23 @@ impl Scenario {
             bounded(field, value, least, most)?;
         }
         let ticks = libm::round(self.duration_s * sample_hz) as usize;
-        let stop_rad = actuator.transmission.stop_rad;
+        let stop_rad = match self.mode {
+            ControlMode::Position => actuator.transmission.stop_rad,
+            ControlMode::Speed => 1e6,
+        };
         (0..ticks)
             .map(|tick| {
                 let time_s = tick as f64 / sample_hz;
                 let command_rad = self.command.at(time_s);
-                if command_rad.abs() <= stop_rad {
-                    Ok(command_rad)
-                } else {
-                    Err(SimulationError::CommandBeyondStops { command_rad, time_s, stop_rad })
+                match self.mode {
+                    _ if command_rad.abs() <= stop_rad => Ok(command_rad),
+                    ControlMode::Position => {
+                        Err(SimulationError::CommandBeyondStops { command_rad, time_s, stop_rad })
+                    }
+                    ControlMode::Speed => {
+                        bounded("command.speed-rad-per-s", command_rad, -stop_rad, stop_rad)?;
+                        Ok(command_rad)
+                    }
                 }
             })
             .collect()

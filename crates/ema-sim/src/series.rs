@@ -61,6 +61,12 @@ pub(crate) fn root(c: &Series, span: f64) -> f64 {
     t
 }
 
+/// When a turn that starts at zero has come past an angle; at once where that is zero.
+#[cold]
+pub(crate) fn reach(turn: &Series, by_rad: f64, span: f64) -> f64 {
+    if by_rad == 0.0 { 0.0 } else { root(&less(turn, by_rad), span) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,7 +14,9 @@
 use core::f64::consts::{FRAC_PI_3, TAU};
 
 use crate::{
+    back_emf::Spline,
     fault::PhysicalFaults,
+    field_oriented::PhaseAngles,
     params::{BackEmfShape, Motor},
     phase::{PerPhase, Sector},
     series::{RECIPROCALS, Series, value},
@@ -26,11 +28,29 @@ use crate::{
 /// than 1e-8 A.
 pub(crate) type LocalQuadratic = [f64; 3];
 
+/// Shape of the back-EMF, ready to be evaluated.
+#[derive(Clone, Debug)]
+enum Shape {
+    Trapezoid,
+    Sinusoid,
+    Tabulated(Spline),
+}
+
+impl Shape {
+    fn new(shape: &BackEmfShape) -> Self {
+        match shape {
+            BackEmfShape::Trapezoid => Self::Trapezoid,
+            BackEmfShape::Sinusoid => Self::Sinusoid,
+            BackEmfShape::Tabulated(table) => Self::Tabulated(table.spline()),
+        }
+    }
+}
+
 /// Electrical constants of a motor with its faults.
 #[derive(Clone, Debug)]
 pub(crate) struct Winding {
     sectors: [SectorWinding; 6],
-    shape: BackEmfShape,
+    shape: Shape,
     pole_pairs: f64,
     /// Sectors a radian of the rotor.
     sectors_per_rad: f64,
@@ -154,7 +174,7 @@ impl Winding {
             sectors: core::array::from_fn(|place| {
                 SectorWinding::new(place, &resistance, &inductance, &peak)
             }),
-            shape: motor.back_emf_shape,
+            shape: Shape::new(&motor.back_emf_shape),
             pole_pairs,
             sectors_per_rad: pole_pairs / FRAC_PI_3,
             eccentricity_cos: faults.eccentricity_cos,
@@ -203,39 +223,69 @@ impl Winding {
     pub(crate) fn coupling(
         &self,
         at: &SectorWinding,
-        gap: &AirGap,
+        (gap, electrical): (&AirGap, &RotorAngle),
         motor_rad: f64,
         along: f64,
     ) -> Coupling {
+        if !matches!(self.shape, Shape::Trapezoid) {
+            return self.smooth_coupling(at, (gap, electrical), motor_rad).0;
+        }
         let g = gap.near(motor_rad);
-        match self.shape {
-            BackEmfShape::Trapezoid => {
-                // within a sector the pair is on its flat tops, the idle phase on a flank
-                let flank = at.idle_peak * at.flank;
-                let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
-                let (b0, b1) = (flank * top - at.negative_peak, flank * slope);
-                Coupling {
-                    pair: g.map(|g| at.pair_peak * g),
-                    idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
-                }
-            }
-            BackEmfShape::Sinusoid => self.sinusoid(at, &g, motor_rad),
+        // within a sector the pair is on its flat tops, the idle phase on a flank
+        let flank = at.idle_peak * at.flank;
+        let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
+        let (b0, b1) = (flank * top - at.negative_peak, flank * slope);
+        Coupling {
+            pair: g.map(|g| at.pair_peak * g),
+            idle: [b0 * g[0], b0 * g[1] + b1 * g[0], b0 * g[2] + b1 * g[1]],
         }
     }
 
-    fn sinusoid(&self, at: &SectorWinding, gap: &LocalQuadratic, motor_rad: f64) -> Coupling {
+    /// The coupling of a shape without corners near a motor angle, with its cubic terms.
+    #[inline(never)]
+    pub(crate) fn smooth_coupling(
+        &self,
+        at: &SectorWinding,
+        (gap, electrical): (&AirGap, &RotorAngle),
+        motor_rad: f64,
+    ) -> (Coupling, CubicTerms) {
+        let g = gap.near(motor_rad);
+        let electrical_rad = self.pole_pairs * motor_rad;
+        if let Shape::Tabulated(spline) = &self.shape {
+            return self
+                .smooth(at, &g, |phase| spline.near(electrical_rad - TAU / 3.0 * phase as f64));
+        }
+        let angles = PhaseAngles::near(electrical, electrical_rad);
+        self.smooth(at, &g, |phase| {
+            let (s, c) = (angles.sin[phase], angles.cos[phase]);
+            [s, c, -0.5 * s, -c / 6.0]
+        })
+    }
+
+    /// The coupling of a shape whose value and coefficients over the electrical angle are given
+    /// for each phase.
+    #[inline]
+    fn smooth(
+        &self,
+        at: &SectorWinding,
+        gap: &LocalQuadratic,
+        shape: impl Fn(usize) -> [f64; 4],
+    ) -> (Coupling, CubicTerms) {
         let p = self.pole_pairs;
         let one = |phase: usize, peak: f64| {
-            let (s, c) = libm::sincos(p * motor_rad - TAU / 3.0 * phase as f64);
-            times(&[s, p * c, -0.5 * p * p * s].map(|f| peak * f), gap)
+            let [f0, f1, f2, f3] = shape(phase);
+            let [k0, k1, k2] = times(&[f0, p * f1, p * p * f2].map(|f| peak * f), gap);
+            // of the cubic term the shape's own part, which is the largest
+            [k0, k1, k2, peak * p * p * p * f3 * gap[0]]
         };
         let positive = one(at.positive, at.pair_peak + at.negative_peak);
         let negative = one(at.negative, -at.negative_peak);
         let idle = one(at.idle, at.idle_peak);
-        Coupling {
+        let coupling = Coupling {
             pair: core::array::from_fn(|m| positive[m] - negative[m]),
             idle: core::array::from_fn(|m| idle[m] - negative[m]),
-        }
+        };
+        (coupling, CubicTerms(positive[3] - negative[3], idle[3] - negative[3]))
     }
 }
 
@@ -246,6 +296,10 @@ pub(crate) struct Coupling {
     pair: LocalQuadratic,
     idle: LocalQuadratic,
 }
+
+/// The cubic terms that a [`Coupling`] leaves out, of its pair and its idle phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CubicTerms(f64, f64);
 
 impl Coupling {
     /// Motor torque at a time of a segment.
@@ -260,6 +314,11 @@ impl Coupling {
     pub(crate) fn torque_at_rest(&self, segment: &Segment) -> Series {
         let (a, b) = (self.pair[0], self.idle[0]);
         core::array::from_fn(|m| a * segment.positive[m] + b * segment.idle[m])
+    }
+
+    /// Back-EMF of the pair at the angle that the coupling is taken about.
+    pub(crate) fn pair_emf_v(&self, speed_rad_per_s: f64) -> f64 {
+        self.pair[0] * speed_rad_per_s
     }
 
     /// Potential of the idle terminal while it is open.
@@ -278,7 +337,7 @@ impl Coupling {
 }
 
 /// Product of two local quadratics, to the second power.
-fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
+pub(crate) fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
     [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
 }
 
@@ -305,6 +364,13 @@ pub(crate) struct Segment {
     pub(crate) turn: Series,
 }
 
+/// Coefficient of `t³` in `k(δ(t))`.
+#[inline]
+fn third(k: &LocalQuadratic, cubic: f64, turn: &Series) -> f64 {
+    let d1 = turn[1];
+    k[1] * turn[3] + 2.0 * k[2] * d1 * turn[2] + cubic * d1 * d1 * d1
+}
+
 /// Coefficient of `t` in `k(δ(t))`.
 #[inline]
 pub(crate) fn first(k: &LocalQuadratic, d1: f64) -> f64 {
@@ -318,6 +384,23 @@ pub(crate) fn second(k: &LocalQuadratic, d1: f64, d2: f64) -> f64 {
 }
 
 impl Segment {
+    /// Adds the cubic term of the coupling to the highest order: legs that are held for a whole
+    /// period see a sinusoidal back-EMF bend.
+    pub(crate) fn bend(
+        &mut self,
+        at: &SectorWinding,
+        shaft: &Shaft,
+        (coupling, cubic): (&Coupling, CubicTerms),
+    ) {
+        let a3 = third(&coupling.pair, cubic.0, &self.turn);
+        let b3 = third(&coupling.idle, cubic.1, &self.turn);
+        let (cx, cxy, cy) = at.per_henry;
+        let (u, v) = (-0.25 * a3 * self.speed[0], -0.25 * b3 * self.speed[0]);
+        self.positive[4] += cx * u + cxy * v;
+        self.idle[4] += cxy * u + cy * v;
+        self.speed[4] += (a3 * self.positive[0] + b3 * self.idle[0]) * shaft.per_inertia[3];
+    }
+
     /// Two phases in series, one current: the idle phase is open.
     #[inline]
     pub(crate) fn pair(
@@ -353,7 +436,8 @@ impl Segment {
 
     /// All three phases connected; voltages of the positive and the idle leg against the
     /// negative one.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the segment is large and would be copied")]
     pub(crate) fn three(
         at: &SectorWinding,
         shaft: &Shaft,

@@ -1,5 +1,7 @@
 //! `docs/validation/simulator.md`: the simulators against physics, other software and each other.
 
+mod bench;
+mod motulator;
 mod peers;
 
 use std::fmt::Write as _;
@@ -27,7 +29,9 @@ const NAMES: [&str; 7] = FaultCoordinates::NAMES;
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let mut figures = physics()?;
     figures.extend(peers::figures()?);
+    figures.extend(motulator::figures()?);
     figures.extend(fidelities()?);
+    figures.extend(bench::figures()?);
     figures.extend(smoothness()?);
     Ok(figures)
 }
@@ -265,7 +269,9 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
     let mut page = String::from(HEADER);
     physics_text(&mut page, &lookup)?;
     peers::text(&mut page, &lookup)?;
+    motulator::text(&mut page, &lookup)?;
     fidelities_text(&mut page, &lookup)?;
+    bench::text(&mut page, &lookup)?;
     speed_text(&mut page, &lookup)?;
     smoothness_text(&mut page, &lookup)?;
     page.push_str(INPUT);
@@ -334,7 +340,9 @@ Tests of `ema-sim` (`tests/it`) hold the rest:
 | free play: the surface rests until the flank touches | rounding | `the_surface_rests_while_the_play_is_open` |
 | currents sum to zero, unequal phases | 1e-14 A | `property_currents_sum_to_zero_with_unequal_phases` |
 | energy through the end stops | 1e-6 | `law_energy_is_balanced_through_the_stops` |
-| full damage of each fault and of all | finite | `full_damage_of_every_fault_runs` |
+| energy with a dead time of 1 µs, both drives | 1e-6 | `law_energy_is_balanced_with_a_dead_time` |
+| voltage that a dead time takes | a dead time's shift of the sample, 3 % | `law_a_leg_loses_dead_time_times_carrier_of_the_supply` |
+| full damage of each fault and of all, both drives | finite | `full_damage_of_every_fault_runs` |
 
 Torque and back-EMF share one k_j in the code (`Coupling`); the energy balance would show it if they did not.
 ";
@@ -463,7 +471,7 @@ const INPUT: &str = "
 | input | outcome | test |
 |---|---|---|
 | any parameter negative, NaN, infinite; no pole pair | `ParameterError::OutOfBounds` with key and bounds | `every_number_is_guarded` |
-| static below kinetic friction, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
+| static below kinetic friction, dead time above a tenth of the period, trapezoidal machine under a field-oriented drive, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
 | command beyond the stops; load, duration, angle, play, integrators or command not finite | `SimulationError` | `tests_that_cannot_be_run_are_refused` |
 | a level outside 0 to 1 | `FaultLevelError` | `levels_outside_the_scale_are_refused` |
 | 200 random machines with random damage | all that is accepted runs | `property_whatever_is_accepted_runs` |

@@ -114,6 +114,23 @@ fn law_the_surface_rests_while_the_play_is_open() {
 }
 
 #[test]
+fn a_flank_met_at_the_end_of_a_segment_costs_no_turn() {
+    // at 200 rad/s half of the play, 12.5 mrad, is five periods of 12.5 µs to the last bit
+    let mut actuator = EMA_48;
+    actuator.motor.inertia_kg_m2 = 1e9;
+    actuator.inverter.carrier_hz = 80e3;
+    actuator.transmission.stop_rad = 10.0;
+    let mut scenario = step(0.0, 0.01);
+    scenario.initial.motor_speed_rad_per_s = 200.0;
+    let model = HighFidelity::new(&actuator, &scenario).expect("valid");
+    let trace = model.simulate_duties(&healthy(), &[[0.5; 3]; 80]).expect("within 0 to 1");
+    for (tick, angle_rad) in trace.motor_angle_rad.iter().enumerate() {
+        let wanted = 200.0 * 1e-4 * tick as f64;
+        assert!((angle_rad - wanted).abs() < 1e-12, "{tick}: {angle_rad} {wanted}");
+    }
+}
+
+#[test]
 fn property_currents_sum_to_zero_with_unequal_phases() {
     let health = HealthState::new([0.0, 0.0, 0.5, 0.1, 0.0, 0.3, 0.2]).unwrap();
     let trace = run(&EMA_48, &Scenario::chirp(), &(&health).into());

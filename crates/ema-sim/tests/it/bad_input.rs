@@ -1,8 +1,9 @@
 //! What cannot be simulated is refused by name; what can, runs.
 
 use ema_sim::{
-    Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
-    SimulationError, presets::EMA_48,
+    BackEmfShape, BackEmfTable, Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter,
+    ParameterError, Scenario, SimulationError,
+    presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
 
@@ -51,7 +52,8 @@ fn tests_that_cannot_be_run_are_refused() {
     };
     let beyond = refused(&|s| s.command = Command::Sine { amplitude_rad: 0.4, frequency_hz: 1.0 });
     assert!(matches!(beyond, SimulationError::CommandBeyondStops { stop_rad: 0.35, .. }));
-    let cases: [Spoilt; 7] = [
+    let cases: [Spoilt; 8] = [
+        ("scenario.brake-n-m", |s| s.brake_n_m = -0.1),
         ("scenario.load-n-m", |s| s.load_n_m = f64::NAN),
         ("scenario.duration-s", |s| s.duration_s = 0.0),
         ("scenario.start-angle-rad", |s| s.start_angle_rad = f64::INFINITY),
@@ -76,20 +78,27 @@ proptest! {
 
     #[test]
     fn property_whatever_is_accepted_runs(
-        scale in prop::collection::vec(-0.5_f64..0.5, 26),
+        scale in prop::collection::vec(-0.5_f64..0.5, Parameter::ALL.len()),
         levels in prop::array::uniform7(0.0_f64..=1.0),
         start_angle_rad in -10.0_f64..10.0,
         side in -1.0_f64..=1.0,
         load_n_m in -50.0_f64..50.0,
         seed in any::<u64>(),
+        bench in any::<bool>(),
+        table in prop::collection::vec(-1.5_f64..1.5, 6..72),
+        dead_time_frac in prop_oneof![Just(0.0), 0.0_f64..0.1],
     ) {
-        let mut actuator = EMA_48;
+        let mut actuator = if bench { BENCH } else { EMA_48 };
         for (parameter, exponent) in Parameter::ALL.iter().zip(scale) {
             if !["inverter.carrier-hz", "controller.sample-hz"].contains(&parameter.key()) {
                 let value = parameter.get(&actuator) * libm::pow(10.0, exponent);
                 parameter.set(&mut actuator, value);
             }
         }
+        if bench && let Ok(table) = BackEmfTable::new(&table) {
+            actuator.motor.back_emf_shape = BackEmfShape::Tabulated(table);
+        }
+        actuator.inverter.dead_time_s = dead_time_frac / actuator.inverter.carrier_hz;
         let mut scenario = Scenario::chirp().with_real_electronics(seed).turned_to(start_angle_rad);
         scenario.command = Command::Sine { amplitude_rad: 4e-3, frequency_hz: 20.0 };
         scenario.duration_s = 0.03;

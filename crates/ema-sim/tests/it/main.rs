@@ -2,7 +2,10 @@
 
 mod analytic;
 mod bad_input;
+mod bench;
 mod brute_force;
+mod dead_time;
 mod energy;
 mod model_file;
+mod motulator;
 mod severe;

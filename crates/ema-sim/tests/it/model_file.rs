@@ -1,9 +1,9 @@
 //! Model files against presets, and what they refuse.
 
 use ema_sim::{
-    Actuator, FaultId, Parameter,
+    Actuator, BackEmfShape, FaultId, Parameter,
     model_file::{self, Model, ModelFileError},
-    presets::EMA_48,
+    presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
 
@@ -12,13 +12,48 @@ fn message(text: &str) -> String {
 }
 
 #[test]
-fn the_preset_equals_its_file() {
-    let text = include_str!("../../../../fixtures/models/ema-48.toml");
+fn the_presets_equal_their_files() {
+    let files = [
+        (include_str!("../../../../fixtures/models/ema-48.toml"), EMA_48, "ema-48"),
+        (include_str!("../../../../fixtures/models/bench.toml"), BENCH, "bench"),
+    ];
+    for (text, preset, name) in files {
+        let model = model_file::parse(text).unwrap();
+        assert_eq!(model.actuator, preset);
+        assert_eq!(model.faults, FaultId::ALL);
+        let again = model_file::parse(&model_file::write(&model)).unwrap();
+        assert_eq!(again, model);
+        let based = model_file::parse(&format!("base = \"{name}\"\n")).unwrap();
+        assert_eq!(based.actuator, preset);
+    }
+}
+
+#[test]
+fn what_may_be_left_out_is_written_only_where_it_says_something() {
+    let text = model_file::write(&EMA_48.into());
+    for key in ["commutation", "position-sensor", "speed-derivative-a-s2-per-rad"] {
+        assert!(!text.contains(key), "{text}");
+    }
+    let mut actuator = BENCH;
+    actuator.controller.speed_derivative_a_s2_per_rad = 1e-5;
+    let text = model_file::write(&actuator.into());
+    assert!(text.contains("speed-derivative-a-s2-per-rad = 1e-5"), "{text}");
+    assert_eq!(model_file::parse(&text).unwrap().actuator, actuator);
+}
+
+#[test]
+fn a_measured_back_emf_is_a_list() {
+    let text = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, 0.9, 0.9, 0, -0.9, -0.9]\n";
     let model = model_file::parse(text).unwrap();
-    assert_eq!(model.actuator, EMA_48);
-    assert_eq!(model.faults, FaultId::ALL);
-    let again = model_file::parse(&model_file::write(&model)).unwrap();
-    assert_eq!(again, model);
+    let BackEmfShape::Tabulated(table) = model.actuator.motor.back_emf_shape else {
+        panic!("{:?}", model.actuator.motor.back_emf_shape);
+    };
+    assert_eq!(table.samples(), [0.0, 0.9, 0.9, 0.0, -0.9, -0.9]);
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    let short = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, 1.0]\n";
+    assert_eq!(message(short), "`motor.back-emf-shape` is 2, expected a number from 6 to 72");
+    let word = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, \"a\"]\n";
+    assert!(message(word).starts_with("line 3: `motor.back-emf-shape` is string"));
 }
 
 #[test]
@@ -64,6 +99,15 @@ fn what_is_wrong_is_named_with_its_line() {
             "line 3: `motor.back-emf-shape` is square, expected \"trapezoid\" or \"sinusoid\"",
         ),
         (
+            "base = \"bench\"\n[motor]\nback-emf-shape = \"trapezoid\"\n",
+            "`inverter.commutation` is \"field-oriented\", which a machine with a trapezoidal \
+             `motor.back-emf-shape` cannot have",
+        ),
+        (
+            "base = \"ema-48\"\n[inverter]\ncommutation = \"foc\"\n",
+            "line 3: `inverter.commutation` is foc, expected \"six-step\" or \"field-oriented\"",
+        ),
+        (
             "base = \"ema-48\"\nfaults = [\"k9\"]\n",
             "line 2: `faults` is \"k9\", expected a list of \"k1\" to \"k7\"",
         ),
@@ -96,7 +140,7 @@ fn parameters_that_no_machine_has_are_refused() {
 
 proptest! {
     #[test]
-    fn property_any_model_survives_its_file(scale in prop::collection::vec(0.9_f64..1.1, 24)) {
+    fn property_any_model_survives_its_file(scale in prop::collection::vec(0.9_f64..1.1, Parameter::ALL.len())) {
         let mut actuator: Actuator = EMA_48;
         let keep = ["motor.pole-pairs", "inverter.carrier-hz", "controller.sample-hz",
             "transmission.kinetic-friction-n-m", "transmission.efficiency-ratio"];

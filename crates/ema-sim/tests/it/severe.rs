@@ -1,15 +1,25 @@
 //! Damage far beyond the incipient: nothing breaks.
 
 use ema_sim::{
-    FaultId, FaultLevel, HealthState, HighFidelity, LowFidelity, Scenario, presets::EMA_48,
+    Actuator, FaultId, FaultLevel, HealthState, HighFidelity, LowFidelity, Scenario,
+    presets::{BENCH, EMA_48},
 };
 
 #[test]
 fn full_damage_of_every_fault_runs() {
+    full_damage(&EMA_48);
+}
+
+#[test]
+fn full_damage_of_every_fault_runs_on_the_bench() {
+    full_damage(&BENCH);
+}
+
+fn full_damage(actuator: &Actuator) {
     let scenario = Scenario { duration_s: 0.1, ..Scenario::chirp() };
-    let high = HighFidelity::new(&EMA_48, &scenario).unwrap();
-    let low = LowFidelity::new(&EMA_48, &scenario).unwrap();
-    let every = HealthState::new([1.0; 7]).unwrap();
+    let high = HighFidelity::new(actuator, &scenario).expect("valid");
+    let low = LowFidelity::new(actuator, &scenario).expect("valid");
+    let every = HealthState::new([1.0; 7]).expect("on the scale");
     let single = FaultId::ALL.map(|fault| HealthState::HEALTHY.with(fault, FaultLevel::FULL));
     for health in single.into_iter().chain([every]) {
         let faults = (&health).into();

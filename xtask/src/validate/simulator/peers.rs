@@ -55,7 +55,7 @@ const CASES: [Case; 4] = [
 ];
 
 /// Signals that are compared.
-const SIGNALS: [&str; 5] = [
+pub(super) const SIGNALS: [&str; 5] = [
     "speed_rad_per_s",
     "phase_a_current_a",
     "phase_b_current_a",
@@ -95,15 +95,18 @@ fn simulate(case: &Case, samples: usize) -> Result<HighFidelityTrace> {
     Ok(model.simulate(&(&HealthState::HEALTHY).into()))
 }
 
-/// Columns of a recording, in the order of [`SIGNALS`].
-fn read(csv: &str) -> Result<[Vec<f64>; 5]> {
+/// Columns of a recording by name.
+pub(super) fn read<const N: usize>(csv: &str, names: [&str; N]) -> Result<[Vec<f64>; N]> {
     let mut lines = csv.lines();
     let header: Vec<&str> = lines.next().context("empty recording")?.split(',').collect();
-    let mut columns = [const { Vec::new() }; 5];
+    let mut columns = [const { Vec::new() }; N];
     for line in lines {
         let cells: Vec<&str> = line.split(',').collect();
-        for (column, signal) in columns.iter_mut().zip(SIGNALS) {
-            let place = header.iter().position(|name| *name == signal).context(signal)?;
+        for (column, signal) in columns.iter_mut().zip(names) {
+            let place = header
+                .iter()
+                .position(|name| *name == signal)
+                .with_context(|| signal.to_owned())?;
             column.push(cells[place].parse()?);
         }
     }
@@ -162,17 +165,39 @@ fn compare(ours: &[f64], reference: &[f64]) -> (f64, f64) {
 pub(super) fn figures() -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     for case in &CASES {
-        let reference = read(case.csv)?;
+        let reference = read(case.csv, SIGNALS)?;
         let trace = simulate(case, reference[0].len())?;
         let ours = signals(&trace);
-        for (place, signal) in SIGNALS.iter().enumerate() {
-            ensure!(ours[place].len() == reference[place].len(), "lengths of {signal} differ");
-            let (most, rms) = compare(&ours[place], &reference[place]);
-            figures.push(figure(format!("{}/{signal}/max", case.name), most, ERROR_REL, "1"));
-            figures.push(figure(format!("{}/{signal}/rms", case.name), rms, ERROR_REL, "1"));
-        }
+        figures.extend(differences(case.name, &ours, &reference)?);
     }
     Ok(figures)
+}
+
+/// Largest and rms difference of each signal, over the reference's range.
+pub(super) fn differences(
+    case: &str,
+    ours: &[Vec<f64>; 5],
+    reference: &[Vec<f64>; 5],
+) -> Result<Vec<Figure>> {
+    let mut figures = Vec::new();
+    for (place, signal) in SIGNALS.iter().enumerate() {
+        ensure!(ours[place].len() == reference[place].len(), "lengths of {signal} differ");
+        let (most, rms) = compare(&ours[place], &reference[place]);
+        figures.push(figure(format!("{case}/{signal}/max"), most, ERROR_REL, "1"));
+        figures.push(figure(format!("{case}/{signal}/rms"), rms, ERROR_REL, "1"));
+    }
+    Ok(figures)
+}
+
+/// A line of the table.
+pub(super) fn line(page: &mut String, f: &Lookup<'_>, case: &str, what: &str) -> Result<()> {
+    write!(page, "| {what} |")?;
+    for signal in SIGNALS {
+        let at = |kind: &str| f.percent(&format!("{case}/{signal}/{kind}"));
+        write!(page, " {:.3} / {:.3} |", at("max")?, at("rms")?)?;
+    }
+    writeln!(page)?;
+    Ok(())
 }
 
 pub(super) fn text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
@@ -184,12 +209,7 @@ pub(super) fn text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
          | case | speed | phase A | phase B | phase C | torque |\n|---|--:|--:|--:|--:|--:|"
     )?;
     for case in &CASES {
-        write!(page, "| {} |", case.what)?;
-        for signal in SIGNALS {
-            let at = |kind: &str| f.percent(&format!("{}/{signal}/{kind}", case.name));
-            write!(page, " {:.3} / {:.3} |", at("max")?, at("rms")?)?;
-        }
-        writeln!(page)?;
+        line(page, f, case.name, case.what)?;
     }
     page.push_str(
         "\nA locked rotor's speed and idle current are compared as they are, in rad/s and A. ProgPy integrates with explicit\n\

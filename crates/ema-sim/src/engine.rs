@@ -1,0 +1,635 @@
+//! Winding, shaft and drive train from event to event, with nothing rounded to a step.
+//!
+//! Events are the switching instants of the legs, sector changes, the end of freewheeling,
+//! standstill and breakaway, the play closing and the end stops. Between events the winding and
+//! the shaft follow a Taylor series (`winding`).
+
+mod dead_time;
+mod three_legs;
+
+use crate::{
+    controller::Measured,
+    drive_train::{Direction, DriveTrain},
+    fault::PhysicalFaults,
+    params::{Actuator, BackEmfShape},
+    phase::{PerPhase, Sector},
+    probe::{Circuit, Probe},
+    scenario::Scenario,
+    series::{Series, less, reach, root, value},
+    trace::HighFidelityTrace,
+    winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
+};
+
+/// Turn after which the air gap's series is centred anew, should a tick bring more.
+const GAP_REACH_RAD: f64 = 0.05;
+
+/// What ends a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Event {
+    /// The legs switch, or the segment is as long as it may be.
+    Switching,
+    /// The shaft comes to zero speed.
+    Standstill,
+    /// The shaft at rest breaks away.
+    Breakaway(Direction),
+    /// The rotor reaches the end of its sector.
+    Sector(i64),
+    /// The play closes, or a stop is met.
+    Bound,
+    /// The idle phase's current ends.
+    FreewheelEnd,
+    /// The current of a phase leaves its comparator's band.
+    Comparator(usize),
+}
+
+/// State of a run.
+pub(crate) struct Run<P> {
+    winding: Winding,
+    train: DriveTrain,
+    /// The shaft's equation in the present state of the drive train.
+    shaft: Shaft,
+    half_bus_v: f64,
+    /// A segment is cut at this length, where its series would lose accuracy.
+    longest_s: f64,
+    start_angle_rad: f64,
+    /// Currents of the positive and the idle phase of the sector; the negative one carries the rest.
+    positive_a: f64,
+    idle_a: f64,
+    rotor: RotorAngle,
+    gap: AirGap,
+    /// The rotor in electrical angle, taken afresh each carrier period where all legs are
+    /// connected.
+    electrical: RotorAngle,
+    sector: Sector,
+    at: SectorWinding,
+    /// Whether the negative phase goes on from the sector before, the positive one into the next.
+    begins_with_negative: bool,
+    /// Motor angles from the start between which the sector lasts.
+    sector_rad: (f64, f64),
+    /// Motor angles from the start between which neither sector nor contact changes.
+    window_rad: (f64, f64),
+    /// What the electronics see at the last seam of two carrier periods.
+    pub(crate) sample: Sample,
+    /// Potentials of the legs while all three are connected.
+    legs_v: PerPhase,
+    /// Whether sectors mean nothing: all legs connected, and a back-EMF without corners.
+    whole_turn: bool,
+    pub(crate) segments: u64,
+    pub(crate) probe: P,
+}
+
+/// A segment with what it was solved from.
+struct Step {
+    segment: Segment,
+    coupling: Coupling,
+    /// Sign of the idle phase's current through its diodes, 0 when none conducts.
+    diode: f64,
+    /// Potential of the idle leg while it is connected.
+    idle_v: f64,
+}
+
+/// What the electronics sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sample {
+    pub(crate) currents_a: PerPhase,
+    pub(crate) feedback_a: f64,
+    /// Motor angle from the start.
+    pub(crate) angle_rad: f64,
+    speed_rad_per_s: f64,
+    surface_rad: f64,
+}
+
+impl Sample {
+    /// What of it the cascade sees.
+    pub(crate) fn measured(&self) -> Measured {
+        Measured {
+            surface_rad: self.surface_rad,
+            motor_rad: self.angle_rad,
+            speed_rad_per_s: self.speed_rad_per_s,
+        }
+    }
+}
+
+/// Set-point less current of the positive, the negative and the idle phase.
+fn errors_a(reference_a: f64, positive_a: f64, idle_a: f64) -> [f64; 3] {
+    [reference_a - positive_a, positive_a + idle_a - reference_a, -idle_a]
+}
+
+/// Set-point less current of the positive, the negative or the idle phase, over a segment.
+fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
+    core::array::from_fn(|m| {
+        let (positive, idle) = (segment.positive[m], segment.idle[m]);
+        let constant = if m == 0 { reference_a } else { 0.0 };
+        match place {
+            0 => constant - positive,
+            1 => positive + idle - constant,
+            _ => -idle,
+        }
+    })
+}
+
+/// Length of the edges of a carrier period.
+fn edge_s(duty: f64, period_s: f64) -> f64 {
+    0.25 * (1.0 - duty.abs()) * period_s
+}
+
+/// State at the end of a span.
+struct End {
+    positive_a: f64,
+    idle_a: f64,
+    speed_rad_per_s: f64,
+    turn_rad: f64,
+}
+
+impl End {
+    #[inline]
+    fn of(segment: &Segment, at_s: f64) -> Self {
+        Self {
+            positive_a: value(&segment.positive, at_s),
+            idle_a: value(&segment.idle, at_s),
+            speed_rad_per_s: value(&segment.speed, at_s),
+            turn_rad: value(&segment.turn, at_s),
+        }
+    }
+}
+
+impl<P: Probe> Run<P> {
+    /// The machine at the start of a test; `connected` when no leg is ever open.
+    pub(crate) fn new(
+        actuator: &Actuator,
+        scenario: &Scenario,
+        faults: &PhysicalFaults,
+        (probe, connected): (P, bool),
+    ) -> Self {
+        let winding = Winding::new(&actuator.motor, faults);
+        let train = DriveTrain::new(actuator, faults, scenario);
+        let start_angle_rad = scenario.start_angle_rad;
+        let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
+        let rotor = RotorAngle::new(start_angle_rad);
+        let mut run = Self {
+            longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
+            shaft: train.shaft(),
+            train,
+            half_bus_v: 0.5 * actuator.inverter.bus_voltage_v,
+            start_angle_rad,
+            positive_a: 0.0,
+            idle_a: 0.0,
+            rotor,
+            gap: winding.air_gap(&rotor),
+            electrical: RotorAngle::new(start_angle_rad * winding.pole_pairs()),
+            sector,
+            at: *winding.sector(sector),
+            begins_with_negative: true,
+            winding,
+            sector_rad: (0.0, 0.0),
+            window_rad: (0.0, 0.0),
+            sample: Sample::default(),
+            legs_v: [1.0, -1.0, -1.0].map(|sign| sign * 0.5 * actuator.inverter.bus_voltage_v),
+            whole_turn: connected && actuator.motor.back_emf_shape != BackEmfShape::Trapezoid,
+            segments: 0,
+            probe,
+        };
+        run.enter(sector);
+        run.take_sample();
+        run
+    }
+
+    /// The electronics sample the present state.
+    pub(crate) fn take_sample(&mut self) {
+        self.sample = self.sample_now();
+    }
+
+    /// The first edge of the first carrier period, whose duty is zero.
+    pub(crate) fn first_edge(&mut self, period_s: f64) {
+        self.hold(edge_s(0.0, period_s), (-self.half_bus_v, -self.half_bus_v));
+    }
+
+    /// Centres the air gap's series on the rotor; from time to time with its sines taken afresh,
+    /// so that their rotation does not drift.
+    pub(crate) fn centre_gap(&mut self, afresh: bool) {
+        if self.winding.eccentric {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            if afresh {
+                self.rotor = RotorAngle::new(motor_rad);
+            } else {
+                self.rotor.turn(motor_rad - self.rotor.motor_rad);
+            }
+            self.gap = self.winding.air_gap(&self.rotor);
+        }
+    }
+
+    /// Centres the air gap's series again once the rotor has turned far from it.
+    #[inline]
+    fn follow_gap(&mut self) {
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        if (motor_rad - self.rotor.motor_rad).abs() > GAP_REACH_RAD {
+            self.centre_gap(false);
+        }
+    }
+
+    /// Centres both on the rotor at the beginning of a period with all legs connected.
+    fn follow_rotor(&mut self) {
+        self.follow_gap();
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        self.electrical = RotorAngle::new(motor_rad * self.winding.pole_pairs());
+    }
+
+    fn sample_now(&self) -> Sample {
+        let (positive_a, idle_a) = (self.positive_a, self.idle_a);
+        let speed_rad_per_s = self.train.speed_rad_per_s;
+        self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 })
+    }
+
+    /// The sample in a segment without events; a shaft at rest has no speed and no turn in it.
+    #[inline]
+    fn sample_at(&self, seam: &End) -> Sample {
+        let angle_rad = self.train.angle_rad + seam.turn_rad;
+        Sample {
+            currents_a: self.phases_a(seam.positive_a, seam.idle_a),
+            feedback_a: self.feedback_a(seam, self.along(angle_rad)),
+            angle_rad,
+            speed_rad_per_s: seam.speed_rad_per_s,
+            surface_rad: self.train.surface_rad_at(angle_rad),
+        }
+    }
+
+    pub(crate) fn record(&self, command_rad: f64, trace: &mut HighFidelityTrace) {
+        let sample = &self.sample;
+        trace.command_rad.push(command_rad);
+        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(sample.currents_a) {
+            channel.push(current_a);
+        }
+        trace.motor_angle_rad.push(self.start_angle_rad + sample.angle_rad);
+        trace.motor_speed_rad_per_s.push(sample.speed_rad_per_s);
+        trace.surface_angle_rad.push(sample.surface_rad);
+    }
+
+    /// What the current loop measures: the phase in the middle third of its conduction, which
+    /// goes on conducting through the commutation nearest to the rotor.
+    ///
+    /// The measured phase changes at the middle of a sector, where the idle phase has no
+    /// back-EMF and hence no current, so that the feedback is continuous.
+    #[inline]
+    fn feedback_a(&self, at: &End, along: f64) -> f64 {
+        if self.begins_with_negative == (along < 0.5) {
+            at.positive_a + at.idle_a
+        } else {
+            at.positive_a
+        }
+    }
+
+    /// Currents of the phases A, B, C from those of the sector's roles.
+    #[inline]
+    fn phases_a(&self, positive_a: f64, idle_a: f64) -> PerPhase {
+        let mut currents_a = [0.0; 3];
+        currents_a[self.at.positive] = positive_a;
+        currents_a[self.at.idle] = idle_a;
+        currents_a[self.at.negative] = -(positive_a + idle_a);
+        currents_a
+    }
+
+    /// Place in the sector, 0 to 1.
+    #[inline]
+    fn along(&self, angle_rad: f64) -> f64 {
+        (angle_rad - self.sector_rad.0) * self.winding.sectors_per_rad()
+    }
+
+    fn enter(&mut self, sector: Sector) {
+        let currents_a = self.phases_a(self.positive_a, self.idle_a);
+        self.sector = sector;
+        self.at = *self.winding.sector(sector);
+        self.begins_with_negative = sector.place().is_multiple_of(2);
+        self.positive_a = currents_a[self.at.positive];
+        self.idle_a = currents_a[self.at.idle];
+        self.sector_rad = if self.whole_turn {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad)
+        };
+        self.renew();
+    }
+
+    /// Takes over what the drive train's state decides.
+    fn renew(&mut self) {
+        self.shaft = self.train.shaft();
+        let bound = self.train.bounds_rad();
+        self.window_rad = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
+    }
+
+    /// One carrier period from the end of its first edge on: the legs of the positive and the
+    /// negative phase with duties `(1 ± u)/2`, both centred, up to the end of the next period's
+    /// first edge. What the electronics sample at the seam is left in [`Self::sample`].
+    ///
+    /// ```text
+    ///  −V −V │ active │ +V +V │ active │ −V −V ┊ −V −V │ …
+    ///  edge            centre             edge  seam
+    /// ```
+    pub(crate) fn carrier_period(&mut self, duty: f64, next_duty: f64, period_s: f64) {
+        let (v, u) = (self.half_bus_v, duty.abs());
+        let active = if duty < 0.0 { (-v, v) } else { (v, -v) };
+        let active_s = 0.5 * u * period_s;
+        self.follow_gap();
+        self.hold(active_s, active);
+        self.hold(0.5 * (1.0 - u) * period_s, (v, v));
+        self.hold(active_s, active);
+        self.hold_over_seam(edge_s(duty, period_s), edge_s(next_duty, period_s));
+    }
+
+    /// Both legs at the lower rail to the seam of two carrier periods and on.
+    ///
+    /// Mostly one segment covers both; where something happens in it, it is cut at the seam.
+    fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
+        let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
+        if span_s <= self.longest_s {
+            let (step, end) = self.solve(span_s, legs_v);
+            if !self.interrupted(&step, &end, span_s) {
+                let seam = End::of(&step.segment, before_s);
+                self.sample = self.sample_at(&seam);
+                self.observe(&step, span_s, legs_v);
+                self.commit(&end);
+                return;
+            }
+        }
+        self.hold(before_s, legs_v);
+        self.sample = self.sample_now();
+        self.hold(after_s, legs_v);
+    }
+
+    /// Holds the legs of the positive and the negative phase at their potentials for a time.
+    fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
+        let mut left_s = span_s;
+        while left_s > 0.0 {
+            let span_s = left_s.min(self.longest_s);
+            let (step, mut end) = self.solve(span_s, legs_v);
+            if self.interrupted(&step, &end, span_s) {
+                let (event, at_s) = self.first_event(&step, &end, span_s);
+                end = End::of(&step.segment, at_s);
+                self.observe(&step, at_s, legs_v);
+                self.commit(&end);
+                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+                left_s -= at_s;
+            } else {
+                self.observe(&step, span_s, legs_v);
+                self.commit(&end);
+                left_s -= span_s;
+            }
+        }
+    }
+
+    /// The solution from now, and the state that it reaches after a span if nothing happens.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
+    fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
+        let along = self.along(angle_rad);
+        let coupling = self.coupling(start_rad + angle_rad, along);
+        let diode = self.diode(&coupling, legs_v);
+        let speed = self.train.speed_rad_per_s;
+        let segment = if diode == 0.0 {
+            let state = (self.positive_a, speed);
+            Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
+        } else {
+            let idle_v = -diode * self.half_bus_v;
+            let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
+            let state = (self.positive_a, self.idle_a, speed);
+            Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
+        };
+        let end = End::of(&segment, span_s);
+        (Step { segment, coupling, diode, idle_v: -diode * self.half_bus_v }, end)
+    }
+
+    #[inline]
+    fn observe(&mut self, step: &Step, span_s: f64, legs_v: (f64, f64)) {
+        let circuit = Circuit { legs_v, idle_v: step.idle_v, connected: false, at: &self.at };
+        self.probe.segment(&step.segment, span_s, &circuit, &self.train);
+        self.segments += 1;
+    }
+
+    #[inline]
+    fn observe_connected(&mut self, step: &Step, span_s: f64) {
+        let legs_v = (self.legs_v[self.at.positive], self.legs_v[self.at.negative]);
+        let circuit = Circuit { legs_v, idle_v: step.idle_v, connected: true, at: &self.at };
+        self.probe.segment(&step.segment, span_s, &circuit, &self.train);
+        self.segments += 1;
+    }
+
+    /// One tick under hysteresis control: every leg by its comparator.
+    pub(crate) fn comparators(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
+        let mut left_s = span_s;
+        while left_s > 0.0 {
+            let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
+            let phases = [self.at.positive, self.at.negative, self.at.idle];
+            for (error_a, phase) in off_a.into_iter().zip(phases) {
+                if error_a.abs() > half_band_a {
+                    self.legs_v[phase] = self.half_bus_v.copysign(error_a);
+                }
+            }
+            let span_s = left_s.min(self.longest_s);
+            let step = self.solve_connected();
+            let mut end = End::of(&step.segment, span_s);
+            let (mut event, mut at_s) = (Event::Switching, span_s);
+            if self.interrupted(&step, &end, span_s) {
+                (event, at_s) = self.first_event(&step, &end, span_s);
+            }
+            let ends_a = errors_a(
+                reference_a,
+                value(&step.segment.positive, at_s),
+                value(&step.segment.idle, at_s),
+            );
+            for (place, phase) in phases.into_iter().enumerate() {
+                let sign = self.legs_v[phase].signum();
+                if ends_a[place] * sign < -half_band_a {
+                    let error = error_series(reference_a, &step.segment, place);
+                    let when_s = root(&less(&error, -sign * half_band_a), at_s);
+                    if when_s < at_s {
+                        (event, at_s) = (Event::Comparator(phase), when_s);
+                    }
+                }
+            }
+            end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
+            self.observe_connected(&step, at_s);
+            self.commit(&end);
+            if event != Event::Switching {
+                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+            }
+            left_s -= at_s;
+        }
+    }
+
+    /// The solution from now with all three legs connected.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
+    fn solve_connected(&self) -> Step {
+        let SectorWinding { positive, negative, idle, .. } = self.at;
+        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
+        let motor_rad = start_rad + angle_rad;
+        let (coupling, cubic) = if self.whole_turn {
+            let rotor = (&self.gap, &self.electrical);
+            let (coupling, cubic) = self.winding.smooth_coupling(&self.at, rotor, motor_rad);
+            (coupling, Some(cubic))
+        } else {
+            (self.coupling(motor_rad, self.along(angle_rad)), None)
+        };
+        let low_v = self.legs_v[negative];
+        let loops_v = (self.legs_v[positive] - low_v, self.legs_v[idle] - low_v);
+        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
+        let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
+        if let Some(cubic) = cubic {
+            segment.bend(&self.at, &self.shaft, (&coupling, cubic));
+        }
+        Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
+    }
+
+    #[inline]
+    fn coupling(&self, motor_rad: f64, along: f64) -> Coupling {
+        self.winding.coupling(&self.at, (&self.gap, &self.electrical), motor_rad, along)
+    }
+
+    /// Back-EMF of the pair.
+    fn pair_emf_v(&self) -> f64 {
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        let along = self.along(self.train.angle_rad);
+        let coupling = self.coupling(motor_rad, along);
+        coupling.pair_emf_v(self.train.speed_rad_per_s)
+    }
+
+    /// Sign of the idle phase's current through its diodes, 0 when none conducts.
+    ///
+    /// A current that flows goes on; without one, a diode begins to conduct where the open
+    /// terminal would leave the rails.
+    #[inline]
+    fn diode(&self, coupling: &Coupling, legs_v: (f64, f64)) -> f64 {
+        if self.idle_a != 0.0 {
+            return self.idle_a.signum();
+        }
+        let speed = self.train.speed_rad_per_s;
+        let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
+        if open_v > self.half_bus_v {
+            -1.0
+        } else if open_v < -self.half_bus_v {
+            1.0
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether anything happens before the end of a span.
+    #[inline]
+    fn interrupted(&self, step: &Step, end: &End, span_s: f64) -> bool {
+        let freewheel_ends = end.idle_a * step.diode < 0.0;
+        let shaft_changes = if self.train.direction == Direction::Stuck {
+            let (backward, forward) = self.train.breakaway_n_m();
+            let torque = value(&step.coupling.torque_at_rest(&step.segment), span_s);
+            torque > forward || torque < backward
+        } else {
+            let to_rad = self.train.angle_rad + end.turn_rad;
+            end.speed_rad_per_s * self.train.direction.sign() <= 0.0
+                || to_rad > self.window_rad.1
+                || to_rad < self.window_rad.0
+        };
+        freewheel_ends || shaft_changes
+    }
+
+    /// The first event within a span, and when.
+    #[cold]
+    fn first_event(&self, step: &Step, end: &End, span_s: f64) -> (Event, f64) {
+        let segment = &step.segment;
+        let mut first = (Event::Switching, span_s);
+        let mut offer = |event, at_s: f64| {
+            if at_s < first.1 {
+                first = (event, at_s);
+            }
+        };
+        if end.idle_a * step.diode < 0.0 {
+            offer(Event::FreewheelEnd, root(&segment.idle, span_s));
+        }
+        if self.train.direction == Direction::Stuck {
+            let (backward, forward) = self.train.breakaway_n_m();
+            let torque = step.coupling.torque_at_rest(segment);
+            let reached = value(&torque, span_s);
+            if reached > forward {
+                // without dry friction the start itself may be the instant
+                let beyond = less(&torque, forward);
+                let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
+                offer(Event::Breakaway(Direction::Forward), at_s);
+            } else if reached < backward {
+                let beyond = less(&torque, backward);
+                let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
+                offer(Event::Breakaway(Direction::Backward), at_s);
+            }
+            return first;
+        }
+        if end.speed_rad_per_s * self.train.direction.sign() <= 0.0 {
+            offer(Event::Standstill, root(&segment.speed, span_s));
+        }
+        let from_rad = self.train.angle_rad;
+        let to_rad = from_rad + end.turn_rad;
+        let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
+        let mut meet = |event, angle_rad: f64| {
+            offer(event, reach(&segment.turn, angle_rad - from_rad, span_s));
+        };
+        if to_rad > sector.1 {
+            meet(Event::Sector(1), sector.1);
+        } else if to_rad < sector.0 {
+            meet(Event::Sector(-1), sector.0);
+        }
+        if to_rad > bound.1 {
+            meet(Event::Bound, bound.1);
+        } else if to_rad < bound.0 {
+            meet(Event::Bound, bound.0);
+        }
+        first
+    }
+
+    /// Moves the state to the end of a segment.
+    #[inline]
+    fn commit(&mut self, end: &End) {
+        self.positive_a = end.positive_a;
+        self.idle_a = end.idle_a;
+        if self.train.direction != Direction::Stuck {
+            self.train.speed_rad_per_s = end.speed_rad_per_s;
+            self.train.angle_rad += end.turn_rad;
+        }
+    }
+
+    fn handle(&mut self, event: Event, torque_n_m: f64) {
+        match event {
+            Event::Switching => {}
+            Event::Standstill => self.train.stand_still(torque_n_m),
+            Event::Breakaway(direction) => self.train.break_away(direction),
+            Event::Sector(step) => {
+                self.train.angle_rad = if step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
+                self.enter(self.sector.shifted(step));
+            }
+            Event::Bound => {
+                let (low, high) = self.train.bounds_rad();
+                let forward = self.train.direction == Direction::Forward;
+                self.train.angle_rad = if forward { high } else { low };
+                let before_j = self.train.kinetic_j();
+                self.train.reach_bound(torque_n_m);
+                self.probe.impact(before_j - self.train.kinetic_j());
+            }
+            Event::FreewheelEnd => self.idle_a = 0.0,
+            Event::Comparator(phase) => self.legs_v[phase] = -self.legs_v[phase],
+        }
+        self.renew();
+    }
+}
+
+/// Longest segment that four orders of the series solve to 1e-6 of its change: a share of the
+/// shortest time in the machine (winding, winding against inertia, turn of a sector).
+///
+/// The winding's rates are bounded by the largest `R_j/L_j`, which grows as `1/N_j`.
+fn longest_segment_s(actuator: &Actuator, faults: &PhysicalFaults) -> f64 {
+    let motor = &actuator.motor;
+    let most_turns = faults.healthy_turns_frac.iter().copied().fold(0.0, f64::max);
+    let least_turns = faults.healthy_turns_frac.iter().copied().fold(1.0, f64::min);
+    let winding_s = motor.inductance_henry / motor.resistance_ohm * least_turns;
+    let strongest = motor.torque_constant_n_m_per_a() * most_turns * 2.0;
+    let inductance_henry = 2.0 * motor.inductance_henry * least_turns * least_turns;
+    let swing_s = libm::sqrt(inductance_henry * actuator.total_inertia_kg_m2()) / strongest;
+    let weakest = motor.torque_constant_n_m_per_a() * least_turns;
+    let electrical_rad_per_s =
+        f64::from(motor.pole_pairs) * actuator.inverter.bus_voltage_v / weakest;
+    (0.15 * winding_s).min(0.3 * swing_s).min(0.2 / electrical_rad_per_s)
+}

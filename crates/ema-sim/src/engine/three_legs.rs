@@ -1,0 +1,99 @@
+//! Carrier periods with all three legs connected.
+
+use super::{End, Event, Run};
+use crate::{phase::PerPhase, probe::Probe};
+
+/// Length of the edges of a carrier period, in which all legs are at the lower rail.
+fn edge_s(duties: &PerPhase, period_s: f64) -> f64 {
+    0.25 * (1.0 - duties.iter().copied().fold(-1.0, f64::max)) * period_s
+}
+
+impl<P: Probe> Run<P> {
+    /// The first edge of a first carrier period.
+    pub(crate) fn first_three_leg_edge(&mut self, duties: &PerPhase, period_s: f64) {
+        self.legs_v = [-self.half_bus_v; 3];
+        self.hold_connected(edge_s(duties, period_s));
+    }
+
+    /// One carrier period from the end of its first edge on with all three legs connected, each
+    /// at the upper rail for its duty `(1 + u)/2`, centred; up to the end of the next period's
+    /// first edge. What the electronics sample at the seam is left in [`Self::sample`].
+    ///
+    /// ```text
+    /// −−− │ +−− │ ++− │ +++ │ ++− │ +−− │ −−− ┊ −−− │ …
+    /// edge             centre             edge  seam
+    /// ```
+    pub(crate) fn three_leg_period(
+        &mut self,
+        duties: &PerPhase,
+        next_duties: &PerPhase,
+        period_s: f64,
+    ) {
+        self.follow_rotor();
+        let rises_s = duties.map(|u| 0.25 * (1.0 - u) * period_s);
+        let mut order = [0, 1, 2];
+        order.sort_unstable_by(|a, b| rises_s[*a].total_cmp(&rises_s[*b]));
+        self.legs_v = [-self.half_bus_v; 3];
+        let mut now_s = rises_s[order[0]];
+        for phase in order {
+            self.hold_connected(rises_s[phase] - now_s);
+            now_s = rises_s[phase];
+            self.legs_v[phase] = self.half_bus_v;
+        }
+        self.hold_connected(period_s - 2.0 * now_s);
+        for phase in order.into_iter().rev() {
+            self.hold_connected(now_s - rises_s[phase]);
+            now_s = rises_s[phase];
+            self.legs_v[phase] = -self.half_bus_v;
+        }
+        self.connected_over_seam(now_s, edge_s(next_duties, period_s));
+    }
+
+    /// All legs at the lower rail to the seam of two carrier periods and on, mostly in one
+    /// segment.
+    fn connected_over_seam(&mut self, before_s: f64, after_s: f64) {
+        let span_s = before_s + after_s;
+        if span_s <= self.longest_s {
+            let step = self.solve_connected();
+            let end = End::of(&step.segment, span_s);
+            if !self.interrupted(&step, &end, span_s) {
+                self.sample = self.sample_at(&End::of(&step.segment, before_s));
+                self.observe_connected(&step, span_s);
+                self.commit(&end);
+                return;
+            }
+        }
+        self.hold_connected(before_s);
+        self.take_sample();
+        self.hold_connected(after_s);
+    }
+
+    /// A period with the legs at their averages: what the carrier becomes without ripple.
+    pub(crate) fn averaged_period(&mut self, duties: &PerPhase, period_s: f64) {
+        self.follow_rotor();
+        self.legs_v = duties.map(|u| u * self.half_bus_v);
+        self.hold_connected(period_s);
+        self.take_sample();
+    }
+
+    /// Holds all three legs at their potentials for a time.
+    pub(super) fn hold_connected(&mut self, span_s: f64) {
+        let mut left_s = span_s;
+        while left_s > 0.0 {
+            let span_s = left_s.min(self.longest_s);
+            let step = self.solve_connected();
+            let mut end = End::of(&step.segment, span_s);
+            let (mut event, mut at_s) = (Event::Switching, span_s);
+            if self.interrupted(&step, &end, span_s) {
+                (event, at_s) = self.first_event(&step, &end, span_s);
+                end = End::of(&step.segment, at_s);
+            }
+            self.observe_connected(&step, at_s);
+            self.commit(&end);
+            if event != Event::Switching {
+                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+            }
+            left_s -= at_s;
+        }
+    }
+}

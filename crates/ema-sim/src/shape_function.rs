@@ -1,0 +1,134 @@
+//! The monitoring model's shape functions for a field-oriented drive.
+//!
+//! ```text
+//! i_j = I·sin x_j,  x_j = θ_e − δ_j       the current loop's doing, whatever the machine
+//! Σ k_j·i_j   = k_p·F_ecc·F_sc·I           F_sc = Σ N_j·sin² x_j
+//! Σ R_j·i_j²  = R_p·F_sc·I²
+//! ```
+//!
+//! Another shape `f` than the sine has `Σ N_j·f(x_j)·sin x_j` in place of the torque's `F_sc`.
+//! With sines `F_sc = ½·Σ N_j − ½·Σ N_j·cos 2x_j`, so that it turns twice a pole pair and is
+//! 3/2 in a healthy machine.
+
+use core::f64::consts::TAU;
+
+use crate::{
+    back_emf::Spline,
+    fault::PhysicalFaults,
+    field_oriented::PhaseAngles,
+    params::{Actuator, BackEmfShape, Commutation},
+    winding::{LocalQuadratic, times},
+};
+
+/// `F_sc` of a field-oriented drive.
+#[derive(Clone, Debug)]
+pub(crate) struct ShapeFunction {
+    turns: [f64; 3],
+    /// The shape where it is not a sine.
+    spline: Option<Spline>,
+    back_emf_v_s_per_rad: f64,
+    resistance_ohm: f64,
+    pole_pairs: f64,
+    mean: f64,
+    /// Amplitudes of `cos 2θ_e` and `sin 2θ_e`.
+    wave: (f64, f64),
+}
+
+impl ShapeFunction {
+    /// That of a field-oriented drive; `None` for six steps, whose shape is a staircase.
+    pub(crate) fn new(actuator: &Actuator, faults: &PhysicalFaults) -> Option<Self> {
+        if actuator.inverter.commutation == Commutation::SixStep {
+            return None;
+        }
+        let turns = faults.healthy_turns_frac;
+        // cos 2x_j = cos 2θ_e·cos 2δ_j + sin 2θ_e·sin 2δ_j, and 2δ_j is −δ_j but for a turn
+        let phases = PhaseAngles::of(0.0);
+        let sum = |by: &[f64; 3]| (0..3).map(|j| turns[j] * by[j]).sum::<f64>();
+        let spline = match &actuator.motor.back_emf_shape {
+            BackEmfShape::Tabulated(table) => Some(table.spline()),
+            _ => None,
+        };
+        Some(Self {
+            turns,
+            spline,
+            back_emf_v_s_per_rad: actuator.motor.back_emf_v_s_per_rad,
+            resistance_ohm: actuator.motor.resistance_ohm,
+            pole_pairs: f64::from(actuator.motor.pole_pairs),
+            mean: 0.5 * turns.iter().sum::<f64>(),
+            wave: (-0.5 * sum(&phases.cos), -0.5 * sum(&phases.sin)),
+        })
+    }
+
+    /// Time in which [`near`](Self::near) stays good to 1e-4 of the wave's amplitude.
+    #[inline]
+    pub(crate) fn longest_s(&self, speed_rad_per_s: f64) -> f64 {
+        0.1 / (2.0 * self.pole_pairs * speed_rad_per_s.abs())
+    }
+
+    /// Torque over current near a motor angle, and resistance there.
+    #[inline]
+    pub(crate) fn near(&self, motor_rad: f64, gap: &LocalQuadratic) -> (LocalQuadratic, f64) {
+        let turns = if self.wave == (0.0, 0.0) {
+            [self.mean, 0.0, 0.0]
+        } else {
+            let rate = 2.0 * self.pole_pairs;
+            let (sin, cos) = libm::sincos(rate * motor_rad);
+            let value = self.wave.0 * cos + self.wave.1 * sin;
+            let slope = self.wave.1 * cos - self.wave.0 * sin;
+            [self.mean + value, rate * slope, -0.5 * rate * rate * value]
+        };
+        let tabulated = self.spline.as_ref().map(|spline| self.tabulated(spline, motor_rad));
+        let shape = tabulated.unwrap_or(turns).map(|f| self.back_emf_v_s_per_rad * f);
+        (times(&shape, gap), self.resistance_ohm * turns[0])
+    }
+
+    /// `Σ N_j·f(x_j)·sin x_j` near a motor angle.
+    fn tabulated(&self, spline: &Spline, motor_rad: f64) -> LocalQuadratic {
+        let p = self.pole_pairs;
+        let angles = PhaseAngles::of(p * motor_rad);
+        let mut sum = [0.0; 3];
+        for (phase, turns) in self.turns.iter().enumerate() {
+            let [f0, f1, f2, _] = spline.near(p * motor_rad - TAU / 3.0 * phase as f64);
+            let (s, c) = (angles.sin[phase], angles.cos[phase]);
+            let product = times(&[f0, p * f1, p * p * f2], &[s, p * c, -0.5 * p * p * s]);
+            for (total, part) in sum.iter_mut().zip(product) {
+                *total += turns * part;
+            }
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{HealthState, presets::BENCH};
+
+    #[test]
+    fn law_torque_and_heat_of_a_sinusoidal_current() {
+        let health = HealthState::new([0.0, 0.0, 0.3, 0.1, 0.0, 0.0, 0.5]).unwrap();
+        let faults = PhysicalFaults::from(&health);
+        let shape = ShapeFunction::new(&BENCH, &faults).unwrap();
+        for step in 0..40 {
+            let motor_rad = 0.17 * f64::from(step) - 3.0;
+            let at = |motor_rad: f64| -> f64 {
+                (0..3)
+                    .map(|j| {
+                        let x = 4.0 * motor_rad - TAU / 3.0 * j as f64;
+                        faults.healthy_turns_frac[j] * x.sin() * x.sin()
+                    })
+                    .sum()
+            };
+            let (torque, ohm) = shape.near(motor_rad, &[1.0, 0.0, 0.0]);
+            let k = BENCH.motor.back_emf_v_s_per_rad;
+            assert!((torque[0] - k * at(motor_rad)).abs() < 1e-14);
+            assert!((ohm - BENCH.motor.resistance_ohm * at(motor_rad)).abs() < 1e-13);
+            let h = 1e-4;
+            let slope = k * (at(motor_rad + h) - at(motor_rad - h)) / (2.0 * h);
+            let bend = k * (at(motor_rad + h) - 2.0 * at(motor_rad) + at(motor_rad - h)) / (h * h);
+            // central differences miss terms of h² times the next derivatives, 8³ and 8⁴
+            assert!((torque[1] - slope).abs() < 1e-6, "{} {slope}", torque[1]);
+            assert!((2.0 * torque[2] - bend).abs() < 1e-5, "{} {bend}", torque[2]);
+        }
+    }
+}
