@@ -1,7 +1,8 @@
 //! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
 
 use ema_sim::{
-    Actuator, Command, Envelope, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections, Scenario,
+    Actuator, Command, ControlMode, Envelope, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections,
+    Scenario,
     model_file::{self, Model},
 };
 
@@ -54,7 +55,10 @@ struct ExperimentData {
 #[derive(Encode, Decode)]
 struct ScenarioData {
     command: CommandData,
+    /// Whether the command is a speed.
+    speed_mode: bool,
     load_n_m: f64,
+    brake_n_m: f64,
     duration_s: f64,
 }
 
@@ -316,7 +320,13 @@ impl ScenarioData {
                 CommandData::Recorded { values_rad, rate_hz }
             }
         };
-        Self { command, load_n_m: scenario.load_n_m, duration_s: scenario.duration_s }
+        Self {
+            command,
+            speed_mode: scenario.mode == ControlMode::Speed,
+            load_n_m: scenario.load_n_m,
+            brake_n_m: scenario.brake_n_m,
+            duration_s: scenario.duration_s,
+        }
     }
 
     fn into_scenario(self) -> Scenario {
@@ -333,7 +343,9 @@ impl ScenarioData {
         };
         Scenario {
             command,
+            mode: if self.speed_mode { ControlMode::Speed } else { ControlMode::Position },
             load_n_m: self.load_n_m,
+            brake_n_m: self.brake_n_m,
             duration_s: self.duration_s,
             ..Scenario::chirp()
         }

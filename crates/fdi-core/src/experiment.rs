@@ -110,7 +110,7 @@ impl Experiment {
     ///
     /// Rates follow from the machine: the envelope is kept at the whole share of its controller's
     /// rate that is nearest to that of [`EnvelopeFilter::DEFAULT`], and the test lasts a whole
-    /// number of its samples. Looked for are the faults that test and machine have in common.
+    /// number of its samples; a field-oriented drive is seen by its current in quadrature. Looked for are the faults that test and machine have in common.
     ///
     /// # Errors
     ///
@@ -126,7 +126,11 @@ impl Experiment {
         }
         scenario.duration_s = samples / filter.output_hz;
         let (model_name, actuator) = (name.to_owned(), model.actuator);
-        let experiment = Self { model_name, actuator, scenario, filter, sought, ..self };
+        let envelope = match actuator.inverter.commutation {
+            Commutation::FieldOriented => Envelope::QAxis,
+            _ => self.envelope,
+        };
+        let experiment = Self { model_name, actuator, scenario, filter, sought, envelope, ..self };
         experiment.monitor(experiment.scenario.start_angle_rad)?;
         Ok(experiment)
     }

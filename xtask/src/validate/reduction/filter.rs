@@ -60,9 +60,9 @@ pub(super) fn section(experiment: &Experiment, faults: &Matrix) -> Result<String
     table(&mut page, "Monitoring model (two phases, one current)", experiment, faults, &mut low)?;
     page.push_str(
         "\nA diagnosis compares with the monitoring model, so the second table is what the filter takes from it:\n\
-         2 % at most, and the rest of *in all* is the second phase. What the high-fidelity currents tell beyond that is\n\
-         in the ripple of the current control, which moves with the faults on a finer scale than the\n\
-         differences (*short step*): a bound that no estimator without that ripple in its model can use.\n",
+         2 % at most, and the rest of *in all* is the second phase. What the high-fidelity currents tell beyond that\n\
+         changes with the step of the differences (*short step*): we take it for the ripple of the current control, which was\n\
+         not isolated; no estimator without that ripple in its model can use it.\n",
     );
     Ok(page)
 }
