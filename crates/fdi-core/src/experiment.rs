@@ -127,7 +127,7 @@ impl Experiment {
         scenario.duration_s = samples / filter.output_hz;
         let (model_name, actuator) = (name.to_owned(), model.actuator);
         let envelope = match actuator.inverter.commutation {
-            Commutation::FieldOriented => Envelope::QAxis,
+            ema_sim::Commutation::FieldOriented => Envelope::QAxis,
             _ => self.envelope,
         };
         let experiment = Self { model_name, actuator, scenario, filter, sought, envelope, ..self };
