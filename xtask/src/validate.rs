@@ -39,15 +39,40 @@ struct Stored {
 struct Page {
     name: &'static str,
     quick: fn() -> Result<Vec<Figure>>,
-    text: fn(&[Figure]) -> Result<String>,
+    text: fn(&[Figure]) -> Result<Rendered>,
+}
+
+/// A page with its drawings.
+struct Rendered {
+    markdown: String,
+    /// File names in `figures/`, and what they hold.
+    drawings: Vec<(String, String)>,
+}
+
+impl From<String> for Rendered {
+    fn from(markdown: String) -> Self {
+        Self { markdown, drawings: Vec::new() }
+    }
 }
 
 /// Every page, in the order of the paper's pipeline.
 const PAGES: &[Page] = &[
-    Page { name: "simulator", quick: simulator::quick, text: simulator::text },
-    Page { name: "reduction", quick: reduction::quick, text: reduction::text },
-    Page { name: "bayesopt", quick: bayesopt::quick, text: bayesopt::text },
-    Page { name: "diagnosis", quick: diagnosis::quick, text: diagnosis::text },
+    Page {
+        name: "simulator",
+        quick: simulator::quick,
+        text: |f| simulator::text(f).map(Into::into),
+    },
+    Page {
+        name: "reduction",
+        quick: reduction::quick,
+        text: |f| reduction::text(f).map(Into::into),
+    },
+    Page { name: "bayesopt", quick: bayesopt::quick, text: |f| bayesopt::text(f).map(Into::into) },
+    Page {
+        name: "diagnosis",
+        quick: diagnosis::quick,
+        text: |f| diagnosis::text(f).map(Into::into),
+    },
     Page { name: "experiments", quick: experiments::quick, text: experiments::text },
 ];
 
@@ -68,8 +93,11 @@ pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
             continue;
         }
         fs::create_dir_all(&folder)?;
-        let text = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
-        fs::write(folder.join(page.name).with_extension("md"), text)?;
+        let rendered = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
+        fs::write(folder.join(page.name).with_extension("md"), rendered.markdown)?;
+        for (name, svg) in rendered.drawings {
+            fs::write(folder.join("figures").join(name), svg)?;
+        }
         fs::write(&beside, toml::to_string_pretty(&Stored { figure: figures })?)?;
     }
     Ok(())

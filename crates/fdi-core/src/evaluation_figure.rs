@@ -275,6 +275,7 @@ mod tests {
         let method = MethodEvaluation {
             method: "a<b".into(),
             average_percent: 1.0,
+            predicted_percent: None,
             evaluations_median: 4.0,
             discrepancy_median: None,
             model_time_s: None,

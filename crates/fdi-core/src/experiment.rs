@@ -130,7 +130,7 @@ impl Experiment {
             ema_sim::Commutation::FieldOriented => Envelope::QAxis,
             _ => self.envelope,
         };
-        let experiment = Self { model_name, actuator, scenario, filter, sought, envelope, ..self };
+        let experiment = Self { model_name, actuator, scenario, envelope, filter, sought, ..self };
         experiment.monitor(experiment.scenario.start_angle_rad)?;
         Ok(experiment)
     }

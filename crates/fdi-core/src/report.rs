@@ -489,6 +489,10 @@ pub struct MethodEvaluation {
     pub method: String,
     /// Mean over the faults of the median percentage error.
     pub average_percent: f64,
+    /// What the stated standard deviations predict for it: mean over the faults of the median of
+    /// 67.4 % of the standard deviation over the level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_percent: Option<f64>,
     /// Median number of evaluations of the monitor.
     pub evaluations_median: f64,
     /// Median `δ*`: norm of the residual on the mask's 30 points, A.

@@ -4,20 +4,25 @@ use std::{fmt::Write as _, thread, time::Instant};
 
 use anyhow::{Context, Result};
 use fdi_core::{
-    Contender, EvaluationRequest, EvaluationSetting, Protocol,
+    Contender, EvaluationRequest, EvaluationSetting, Protocol, convergence_figure_svg,
+    detection_figure_svg,
     ema_sim::Imperfections,
     evaluate,
     report::{Evaluation, FaultEvaluation, MethodEvaluation},
 };
 
-use super::Figure;
+use super::{Figure, Rendered};
 
 /// Root seed of the page. Methods were developed on the conditions of another seed.
 const SEED: u64 = 1;
 /// Seeded results agree to rounding; counts and ratios of them to this.
 const SEEDED_REL: f64 = 1e-3;
 /// Conditions of the page for searches that take seconds.
-const SLOW_CONDITIONS: usize = 6;
+const SLOW_CONDITIONS: usize = 16;
+/// Conditions of the page for population methods.
+const POPULATION_CONDITIONS: usize = 6;
+/// Largest level of an incipient fault: the other domain that is searched.
+const INCIPIENT: f64 = 0.05;
 /// Recordings of each setting with noise.
 const NOISY_CONDITIONS: usize = 1000;
 /// Healthy recordings of each setting with noise.
@@ -51,8 +56,20 @@ fn noisy(imperfections: Imperfections, phase_rate_hz: f64, snapshots: usize) -> 
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "the page states times of diagnoses")]
 fn run(
+    protocol: Protocol,
+    setting: EvaluationSetting,
+    conditions: usize,
+    contenders: &[Contender],
+    healthy: usize,
+) -> Result<Evaluation> {
+    run_within(1.0, protocol, setting, conditions, contenders, healthy)
+}
+
+/// The same with scalar searches up to a level.
+#[expect(clippy::disallowed_methods, reason = "the page states times of diagnoses")]
+fn run_within(
+    largest_level: f64,
     protocol: Protocol,
     setting: EvaluationSetting,
     conditions: usize,
@@ -68,7 +85,7 @@ fn run(
         conditions,
         contenders,
         healthy,
-        largest_level: 1.0,
+        largest_level,
         max_evaluations: None,
         seed: SEED,
         jobs,
@@ -170,80 +187,139 @@ const TABLE_6: [(&str, f64, f64); 5] = [
 ];
 
 /// The whole page.
-pub(super) fn text(_: &[Figure]) -> Result<String> {
-    let mut page = String::from(INTRODUCTION);
+pub(super) fn text(_: &[Figure]) -> Result<Rendered> {
+    let mut page = Rendered::from(String::from(INTRODUCTION));
     high(&mut page)?;
     low(&mut page)?;
     metaheuristics(&mut page)?;
     bench(&mut page)?;
     with_noise(&mut page)?;
-    page.push_str(JUDGEMENT);
+    page.markdown.push_str(JUDGEMENT);
     Ok(page)
 }
 
-fn high(page: &mut String) -> Result<()> {
-    let both = [Contender::Composite, Contender::Emulator];
-    let clean = run(Protocol::High, quiet(CLEAN), 100, &both, 0)?;
-    let real = run(Protocol::High, quiet(REAL), 100, &both, 0)?;
-    let ours = [("clean", &clean), ("real", &real)];
-    section(page, "High-fidelity monitoring: Tables 2 and 3", &ours, &TABLE_2, &TABLE_3)
-}
+const LEARNT: [Contender; 2] = [Contender::Composite, Contender::Emulator];
+const SCALAR: [Contender; 3] = [Contender::Ei, Contender::Ucb, Contender::TwoStepEi];
 
-fn low(page: &mut String) -> Result<()> {
-    let both = [Contender::Composite, Contender::Emulator];
-    let scalar = [Contender::Ei, Contender::Ucb, Contender::TwoStepEi];
-    let many = |imperfections| EvaluationSetting { snapshots: 1000, ..quiet(imperfections) };
-    let clean = run(Protocol::Low, quiet(CLEAN), 100, &both, 0)?;
-    let real = run(Protocol::Low, quiet(REAL), 100, &both, 0)?;
-    let clean_many = run(Protocol::Low, many(CLEAN), 100, &both, 0)?;
-    let real_many = run(Protocol::Low, many(REAL), 100, &both, 0)?;
-    let searched = run(Protocol::Low, quiet(CLEAN), SLOW_CONDITIONS, &scalar, 0)?;
+fn high(page: &mut Rendered) -> Result<()> {
+    let clean = run(Protocol::High, quiet(CLEAN), 100, &LEARNT, 0)?;
+    let real = run(Protocol::High, quiet(REAL), 100, &LEARNT, 0)?;
+    let searched = searches(Protocol::High)?;
     let ours = [
-        ("clean", &clean),
-        ("real", &real),
-        ("clean, 1000 snapshots", &clean_many),
-        ("real, 1000 snapshots", &real_many),
-        ("clean, 6 conditions", &searched),
+        ("clean".to_owned(), &clean),
+        ("real".to_owned(), &real),
+        (searched_label(1.0), &searched[0]),
+        (searched_label(INCIPIENT), &searched[1]),
     ];
-    section(page, "Low-fidelity monitoring: Tables 4 and 5", &ours, &TABLE_4, &TABLE_5)
+    section(page, "High-fidelity monitoring: Tables 2 and 3", &ours, &TABLE_2, &TABLE_3)?;
+    convergence(page, "Figure 6", &clean, &searched)
 }
 
-fn bench(page: &mut String) -> Result<()> {
-    let all = Protocol::Bench.default_contenders();
-    let clean = run(Protocol::Bench, quiet(CLEAN), 10, all, 0)?;
-    let both = [Contender::Composite, Contender::Emulator];
-    let real = run(Protocol::Bench, quiet(REAL), 10, &both, 0)?;
-    let ours = [("clean", &clean), ("real", &real)];
-    section(page, "Friction and backlash on the sine: Tables 7 and 8", &ours, &TABLE_7, &TABLE_8)
+fn low(page: &mut Rendered) -> Result<()> {
+    let with = |imperfections, snapshots, sparse_snapshots| EvaluationSetting {
+        snapshots,
+        sparse_snapshots,
+        ..quiet(imperfections)
+    };
+    let mut settings = Vec::new();
+    for (name, imperfections) in [("clean", CLEAN), ("real", REAL)] {
+        for (snapshots, sparse) in [(100, 0), (100, 100), (300, 0), (1000, 0)] {
+            let sizes = if sparse > 0 {
+                format!(", {snapshots} + {sparse} snapshots")
+            } else if snapshots == 100 {
+                String::new()
+            } else {
+                format!(", {snapshots} snapshots")
+            };
+            let setting = with(imperfections, snapshots, sparse);
+            settings
+                .push((format!("{name}{sizes}"), run(Protocol::Low, setting, 100, &LEARNT, 0)?));
+        }
+    }
+    let searched = searches(Protocol::Low)?;
+    let mut ours: Vec<(String, &Evaluation)> =
+        settings.iter().map(|(label, result)| (label.clone(), result)).collect();
+    ours.push((searched_label(1.0), &searched[0]));
+    ours.push((searched_label(INCIPIENT), &searched[1]));
+    section(page, "Low-fidelity monitoring: Tables 4 and 5", &ours, &TABLE_4, &TABLE_5)?;
+    convergence(page, "Figure 7", &settings[0].1, &searched)
+}
+
+fn bench(page: &mut Rendered) -> Result<()> {
+    let clean = run(Protocol::Bench, quiet(CLEAN), 10, &LEARNT, 0)?;
+    let real = run(Protocol::Bench, quiet(REAL), 10, &LEARNT, 0)?;
+    let of = |largest| run_within(largest, Protocol::Bench, quiet(CLEAN), 10, &SCALAR, 0);
+    let searched = [of(1.0)?, of(INCIPIENT)?];
+    let ours = [
+        ("clean".to_owned(), &clean),
+        ("real".to_owned(), &real),
+        ("clean, [0, 1]".to_owned(), &searched[0]),
+        ("clean, [0, 0.05]".to_owned(), &searched[1]),
+    ];
+    let title = "Friction and backlash on the sine: Tables 7 and 8";
+    section(page, title, &ours, &TABLE_7, &TABLE_8)?;
+    convergence(page, "Figure 8", &clean, &searched)
+}
+
+/// Scalar searches over the whole domain, and over incipient levels alone.
+fn searches(protocol: Protocol) -> Result<[Evaluation; 2]> {
+    let of = |largest| run_within(largest, protocol, quiet(CLEAN), SLOW_CONDITIONS, &SCALAR, 0);
+    Ok([of(1.0)?, of(INCIPIENT)?])
+}
+
+fn searched_label(largest: f64) -> String {
+    format!("clean, {SLOW_CONDITIONS} conditions, [0, {largest}]")
+}
+
+/// A drawing of the searches over the whole domain beside the default method.
+fn convergence(
+    page: &mut Rendered,
+    figure: &str,
+    clean: &Evaluation,
+    searched: &[Evaluation; 2],
+) -> Result<()> {
+    let mut joined = clean.clone();
+    joined.methods.extend(searched[0].methods.iter().cloned());
+    let svg = convergence_figure_svg(&joined).context("nothing was searched")?;
+    let name = format!("{}-convergence.svg", clean.protocol);
+    writeln!(
+        page.markdown,
+        "\nConvergence ({figure} of the paper), setting `clean`, domain [0, 1], median and middle half:\n\n\
+         ![least discrepancy against evaluations and time](figures/{name})"
+    )?;
+    page.drawings.push((name, svg));
+    Ok(())
 }
 
 /// A table of medians and one of maxima, the paper's rows first.
 fn section(
-    page: &mut String,
+    page: &mut Rendered,
     title: &str,
-    ours: &[(&str, &Evaluation)],
+    ours: &[(String, &Evaluation)],
     medians: &[PaperRow],
     maxima: &[PaperRow],
 ) -> Result<()> {
+    let page = &mut page.markdown;
     let faults = medians.first().map_or(0, |row| row.errors.len());
     writeln!(page, "\n## {title}\n\nMedian `e(k_i)`, %.\n")?;
-    header(page, faults, "average | δ*, A | evaluations | time, s (least)")?;
+    header(page, faults, "average | floor | δ*, A | evaluations | time, s (least)")?;
     for paper in medians {
         let mean = paper.errors.iter().sum::<f64>() / paper.errors.len() as f64;
         let errors: Vec<String> = paper.errors.iter().map(|e| format!("{e:.2}")).collect();
         let delta = paper.discrepancy.map_or(String::new(), |d| format!("{d}"));
         let time = paper.time_s.map_or(String::new(), |t| format!("{t}"));
         let cells = errors.join(" | ");
-        writeln!(page, "| paper, {} | {cells} | {mean:.3} | {delta} | | {time} |", paper.method)?;
+        writeln!(page, "| paper, {} | {cells} | {mean:.3} | | {delta} | | {time} |", paper.method)?;
     }
     for (label, method) in each(ours) {
         let cells = cells(method, |fault| fault.error_percent.map(|q| format!("{:.3}", q.median)));
         let delta = method.discrepancy_median.unwrap_or(0.0);
+        let floor = method.predicted_percent.map_or(String::new(), |p| format!("{p:.3}"));
         let (wall, least) =
             (method.wall_time_s.unwrap_or(0.0), method.wall_time_min_s.unwrap_or(0.0));
         writeln!(
             page,
-            "| {label}, {} | {cells} | {:.4} | {delta:.2e} | {} | {wall:.4} ({least:.4}) |",
+            "| {label}, {} | {cells} | {:.4} | {floor} | {delta:.2e} | {} | {wall:.4} ({least:.4}) |",
             method.method, method.average_percent, method.evaluations_median
         )?;
     }
@@ -275,9 +351,10 @@ fn header(page: &mut String, faults: usize, rest: &str) -> Result<()> {
 }
 
 fn each<'a>(
-    ours: &'a [(&str, &'a Evaluation)],
+    ours: &'a [(String, &'a Evaluation)],
 ) -> impl Iterator<Item = (&'a str, &'a MethodEvaluation)> {
-    ours.iter().flat_map(|(label, result)| result.methods.iter().map(|method| (*label, method)))
+    ours.iter()
+        .flat_map(|(label, result)| result.methods.iter().map(|method| (label.as_str(), method)))
 }
 
 fn cells(method: &MethodEvaluation, value: impl Fn(&FaultEvaluation) -> Option<String>) -> String {
@@ -286,45 +363,62 @@ fn cells(method: &MethodEvaluation, value: impl Fn(&FaultEvaluation) -> Option<S
     cells.join(" | ")
 }
 
-fn metaheuristics(page: &mut String) -> Result<()> {
+fn metaheuristics(page: &mut Rendered) -> Result<()> {
     let all = Protocol::Metaheuristics.default_contenders();
-    let clean = run(Protocol::Metaheuristics, quiet(CLEAN), SLOW_CONDITIONS, all, 0)?;
+    let of = |largest| {
+        let (protocol, setting) = (Protocol::Metaheuristics, quiet(CLEAN));
+        run_within(largest, protocol, setting, POPULATION_CONDITIONS, all, 0)
+    };
+    let (whole, incipient) = (of(1.0)?, of(INCIPIENT)?);
+    let text = &mut page.markdown;
     writeln!(
-        page,
+        text,
         "\n## Population methods: Table 6\n\n\
-         Setting `clean`, {SLOW_CONDITIONS} conditions; each population method has 5000 evaluations of the\n\
-         low-fidelity model with the learnt mean of its error, the scalar discrepancy on the 30\n\
-         points and the box [0, 1]⁷.\n\n\
-         | method | average error, % | evaluations | time, s |\n| --- | --- | --- | --- |"
+         Setting `clean`, {POPULATION_CONDITIONS} conditions; each population method has 5000 evaluations of the\n\
+         low-fidelity model with the learnt mean of its error, and the scalar discrepancy on the 30\n\
+         points. *Same*: median evaluations after which `composite` has fallen below the median\n\
+         discrepancy with which the method ends.\n\n\
+         | method | domain | average error, % | evaluations | time, s | δ*, A | same | ratio |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- |"
     )?;
     for (method, time_s, error) in TABLE_6 {
-        writeln!(page, "| paper, {method} | {error} | | {time_s} |")?;
+        writeln!(text, "| paper, {method} | | {error} | | {time_s} | | | |")?;
     }
-    for method in &clean.methods {
-        writeln!(
-            page,
-            "| ours, {} | {:.3} | {} | {:.4} |",
-            method.method,
-            method.average_percent,
-            method.evaluations_median,
-            method.wall_time_s.unwrap_or(0.0)
-        )?;
+    for (domain, result) in [("[0, 1]", &whole), ("[0, 0.05]", &incipient)] {
+        let Some(composite) = result.methods.first() else { continue };
+        for method in &result.methods {
+            let end = method.discrepancy_median.unwrap_or(0.0);
+            let same = composite.convergence.iter().find(|p| p.discrepancy.median <= end);
+            let same = same.filter(|_| method.method != composite.method);
+            let (same, ratio) = match same {
+                Some(point) => (
+                    point.evaluations.to_string(),
+                    format!("{:.0}", method.evaluations_median / point.evaluations as f64),
+                ),
+                None => Default::default(),
+            };
+            writeln!(
+                text,
+                "| ours, {} | {domain} | {:.3} | {} | {:.4} | {end:.2e} | {same} | {ratio} |",
+                method.method,
+                method.average_percent,
+                method.evaluations_median,
+                method.wall_time_s.unwrap_or(0.0)
+            )?;
+        }
     }
-    let [composite, populations @ ..] = &clean.methods[..] else { return Ok(()) };
-    let best = populations.iter().map(|m| m.average_percent).fold(f64::INFINITY, f64::min);
-    let evaluations = populations.iter().map(|m| m.evaluations_median).fold(0.0, f64::max);
+    let svg = convergence_figure_svg(&whole).context("nothing was searched")?;
+    let name = "metaheuristics-convergence.svg";
     writeln!(
-        page,
-        "\nThe best population method ends at {:.0} times the error of `composite` after {:.0} times\n\
-         its evaluations; none reaches the same error, so that a ratio of times to it does not exist.",
-        best / composite.average_percent,
-        evaluations / composite.evaluations_median
+        text,
+        "\nDomain [0, 1]:\n\n![least discrepancy against evaluations and time](figures/{name})"
     )?;
+    page.drawings.push((name.to_owned(), svg));
     Ok(())
 }
 
-fn with_noise(page: &mut String) -> Result<()> {
-    writeln!(page, "{NOISE}")?;
+fn with_noise(page: &mut Rendered) -> Result<()> {
+    writeln!(page.markdown, "{NOISE}")?;
     let mut curves = String::new();
     let sizes = [(100, FEW_NOISY_CONDITIONS, FEW_HEALTHY), (300, NOISY_CONDITIONS, HEALTHY)];
     for (snapshots, conditions, healthy) in sizes {
@@ -337,11 +431,17 @@ fn with_noise(page: &mut String) -> Result<()> {
             let setting = noisy(imperfections, rate_hz, snapshots);
             let result =
                 run(Protocol::Noisy, setting, conditions, &[Contender::Composite], healthy)?;
+            if snapshots == 300
+                && let Some(svg) = detection_figure_svg(&result)
+            {
+                let name = name.replace(" kHz, ", "-khz-");
+                page.drawings.push((format!("detection-{name}.svg"), svg));
+            }
             for method in &result.methods {
                 let title = format!(
                     "{name}; {snapshots} + 100 snapshots, {conditions} conditions, {healthy} healthy"
                 );
-                noise_table(page, &title, method)?;
+                noise_table(&mut page.markdown, &title, method)?;
                 if snapshots == 300 {
                     detection(&mut curves, name, method)?;
                 }
@@ -349,10 +449,11 @@ fn with_noise(page: &mut String) -> Result<()> {
         }
     }
     writeln!(
-        page,
+        page.markdown,
         "\n### Probability of detection\n\n\
          By level, in twelve parts of [0, 0.05]; 300 + 100 snapshots. The first part begins at 0.002,\n\
-         the least level of a condition.\n\n\
+         the least level of a condition. Drawn in `figures/detection-*.svg`, the hardest here:\n\n\
+         ![probability of detection against the level](figures/detection-2-khz-real.svg)\n\n\
          | setting | fault | {} |\n|{}",
         (0..12)
             .map(|i| format!("{:.3}", (f64::from(i) + 0.5) * 0.05 / 12.0))
@@ -360,7 +461,7 @@ fn with_noise(page: &mut String) -> Result<()> {
             .join(" | "),
         " --- |".repeat(14)
     )?;
-    page.push_str(&curves);
+    page.markdown.push_str(&curves);
     Ok(())
 }
 
@@ -407,11 +508,12 @@ const INTRODUCTION: &str = "# The paper's experiments\n\n\
 Written by `cargo xtask validate experiments`; do not edit. A seeded subset is recomputed by\n\
 `cargo xtask validate experiments --check`.\n\n\
 The reference is the high-fidelity model at test conditions `k1..k6 = 0.002 + 0.048·u`,\n\
-`k7 = u` (Latin hypercube; 100 conditions, 10 for the sine, 6 for searches of seconds), drawn apart from the\n\
+`k7 = u` (Latin hypercube; 100 conditions, 10 for the sine, fewer for searches of seconds), drawn apart from the\n\
 reference signals that everything is learnt on (`k1..k6 = 0.05·u`, 100 unless stated) and from\n\
 the conditions that the methods were developed on. `e(k_i)` is eq. 20 of the FREEDOM paper; for\n\
 `k7` the difference is taken on the circle and divided by `k7`. `δ*` is the norm of the residual on\n\
-the 30 points of the mask. Times are of this machine, with every core at work: for\n\
+the 30 points of the mask. *Floor* is the average that the stated standard deviations predict, the mean\n\
+over the faults of the median of `0.674·sd/k`. Times are of this machine, with every core at work: for\n\
 comparison with each other, not with the paper's laptop.\n\n\
 - `clean`: controller noise and digitisation in the loop both off, in recordings and reference signals.\n\
 - `real`: both on, with seeds of their own.\n\

@@ -132,6 +132,8 @@ pub(super) struct Found {
     pub(super) discrepancy: f64,
     pub(super) evaluations: u64,
     pub(super) history: History,
+    /// Stated standard deviation of each level looked for, where there is one.
+    pub(super) std: Vec<f64>,
 }
 
 /// Runs every contender on every condition.
@@ -199,8 +201,10 @@ impl Arena<'_> {
                 evaluations: found.evaluations,
                 wall_time_s: now() - start_s,
             };
-            Ok::<_, EvaluationError>((trial, found.history))
+            let relative = predicted(&sought, &found.std, &trial.truth);
+            Ok::<_, EvaluationError>(((trial, found.history), relative))
         })?;
+        let (trials, relative): (Vec<_>, Vec<Option<Vec<f64>>>) = trials.into_iter().unzip();
         let (trials, histories): (Vec<Trial>, Vec<History>) = trials.into_iter().unzip();
         let faults = fault_scores(&sought, &trials);
         let medians = faults.iter().filter_map(|f| f.error_percent.map(|q| q.median));
@@ -211,6 +215,7 @@ impl Arena<'_> {
         Ok(MethodEvaluation {
             method: contender.name().to_owned(),
             average_percent,
+            predicted_percent: average_of_medians(&relative),
             evaluations_median,
             discrepancy_median: Some(median(trials.iter().map(|t| t.discrepancy))),
             model_time_s: timed
@@ -261,7 +266,10 @@ impl Arena<'_> {
             self.diagnoser.diagnose_watched(&observation, &options, &|residual| {
                 recorder.note(self.norm_on_mask(residual));
             })?;
+        let sought = self.experiment().sought_indices();
+        let std = sought.iter().map(|&fault| answer.faults[fault].std.unwrap_or(f64::NAN));
         Ok(Found {
+            std: std.collect(),
             estimate: posterior.estimate,
             discrepancy: answer.discrepancy,
             evaluations: answer.evaluations,
@@ -283,8 +291,8 @@ impl Arena<'_> {
         let emulated = emulator.diagnose(signal_a).ok_or(DiagnoseError::Undetermined)?;
         let modelled = emulator.signal_a(&emulated.estimate);
         let discrepancy = self.on_mask(signal_a, &modelled);
-        let history = History::default();
-        Ok(Found { estimate: emulated.estimate, discrepancy, evaluations: 0, history })
+        let (history, std) = (History::default(), Vec::new());
+        Ok(Found { estimate: emulated.estimate, discrepancy, evaluations: 0, history, std })
     }
 
     /// `δ`: norm of the difference of two signals on the mask.
@@ -348,7 +356,7 @@ impl Arena<'_> {
         let history = recorder.finish();
         let discrepancy = history.least();
         let estimate = coordinates_of(&sought, &self.levels(&sought, &best));
-        Ok(Found { estimate, discrepancy, evaluations, history })
+        Ok(Found { estimate, discrepancy, evaluations, history, std: Vec::new() })
     }
 
     /// A population method on the same scalar and the same box as the paper's search, with the
@@ -380,6 +388,7 @@ impl Arena<'_> {
             discrepancy: solution.value,
             evaluations: solution.evaluations as u64,
             history: recorder.finish(),
+            std: Vec::new(),
         })
     }
 
@@ -406,4 +415,22 @@ impl Arena<'_> {
         }
         Ok(least)
     }
+}
+
+/// Median of a normal error's size over its standard deviation.
+const MEDIAN_OVER_STD: f64 = 0.674_489_750_196_081_7;
+
+/// Percentage errors that standard deviations predict; `None` where none are stated.
+fn predicted(sought: &[usize], std: &[f64], truth: &[f64]) -> Option<Vec<f64>> {
+    let relative = |(&fault, std): (&usize, &f64)| 100.0 * MEDIAN_OVER_STD * std / truth[fault];
+    (!std.is_empty()).then(|| sought.iter().zip(std).map(relative).collect())
+}
+
+/// Mean over the faults of the median over searches; those that state none for a fault are left
+/// out of its median.
+fn average_of_medians(searches: &[Option<Vec<f64>>]) -> Option<f64> {
+    let stated: Vec<&Vec<f64>> = searches.iter().flatten().collect();
+    let faults = stated.first()?.len();
+    let of_fault = |fault: usize| median(stated.iter().map(|s| s[fault]).filter(|p| p.is_finite()));
+    Some((0..faults).map(of_fault).sum::<f64>() / faults as f64)
 }

@@ -119,7 +119,13 @@ impl HighMonitor {
         }
         let (_, estimate, residual) = best.ok_or(DiagnoseError::Undetermined)?;
         let discrepancy = self.mask.iter().map(|&i| residual[i] * residual[i]).sum::<f64>().sqrt();
-        Ok(Found { estimate, discrepancy, evaluations, history: History::default() })
+        Ok(Found {
+            estimate,
+            discrepancy,
+            evaluations,
+            history: History::default(),
+            std: Vec::new(),
+        })
     }
 }
 

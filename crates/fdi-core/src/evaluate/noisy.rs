@@ -227,6 +227,7 @@ fn summary(
     MethodEvaluation {
         method: "composite".to_owned(),
         average_percent: medians.sum::<f64>() / faults.len() as f64,
+        predicted_percent: None,
         evaluations_median: median(trials.iter().map(|trial| trial.evaluations as f64)),
         discrepancy_median: Some(median(trials.iter().map(|trial| trial.discrepancy))),
         model_time_s: None,
