@@ -14,7 +14,7 @@
 //! that explains the residuals better but lends the search slopes of its own noise loses here,
 //! while it wins on the likelihood of left-out signals.
 
-use std::sync::Arc;
+use std::{sync::Arc, thread};
 
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite, dot},
@@ -24,11 +24,11 @@ use crate::{
 };
 
 /// Shares of the electronics' covariance that are tried.
-const ELECTRONICS_SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 0.9];
+const ELECTRONICS_SHARES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 /// Reach of the tapers that are tried, s.
-const TAPER_SUPPORTS_S: [f64; 6] = [0.010, 0.020, 0.040, 0.060, 0.080, 0.120];
+const TAPER_SUPPORTS_S: [f64; 5] = [0.010, 0.020, 0.040, 0.080, 0.120];
 /// Most reference signals that are diagnosed for a score.
-const MOST_DIAGNOSED: usize = 100;
+const MOST_DIAGNOSED: usize = 60;
 
 /// Reference less monitor at conditions, with the monitor's slopes there.
 pub(crate) struct References {
@@ -46,8 +46,8 @@ pub(crate) struct References {
 /// Trend and covariance with the least error of cross-fitted diagnoses.
 ///
 /// `rate_hz` is that of the signal, `noise` the covariance of the noise expected of sensors.
-/// Trends are compared with the covariance that suits each, whose taper and share of the
-/// electronics are improved in turn.
+/// Trends are compared, each on a thread of its own, with the covariance that suits it: the best
+/// taper, the best share of the electronics with it, and the best taper with that share.
 ///
 /// # Errors
 ///
@@ -62,25 +62,32 @@ pub(crate) fn choose(
         .iter()
         .map(|support_s| (support_s * rate_hz).round().max(2.0) as usize)
         .collect();
+    let tried: Vec<Result<_, ErrorModelError>> = thread::scope(|scope| {
+        let supports = &supports;
+        let handles: Vec<_> = trends
+            .iter()
+            .map(|&trend| {
+                scope.spawn(move || {
+                    let (shape, score) = Trial::new(trend, references, noise)?.improve(supports)?;
+                    Ok((score, trend, shape))
+                })
+            })
+            .collect();
+        handles.into_iter().map(|handle| handle.join().expect("a trial does not panic")).collect()
+    });
     let mut best: Option<(f64, Trend, CovarianceShape)> = None;
-    let mut failure = None;
-    for &trend in trends {
-        match Trial::new(trend, references, noise) {
-            Ok(trial) => {
-                let (shape, score) = trial.improve(&supports)?;
-                if best.is_none_or(|(least, ..)| score < least) {
-                    best = Some((score, trend, shape));
-                }
+    let mut failure = ErrorModelError::DegenerateConditions;
+    for trial in tried {
+        match trial {
+            Ok(candidate) if best.is_none_or(|(least, ..)| candidate.0 < least) => {
+                best = Some(candidate);
             }
-            Err(error @ ErrorModelError::TooFewSignals { .. }) => failure = Some(error),
+            Ok(_) => {}
+            Err(error @ ErrorModelError::TooFewSignals { .. }) => failure = error,
             Err(error) => return Err(error),
         }
     }
-    match (best, failure) {
-        (Some((_, trend, shape)), _) => Ok((trend, shape)),
-        (None, Some(error)) => Err(error),
-        (None, None) => Err(ErrorModelError::DegenerateConditions),
-    }
+    best.map(|(_, trend, shape)| (trend, shape)).ok_or(failure)
 }
 
 /// Longest taper that is tried, in samples.
@@ -133,11 +140,11 @@ impl<'a> Trial<'a> {
         let shares = if self.electronics.is_some() { &ELECTRONICS_SHARES[..] } else { &[0.0] };
         let mut best = None;
         self.offer(&mut best, supports.iter().map(|&s| CovarianceShape::tapered(s)));
-        for _ in 0..2 {
-            let from = best.map_or(CovarianceShape::tapered(2), |(shape, _)| shape);
-            let of_share = |&electronics_share| CovarianceShape { electronics_share, ..from };
-            self.offer(&mut best, shares.iter().map(of_share));
-            let from = best.map_or(from, |(shape, _)| shape);
+        let from = best.map_or(CovarianceShape::tapered(2), |(shape, _)| shape);
+        let of_share = |&electronics_share| CovarianceShape { electronics_share, ..from };
+        self.offer(&mut best, shares.iter().map(of_share));
+        let from = best.map_or(from, |(shape, _)| shape);
+        if from.electronics_share > 0.0 {
             let of_taper =
                 |&taper_support_samples| CovarianceShape { taper_support_samples, ..from };
             self.offer(&mut best, supports.iter().map(of_taper));
