@@ -1,5 +1,7 @@
 //! Why an actuator or a test cannot be simulated.
 
+use crate::effect::EffectError;
+
 /// A parameter that no machine has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -47,6 +49,9 @@ pub enum SimulationError {
     /// The actuator is refused.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// An effect is refused.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
     /// A field of the scenario is not finite or out of bounds.
     #[error("`{field}` is {value}, expected a number from {least} to {most}")]
     Scenario {

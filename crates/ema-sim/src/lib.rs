@@ -30,11 +30,13 @@
 
 mod controller;
 mod drive_train;
+mod effect;
 mod energy;
 mod envelope;
 mod error;
 mod fault;
 mod high_fidelity;
+mod load;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
 pub mod model_file;
@@ -43,6 +45,7 @@ mod parameter;
 mod params;
 mod phase;
 mod phase_sensor;
+mod plant;
 pub mod presets;
 mod probe;
 mod scenario;
@@ -50,6 +53,10 @@ mod series;
 mod trace;
 mod winding;
 
+pub use effect::{
+    Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
+    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, Port, Role,
+};
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
 pub use error::{ParameterError, SimulationError};
@@ -58,6 +65,7 @@ pub use fault::{
     PhysicalFaults,
 };
 pub use high_fidelity::{CurrentControl, HighFidelity};
+pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
 pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, Transmission};

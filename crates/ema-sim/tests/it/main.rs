@@ -3,6 +3,7 @@
 mod analytic;
 mod bad_input;
 mod brute_force;
+mod effects;
 mod energy;
 mod model_file;
 mod severe;
