@@ -18,6 +18,18 @@ pub enum ParameterError {
         /// Largest value allowed.
         most: f64,
     },
+    /// A number of a servo axis that is not finite, or outside its bounds.
+    #[error("`{field}` is {value}, expected a number from {least} to {most}")]
+    AxisOutOfBounds {
+        /// Block and field, with the axis' unit.
+        field: String,
+        /// Value given.
+        value: f64,
+        /// Least value allowed.
+        least: f64,
+        /// Largest value allowed.
+        most: f64,
+    },
     /// The carrier must be a whole multiple of the controller's rate.
     #[error(
         "`inverter.carrier-hz` is {carrier_hz}, expected a whole multiple of \

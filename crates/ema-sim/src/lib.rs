@@ -28,6 +28,7 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod axis_parameter;
 mod controller;
 mod drive_train;
 mod effect;
@@ -50,9 +51,12 @@ pub mod presets;
 mod probe;
 mod scenario;
 mod series;
+mod servo_axis;
+mod servo_control;
 mod trace;
 mod winding;
 
+pub use axis_parameter::AxisParameter;
 pub use effect::{
     Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
     EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, Port, Role,
@@ -72,4 +76,8 @@ pub use params::{Actuator, BackEmfShape, Controller, Inverter, Motor, Sensing, T
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
 pub use scenario::{Command, Imperfections, InitialState, Knot, Scenario, Tone};
+pub use servo_axis::{
+    AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation,
+};
+pub use servo_control::{AxisController, Drive, Feedback};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};

@@ -97,6 +97,25 @@ impl Run {
         run
     }
 
+    /// A machine without commutation, whose set-point makes a torque, or through the resistance
+    /// of its winding a current.
+    pub(crate) fn of_axis(
+        train: DriveTrain,
+        constant: f64,
+        resistance_ohm: Option<f64>,
+        limit: f64,
+        start_angle_rad: f64,
+    ) -> Self {
+        let sectors = [(constant, resistance_ohm.unwrap_or(0.0)); 6];
+        let mut run = Self::of(Winding::plain(), train, sectors, (f64::INFINITY, start_angle_rad));
+        run.sector_rad = (f64::NEG_INFINITY, f64::INFINITY);
+        if resistance_ohm.is_some() {
+            (run.voltage_driven, run.bus_voltage_v) = (true, limit);
+        }
+        run.renew();
+        run
+    }
+
     fn of(
         winding: Winding,
         train: DriveTrain,
@@ -175,6 +194,15 @@ impl Run {
         }
     }
 
+    /// What the load is behind the motor: backlash and twist.
+    pub(crate) fn before_play_rad(&self) -> f64 {
+        let load_rad = match &self.extension {
+            None => self.train.surface_rad(),
+            Some(extension) => extension.bare_position_rad(&self.train),
+        };
+        self.train.angle_rad - load_rad
+    }
+
     /// Current as its sensor shows it; once a tick.
     #[inline]
     pub(crate) fn shown_current_a(&mut self) -> f64 {
@@ -182,6 +210,11 @@ impl Run {
             None => self.current_a,
             Some(extension) => extension.shown_current_a(self.current_a),
         }
+    }
+
+    /// Torque of the motor now.
+    pub(crate) fn motor_n_m(&self) -> f64 {
+        self.sectors[self.sector.place()].0 * self.current_a
     }
 
     fn motor_rad(&self) -> f64 {

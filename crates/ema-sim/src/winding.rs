@@ -163,6 +163,20 @@ impl Winding {
         }
     }
 
+    /// No winding at all: a coupling that does not change with the angle.
+    pub(crate) fn plain() -> Self {
+        let one = [1.0; 3];
+        Self {
+            sectors: core::array::from_fn(|place| SectorWinding::new(place, &one, &one, &one)),
+            shape: BackEmfShape::Trapezoid,
+            pole_pairs: 1.0,
+            sectors_per_rad: 1.0 / FRAC_PI_3,
+            eccentricity_cos: 0.0,
+            eccentricity_sin: 0.0,
+            eccentric: false,
+        }
+    }
+
     /// Pole pairs as a number.
     pub(crate) fn pole_pairs(&self) -> f64 {
         self.pole_pairs

@@ -387,6 +387,7 @@ fn model_text(experiment: &Experiment) -> String {
         actuator: experiment.actuator,
         faults: FaultId::ALL.into_iter().filter(|id| experiment.sought[id.index()]).collect(),
         tolerance: Vec::new(),
+        effects: Vec::new(),
     })
 }
 

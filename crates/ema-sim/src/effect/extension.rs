@@ -427,6 +427,11 @@ impl Extension {
         self.position_in(train, 0.0) + self.error_rad(motor_rad)
     }
 
+    /// Angle of the surface without the error of the gear.
+    pub(crate) fn bare_position_rad(&self, train: &DriveTrain) -> f64 {
+        self.position_in(train, 0.0)
+    }
+
     /// A new load on the surface.
     pub(crate) fn set_load(&mut self, load_n_m: f64) {
         if let Some(compliant) = &mut self.compliant {
