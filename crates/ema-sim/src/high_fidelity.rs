@@ -7,9 +7,14 @@
 use crate::{
     controller::Cascade,
     drive_train::{Direction, DriveTrain},
+    effect::{
+        Effect, EffectError, EffectId, Geometry,
+        extension::{Extension, Host, Instant, Machine, reshaped},
+    },
     energy::{EnergyLedger, EnergyProbe},
     error::SimulationError,
     fault::PhysicalFaults,
+    load::{Load, LoadRun},
     noise::NoiseSource,
     params::Actuator,
     phase::{PerPhase, Sector},
@@ -66,7 +71,29 @@ pub struct HighFidelity {
     scenario: Scenario,
     command_rad: Vec<f64>,
     control: CurrentControl,
+    effects: Vec<Effect>,
+    load: Load,
 }
+
+const CONSTANT_WINDING: &str = "the winding's constants do not change with current and heat";
+const IDEAL_LEGS: &str = "supply and legs of the inverter are ideal";
+const OWN_COMMUTATION: &str = "the model has its own commutation and shape of back-EMF";
+
+/// Effects on torques, transmission, position and control act; the electrical ones do not yet.
+const HOST: Host = Host {
+    name: "the high-fidelity model",
+    geometry: Geometry::Rotary,
+    refused: &[
+        (EffectId::Saturation, CONSTANT_WINDING),
+        (EffectId::ResistanceDrift, CONSTANT_WINDING),
+        (EffectId::DeadTime, IDEAL_LEGS),
+        (EffectId::BusSag, IDEAL_LEGS),
+        (EffectId::CurrentSensor, "a phase's sensor is one of `PhaseSensors`"),
+        (EffectId::BackEmfShape, OWN_COMMUTATION),
+        (EffectId::CommutationOverlap, OWN_COMMUTATION),
+        (EffectId::HallOffset, OWN_COMMUTATION),
+    ],
+};
 
 impl HighFidelity {
     /// Prepares a test.
@@ -82,7 +109,36 @@ impl HighFidelity {
             scenario: scenario.clone(),
             command_rad,
             control: CurrentControl::Carrier,
+            effects: Vec::new(),
+            load: Load::None,
         })
+    }
+
+    /// The same test on a machine with effects; their torques are held over each segment.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Effect`] for an effect that this model cannot take.
+    pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
+        HOST.check(effects)?;
+        if effects.iter().any(|e| e.get("inductance_henry").is_some_and(|henry| henry != 0.0)) {
+            let (effect, model) = (EffectId::InductanceEddy, HOST.name);
+            let reason = "its winding has an inductance of its own; the eddy loss alone acts";
+            return Err(EffectError::NotInModel { effect, model, reason }.into());
+        }
+        self.effects = effects.to_vec();
+        Ok(self)
+    }
+
+    /// The same test with a load besides the constant one.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Scenario`] for a load out of bounds.
+    pub fn with_load(mut self, load: Load) -> Result<Self, SimulationError> {
+        load.check()?;
+        self.load = load;
+        Ok(self)
     }
 
     /// The same test with the legs switched another way.
@@ -153,8 +209,11 @@ impl HighFidelity {
 
     /// Runs the test with a probe on every segment.
     fn observed<P: Probe>(&self, faults: &PhysicalFaults, probe: P) -> (HighFidelityTrace, P) {
-        let mut run = Run::new(&self.actuator, &self.scenario, faults, probe);
-        let mut cascade = Cascade::new(&self.actuator, &self.scenario);
+        let actuator = reshaped(&self.actuator, &self.effects);
+        let mut run = Run::new(&actuator, &self.scenario, faults, probe);
+        run.add_effects(&actuator, faults, &self.effects);
+        let mut load = LoadRun::new(&self.load, self.scenario.load_n_m);
+        let mut cascade = Cascade::new(&actuator, &self.scenario);
         let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
         let periods =
             libm::round(self.actuator.inverter.carrier_hz / self.actuator.controller.sample_hz);
@@ -166,15 +225,24 @@ impl HighFidelity {
         }
         for (tick, &command_rad) in self.command_rad.iter().enumerate() {
             run.centre_gap(tick % REFRESH_TICKS == 0);
+            if load.varies() {
+                run.take_load(&mut load, tick_s);
+            }
+            run.show_surface();
             run.record(command_rad, &mut trace);
             let reference_a =
                 cascade.step(command_rad, run.sample.surface_rad, run.sample.speed_rad_per_s);
+            let delayed = run.delayed(reference_a);
             if let CurrentControl::Hysteresis { half_band_a } = self.control {
-                run.comparators(reference_a, half_band_a, tick_s);
+                for (reference_a, share) in delayed {
+                    run.comparators(reference_a, half_band_a, share * tick_s);
+                }
                 run.sample = run.sample_now();
                 continue;
             }
-            for _ in 0..periods as usize {
+            for period in 0..periods as usize {
+                let older = (period as f64 + 0.5) < delayed[0].1 * periods;
+                let reference_a = delayed[usize::from(!older)].0;
                 let duty = current_loop.step(reference_a, run.sample.feedback_a);
                 run.carrier_period(duty, current_loop.pending_duty, current_loop.period_s);
             }
@@ -281,6 +349,8 @@ enum Event {
 struct Run<P> {
     winding: Winding,
     train: DriveTrain,
+    /// Effects, where there are any.
+    extension: Option<Box<Extension>>,
     /// The shaft's equation in the present state of the drive train.
     shaft: Shaft,
     half_bus_v: f64,
@@ -382,6 +452,7 @@ impl<P: Probe> Run<P> {
             longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
             shaft: train.shaft(),
             train,
+            extension: None,
             half_bus_v: 0.5 * actuator.inverter.bus_voltage_v,
             start_angle_rad,
             positive_a: 0.0,
@@ -401,6 +472,90 @@ impl<P: Probe> Run<P> {
         };
         run.enter(sector);
         run
+    }
+
+    /// Takes effects on.
+    fn add_effects(&mut self, actuator: &Actuator, faults: &PhysicalFaults, effects: &[Effect]) {
+        let t = &actuator.transmission;
+        let machine = Machine {
+            inertia_kg_m2: actuator.total_inertia_kg_m2(),
+            per_gear_ratio: 1.0 / t.gear_ratio,
+            load_inertia_kg_m2: t.surface_inertia_kg_m2,
+            efficiency_ratio: t.efficiency_ratio,
+            half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio,
+            tick_s: 1.0 / actuator.controller.sample_hz,
+            pole_pairs: f64::from(actuator.motor.pole_pairs),
+        };
+        self.extension = Extension::of(effects, &machine, &mut self.train, 1.0);
+        if self.extension.is_some() {
+            self.renew();
+        }
+    }
+
+    /// Takes the load of the next tick.
+    fn take_load(&mut self, load: &mut LoadRun, tick_s: f64) {
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        let surface_rad = match &self.extension {
+            None => self.train.surface_rad(),
+            Some(extension) => extension.position_rad(&self.train, motor_rad),
+        };
+        let now_n_m = load.now_n_m(surface_rad);
+        match &mut self.extension {
+            Some(extension) if extension.is_compliant() => extension.set_load(now_n_m),
+            _ => self.train.set_load(now_n_m),
+        }
+        load.advance(surface_rad, tick_s);
+        self.renew();
+    }
+
+    /// What the position sensor shows of the sample, once a tick.
+    fn show_surface(&mut self) {
+        if let Some(extension) = &mut self.extension {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            self.sample.surface_rad = extension.shown_position_rad(&self.train, motor_rad);
+        }
+    }
+
+    /// Set-points to hold in this tick, each with its share of it.
+    fn delayed(&mut self, reference_a: f64) -> [(f64, f64); 2] {
+        match &mut self.extension {
+            None => [(reference_a, 1.0), (reference_a, 0.0)],
+            Some(extension) => extension.delayed(reference_a),
+        }
+    }
+
+    /// Puts what effects do in a span on the shaft; returns the span, shorter where they ask.
+    #[inline]
+    fn take_burden(&mut self, span_s: f64) -> f64 {
+        if self.extension.is_none() { span_s } else { self.take_effects(span_s, None) }
+    }
+
+    /// Effects of the next span, or, at an event, of the state with another speed.
+    #[cold]
+    fn take_effects(&mut self, span_s: f64, speed_rad_per_s: Option<f64>) -> f64 {
+        let Some(extension) = &mut self.extension else { return span_s };
+        let speed = speed_rad_per_s.unwrap_or(self.train.speed_rad_per_s);
+        let span_s = span_s.min(extension.longest_s(speed));
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        let along = (self.train.angle_rad - self.sector_rad.0) * self.winding.sectors_per_rad();
+        let coupling = self.winding.coupling(&self.at, &self.gap, motor_rad, along);
+        let motor_n_m = coupling.torque_now_n_m(self.positive_a, self.idle_a);
+        let drag_n_m = self.shaft.viscous_n_m_s_per_rad * speed;
+        let rate = (motor_n_m + self.shaft.external_n_m - drag_n_m) * self.shaft.per_inertia[0];
+        let instant = Instant { motor_rad, speed_rad_per_s: speed, motor_n_m };
+        let reach_s = if speed_rad_per_s.is_some() { 0.0 } else { span_s };
+        extension.burden(&mut self.train, &instant, rate, reach_s);
+        self.shaft = self.train.shaft();
+        span_s
+    }
+
+    /// Goes on in time with the effects.
+    #[inline]
+    fn advance_effects(&mut self, span_s: f64, from: (f64, f64)) {
+        if let Some(extension) = &mut self.extension {
+            let to = (self.train.angle_rad, self.train.speed_rad_per_s);
+            extension.advance(span_s, from, to, 0.0);
+        }
     }
 
     /// The first edge of the first carrier period, whose duty is zero.
@@ -528,7 +683,8 @@ impl<P: Probe> Run<P> {
     /// Mostly one segment covers both; where something happens in it, it is cut at the seam.
     fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
         let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
-        if span_s <= self.longest_s {
+        // with effects the sample is taken between two segments
+        if span_s <= self.longest_s && self.extension.is_none() {
             let (step, end) = self.solve(span_s, legs_v);
             if !self.interrupted(&step, &end, span_s) {
                 let seam = End::of(&step.segment, before_s);
@@ -547,18 +703,21 @@ impl<P: Probe> Run<P> {
     fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let span_s = left_s.min(self.longest_s);
+            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
             let (step, mut end) = self.solve(span_s, legs_v);
             if self.interrupted(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
                 end = End::of(&step.segment, at_s);
                 self.observe(&step, at_s, legs_v);
                 self.commit(&end);
+                self.advance_effects(at_s, from);
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
                 left_s -= at_s;
             } else {
                 self.observe(&step, span_s, legs_v);
                 self.commit(&end);
+                self.advance_effects(span_s, from);
                 left_s -= span_s;
             }
         }
@@ -604,7 +763,8 @@ impl<P: Probe> Run<P> {
                     self.legs_up[phase] = error_a > 0.0;
                 }
             }
-            let span_s = left_s.min(self.longest_s);
+            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
             let step = self.solve_connected(phases);
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
@@ -629,6 +789,7 @@ impl<P: Probe> Run<P> {
             end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
             self.observe(&step, at_s, (self.leg_v(phases[0]), self.leg_v(phases[1])));
             self.commit(&end);
+            self.advance_effects(at_s, from);
             if event != Event::Switching {
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
             }
@@ -752,6 +913,12 @@ impl<P: Probe> Run<P> {
     }
 
     fn handle(&mut self, event: Event, torque_n_m: f64) {
+        if self.extension.is_some() && matches!(event, Event::Standstill | Event::Bound) {
+            // at rest friction and torques are others than on the way there
+            let moving = event == Event::Bound;
+            let speed = if moving { self.train.speed_rad_per_s } else { 0.0 };
+            self.take_effects(0.0, Some(speed));
+        }
         match event {
             Event::Switching => {}
             Event::Standstill => self.train.stand_still(torque_n_m),

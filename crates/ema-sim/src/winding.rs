@@ -262,6 +262,11 @@ pub(crate) struct Coupling {
 }
 
 impl Coupling {
+    /// Motor torque of the currents of the positive and the idle phase.
+    pub(crate) fn torque_now_n_m(&self, positive_a: f64, idle_a: f64) -> f64 {
+        self.pair[0] * positive_a + self.idle[0] * idle_a
+    }
+
     /// Motor torque at a time of a segment.
     pub(crate) fn torque_n_m(&self, segment: &Segment, at_s: f64) -> f64 {
         let turn = value(&segment.turn, at_s);
