@@ -53,6 +53,10 @@ fn actuator(model: &str) -> Result<(String, Actuator)> {
     let text = fs::read_to_string(model)
         .with_context(|| format!("{model}: neither a preset (`ema-48`) nor a model file"))?;
     let parsed = model_file::parse(&text).with_context(|| model.to_owned())?;
+    if let Some(block) = parsed.effects.first() {
+        let symbol = block.effect.id().info().symbol;
+        bail!("{model}: holds effect {symbol}; this command simulates models without effects");
+    }
     Ok((parsed.name.unwrap_or_else(|| model.to_owned()), parsed.actuator))
 }
 

@@ -395,5 +395,9 @@ fn model_text(experiment: &Experiment) -> String {
 fn actuator_of(text: &str) -> Result<Actuator, BundleError> {
     let model = model_file::parse(text)
         .map_err(|error| content(format!("a model that cannot be read: {error}")))?;
+    if let Some(block) = model.effects.first() {
+        let symbol = block.effect.id().info().symbol;
+        return Err(content(format!("a model with effect {symbol}, which a bundle cannot hold")));
+    }
     Ok(model.actuator)
 }
