@@ -157,10 +157,18 @@ impl Run {
     }
 
     /// What has to be done at the start of a tick, before the controller: fresh sines, the load.
+    #[inline]
     pub(crate) fn begin_tick(&mut self, tick: usize, tick_s: f64) {
         if tick.is_multiple_of(REFRESH_TICKS) {
             self.refresh();
         }
+        if self.load.is_some() {
+            self.take_load(tick_s);
+        }
+    }
+
+    #[cold]
+    fn take_load(&mut self, tick_s: f64) {
         if let Some(mut load) = self.load.take() {
             let surface_rad = self.surface_rad();
             let now_n_m = load.now_n_m(surface_rad);
@@ -260,7 +268,8 @@ impl Run {
         }
     }
 
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn advance_plain(&mut self, reference_a: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
@@ -305,6 +314,7 @@ impl Run {
         self.extension = Some(extension);
     }
 
+    #[cold]
     fn advance_by_voltage(&mut self, reference_v: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
@@ -328,6 +338,7 @@ impl Run {
     }
 
     /// One segment with effects; returns its length.
+    #[cold]
     fn extended_segment(&mut self, extension: &mut Extension, reference: f64, left_s: f64) -> f64 {
         let speed = self.train.speed_rad_per_s;
         let span_s = left_s.min(extension.longest_s(speed));
@@ -462,7 +473,8 @@ impl Run {
     }
 
     /// Follows a motion to its first event or the end of a span; returns the time taken.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn follow(&mut self, motion: &Motion, span_s: f64, coupling: &LocalQuadratic) -> f64 {
         let (event, at_s) = self.glide(motion, span_s);
         if event != Event::Tick {
@@ -472,7 +484,8 @@ impl Run {
     }
 
     /// Moves along a motion to its first event or the end of a span.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn glide(&mut self, motion: &Motion, span_s: f64) -> (Event, f64) {
         let (mut speed, mut turn_rad) = (value(&motion.speed, span_s), value(&motion.turn, span_s));
         let (mut event, mut at_s) = (Event::Tick, span_s);
@@ -578,7 +591,8 @@ struct Motion {
 
 impl Motion {
     /// With the set-point reached.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn at_current(shaft: &Shaft, v: &LocalQuadratic, current_a: f64, w0: f64) -> Self {
         let (j, c) = (&shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
         let w1 = (v[0] * current_a + shaft.external_n_m - c * w0) * j[0];

@@ -650,6 +650,7 @@ impl Extension {
     }
 
     /// What the current sensor shows.
+    #[cold]
     pub(crate) fn shown_current_a(&mut self, current_a: f64) -> f64 {
         let Some([gain, offset, lag, ..]) = self.current_sensor else { return current_a };
         let seen = (1.0 + gain) * current_a + offset;
@@ -670,6 +671,7 @@ impl Extension {
     }
 
     /// What the position sensor shows, once a tick; with the error of the gear.
+    #[cold]
     pub(crate) fn shown_position_rad(&mut self, train: &DriveTrain, motor_rad: f64) -> f64 {
         let position = self.position_in(train, 0.0) + self.error_rad(motor_rad);
         let Some([lag, a, b, step, _]) = self.position_sensor else { return position };
