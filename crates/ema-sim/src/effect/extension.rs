@@ -391,7 +391,11 @@ impl Extension {
         let inertia = inertia.max(1e-12);
         let stiffness = 1.0 / v[0];
         let motor_at_surface = motor_inertia / (machine.per_gear_ratio * machine.per_gear_ratio);
-        let swing = sqrt(stiffness * (1.0 / inertia + 1.0 / motor_at_surface));
+        // a shaft that the shortest segments cannot follow is as good as rigid
+        let per_mass = 1.0 / inertia + 1.0 / motor_at_surface;
+        let fastest = LONGEST_SWING_RAD / (SHORTEST_RATIO * machine.tick_s);
+        let stiffness = stiffness.min(fastest * fastest / per_mass);
+        let swing = sqrt(stiffness * per_mass);
         self.longest_s = self.longest_s.min(LONGEST_SWING_RAD / swing);
         let angle_rad = train.surface_rad();
         let load_n_m = train.set_free(motor_inertia) / machine.per_gear_ratio;
@@ -409,7 +413,8 @@ impl Extension {
 
     /// The longest segment at a speed.
     pub(crate) fn longest_s(&self, speed_rad_per_s: f64) -> f64 {
-        self.longest_s.min(self.longest_rad / speed_rad_per_s.abs().max(1e-9))
+        let longest_s = self.longest_s.min(self.longest_rad / speed_rad_per_s.abs().max(1e-9));
+        longest_s.max(SHORTEST_RATIO * self.tick_s)
     }
 
     /// Angle by which the commutation is early, of the rotor.
@@ -710,6 +715,8 @@ impl Extension {
 /// Phase of a periodic effect that a segment covers at most; the midpoint rule's error in a
 /// sine is then below a thousandth of it.
 const LONGEST_PHASE_RAD: f64 = 0.15;
+/// Share of a tick below which no segment is cut, so that any number within bounds ends a run.
+const SHORTEST_RATIO: f64 = 1e-3;
 /// Phase of the elastic shaft's swing that a segment covers at most.
 const LONGEST_SWING_RAD: f64 = 0.05;
 

@@ -636,3 +636,26 @@ fn a_load_that_changes_is_felt_in_high_fidelity() {
         model.simulate(&healthy())
     );
 }
+
+/// Full damage of every fault with every effect, and sizes at the end of their bounds.
+#[test]
+fn severe_cases_stay_finite() {
+    let full = HealthState::new([1.0, 1.0, 0.5, 1.0, 0.2, 1.0, 0.3]).unwrap();
+    let scenario = Scenario { duration_s: 0.02, ..Scenario::chirp() };
+    let mut severe = examples();
+    severe.push(effect(EffectId::Cogging, &[("cogging_sin_n_m", 8e-3), ("order", 1e6)]));
+    severe.push(effect(EffectId::Presliding, &[("presliding_rad", 1e-9)]));
+    severe.push(effect(EffectId::Compliance, &[("compliance_rad_per_n_m", 1e-15)]));
+    severe.push(effect(EffectId::DirectionalFriction, &[("coulomb_asymmetry_n_m", 10.0)]));
+    for effect in severe {
+        let effects = core::slice::from_ref(&effect);
+        let low = LowFidelity::new(&EMA_48, &scenario).unwrap().with_effects(effects).unwrap();
+        let low = low.simulate(&(&full).into());
+        assert!(low.current_a.iter().chain(&low.motor_angle_rad).all(|x| x.is_finite()));
+        let high = HighFidelity::new(&EMA_48, &scenario).unwrap();
+        if let Ok(high) = high.with_effects(effects) {
+            let high = high.simulate(&(&full).into());
+            assert!(high.motor_angle_rad.iter().all(|x| x.is_finite()), "{:?}", effect.id());
+        }
+    }
+}
