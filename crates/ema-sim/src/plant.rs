@@ -262,7 +262,8 @@ impl Run {
     }
 
     /// Torque over current near the rotor's angle, and the resistance there.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn equivalent(&self) -> (LocalQuadratic, f64) {
         let gap = self.winding.gap(&self.rotor);
         if let Some(shape) = &self.shape {

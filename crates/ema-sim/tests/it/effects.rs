@@ -37,7 +37,7 @@ fn run(actuator: &Actuator, scenario: &Scenario, effects: &[Effect]) -> LowFidel
 }
 
 /// One of each, with sizes that a real machine could have.
-fn examples() -> Vec<Effect> {
+pub(super) fn examples() -> Vec<Effect> {
     use EffectId::*;
     let curve = Curve::new(
         Coordinate::Speed,
@@ -94,7 +94,7 @@ fn law_an_effect_without_size_changes_nothing() {
 }
 
 /// Share of rms by which two signals differ.
-fn difference(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn difference(a: &[f64], b: &[f64]) -> f64 {
     let square = |x: f64| x * x;
     let apart: f64 = a.iter().zip(b).map(|(a, b)| square(a - b)).sum();
     (apart / b.iter().copied().map(square).sum::<f64>()).sqrt()

@@ -3,6 +3,7 @@
 mod analytic;
 mod bad_input;
 mod bench;
+mod bench_effects;
 mod brute_force;
 mod dead_time;
 mod effects;
