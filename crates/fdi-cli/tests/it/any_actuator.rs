@@ -192,7 +192,7 @@ fn a_wrong_model_file_is_named_with_line_and_key() {
         }
     }
     let error = refused(&folder, &["dataset", "--model", "none.toml", "-o", "d"]);
-    assert!(error.starts_with("error: none.toml: neither a preset (`ema-48`)"), "{error}");
+    assert!(error.starts_with("error: none.toml: neither a preset (`ema-48`, `bench`)"), "{error}");
 }
 
 #[test]
