@@ -94,7 +94,7 @@ impl Cascade {
 }
 
 /// The nearest multiple of a step; the value itself without one.
-fn quantised(value: f64, step: f64) -> f64 {
+pub(crate) fn quantised(value: f64, step: f64) -> f64 {
     if step > 0.0 { step * libm::floor(value / step + 0.5) } else { value }
 }
 

@@ -33,6 +33,9 @@ impl Direction {
     }
 }
 
+/// Half of a play that is never crossed.
+const BOUNDLESS_RAD: f64 = 1e30;
+
 /// Which flank of the play carries the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Contact {
@@ -48,6 +51,7 @@ enum Contact {
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_field_names, reason = "the unit belongs to the name")]
 pub(crate) struct Torques {
+    /// Dry friction and what effects add.
     pub(crate) friction_n_m: f64,
     /// The load's own.
     pub(crate) load_n_m: f64,
@@ -55,13 +59,49 @@ pub(crate) struct Torques {
     pub(crate) gear_n_m: f64,
 }
 
+/// Dry friction of the two directions (backward, forward), and a torque against positive motion.
+#[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "the unit belongs to the name")]
+pub(crate) struct Burden {
+    pub(crate) kinetic_n_m: [f64; 2],
+    pub(crate) static_n_m: [f64; 2],
+    pub(crate) against_n_m: f64,
+}
+
+/// What a drive train is made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts {
+    pub(crate) inertia_kg_m2: f64,
+    pub(crate) viscous_n_m_s_per_rad: f64,
+    pub(crate) kinetic_n_m: f64,
+    pub(crate) static_n_m: f64,
+    /// Torque against positive motion, whichever way the shaft moves.
+    pub(crate) offset_n_m: f64,
+    pub(crate) gear_ratio: f64,
+    /// Half of the play, on the motor side.
+    pub(crate) half_play_rad: f64,
+    /// Stop of the surface.
+    pub(crate) stop_rad: f64,
+    pub(crate) efficiency_ratio: f64,
+    /// Load on the surface.
+    pub(crate) load_n_m: f64,
+    /// Dry friction of the surface, behind the play.
+    pub(crate) surface_friction_n_m: f64,
+    /// Place of the surface in the play at the start, −1 to 1.
+    pub(crate) side_ratio: f64,
+    pub(crate) speed_rad_per_s: f64,
+}
+
 /// State and constants of the drive train; angles on the motor side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DriveTrain {
     pub(crate) inertia_kg_m2: f64,
     pub(crate) viscous_n_m_s_per_rad: f64,
-    kinetic_n_m: f64,
-    static_n_m: f64,
+    /// What rubs and pushes besides load and viscous drag.
+    burden: Burden,
+    /// The same without effects.
+    nominal: Burden,
+    efficiency_ratio: f64,
     per_gear_ratio: f64,
     half_play_rad: f64,
     stop_rad: f64,
@@ -84,37 +124,101 @@ impl DriveTrain {
     /// The drive train at the start of a test.
     pub(crate) fn new(actuator: &Actuator, faults: &PhysicalFaults, scenario: &Scenario) -> Self {
         let t = &actuator.transmission;
-        let half_play_rad = 0.5 * t.backlash_rad * faults.backlash_ratio * t.gear_ratio;
-        let reflected = scenario.load_n_m / t.gear_ratio;
-        let surface_friction_n_m = t.surface_friction_n_m / t.gear_ratio;
-        let (forward, backward) =
-            (reflected + surface_friction_n_m, reflected - surface_friction_n_m);
-        let against = 1.0 / t.efficiency_ratio;
-        let along = t.efficiency_ratio;
-        let mut train = Self {
+        Self::of(&Parts {
             inertia_kg_m2: actuator.total_inertia_kg_m2(),
             viscous_n_m_s_per_rad: actuator.motor.viscous_n_m_s_per_rad,
             kinetic_n_m: t.kinetic_friction_n_m * faults.friction_ratio + scenario.brake_n_m,
             static_n_m: t.static_friction_n_m * faults.friction_ratio + scenario.brake_n_m,
-            per_gear_ratio: 1.0 / t.gear_ratio,
-            half_play_rad,
-            stop_rad: t.stop_rad * t.gear_ratio,
-            load_n_m: reflected,
-            surface_friction_n_m,
-            load_forward_n_m: forward * if forward > 0.0 { against } else { along },
-            load_backward_n_m: backward * if backward < 0.0 { against } else { along },
+            offset_n_m: 0.0,
+            gear_ratio: t.gear_ratio,
+            half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio * t.gear_ratio,
+            stop_rad: t.stop_rad,
+            efficiency_ratio: t.efficiency_ratio,
+            load_n_m: scenario.load_n_m,
+            surface_friction_n_m: t.surface_friction_n_m,
+            side_ratio: scenario.backlash_side_ratio,
+            speed_rad_per_s: scenario.initial.motor_speed_rad_per_s,
+        })
+    }
+
+    /// A drive train of parts.
+    pub(crate) fn of(parts: &Parts) -> Self {
+        let nominal = Burden {
+            kinetic_n_m: [parts.kinetic_n_m; 2],
+            static_n_m: [parts.static_n_m; 2],
+            against_n_m: parts.offset_n_m,
+        };
+        let mut train = Self {
+            inertia_kg_m2: parts.inertia_kg_m2,
+            viscous_n_m_s_per_rad: parts.viscous_n_m_s_per_rad,
+            burden: nominal,
+            nominal,
+            efficiency_ratio: parts.efficiency_ratio,
+            per_gear_ratio: 1.0 / parts.gear_ratio,
+            half_play_rad: parts.half_play_rad,
+            stop_rad: parts.stop_rad * parts.gear_ratio,
+            load_n_m: 0.0,
+            surface_friction_n_m: parts.surface_friction_n_m / parts.gear_ratio,
+            load_forward_n_m: 0.0,
+            load_backward_n_m: 0.0,
             angle_rad: 0.0,
             speed_rad_per_s: 0.0,
             direction: Direction::Stuck,
             contact: Contact::Free,
-            left_at_rad: -scenario.backlash_side_ratio * half_play_rad,
+            left_at_rad: -parts.side_ratio * parts.half_play_rad,
         };
-        train.set_going(scenario.initial.motor_speed_rad_per_s);
+        train.reflect(parts.load_n_m / parts.gear_ratio);
+        train.set_going(parts.speed_rad_per_s);
         if train.direction == Direction::Stuck {
             // a load beyond the static friction moves the shaft before any current does
             train.stand_still(0.0);
         }
         train
+    }
+
+    /// Takes a load on the motor side.
+    fn reflect(&mut self, reflected_n_m: f64) {
+        let (against, along) = (1.0 / self.efficiency_ratio, self.efficiency_ratio);
+        self.load_n_m = reflected_n_m;
+        let forward = reflected_n_m + self.surface_friction_n_m;
+        let backward = reflected_n_m - self.surface_friction_n_m;
+        self.load_forward_n_m = forward * if forward > 0.0 { against } else { along };
+        self.load_backward_n_m = backward * if backward < 0.0 { against } else { along };
+    }
+
+    /// Takes another load on the surface.
+    pub(crate) fn set_load(&mut self, load_n_m: f64) {
+        self.reflect(load_n_m * self.per_gear_ratio);
+    }
+
+    /// Takes the surface off the shaft, which keeps an inertia; returns the load, on the motor
+    /// side, that goes with it.
+    pub(crate) fn set_free(&mut self, inertia_kg_m2: f64) -> f64 {
+        let load_n_m = self.load_n_m;
+        self.inertia_kg_m2 = inertia_kg_m2;
+        self.reflect(0.0);
+        (self.contact, self.half_play_rad, self.left_at_rad) = (Contact::Free, BOUNDLESS_RAD, 0.0);
+        load_n_m
+    }
+
+    /// Kinetic and static friction without effects.
+    pub(crate) fn nominal_friction_n_m(&self) -> [f64; 2] {
+        [self.nominal.kinetic_n_m[1], self.nominal.static_n_m[1]]
+    }
+
+    /// What rubs and pushes without effects.
+    pub(crate) fn nominal_burden(&self) -> Burden {
+        self.nominal
+    }
+
+    /// Takes on what effects make of friction and torque.
+    pub(crate) fn carry(&mut self, burden: Burden) {
+        self.burden = burden;
+    }
+
+    /// The load that the shaft carries now, on the motor side and through a gear without losses.
+    pub(crate) fn carried_load_n_m(&self) -> f64 {
+        if self.contact == Contact::Free { 0.0 } else { self.load_n_m }
     }
 
     /// Starts the shaft at rest with a speed.
@@ -151,7 +255,12 @@ impl DriveTrain {
             Contact::Upper => self.load_forward_n_m,
             Contact::Lower => self.load_backward_n_m,
         };
-        -self.direction.sign() * self.kinetic_n_m - load
+        -self.direction.sign() * self.kinetic_n_m() - load - self.burden.against_n_m
+    }
+
+    /// Kinetic friction of the present direction.
+    fn kinetic_n_m(&self) -> f64 {
+        self.burden.kinetic_n_m[usize::from(self.direction != Direction::Backward)]
     }
 
     /// The shaft's equation in the present state.
@@ -177,7 +286,9 @@ impl DriveTrain {
             Contact::Lower => (self.load_n_m, -self.surface_friction_n_m, self.load_backward_n_m),
         };
         Torques {
-            friction_n_m: self.direction.sign() * self.kinetic_n_m + surface_n_m,
+            friction_n_m: self.direction.sign() * self.kinetic_n_m()
+                + self.burden.against_n_m
+                + surface_n_m,
             load_n_m,
             gear_n_m: whole_n_m - load_n_m - surface_n_m,
         }
@@ -200,21 +311,23 @@ impl DriveTrain {
         let most = self.stop_rad + self.half_play_rad;
         let (low, high) =
             (self.left_at_rad - self.half_play_rad, self.left_at_rad + self.half_play_rad);
+        let [static_backward, static_forward] = self.burden.static_n_m;
         let forward = if self.angle_rad >= most {
             f64::INFINITY
         } else if self.angle_rad >= high {
-            self.static_n_m + self.load_forward_n_m
+            static_forward + self.load_forward_n_m
         } else {
-            self.static_n_m
+            static_forward
         };
         let backward = if self.angle_rad <= -most {
             f64::NEG_INFINITY
         } else if self.angle_rad <= low {
-            -self.static_n_m + self.load_backward_n_m
+            -static_backward + self.load_backward_n_m
         } else {
-            -self.static_n_m
+            -static_backward
         };
-        (backward, forward)
+        let against = self.burden.against_n_m;
+        (backward + against, forward + against)
     }
 
     /// The shaft has come to zero speed: the surface is left where it is, and the motor torque

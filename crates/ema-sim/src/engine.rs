@@ -10,7 +10,12 @@ mod three_legs;
 use crate::{
     controller::Measured,
     drive_train::{Direction, DriveTrain},
+    effect::{
+        Effect,
+        extension::{Extension, Instant, Machine},
+    },
     fault::PhysicalFaults,
+    load::LoadRun,
     params::{Actuator, BackEmfShape},
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
@@ -46,6 +51,8 @@ enum Event {
 pub(crate) struct Run<P> {
     winding: Winding,
     train: DriveTrain,
+    /// Effects, where there are any.
+    extension: Option<Box<Extension>>,
     /// The shaft's equation in the present state of the drive train.
     shaft: Shaft,
     half_bus_v: f64,
@@ -170,6 +177,7 @@ impl<P: Probe> Run<P> {
             longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
             shaft: train.shaft(),
             train,
+            extension: None,
             half_bus_v: 0.5 * actuator.inverter.bus_voltage_v,
             start_angle_rad,
             positive_a: 0.0,
@@ -197,6 +205,95 @@ impl<P: Probe> Run<P> {
     /// The electronics sample the present state.
     pub(crate) fn take_sample(&mut self) {
         self.sample = self.sample_now();
+    }
+
+    /// Takes effects on.
+    pub(crate) fn add_effects(
+        &mut self,
+        actuator: &Actuator,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) {
+        let t = &actuator.transmission;
+        let machine = Machine {
+            inertia_kg_m2: actuator.total_inertia_kg_m2(),
+            per_gear_ratio: 1.0 / t.gear_ratio,
+            load_inertia_kg_m2: t.surface_inertia_kg_m2,
+            efficiency_ratio: t.efficiency_ratio,
+            half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio,
+            tick_s: 1.0 / actuator.controller.sample_hz,
+            pole_pairs: f64::from(actuator.motor.pole_pairs),
+        };
+        self.extension = Extension::of(effects, &machine, &mut self.train, 1.0);
+        if self.extension.is_some() {
+            self.renew();
+        }
+    }
+
+    /// Takes the load of the next tick.
+    pub(crate) fn take_load(&mut self, load: &mut LoadRun, tick_s: f64) {
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        let surface_rad = match &self.extension {
+            None => self.train.surface_rad(),
+            Some(extension) => extension.position_rad(&self.train, motor_rad),
+        };
+        let now_n_m = load.now_n_m(surface_rad);
+        match &mut self.extension {
+            Some(extension) if extension.is_compliant() => extension.set_load(now_n_m),
+            _ => self.train.set_load(now_n_m),
+        }
+        load.advance(surface_rad, tick_s);
+        self.renew();
+    }
+
+    /// What the position sensor shows of the sample, once a tick.
+    pub(crate) fn show_surface(&mut self) {
+        if let Some(extension) = &mut self.extension {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            self.sample.surface_rad = extension.shown_position_rad(&self.train, motor_rad);
+        }
+    }
+
+    /// Set-points to hold in this tick, each with its share of it.
+    pub(crate) fn delayed(&mut self, reference_a: f64) -> [(f64, f64); 2] {
+        match &mut self.extension {
+            None => [(reference_a, 1.0), (reference_a, 0.0)],
+            Some(extension) => extension.delayed(reference_a),
+        }
+    }
+
+    /// Puts what effects do in a span on the shaft; returns the span, shorter where they ask.
+    #[inline]
+    fn take_burden(&mut self, span_s: f64) -> f64 {
+        if self.extension.is_none() { span_s } else { self.take_effects(span_s, None) }
+    }
+
+    /// Effects of the next span, or, at an event, of the state with another speed.
+    #[cold]
+    fn take_effects(&mut self, span_s: f64, speed_rad_per_s: Option<f64>) -> f64 {
+        let Some(mut extension) = self.extension.take() else { return span_s };
+        let speed = speed_rad_per_s.unwrap_or(self.train.speed_rad_per_s);
+        let span_s = span_s.min(extension.longest_s(speed));
+        let motor_rad = self.start_angle_rad + self.train.angle_rad;
+        let coupling = self.coupling(motor_rad, self.along(self.train.angle_rad));
+        let motor_n_m = coupling.torque_now_n_m(self.positive_a, self.idle_a);
+        let drag_n_m = self.shaft.viscous_n_m_s_per_rad * speed;
+        let rate = (motor_n_m + self.shaft.external_n_m - drag_n_m) * self.shaft.per_inertia[0];
+        let instant = Instant { motor_rad, speed_rad_per_s: speed, motor_n_m };
+        let reach_s = if speed_rad_per_s.is_some() { 0.0 } else { span_s };
+        extension.burden(&mut self.train, &instant, rate, reach_s);
+        self.extension = Some(extension);
+        self.shaft = self.train.shaft();
+        span_s
+    }
+
+    /// Goes on in time with the effects.
+    #[inline]
+    fn advance_effects(&mut self, span_s: f64, from: (f64, f64)) {
+        if let Some(extension) = &mut self.extension {
+            let to = (self.train.angle_rad, self.train.speed_rad_per_s);
+            extension.advance(span_s, from, to, 0.0);
+        }
     }
 
     /// The first edge of the first carrier period, whose duty is zero.
@@ -340,7 +437,8 @@ impl<P: Probe> Run<P> {
     /// Mostly one segment covers both; where something happens in it, it is cut at the seam.
     fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
         let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
-        if span_s <= self.longest_s {
+        // with effects the sample is taken between two segments
+        if span_s <= self.longest_s && self.extension.is_none() {
             let (step, end) = self.solve(span_s, legs_v);
             if !self.interrupted(&step, &end, span_s) {
                 let seam = End::of(&step.segment, before_s);
@@ -359,18 +457,21 @@ impl<P: Probe> Run<P> {
     fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let span_s = left_s.min(self.longest_s);
+            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
             let (step, mut end) = self.solve(span_s, legs_v);
             if self.interrupted(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
                 end = End::of(&step.segment, at_s);
                 self.observe(&step, at_s, legs_v);
                 self.commit(&end);
+                self.advance_effects(at_s, from);
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
                 left_s -= at_s;
             } else {
                 self.observe(&step, span_s, legs_v);
                 self.commit(&end);
+                self.advance_effects(span_s, from);
                 left_s -= span_s;
             }
         }
@@ -424,7 +525,8 @@ impl<P: Probe> Run<P> {
                     self.legs_v[phase] = self.half_bus_v.copysign(error_a);
                 }
             }
-            let span_s = left_s.min(self.longest_s);
+            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
             let step = self.solve_connected();
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
@@ -449,6 +551,7 @@ impl<P: Probe> Run<P> {
             end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
             self.observe_connected(&step, at_s);
             self.commit(&end);
+            self.advance_effects(at_s, from);
             if event != Event::Switching {
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
             }
@@ -593,6 +696,12 @@ impl<P: Probe> Run<P> {
     }
 
     fn handle(&mut self, event: Event, torque_n_m: f64) {
+        if self.extension.is_some() && matches!(event, Event::Standstill | Event::Bound) {
+            // at rest friction and torques are others than on the way there
+            let moving = event == Event::Bound;
+            let speed = if moving { self.train.speed_rad_per_s } else { 0.0 };
+            self.take_effects(0.0, Some(speed));
+        }
         match event {
             Event::Switching => {}
             Event::Standstill => self.train.stand_still(torque_n_m),

@@ -1,5 +1,7 @@
 //! Why an actuator or a test cannot be simulated.
 
+use crate::effect::EffectError;
+
 /// A parameter that no machine has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -9,6 +11,18 @@ pub enum ParameterError {
     OutOfBounds {
         /// Block and field, with unit.
         field: &'static str,
+        /// Value given.
+        value: f64,
+        /// Least value allowed.
+        least: f64,
+        /// Largest value allowed.
+        most: f64,
+    },
+    /// A number of a servo axis that is not finite, or outside its bounds.
+    #[error("`{field}` is {value}, expected a number from {least} to {most}")]
+    AxisOutOfBounds {
+        /// Block and field, with the axis' unit.
+        field: String,
         /// Value given.
         value: f64,
         /// Least value allowed.
@@ -54,6 +68,9 @@ pub enum SimulationError {
     /// The actuator is refused.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// An effect is refused.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
     /// A field of the scenario is not finite or out of bounds.
     #[error("`{field}` is {value}, expected a number from {least} to {most}")]
     Scenario {

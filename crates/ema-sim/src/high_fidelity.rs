@@ -3,11 +3,16 @@
 use crate::{
     controller::Cascade,
     current_loop::CurrentLoop,
+    effect::{
+        Effect, EffectError, EffectId,
+        extension::{Host, reshaped},
+    },
     energy::{EnergyLedger, EnergyProbe},
     engine::Run,
     error::SimulationError,
     fault::PhysicalFaults,
     field_oriented::FieldOriented,
+    load::{Load, LoadRun},
     params::{Actuator, Commutation},
     phase::PerPhase,
     probe::Probe,
@@ -67,7 +72,25 @@ pub struct HighFidelity {
     scenario: Scenario,
     command_rad: Vec<f64>,
     control: CurrentControl,
+    effects: Vec<Effect>,
+    load: Load,
 }
+
+const NAME: &str = "the high-fidelity model";
+const CONSTANT_WINDING: &str = "the winding's constants do not change with current and heat";
+const OWN_COMMUTATION: &str = "the model has its own commutation and shape of back-EMF";
+
+/// Effects on torques, transmission, position and control act; the electrical ones do not yet.
+const REFUSED: [(EffectId, &str); 8] = [
+    (EffectId::Saturation, CONSTANT_WINDING),
+    (EffectId::ResistanceDrift, CONSTANT_WINDING),
+    (EffectId::DeadTime, "its legs have a dead time of their own, `inverter.dead-time-s`"),
+    (EffectId::BusSag, "the supply of the inverter is ideal"),
+    (EffectId::CurrentSensor, "a phase's sensor is one of `PhaseSensors`"),
+    (EffectId::BackEmfShape, OWN_COMMUTATION),
+    (EffectId::CommutationOverlap, OWN_COMMUTATION),
+    (EffectId::HallOffset, OWN_COMMUTATION),
+];
 
 impl HighFidelity {
     /// Prepares a test.
@@ -83,7 +106,36 @@ impl HighFidelity {
             scenario: scenario.clone(),
             command_rad,
             control: CurrentControl::Carrier,
+            effects: Vec::new(),
+            load: Load::None,
         })
+    }
+
+    /// The same test on a machine with effects; their torques are held over each segment.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Effect`] for an effect that this model cannot take.
+    pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
+        Host::of_actuator(NAME, &self.actuator, &REFUSED).check(effects)?;
+        if effects.iter().any(|e| e.get("inductance_henry").is_some_and(|henry| henry != 0.0)) {
+            let (effect, model) = (EffectId::InductanceEddy, NAME);
+            let reason = "its winding has an inductance of its own; the eddy loss alone acts";
+            return Err(EffectError::NotInModel { effect, model, reason }.into());
+        }
+        self.effects = effects.to_vec();
+        Ok(self)
+    }
+
+    /// The same test with a load besides the constant one.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Scenario`] for a load out of bounds.
+    pub fn with_load(mut self, load: Load) -> Result<Self, SimulationError> {
+        load.check()?;
+        self.load = load;
+        Ok(self)
     }
 
     /// The same test with the legs switched another way.
@@ -193,7 +245,8 @@ impl HighFidelity {
         for duty in duties_frac.as_flattened() {
             in_range("duties.duty-frac", *duty, (0.0, 1.0))?;
         }
-        let mut run = Run::new(&self.actuator, &self.scenario, faults, ((), true));
+        let mut run = self.start(faults, ((), true));
+        let mut load = LoadRun::new(&self.load, self.scenario.load_n_m);
         let mut trace = empty_trace(&self.actuator, duties_frac.len() / self.periods());
         let period_s = 1.0 / self.actuator.inverter.carrier_hz;
         let (periods, mut now) = (self.periods(), [0.0; 3]);
@@ -206,6 +259,7 @@ impl HighFidelity {
             }
             if n % periods == 0 {
                 run.centre_gap((n / periods) % REFRESH_TICKS == 0);
+                self.load_and_show(&mut run, &mut load);
                 run.record(0.0, &mut trace);
             }
             now = next;
@@ -217,14 +271,16 @@ impl HighFidelity {
     /// Runs the test with a probe on every segment.
     fn observed<P: Probe>(&self, faults: &PhysicalFaults, probe: P) -> (HighFidelityTrace, P) {
         let connected = self.actuator.inverter.commutation == Commutation::FieldOriented;
-        let mut run = Run::new(&self.actuator, &self.scenario, faults, (probe, connected));
+        let mut run = self.start(faults, (probe, connected));
         let mut trace = empty_trace(&self.actuator, self.command_rad.len());
         match (self.actuator.inverter.commutation, self.control) {
             (Commutation::FieldOriented, _) => self.field_oriented(&mut run, &mut trace),
             (Commutation::SixStep, CurrentControl::Hysteresis { half_band_a }) => {
                 let tick_s = 1.0 / self.actuator.controller.sample_hz;
-                self.ticks(&mut run, &mut trace, |run, reference_a| {
-                    run.comparators(reference_a, half_band_a, tick_s);
+                self.ticks(&mut run, &mut trace, |run, references| {
+                    for (reference_a, share) in references {
+                        run.comparators(reference_a, half_band_a, share * tick_s);
+                    }
                     run.take_sample();
                 });
             }
@@ -242,8 +298,9 @@ impl HighFidelity {
         if dead_s == 0.0 {
             run.first_edge(period_s);
         }
-        self.ticks(run, trace, |run, reference_a| {
-            for _ in 0..periods {
+        self.ticks(run, trace, |run, references| {
+            for period in 0..periods {
+                let reference_a = reference_in(period, periods, &references);
                 let duty = current_loop.step(reference_a, run.sample.feedback_a);
                 if dead_s == 0.0 {
                     run.carrier_period(duty, current_loop.pending_duty, period_s);
@@ -259,8 +316,9 @@ impl HighFidelity {
         let mut current_loop = FieldOriented::new(&self.actuator, &self.scenario);
         let (periods, period_s) = (self.periods(), current_loop.period_s);
         self.begin(run, &current_loop.pending, period_s);
-        self.ticks(run, trace, |run, reference_a| {
-            for _ in 0..periods {
+        self.ticks(run, trace, |run, references| {
+            for period in 0..periods {
+                let reference_a = reference_in(period, periods, &references);
                 let sample = &run.sample;
                 let motor_rad = self.scenario.start_angle_rad + sample.angle_rad;
                 let duties = current_loop.step(reference_a, &sample.currents_a, motor_rad);
@@ -294,25 +352,46 @@ impl HighFidelity {
         }
     }
 
+    /// The machine, with its effects, at the start of the test.
+    fn start<P: Probe>(&self, faults: &PhysicalFaults, drive: (P, bool)) -> Run<P> {
+        let actuator = reshaped(&self.actuator, &self.effects);
+        let mut run = Run::new(&actuator, &self.scenario, faults, drive);
+        run.add_effects(&actuator, faults, &self.effects);
+        run
+    }
+
+    /// The load of the next tick, and what the position sensor shows in it.
+    fn load_and_show<P: Probe>(&self, run: &mut Run<P>, load: &mut LoadRun) {
+        if load.varies() {
+            run.take_load(load, 1.0 / self.actuator.controller.sample_hz);
+        }
+        run.show_surface();
+    }
+
     /// Carrier periods in a tick of the controller.
     fn periods(&self) -> usize {
         libm::round(self.actuator.inverter.carrier_hz / self.actuator.controller.sample_hz) as usize
     }
 
     /// Each tick of the controller: its sample is recorded, the cascade asks for a current, and
-    /// `hold` applies it until the next one.
+    /// `hold` applies it, or with a delay two of them by their shares of the tick, until the
+    /// next one.
     fn ticks<P: Probe>(
         &self,
         run: &mut Run<P>,
         trace: &mut HighFidelityTrace,
-        mut hold: impl FnMut(&mut Run<P>, f64),
+        mut hold: impl FnMut(&mut Run<P>, [(f64, f64); 2]),
     ) {
-        let mut cascade = Cascade::new(&self.actuator, &self.scenario);
+        let actuator = reshaped(&self.actuator, &self.effects);
+        let mut cascade = Cascade::new(&actuator, &self.scenario);
+        let mut load = LoadRun::new(&self.load, self.scenario.load_n_m);
         for (tick, &command_rad) in self.command_rad.iter().enumerate() {
             run.centre_gap(tick % REFRESH_TICKS == 0);
+            self.load_and_show(run, &mut load);
             run.record(command_rad, trace);
             let reference_a = cascade.step(command_rad, &run.sample.measured());
-            hold(run, reference_a);
+            let references = run.delayed(reference_a);
+            hold(run, references);
         }
     }
 }
@@ -328,6 +407,12 @@ fn in_range(
     } else {
         Err(SimulationError::Scenario { field, value, least, most })
     }
+}
+
+/// The set-point in a carrier period of a tick: the older of two as long as its share lasts.
+fn reference_in(period: usize, periods: usize, references: &[(f64, f64); 2]) -> f64 {
+    let older = (period as f64 + 0.5) < references[0].1 * periods as f64;
+    references[usize::from(!older)].0
 }
 
 /// A trace with room for its samples.

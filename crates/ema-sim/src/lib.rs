@@ -28,10 +28,12 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod axis_parameter;
 mod back_emf;
 mod controller;
 mod current_loop;
 mod drive_train;
+mod effect;
 mod energy;
 mod engine;
 mod envelope;
@@ -39,6 +41,7 @@ mod error;
 mod fault;
 mod field_oriented;
 mod high_fidelity;
+mod load;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
 pub mod model_file;
@@ -47,15 +50,23 @@ mod parameter;
 mod params;
 mod phase;
 mod phase_sensor;
+mod plant;
 pub mod presets;
 mod probe;
 mod scenario;
 mod series;
+mod servo_axis;
+mod servo_control;
 mod shape_function;
 mod trace;
 mod winding;
 
+pub use axis_parameter::AxisParameter;
 pub use back_emf::BackEmfTable;
+pub use effect::{
+    Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
+    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, Port, Role,
+};
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
 pub use error::{ParameterError, SimulationError};
@@ -64,6 +75,7 @@ pub use fault::{
     PhysicalFaults,
 };
 pub use high_fidelity::{CurrentControl, HighFidelity};
+pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
 pub use params::{
@@ -73,4 +85,8 @@ pub use params::{
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
 pub use scenario::{Command, ControlMode, Imperfections, InitialState, Knot, Scenario, Tone};
+pub use servo_axis::{
+    AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation,
+};
+pub use servo_control::{AxisController, Drive, Feedback};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};

@@ -12,8 +12,45 @@
 //! resistance-ohm = 0.05
 //! ```
 //!
+//! A servo axis says so, and gives its own blocks ([`parse_machine`]):
+//!
+//! ```toml
+//! kind = "servo-axis"
+//! geometry = "linear"         # or "rotary"; the units of the keys follow
+//!
+//! [axis]
+//! mass-kg = 95.1
+//! viscous-n-s-per-m = 203.5
+//! kinetic-friction-n = 20.4
+//!
+//! [drive]
+//! kind = "amplifier"          # or "current", "winding"
+//! force-constant-n-per-v = 35.15
+//!
+//! [controller]
+//! sample-hz = 1000.0
+//! position-gain-per-s = 160.18
+//! speed-gain-v-s-per-m = 243.45
+//! output-limit-v = 10.0
+//! ```
+//!
+//! Effects follow in blocks, one each; taking them away gives back the base model:
+//!
+//! ```toml
+//! [[effect]]
+//! id = "E11"
+//! parameters = { cogging-sin-n-m = 0.004, order = 24.0 }
+//! interval-95 = { cogging-sin-n-m = [0.0038, 0.0042] }
+//! ```
+//!
 //! Keys that are not known are refused, so that a slip of the pen changes nothing silently. The
 //! text is all there is here; reading the disk is the caller's.
+
+mod axis;
+mod effect_block;
+
+pub use axis::{AxisModel, AxisTolerance, MachineModel, parse_machine, parse_machine_onto};
+pub use effect_block::{Annotation, EffectBlock};
 
 use toml::{
     Spanned,
@@ -22,6 +59,7 @@ use toml::{
 
 use crate::{
     back_emf::BackEmfTable,
+    effect::{Effect, EffectError, Geometry},
     error::ParameterError,
     fault::FaultId,
     parameter::Parameter,
@@ -40,6 +78,16 @@ pub struct Model {
     pub faults: Vec<FaultId>,
     /// What is known only roughly.
     pub tolerance: Vec<Tolerance>,
+    /// What it does besides the base model.
+    pub effects: Vec<EffectBlock>,
+}
+
+impl Model {
+    /// The effects that are switched on, for
+    /// [`LowFidelity::with_effects`](crate::LowFidelity::with_effects).
+    pub fn switched_on(&self) -> Vec<Effect> {
+        self.effects.iter().map(|block| block.effect.clone()).collect()
+    }
 }
 
 /// A parameter that a data sheet knows only roughly: uniform within a relative half-width.
@@ -98,6 +146,12 @@ pub enum ModelFileError {
         /// The key, with its block.
         key: &'static str,
     },
+    /// A number of a servo axis that has no default.
+    #[error("`{key}` is missing")]
+    MissingOfAxis {
+        /// The key, with its block.
+        key: String,
+    },
     /// The base is not a preset.
     #[error("line {line}: base `{base}` is not one of {}", PRESETS.map(|(name, _)| name).join(", "))]
     UnknownBase {
@@ -113,6 +167,22 @@ pub enum ModelFileError {
         line: usize,
         /// Its identifier.
         id: String,
+    },
+    /// An effect with a number that it does not have.
+    #[error("line {line}: {error}")]
+    Effect {
+        /// Where.
+        line: usize,
+        /// What is wrong.
+        error: EffectError,
+    },
+    /// The file describes a machine of another kind than is asked for.
+    #[error("line {line}: a `{found}` where an actuator is expected")]
+    OtherMachine {
+        /// Where.
+        line: usize,
+        /// What stands there.
+        found: String,
     },
     /// A parameter that no machine has.
     #[error(transparent)]
@@ -177,7 +247,13 @@ const CHOICES: [Choice; 3] = [
 
 impl From<Actuator> for Model {
     fn from(actuator: Actuator) -> Self {
-        Self { name: None, actuator, faults: FaultId::ALL.to_vec(), tolerance: Vec::new() }
+        Self {
+            name: None,
+            actuator,
+            faults: FaultId::ALL.to_vec(),
+            tolerance: Vec::new(),
+            effects: Vec::new(),
+        }
     }
 }
 
@@ -248,13 +324,9 @@ pub fn base_of(text: &str) -> Result<Option<String>, ModelFileError> {
 /// ```
 pub fn write(model: &Model) -> String {
     let mut lines = Vec::new();
-    if let Some(name) = &model.name {
-        lines.push(format!("name = {}", toml::Value::from(name.as_str())));
-    }
+    lines.extend(model.name.as_deref().map(name_line));
     if model.faults != FaultId::ALL {
-        let names: Vec<_> =
-            model.faults.iter().map(|fault| format!("\"{}\"", fault.symbol())).collect();
-        lines.push(format!("faults = [{}]", names.join(", ")));
+        lines.push(faults_line(&model.faults));
     }
     let mut open_block = "";
     for parameter in Parameter::ALL {
@@ -279,6 +351,7 @@ pub fn write(model: &Model) -> String {
         }
         lines.push(format!("{key} = {:?}", tolerance.half_width_frac));
     }
+    effect_block::write(&model.effects, &mut lines);
     lines.join("\n") + "\n"
 }
 
@@ -299,13 +372,22 @@ fn choice_lines(block: &str, actuator: &Actuator) -> Vec<String> {
     .collect()
 }
 
+fn name_line(name: &str) -> String {
+    format!("name = {}", toml::Value::from(name))
+}
+
+fn faults_line(faults: &[FaultId]) -> String {
+    let names: Vec<_> = faults.iter().map(|fault| format!("\"{}\"", fault.symbol())).collect();
+    format!("faults = [{}]", names.join(", "))
+}
+
 /// Block and field of a key.
 fn split(key: &'static str) -> (&'static str, &'static str) {
     key.split_once('.').unwrap_or(("", key))
 }
 
 /// Keys at the top besides the blocks.
-const TOP: [&str; 3] = ["base", "name", "faults"];
+const TOP: [&str; 5] = ["base", "kind", "name", "faults", "effect"];
 
 /// Reads the parts of a file.
 struct Reader<'a> {
@@ -323,7 +405,14 @@ impl Reader<'_> {
                 "base" => {}
                 "name" => model.name = Some(string(self.text, "name", value)?.to_owned()),
                 "faults" => model.faults = self.faults(value)?,
-                "effect" => return Err(self.unknown_effect(value)),
+                "kind" => {
+                    let found = string(self.text, "kind", value)?;
+                    if found != "actuator" {
+                        let line = line_of(self.text, value);
+                        return Err(ModelFileError::OtherMachine { line, found: found.to_owned() });
+                    }
+                }
+                "effect" => model.effects.extend(self.effects(value, Geometry::Rotary)?),
                 "tolerance" => {
                     for (block, inner) in self.table("tolerance", value)? {
                         self.tolerances(block.get_ref(), inner, &mut model.tolerance)?;
@@ -458,15 +547,6 @@ impl Reader<'_> {
             line: line_of(self.text, at),
             key: key.to_owned(),
             closest: closest(key),
-        }
-    }
-
-    fn unknown_effect(&self, value: &Spanned<DeValue<'_>>) -> ModelFileError {
-        let first = value.get_ref().get(0).unwrap_or(value);
-        let id = first.get_ref().get("id").and_then(|id| id.get_ref().as_str());
-        ModelFileError::UnknownEffect {
-            line: line_of(self.text, first),
-            id: id.unwrap_or("without an id").to_owned(),
         }
     }
 }

@@ -135,6 +135,16 @@ impl Command {
         }
     }
 
+    /// Refuses numbers out of bounds.
+    pub(crate) fn check(&self) -> Result<(), SimulationError> {
+        for (field, value, least, most) in self.fields() {
+            if !(value >= least && value <= most) {
+                return Err(SimulationError::Scenario { field, value, least, most });
+            }
+        }
+        Ok(())
+    }
+
     /// The command at a time.
     pub fn at(&self, time_s: f64) -> f64 {
         use core::f64::consts::TAU;
@@ -298,9 +308,7 @@ impl Scenario {
         bounded("scenario.motor-speed-rad-per-s", start.motor_speed_rad_per_s, -1e5, 1e5)?;
         bounded("scenario.speed-integral-a", start.speed_integral_a, -1e6, 1e6)?;
         bounded("scenario.current-integral-v", start.current_integral_v, -1e6, 1e6)?;
-        for (field, value, least, most) in self.command.fields() {
-            bounded(field, value, least, most)?;
-        }
+        self.command.check()?;
         let ticks = libm::round(self.duration_s * sample_hz) as usize;
         let stop_rad = match self.mode {
             ControlMode::Position => actuator.transmission.stop_rad,

@@ -183,6 +183,20 @@ impl Winding {
         }
     }
 
+    /// No winding at all: a coupling that does not change with the angle.
+    pub(crate) fn plain() -> Self {
+        let one = [1.0; 3];
+        Self {
+            sectors: core::array::from_fn(|place| SectorWinding::new(place, &one, &one, &one)),
+            shape: Shape::Trapezoid,
+            pole_pairs: 1.0,
+            sectors_per_rad: 1.0 / FRAC_PI_3,
+            eccentricity_cos: 0.0,
+            eccentricity_sin: 0.0,
+            eccentric: false,
+        }
+    }
+
     /// Pole pairs as a number.
     pub(crate) fn pole_pairs(&self) -> f64 {
         self.pole_pairs
@@ -302,6 +316,11 @@ pub(crate) struct Coupling {
 pub(crate) struct CubicTerms(f64, f64);
 
 impl Coupling {
+    /// Motor torque of the currents of the positive and the idle phase.
+    pub(crate) fn torque_now_n_m(&self, positive_a: f64, idle_a: f64) -> f64 {
+        self.pair[0] * positive_a + self.idle[0] * idle_a
+    }
+
     /// Motor torque at a time of a segment.
     pub(crate) fn torque_n_m(&self, segment: &Segment, at_s: f64) -> f64 {
         let turn = value(&segment.turn, at_s);

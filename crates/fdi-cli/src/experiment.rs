@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     ColumnMap, Experiment, ExperimentError, Recording,
-    ema_sim::{FaultId, SimulationError, model_file::Model},
+    ema_sim::{FaultId, SimulationError},
     read_model,
 };
 
@@ -13,9 +13,8 @@ use crate::args::TestArgs;
 
 /// The actuator that the options name, in its test, and the faults that it can have.
 pub(crate) fn experiment(args: &TestArgs) -> Result<(Experiment, Vec<FaultId>)> {
-    let Model { name, actuator, faults, tolerance } = read_model(&args.model)?;
-    let name = name.context("a model that is read has a name")?;
-    let model = Model { name: None, actuator, faults, tolerance };
+    let mut model = read_model(&args.model)?;
+    let name = model.name.take().context("a model that is read has a name")?;
     let mut test = match args.command.as_str() {
         "chirp" => Experiment::chirp(),
         "sine" => Experiment::sine(),

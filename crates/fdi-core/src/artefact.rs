@@ -269,10 +269,12 @@ impl ExperimentData {
             .sought
             .try_into()
             .map_err(|found: Vec<bool>| content(format!("{} fault flags", found.len())))?;
+        let model = model_of(&self.model)?;
         let experiment = Experiment {
             name: self.name,
             model_name: self.model_name,
-            actuator: actuator_of(&self.model)?,
+            actuator: model.actuator,
+            effects: model.switched_on(),
             scenario: self.scenario.into_scenario(),
             envelope: envelope_of(envelope),
             filter: EnvelopeFilter { corner_hz: self.filter_hz, output_hz: self.rate_hz },
@@ -454,12 +456,12 @@ fn model_text(experiment: &Experiment) -> String {
         actuator: experiment.actuator,
         faults: FaultId::ALL.into_iter().filter(|id| experiment.sought[id.index()]).collect(),
         tolerance: Vec::new(),
+        effects: experiment.effects.iter().cloned().map(Into::into).collect(),
     })
 }
 
 /// The model from text.
-fn actuator_of(text: &str) -> Result<Actuator, BundleError> {
-    let model = model_file::parse(text)
-        .map_err(|error| content(format!("a model that cannot be read: {error}")))?;
-    Ok(model.actuator)
+fn model_of(text: &str) -> Result<Model, BundleError> {
+    model_file::parse(text)
+        .map_err(|error| content(format!("a model that cannot be read: {error}")))
 }

@@ -17,9 +17,7 @@
 
 use core::f64::consts::{FRAC_PI_3, TAU};
 
-use ema_sim::{
-    FAULT_COUNT, FaultCoordinates, LowFidelity, PhysicalFaults, Sector, SimulationError,
-};
+use ema_sim::{FAULT_COUNT, FaultCoordinates, PhysicalFaults, Sector, SimulationError};
 
 use crate::{experiment::Experiment, simulated::resampled};
 
@@ -139,7 +137,7 @@ impl Motion {
     ) -> Result<Self, SimulationError> {
         let scenario = experiment.scenario.clone().turned_to(0.0);
         let faults = PhysicalFaults::from(&FaultCoordinates(*coordinates));
-        let trace = LowFidelity::new(&experiment.actuator, &scenario)?.simulate(&faults);
+        let trace = experiment.low_fidelity(&scenario)?.simulate(&faults);
         let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
         let electrical: Vec<f64> =
             trace.motor_angle_rad.iter().map(|angle| angle * pole_pairs).collect();

@@ -1,7 +1,7 @@
 //! An experiment: which actuator does what, and which signal of it is diagnosed.
 
 use ema_sim::{
-    Actuator, Command, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
+    Actuator, Command, Effect, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
     HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
     model_file::Model, presets::EMA_48,
 };
@@ -17,6 +17,8 @@ pub struct Experiment {
     pub model_name: String,
     /// The machine.
     pub actuator: Actuator,
+    /// What it does besides the base model, in both fidelities.
+    pub effects: Vec<Effect>,
     /// The test, with ideal electronics, at the start angle that reference signals are made for.
     pub scenario: Scenario,
     /// Definition of the envelope.
@@ -79,6 +81,7 @@ impl Experiment {
             name: "chirp".into(),
             model_name: "ema-48".into(),
             actuator: EMA_48,
+            effects: Vec::new(),
             scenario: Scenario::chirp(),
             envelope: Envelope::ConductingPhase,
             filter: EnvelopeFilter::DEFAULT,
@@ -126,11 +129,13 @@ impl Experiment {
         }
         scenario.duration_s = samples / filter.output_hz;
         let (model_name, actuator) = (name.to_owned(), model.actuator);
+        let effects = model.switched_on();
         let envelope = match actuator.inverter.commutation {
             ema_sim::Commutation::FieldOriented => Envelope::QAxis,
             _ => self.envelope,
         };
-        let experiment = Self { model_name, actuator, scenario, envelope, filter, sought, ..self };
+        let experiment =
+            Self { model_name, actuator, effects, scenario, envelope, filter, sought, ..self };
         experiment.monitor(experiment.scenario.start_angle_rad)?;
         Ok(experiment)
     }
@@ -175,7 +180,13 @@ impl Experiment {
         imperfections: Imperfections,
     ) -> Result<HighFidelity, SimulationError> {
         let scenario = Scenario { imperfections, ..self.scenario.clone() };
-        HighFidelity::new(&self.actuator, &scenario.turned_to(start_angle_rad))
+        let scenario = scenario.turned_to(start_angle_rad);
+        HighFidelity::new(&self.actuator, &scenario)?.with_effects(&self.effects)
+    }
+
+    /// The low-fidelity model in another scenario than the experiment's own.
+    pub(crate) fn low_fidelity(&self, scenario: &Scenario) -> Result<LowFidelity, SimulationError> {
+        LowFidelity::new(&self.actuator, scenario)?.with_effects(&self.effects)
     }
 
     /// The diagnosed signal of the high-fidelity model, noise of the sensors apart.
@@ -204,7 +215,7 @@ impl Experiment {
         let scenario = self.scenario.clone().turned_to(start_angle_rad);
         let scenario = Scenario { imperfections, seed, ..scenario };
         let monitor = Monitor {
-            model: LowFidelity::new(&self.actuator, &scenario)?,
+            model: self.low_fidelity(&scenario)?,
             filter: self.filter,
             rate_hz: self.actuator.controller.sample_hz,
             keep_every: 1,

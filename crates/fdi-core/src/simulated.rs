@@ -1,8 +1,7 @@
 //! Recordings of simulated actuators, as a test bench would have made them.
 
 use ema_sim::{
-    FaultCoordinates, Imperfections, LowFidelity, PhaseSensors, PhysicalFaults, Scenario,
-    SimulationError,
+    FaultCoordinates, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError,
 };
 
 use crate::{
@@ -126,8 +125,7 @@ impl SimulatedRecording {
             seed: self.controller_seed,
             ..experiment.scenario.clone()
         };
-        let model =
-            LowFidelity::new(&experiment.actuator, &scenario.turned_to(self.start_angle_rad))?;
+        let model = experiment.low_fidelity(&scenario.turned_to(self.start_angle_rad))?;
         let trace = model.simulate(&PhysicalFaults::from(&self.faults));
         let rate_hz = self.phase_rate_hz.unwrap_or(trace.rate_hz);
         let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);

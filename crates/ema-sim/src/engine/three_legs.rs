@@ -53,7 +53,8 @@ impl<P: Probe> Run<P> {
     /// segment.
     fn connected_over_seam(&mut self, before_s: f64, after_s: f64) {
         let span_s = before_s + after_s;
-        if span_s <= self.longest_s {
+        // with effects the sample is taken between two segments
+        if span_s <= self.longest_s && self.extension.is_none() {
             let step = self.solve_connected();
             let end = End::of(&step.segment, span_s);
             if !self.interrupted(&step, &end, span_s) {
@@ -80,7 +81,8 @@ impl<P: Probe> Run<P> {
     pub(super) fn hold_connected(&mut self, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let span_s = left_s.min(self.longest_s);
+            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
             let step = self.solve_connected();
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
@@ -90,6 +92,7 @@ impl<P: Probe> Run<P> {
             }
             self.observe_connected(&step, at_s);
             self.commit(&end);
+            self.advance_effects(at_s, from);
             if event != Event::Switching {
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
             }

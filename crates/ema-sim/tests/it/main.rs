@@ -3,9 +3,13 @@
 mod analytic;
 mod bad_input;
 mod bench;
+mod bench_effects;
 mod brute_force;
 mod dead_time;
+mod effects;
 mod energy;
+mod measured;
 mod model_file;
 mod motulator;
+mod servo_axis;
 mod severe;

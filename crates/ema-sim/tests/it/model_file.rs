@@ -1,7 +1,8 @@
 //! Model files against presets, and what they refuse.
 
 use ema_sim::{
-    Actuator, BackEmfShape, FaultId, Parameter,
+    Actuator, BackEmfShape, Effect, EffectId, FaultId, Geometry, HealthState, LowFidelity,
+    Parameter, Scenario,
     model_file::{self, Model, ModelFileError},
     presets::{BENCH, EMA_48},
 };
@@ -152,4 +153,103 @@ proptest! {
         let model = Model::from(actuator);
         prop_assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
     }
+}
+
+const WITH_EFFECTS: &str = r#"
+base = "ema-48"
+
+[[effect]]
+id = "E11"
+name = "cogging of the new rotor"
+port = "motor-torque"
+parameters = { cogging-sin-n-m = 0.004, order = 24.0 }
+interval-95 = { cogging-sin-n-m = [0.0038, 0.0042] }
+status = "named"
+alternatives = []
+valid-range = { speed = [-55.0, 55.0] }
+[effect.evidence]
+p-familywise = 0.001
+holdout-gain-nats = 597.0
+[effect.faults]
+k1 = { before = [0.256, 0.002], after = [0.174, 0.001] }
+[effect.provenance]
+records = ["r01.csv:sha256"]
+quiet = true
+
+[[effect]]
+id = "U"
+parameters = { scale-ratio = 0.5 }
+curve = { over = "position", acts-as = "friction", points = [[-0.1, 0.0], [0.1, 2e-3]] }
+"#;
+
+#[test]
+fn effects_are_read_and_written_back() {
+    let model = model_file::parse(WITH_EFFECTS).unwrap();
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    let [cogging, unknown] = &model.effects[..] else { panic!("{model:?}") };
+    assert_eq!(cogging.effect.id(), EffectId::Cogging);
+    assert_eq!(cogging.effect.get("cogging_sin_n_m"), Some(0.004));
+    assert_eq!(cogging.interval_95, [("cogging_sin_n_m".to_owned(), [0.0038, 0.0042])]);
+    let keys: Vec<_> = cogging.annotations.iter().map(|(key, _)| key.as_str()).collect();
+    for key in ["status", "alternatives", "valid-range", "evidence", "faults", "provenance"] {
+        assert!(keys.contains(&key), "{key}");
+    }
+    assert_eq!(unknown.effect.get("scale_ratio"), Some(0.5));
+    assert_eq!(unknown.effect.curve().unwrap().at(0.0), 1e-3);
+}
+
+#[test]
+fn every_effect_survives_a_file() {
+    for id in EffectId::ALL {
+        let mut effect = Effect::new(id, Geometry::Rotary);
+        for parameter in id.info().parameters {
+            let (key, (least, most)) = (parameter.key(Geometry::Rotary), parameter.bounds());
+            effect.set(key, (least + 0.123).min(most)).unwrap();
+        }
+        let mut model = Model::from(EMA_48);
+        model.effects.push(effect.into());
+        assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model, "{id:?}");
+    }
+}
+
+#[test]
+fn without_its_effects_a_file_is_the_base_model() {
+    let scenario = Scenario::chirp();
+    let healthy = (&HealthState::HEALTHY).into();
+    let simulated = |model: &Model| {
+        let low = LowFidelity::new(&model.actuator, &scenario).unwrap();
+        low.with_effects(&model.switched_on()).unwrap().simulate(&healthy)
+    };
+    let mut model = model_file::parse(WITH_EFFECTS).unwrap();
+    let base = LowFidelity::new(&EMA_48, &scenario).unwrap().simulate(&healthy);
+    assert_ne!(simulated(&model), base);
+    model.effects.clear();
+    assert_eq!(model, Model::from(EMA_48));
+    assert_eq!(simulated(&model), base);
+}
+
+#[test]
+fn a_slip_in_an_effect_is_named() {
+    let cases = [
+        (
+            "cogging-sin-n-m = 0.004",
+            "cogging = 0.004",
+            "line 8: effect E11 has no parameter `cogging`",
+        ),
+        ("order = 24.0", "order = -1.0", "`order` of effect E11 is -1, expected a number from 0"),
+        (
+            "\"motor-torque\"",
+            "\"sensor\"",
+            "line 7: `effect.port` is sensor, expected motor-torque",
+        ),
+        ("status =", "verdict =", "line 10: `effect` is `verdict`, expected id, name"),
+        ("\"position\"", "\"place\"", "`effect.curve.over` is `place`, which is none of"),
+        ("[-0.1, 0.0]", "[0.2, 0.0]", "is point 1 of a curve is not finite or not beyond"),
+    ];
+    for (from, to, wanted) in cases {
+        let error = model_file::parse(&WITH_EFFECTS.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}\n{wanted}");
+    }
+    let error = model_file::parse("kind = \"servo-axis\"\n").unwrap_err().to_string();
+    assert_eq!(error, "line 1: a `servo-axis` where an actuator is expected");
 }

@@ -319,3 +319,44 @@ fn a_recording_of_another_command_is_refused() {
     let error = refused(&folder, &["diagnose", "-q", "--bundle", "b", "-o", "a", "r.csv"]);
     assert!(error.contains("of the command `sine`, the bundle is for `recorded`"), "{error}");
 }
+
+#[test]
+fn effects_of_a_model_are_simulated_and_kept() {
+    let folder = bench();
+    let with = |symbol: &str, numbers: &str| {
+        let block = format!("[[effect]]\nid = \"{symbol}\"\nparameters = {{ {numbers} }}\n");
+        write(&folder, "e.toml", &format!("base = \"m.toml\"\n\n{block}"));
+    };
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let simulated = |model: &str, fidelity: &str| {
+        let of = ["--model", model, "--command", "c.csv", "--fidelity", fidelity, "-o", "r.csv"];
+        done(&folder, &[&["simulate"], &of[..]].concat());
+        // the comments name the model
+        read("r.csv").lines().filter(|line| !line.starts_with('#')).collect::<String>()
+    };
+    with("E11", "cogging-sin-n-m = 0.02, order = 42.0");
+    for fidelity in ["high", "low"] {
+        assert_ne!(simulated("e.toml", fidelity), simulated("m.toml", fidelity));
+    }
+    with("E11", "cogging-sin-n-m = 0.0, order = 42.0");
+    for fidelity in ["high", "low"] {
+        assert_eq!(simulated("e.toml", fidelity), simulated("m.toml", fidelity));
+    }
+    with("E13", "saturation-per-a2 = 0.001");
+    assert_ne!(simulated("e.toml", "low"), simulated("m.toml", "low"));
+    let of = ["--model", "e.toml", "--command", "c.csv", "-o", "d"];
+    for command in ["dataset", "simulate"] {
+        let error = refused(&folder, &[&[command], &of[..]].concat());
+        assert!(
+            error.contains("effect E13 (torque constant saturation) does not act in the high"),
+            "{error}"
+        );
+    }
+    with("E11", "cogging-sin-n-m = 0.02, order = 42.0");
+    let few = ["--conditions", "20"];
+    done(&folder, &[&["dataset"], &of[..], &few].concat());
+    done(&folder, &["bundle", "build", "--dataset", "d", "-o", "b"]);
+    let bundle = fdi_core::Bundle::from_bytes(&fs::read(folder.path().join("b")).unwrap()).unwrap();
+    let [cogging] = &bundle.experiment.effects[..] else { panic!() };
+    assert_eq!(cogging.get("cogging_sin_n_m"), Some(0.02));
+}

@@ -1,0 +1,369 @@
+//! Model files of servo axes, and of either machine.
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::{
+    EffectBlock, Model, ModelFileError, Reader, document, effect_block, entry, faults_line,
+    name_line, string,
+};
+use crate::{
+    axis_parameter::AxisParameter,
+    effect::{Effect, Geometry},
+    fault::FaultId,
+    servo_axis::ServoAxis,
+    servo_control::{AxisController, Drive, Feedback},
+};
+
+/// What a model file of a servo axis describes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisModel {
+    /// What its owner calls the machine.
+    pub name: Option<String>,
+    /// Its parameters.
+    pub axis: ServoAxis,
+    /// The faults that it can have: of `k1` and `k2`.
+    pub faults: Vec<FaultId>,
+    /// What is known only roughly.
+    pub tolerance: Vec<AxisTolerance>,
+    /// What it does besides the base model.
+    pub effects: Vec<EffectBlock>,
+}
+
+/// A number of an axis that a data sheet knows only roughly: uniform within a relative
+/// half-width.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisTolerance {
+    /// Which number.
+    pub parameter: &'static AxisParameter,
+    /// Half-width over value.
+    pub half_width_frac: f64,
+}
+
+impl PartialEq for AxisTolerance {
+    fn eq(&self, other: &Self) -> bool {
+        let key = |t: &Self| t.parameter.key(Geometry::Rotary, Drive::Current);
+        key(self) == key(other) && self.half_width_frac == other.half_width_frac
+    }
+}
+
+/// A model of either kind.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "one is read at a time")]
+pub enum MachineModel {
+    /// An actuator with three phases.
+    Actuator(Model),
+    /// A servo axis.
+    ServoAxis(AxisModel),
+}
+
+impl MachineModel {
+    /// What its owner calls the machine.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Actuator(model) => model.name.as_deref(),
+            Self::ServoAxis(model) => model.name.as_deref(),
+        }
+    }
+
+    /// The faults that it can have.
+    pub fn faults(&self) -> &[FaultId] {
+        match self {
+            Self::Actuator(model) => &model.faults,
+            Self::ServoAxis(model) => &model.faults,
+        }
+    }
+
+    /// The units of its effects.
+    pub fn geometry(&self) -> Geometry {
+        match self {
+            Self::Actuator(_) => Geometry::Rotary,
+            Self::ServoAxis(model) => model.axis.geometry,
+        }
+    }
+
+    /// What it does besides the base model.
+    pub fn effects(&self) -> &[EffectBlock] {
+        match self {
+            Self::Actuator(model) => &model.effects,
+            Self::ServoAxis(model) => &model.effects,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn effects_mut(&mut self) -> &mut Vec<EffectBlock> {
+        match self {
+            Self::Actuator(model) => &mut model.effects,
+            Self::ServoAxis(model) => &mut model.effects,
+        }
+    }
+
+    /// The effects that are switched on.
+    pub fn switched_on(&self) -> Vec<Effect> {
+        self.effects().iter().map(|block| block.effect.clone()).collect()
+    }
+
+    /// Its text, complete and without a base; [`parse_machine`] gives it back bit for bit.
+    pub fn write(&self) -> String {
+        match self {
+            Self::Actuator(model) => super::write(model),
+            Self::ServoAxis(model) => model.write(),
+        }
+    }
+}
+
+/// Names of the geometries, of what the output drives, and of where the position is measured.
+const GEOMETRIES: [(&str, Geometry); 2] =
+    [("rotary", Geometry::Rotary), ("linear", Geometry::Linear)];
+const DRIVES: [(&str, Drive); 3] =
+    [("current", Drive::Current), ("amplifier", Drive::Amplifier), ("winding", Drive::Winding)];
+const FEEDBACKS: [(&str, Feedback); 2] = [("motor", Feedback::Motor), ("load", Feedback::Load)];
+
+/// Reads a model of either kind.
+///
+/// # Errors
+///
+/// [`ModelFileError`] naming line and key.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::model_file::{MachineModel, parse_machine};
+///
+/// let model = parse_machine("base = \"ema-48\"\n")?;
+/// assert!(matches!(model, MachineModel::Actuator(_)));
+/// # Ok::<_, ema_sim::model_file::ModelFileError>(())
+/// ```
+pub fn parse_machine(text: &str) -> Result<MachineModel, ModelFileError> {
+    if is_axis(text)? {
+        let reader = Reader { text, complete: false };
+        return Ok(MachineModel::ServoAxis(reader.axis(&document(text)?, None)?));
+    }
+    super::parse(text).map(MachineModel::Actuator)
+}
+
+/// Reads a model whose `base` is another model; what the key says is not looked at.
+///
+/// # Errors
+///
+/// [`ModelFileError`] naming line and key.
+pub fn parse_machine_onto(text: &str, base: &MachineModel) -> Result<MachineModel, ModelFileError> {
+    match base {
+        MachineModel::Actuator(model) => super::parse_onto(text, model).map(MachineModel::Actuator),
+        MachineModel::ServoAxis(model) => {
+            let reader = Reader { text, complete: true };
+            let axis = reader.axis(&document(text)?, Some(model.clone()))?;
+            Ok(MachineModel::ServoAxis(axis))
+        }
+    }
+}
+
+fn is_axis(text: &str) -> Result<bool, ModelFileError> {
+    match entry(&document(text)?, "kind") {
+        Some(kind) => Ok(string(text, "kind", kind)? == "servo-axis"),
+        None => Ok(false),
+    }
+}
+
+/// An axis of which nothing is known yet: NaN is what must be given.
+const BLANK: ServoAxis = ServoAxis {
+    geometry: Geometry::Rotary,
+    inertia: f64::NAN,
+    viscous: 0.0,
+    kinetic_friction: 0.0,
+    static_friction: f64::NAN,
+    offset: 0.0,
+    backlash: 0.0,
+    drive: Drive::Current,
+    force_constant: f64::NAN,
+    resistance_ohm: f64::NAN,
+    controller: AxisController {
+        sample_hz: f64::NAN,
+        position_gain_per_s: 0.0,
+        position_integral_per_s2: 0.0,
+        position_derivative_ratio: 0.0,
+        speed_limit: f64::MAX,
+        speed_gain: f64::NAN,
+        speed_integral: 0.0,
+        output_limit: f64::NAN,
+        speed_samples: 0,
+        encoder_step: 0.0,
+        feedback: Feedback::Motor,
+    },
+};
+
+impl Reader<'_> {
+    fn axis(
+        &self,
+        table: &DeTable<'_>,
+        base: Option<AxisModel>,
+    ) -> Result<AxisModel, ModelFileError> {
+        let mut model = base.unwrap_or_else(|| AxisModel {
+            name: None,
+            axis: BLANK,
+            faults: vec![FaultId::Friction, FaultId::Backlash],
+            tolerance: Vec::new(),
+            effects: Vec::new(),
+        });
+        // the units of all keys first
+        if let Some(value) = entry(table, "geometry") {
+            model.axis.geometry = self.choice("geometry", value, &GEOMETRIES)?;
+        }
+        let drive = entry(table, "drive").and_then(|drive| drive.get_ref().as_table());
+        if let Some(value) = drive.and_then(|drive| entry(drive, "kind")) {
+            model.axis.drive = self.choice("drive.kind", value, &DRIVES)?;
+        }
+        for (key, value) in table {
+            match key.get_ref().as_ref() {
+                "base" | "kind" | "geometry" => {}
+                "name" => model.name = Some(string(self.text, "name", value)?.to_owned()),
+                "faults" => model.faults = self.faults(value)?,
+                "effect" => {
+                    model.effects.extend(self.effects(value, model.axis.geometry)?);
+                }
+                "tolerance" => {
+                    for (block, inner) in self.table("tolerance", value)? {
+                        self.axis_tolerances(block.get_ref(), inner, &mut model)?;
+                    }
+                }
+                block => self.axis_block((block, key), value, &mut model.axis)?,
+            }
+        }
+        let axis = &mut model.axis;
+        if axis.static_friction.is_nan() {
+            axis.static_friction = axis.kinetic_friction;
+        }
+        if axis.drive != Drive::Winding {
+            axis.resistance_ohm = 1.0;
+        }
+        let not_given = |p: &&AxisParameter| p.get(axis).is_nan();
+        if let Some(parameter) = AxisParameter::ALL.iter().find(not_given) {
+            let key = parameter.key(axis.geometry, axis.drive);
+            return Err(ModelFileError::MissingOfAxis { key });
+        }
+        axis.check()?;
+        Ok(model)
+    }
+
+    fn axis_block(
+        &self,
+        (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
+        value: &Spanned<DeValue<'_>>,
+        axis: &mut ServoAxis,
+    ) -> Result<(), ModelFileError> {
+        if !["axis", "drive", "controller"].contains(&block) {
+            return Err(self.unknown(block, at));
+        }
+        for (key, value) in self.table(block, value)? {
+            let path = format!("{block}.{}", key.get_ref());
+            match path.as_str() {
+                "drive.kind" => {}
+                "controller.feedback" => {
+                    axis.controller.feedback = self.choice(&path, value, &FEEDBACKS)?;
+                }
+                "controller.speed-samples" => {
+                    let samples = self.number(&path, value)?;
+                    if !(0.0..=1000.0).contains(&samples) || libm::floor(samples) != samples {
+                        let expected = "a whole number from 0 to 1000";
+                        return Err(self.wrong(&path, expected, value, samples.to_string()));
+                    }
+                    axis.controller.speed_samples = samples as u32;
+                }
+                _ => {
+                    let parameter = AxisParameter::find(&path, axis.geometry, axis.drive)
+                        .filter(|parameter| parameter.applies(axis.drive))
+                        .ok_or_else(|| self.unknown(&path, key))?;
+                    parameter.set(axis, self.number(&path, value)?);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn axis_tolerances(
+        &self,
+        block: &str,
+        value: &Spanned<DeValue<'_>>,
+        model: &mut AxisModel,
+    ) -> Result<(), ModelFileError> {
+        let (geometry, drive) = (model.axis.geometry, model.axis.drive);
+        for (key, value) in self.table("tolerance", value)? {
+            let path = format!("{block}.{}", key.get_ref());
+            let parameter = AxisParameter::find(&path, geometry, drive)
+                .ok_or_else(|| self.unknown(&path, key))?;
+            let half_width_frac = self.number(&path, value)?;
+            if !(0.0..1.0).contains(&half_width_frac) {
+                let (path, found) = (format!("tolerance.{path}"), half_width_frac.to_string());
+                return Err(self.wrong(&path, "a share of the value, from 0 to 1", value, found));
+            }
+            let new = AxisTolerance { parameter, half_width_frac };
+            let key = parameter.key(geometry, drive);
+            model.tolerance.retain(|earlier| earlier.parameter.key(geometry, drive) != key);
+            model.tolerance.push(new);
+        }
+        Ok(())
+    }
+}
+
+impl AxisModel {
+    fn write(&self) -> String {
+        let (axis, mut lines) = (&self.axis, vec!["kind = \"servo-axis\"".to_owned()]);
+        let (geometry, drive) = (axis.geometry, axis.drive);
+        lines.push(format!("geometry = \"{}\"", named(&GEOMETRIES, geometry)));
+        lines.extend(self.name.as_deref().map(name_line));
+        lines.push(faults_line(&self.faults));
+        let mut open = String::new();
+        for parameter in AxisParameter::ALL.iter().filter(|p| p.applies(drive)) {
+            let path = parameter.key(geometry, drive);
+            let (block, key) = path.split_once('.').unwrap_or(("", &path));
+            if block != open {
+                block.clone_into(&mut open);
+                lines.push(format!("\n[{block}]"));
+                if block == "drive" {
+                    lines.push(format!("kind = \"{}\"", named(&DRIVES, drive)));
+                }
+            }
+            lines.push(format!("{key} = {:?}", parameter.get(axis)));
+        }
+        let law = &axis.controller;
+        lines.push(format!("speed-samples = {}", law.speed_samples));
+        lines.push(format!("feedback = \"{}\"", named(&FEEDBACKS, law.feedback)));
+        let mut blocks: Vec<(String, Vec<String>)> = Vec::new();
+        for tolerance in &self.tolerance {
+            let path = tolerance.parameter.key(geometry, drive);
+            let (block, key) = path.split_once('.').unwrap_or(("", &path));
+            let line = format!("{key} = {:?}", tolerance.half_width_frac);
+            match blocks.iter_mut().find(|(known, _)| known == block) {
+                Some((_, lines)) => lines.push(line),
+                None => blocks.push((block.to_owned(), vec![line])),
+            }
+        }
+        for (block, within) in blocks {
+            lines.push(format!("\n[tolerance.{block}]"));
+            lines.extend(within);
+        }
+        effect_block::write(&self.effects, &mut lines);
+        lines.join("\n") + "\n"
+    }
+}
+
+fn named<T: Copy + PartialEq>(names: &[(&'static str, T)], choice: T) -> &'static str {
+    names.iter().find(|(_, known)| *known == choice).map_or("", |(name, _)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let error = parse_machine("kind = \"servo-axis\"\n").unwrap_err();
+        assert_eq!(error.to_string(), "`axis.inertia-kg-m2` is missing");
+        let text = "kind = \"servo-axis\"\n[axis]\nmass-kg = 1.0\n";
+        let error = parse_machine(text).unwrap_err();
+        assert_eq!(error.to_string(), "line 3: unknown key `axis.mass-kg`");
+    }
+}

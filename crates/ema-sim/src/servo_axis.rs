@@ -1,0 +1,429 @@
+//! A servo axis, rotary or linear: any machine with one moving mass, dry friction, backlash and
+//! a cascade.
+
+use crate::{
+    axis_parameter::AxisParameter,
+    drive_train::{DriveTrain, Parts},
+    effect::{
+        Effect, EffectId, Geometry,
+        extension::{Host, Machine},
+    },
+    error::{ParameterError, SimulationError},
+    fault::PhysicalFaults,
+    load::Load,
+    plant::{Additions, Run},
+    scenario::Command,
+    servo_control::{AxisCascade, AxisController, Drive, Feedback},
+};
+
+/// A servo axis. What is an angle in a rotary axis is a length in a linear one, a torque a force,
+/// an inertia a mass.
+///
+/// ```text
+/// M·v' = k·u − F_c·sgn v − F_v·v − offset − load
+/// ```
+///
+/// # Source
+///
+/// Structure and four-parameter friction: Janot, Gautier, Brunot, "Data Set and Reference Models
+/// of EMPS", 2019 Workshop on Nonlinear System Identification Benchmarks; see
+/// `docs/models/servo-axis.md`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoAxis {
+    /// Whether it turns or slides: the units of everything below.
+    pub geometry: Geometry,
+    /// Moving inertia, kg·m², or mass, kg.
+    pub inertia: f64,
+    /// Viscous drag, N·m·s/rad or N·s/m.
+    pub viscous: f64,
+    /// Kinetic dry friction, N·m or N.
+    pub kinetic_friction: f64,
+    /// Static dry friction, N·m or N.
+    pub static_friction: f64,
+    /// Torque or force against positive motion, whichever way the axis moves.
+    pub offset: f64,
+    /// Whole play between motor and load, rad or m.
+    pub backlash: f64,
+    /// What the controller's output drives.
+    pub drive: Drive,
+    /// Torque or force over the output; for [`Drive::Winding`] over the current, and back-EMF.
+    pub force_constant: f64,
+    /// Resistance of the winding; for [`Drive::Winding`] alone.
+    pub resistance_ohm: f64,
+    /// The cascade.
+    pub controller: AxisController,
+}
+
+impl ServoAxis {
+    /// Refuses numbers that no axis has.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterError`] naming the first field that is not finite or out of its bounds.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        for parameter in AxisParameter::ALL {
+            if parameter.applies(self.drive) {
+                parameter.check(self)?;
+            }
+        }
+        let (value, least) = (self.static_friction, self.kinetic_friction);
+        if value < least {
+            let keys = AxisParameter::ALL.iter().map(|p| p.key(self.geometry, self.drive));
+            let mut named = keys.filter(|key| key.starts_with("axis.static-friction"));
+            let field = named.next().unwrap_or_default();
+            return Err(ParameterError::AxisOutOfBounds { field, value, least, most: f64::MAX });
+        }
+        if self.controller.speed_samples > 1000 {
+            let (field, value) = ("controller.speed-samples", self.controller.speed_samples);
+            let (value, least, most) = (f64::from(value), 0.0, 1000.0);
+            return Err(ParameterError::OutOfBounds { field, value, least, most });
+        }
+        Ok(())
+    }
+}
+
+/// What an axis is given.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum AxisInput {
+    /// A position to follow, in the axis' unit: rad, or m in place of rad.
+    Position(Command),
+    /// A speed to hold, rad/s or m/s in place of rad.
+    Speed(Command),
+    /// The controller's output itself, A or V, held over each tick: the machine without its
+    /// controller. [`ServoAxisSimulation::with_replayed_output`] takes it from a recording.
+    Output(Command),
+}
+
+/// State of an axis at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxisStart {
+    /// Position of the motor.
+    pub position: f64,
+    /// Its speed.
+    pub speed: f64,
+    /// Integral part of the controller's output.
+    pub output: f64,
+    /// Place of the load in the backlash, −1 to 1 (1: the upper side touches).
+    pub backlash_side_ratio: f64,
+}
+
+/// A test of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisScenario {
+    /// What it is given.
+    pub input: AxisInput,
+    /// Load against positive motion.
+    pub load: f64,
+    /// Length.
+    pub duration_s: f64,
+    /// State at the start.
+    pub start: AxisStart,
+}
+
+/// Signals of an axis, sampled at each tick; the output is what the controller makes of that
+/// very sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AxisTrace {
+    /// Rate of all channels.
+    pub rate_hz: f64,
+    /// What the axis was given.
+    pub command: Vec<f64>,
+    /// Position as its sensor shows it.
+    pub position: Vec<f64>,
+    /// Speed.
+    pub speed: Vec<f64>,
+    /// The controller's output, A or V.
+    pub output: Vec<f64>,
+    /// Current, as its sensor shows it, before the controller acts; of [`Drive::Amplifier`] the
+    /// output that acted before.
+    pub current: Vec<f64>,
+    /// Torque or force of the motor before the controller acts.
+    pub force: Vec<f64>,
+    /// What it cost: segments between events.
+    pub segments: u64,
+}
+
+/// An axis in one test.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::{
+///     AxisController, AxisInput, AxisScenario, AxisStart, Command, Drive, Feedback, Geometry,
+///     HealthState, ServoAxis, ServoAxisSimulation,
+/// };
+///
+/// let axis = ServoAxis {
+///     geometry: Geometry::Rotary,
+///     inertia: 1e-3,
+///     viscous: 1e-3,
+///     kinetic_friction: 0.02,
+///     static_friction: 0.03,
+///     offset: 0.0,
+///     backlash: 0.0,
+///     drive: Drive::Current,
+///     force_constant: 0.1,
+///     resistance_ohm: 1.0,
+///     controller: AxisController {
+///         sample_hz: 1e3,
+///         position_gain_per_s: 20.0,
+///         position_integral_per_s2: 0.0,
+///         position_derivative_ratio: 0.0,
+///         speed_limit: 50.0,
+///         speed_gain: 1.0,
+///         speed_integral: 20.0,
+///         output_limit: 5.0,
+///         speed_samples: 0,
+///         encoder_step: 0.0,
+///         feedback: Feedback::Motor,
+///     },
+/// };
+/// let command = Command::Sine { amplitude_rad: 1.0, frequency_hz: 0.5 };
+/// let scenario = AxisScenario {
+///     input: AxisInput::Position(command),
+///     load: 0.0,
+///     duration_s: 2.0,
+///     start: AxisStart::default(),
+/// };
+/// let simulation = ServoAxisSimulation::new(&axis, &scenario)?;
+/// let trace = simulation.simulate(&(&HealthState::HEALTHY).into());
+/// assert_eq!(trace.position.len(), 2000);
+/// # Ok::<_, ema_sim::SimulationError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ServoAxisSimulation {
+    axis: ServoAxis,
+    scenario: AxisScenario,
+    command: Vec<f64>,
+    effects: Vec<Effect>,
+    load: Load,
+    finer: f64,
+}
+
+const NO_COMMUTATION: &str = "the axis has no commutation";
+const NO_VOLTAGE: &str = "the drive regulates the current, and its voltage is not modelled";
+
+const UNCOMMUTATED: [(EffectId, &str); 3] = [
+    (EffectId::BackEmfShape, NO_COMMUTATION),
+    (EffectId::CommutationOverlap, NO_COMMUTATION),
+    (EffectId::HallOffset, NO_COMMUTATION),
+];
+const CURRENT_DRIVEN: [(EffectId, &str); 6] = [
+    UNCOMMUTATED[0],
+    UNCOMMUTATED[1],
+    UNCOMMUTATED[2],
+    (EffectId::ResistanceDrift, NO_VOLTAGE),
+    (EffectId::DeadTime, NO_VOLTAGE),
+    (EffectId::BusSag, NO_VOLTAGE),
+];
+
+impl ServoAxisSimulation {
+    /// Prepares a test.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError`] for an axis or a test that cannot be simulated.
+    pub fn new(axis: &ServoAxis, scenario: &AxisScenario) -> Result<Self, SimulationError> {
+        axis.check()?;
+        let bounded = |field, value: f64, least, most| {
+            if value >= least && value <= most {
+                Ok(())
+            } else {
+                Err(SimulationError::Scenario { field, value, least, most })
+            }
+        };
+        let start = &scenario.start;
+        let tick_s = 1.0 / axis.controller.sample_hz;
+        bounded("scenario.load", scenario.load, -1e9, 1e9)?;
+        bounded("scenario.duration-s", scenario.duration_s, tick_s, 1e5)?;
+        bounded("scenario.position", start.position, -1e9, 1e9)?;
+        bounded("scenario.speed", start.speed, -1e6, 1e6)?;
+        bounded("scenario.output", start.output, -1e9, 1e9)?;
+        bounded("scenario.backlash-side-ratio", start.backlash_side_ratio, -1.0, 1.0)?;
+        let (AxisInput::Position(command) | AxisInput::Speed(command) | AxisInput::Output(command)) =
+            &scenario.input;
+        command.check()?;
+        let ticks = libm::round(scenario.duration_s / tick_s) as usize;
+        let command: Vec<f64> = (0..ticks).map(|tick| command.at(tick as f64 * tick_s)).collect();
+        for value in &command {
+            bounded("command.values", *value, -1e9, 1e9)?;
+        }
+        Ok(Self {
+            axis: *axis,
+            scenario: scenario.clone(),
+            command,
+            effects: Vec::new(),
+            load: Load::None,
+            finer: 1.0,
+        })
+    }
+
+    /// The machine without its controller: an output for every tick, from a recording.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Scenario`] where an output is not finite.
+    pub fn with_replayed_output(mut self, output: &[f64]) -> Result<Self, SimulationError> {
+        if let Some(value) = output.iter().find(|u| !u.is_finite()) {
+            let (field, value, least, most) = ("output", *value, f64::MIN, f64::MAX);
+            return Err(SimulationError::Scenario { field, value, least, most });
+        }
+        self.command = output.to_vec();
+        self.scenario.input = AxisInput::Output(Command::Steps(Vec::new()));
+        Ok(self)
+    }
+
+    /// The same test on an axis with effects.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Effect`] for an effect that this axis cannot take.
+    pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
+        let refused: &[_] = match self.axis.drive {
+            Drive::Current | Drive::Amplifier => &CURRENT_DRIVEN,
+            Drive::Winding => &UNCOMMUTATED,
+        };
+        let refused = refused.to_vec();
+        Host { name: "the servo axis", geometry: self.axis.geometry, refused }.check(effects)?;
+        for effect in effects {
+            let inertia = effect.get("load_inertia_kg_m2").or(effect.get("load_mass_kg"));
+            if inertia.is_some_and(|inertia| inertia <= 0.0 || inertia >= self.axis.inertia) {
+                return Err(crate::EffectError::NotInModel {
+                    effect: effect.id(),
+                    model: "the servo axis",
+                    reason: "the load's inertia is to be given, a part of the axis'",
+                }
+                .into());
+            }
+        }
+        self.effects = effects.to_vec();
+        Ok(self)
+    }
+
+    /// The same test with a load besides the constant one.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Scenario`] for a load out of bounds.
+    pub fn with_load(mut self, load: Load) -> Result<Self, SimulationError> {
+        load.check()?;
+        self.load = load;
+        Ok(self)
+    }
+
+    /// The same test with the segments that effects allow cut to a share of their length.
+    #[must_use]
+    pub fn with_finer_segments(mut self, longest_segment_ratio: f64) -> Self {
+        self.finer = longest_segment_ratio.clamp(1e-4, 1.0);
+        self
+    }
+
+    /// Runs the test on an axis with worn friction (`k1`) and backlash (`k2`); the faults of a
+    /// winding have no place in it.
+    pub fn simulate(&self, faults: &PhysicalFaults) -> AxisTrace {
+        let axis = self.reshaped();
+        let law = &axis.controller;
+        let tick_s = 1.0 / law.sample_hz;
+        let start = &self.scenario.start;
+        let mut run = self.start(&axis, faults, tick_s);
+        let mut cascade = AxisCascade::new(law, start.position, start.speed, start.output);
+        let mut trace = self.empty_trace();
+        for (tick, &command) in self.command.iter().enumerate() {
+            run.begin_tick(tick, tick_s);
+            let load_position = start.position + run.shown_surface_rad();
+            let position = match law.feedback {
+                Feedback::Load => load_position,
+                Feedback::Motor if self.effects.is_empty() => start.position + run.train.angle_rad,
+                Feedback::Motor => load_position + run.before_play_rad(),
+            };
+            let speed = run.train.speed_rad_per_s;
+            let output = match self.scenario.input {
+                AxisInput::Position(_) => cascade.position(command, position, speed),
+                AxisInput::Speed(_) => cascade.speed(command, position, speed),
+                AxisInput::Output(_) => command.clamp(-law.output_limit, law.output_limit),
+            };
+            trace.command.push(command);
+            trace.position.push(position);
+            trace.speed.push(speed);
+            trace.output.push(output);
+            trace.force.push(run.motor_n_m());
+            trace.current.push(run.shown_current_a());
+            run.advance(output, tick_s);
+        }
+        trace.segments = run.segments;
+        trace
+    }
+
+    /// The machine at the start.
+    fn start(&self, axis: &ServoAxis, faults: &PhysicalFaults, tick_s: f64) -> Run {
+        let half_play = 0.5 * axis.backlash * faults.backlash_ratio;
+        let start = &self.scenario.start;
+        let train = DriveTrain::of(&Parts {
+            inertia_kg_m2: axis.inertia,
+            viscous_n_m_s_per_rad: axis.viscous,
+            kinetic_n_m: axis.kinetic_friction * faults.friction_ratio,
+            static_n_m: axis.static_friction * faults.friction_ratio,
+            offset_n_m: axis.offset,
+            gear_ratio: 1.0,
+            half_play_rad: half_play,
+            stop_rad: f64::INFINITY,
+            efficiency_ratio: 1.0,
+            load_n_m: self.scenario.load,
+            surface_friction_n_m: 0.0,
+            side_ratio: start.backlash_side_ratio,
+            speed_rad_per_s: start.speed,
+        });
+        let resistance_ohm = (axis.drive == Drive::Winding).then_some(axis.resistance_ohm);
+        let limit = axis.controller.output_limit;
+        let mut run =
+            Run::of_axis(train, axis.force_constant, resistance_ohm, limit, start.position);
+        let machine = Machine {
+            inertia_kg_m2: axis.inertia,
+            per_gear_ratio: 1.0,
+            load_inertia_kg_m2: 0.0,
+            efficiency_ratio: 1.0,
+            half_play_rad: half_play,
+            tick_s,
+            pole_pairs: 1.0,
+        };
+        let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
+        run.add(&machine, &additions, self.scenario.load);
+        run
+    }
+
+    /// The axis with what effects make of its numbers.
+    fn reshaped(&self) -> ServoAxis {
+        let mut axis = self.axis;
+        for effect in &self.effects {
+            let v = effect.values();
+            match effect.id() {
+                EffectId::MagnetLoss => axis.force_constant *= 1.0 - v[0],
+                EffectId::ControllerMismatch => {
+                    let c = &mut axis.controller;
+                    c.position_gain_per_s *= 1.0 + v[0];
+                    c.position_integral_per_s2 *= 1.0 + v[0];
+                    c.speed_gain *= 1.0 + v[1];
+                    c.speed_integral *= 1.0 + v[2];
+                    c.output_limit *= 1.0 + v[3];
+                }
+                _ => {}
+            }
+        }
+        axis
+    }
+
+    fn empty_trace(&self) -> AxisTrace {
+        let room = || Vec::with_capacity(self.command.len());
+        AxisTrace {
+            rate_hz: self.axis.controller.sample_hz,
+            command: room(),
+            position: room(),
+            speed: room(),
+            output: room(),
+            current: room(),
+            force: room(),
+            segments: 0,
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! The servo axis against closed solutions, and its model file.
+
+use ema_sim::{
+    AxisController, AxisInput, AxisScenario, AxisStart, AxisTrace, Command, Drive, Effect,
+    EffectId, FaultId, FaultLevel, Feedback, Geometry, HealthState, ServoAxis, ServoAxisSimulation,
+    SimulationError,
+    model_file::{MachineModel, parse_machine, parse_machine_onto},
+};
+use libm::exp;
+
+fn axis(drive: Drive) -> ServoAxis {
+    ServoAxis {
+        geometry: Geometry::Rotary,
+        inertia: 2e-3,
+        viscous: 4e-3,
+        kinetic_friction: 0.02,
+        static_friction: 0.03,
+        offset: 0.0,
+        backlash: 0.0,
+        drive,
+        force_constant: 0.1,
+        resistance_ohm: 2.0,
+        controller: AxisController {
+            sample_hz: 1e3,
+            position_gain_per_s: 20.0,
+            position_integral_per_s2: 0.0,
+            position_derivative_ratio: 0.0,
+            speed_limit: 50.0,
+            speed_gain: 1.0,
+            speed_integral: 20.0,
+            output_limit: 8.0,
+            speed_samples: 0,
+            encoder_step: 0.0,
+            feedback: Feedback::Motor,
+        },
+    }
+}
+
+fn scenario(input: AxisInput) -> AxisScenario {
+    AxisScenario { input, load: 0.0, duration_s: 2.0, start: AxisStart::default() }
+}
+
+fn sine() -> AxisScenario {
+    scenario(AxisInput::Position(Command::Sine { amplitude_rad: 1.0, frequency_hz: 0.7 }))
+}
+
+fn held(value: f64) -> AxisInput {
+    AxisInput::Output(Command::Recorded { values_rad: vec![value], rate_hz: 1.0 })
+}
+
+fn run(axis: &ServoAxis, scenario: &AxisScenario, effects: &[Effect]) -> AxisTrace {
+    let simulation = ServoAxisSimulation::new(axis, scenario);
+    let simulation = simulation.and_then(|s| s.with_effects(effects)).expect("valid");
+    simulation.simulate(&(&HealthState::HEALTHY).into())
+}
+
+#[test]
+fn law_a_held_torque_brings_the_axis_to_its_end_speed() {
+    let mut axis = axis(Drive::Current);
+    axis.offset = 0.01;
+    let trace = run(&axis, &scenario(held(2.0)), &[]);
+    let (rate, end) = (axis.viscous / axis.inertia, (0.2 - 0.02 - 0.01) / axis.viscous);
+    for (n, speed) in trace.speed.iter().enumerate() {
+        let wanted = end * (1.0 - exp(-rate * n as f64 * 1e-3));
+        // each tick of 1 ms misses (c·t/J)⁵/120
+        assert!((speed - wanted).abs() < 1e-9 * end, "{n}: {speed} {wanted}");
+    }
+    let pushed = run(&axis, &scenario(held(-2.0)), &[]);
+    let end = (0.2 - 0.02 + 0.01) / axis.viscous;
+    assert!((pushed.speed[1999] + end * (1.0 - exp(-rate * 1.999))).abs() < 1e-6);
+}
+
+#[test]
+fn law_a_winding_brakes_by_its_back_emf() {
+    let axis = axis(Drive::Winding);
+    let trace = run(&axis, &scenario(held(6.0)), &[]);
+    let drag = axis.viscous + 0.1 * 0.1 / 2.0;
+    let (rate, end) = (drag / axis.inertia, (0.1 * 6.0 / 2.0 - 0.02) / drag);
+    for (n, speed) in trace.speed.iter().enumerate() {
+        let wanted = end * (1.0 - exp(-rate * n as f64 * 1e-3));
+        assert!((speed - wanted).abs() < 1e-9 * end, "{n}: {speed} {wanted}");
+        if n > 0 {
+            // the current at the start of the last segment, a tick ago
+            let before = trace.speed[n - 1];
+            assert!((trace.current[n] - (6.0 - 0.1 * before) / 2.0).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn law_the_axis_sticks_below_its_static_friction() {
+    let axis = axis(Drive::Current);
+    assert!(run(&axis, &scenario(held(0.29)), &[]).position.iter().all(|x| *x == 0.0));
+    assert!(run(&axis, &scenario(held(0.31)), &[]).position[1999] > 0.0);
+}
+
+#[test]
+fn a_replayed_output_gives_the_same_motion() {
+    for drive in [Drive::Current, Drive::Amplifier, Drive::Winding] {
+        let axis = axis(drive);
+        let simulation = ServoAxisSimulation::new(&axis, &sine()).unwrap();
+        let healthy = (&HealthState::HEALTHY).into();
+        let closed = simulation.simulate(&healthy);
+        let open = simulation.with_replayed_output(&closed.output).unwrap().simulate(&healthy);
+        assert_eq!(open.position, closed.position);
+        assert_eq!(open.speed, closed.speed);
+    }
+}
+
+#[test]
+fn faults_and_effects_act_on_the_axis() {
+    let mut axis = axis(Drive::Current);
+    axis.backlash = 1e-4;
+    let base = run(&axis, &sine(), &[]);
+    for fault in [FaultId::Friction, FaultId::Backlash] {
+        let health = HealthState::HEALTHY.with(fault, FaultLevel::new(0.3).unwrap());
+        let mut axis = axis;
+        axis.controller.feedback = Feedback::Load;
+        let simulation = ServoAxisSimulation::new(&axis, &sine()).unwrap();
+        let trace = simulation.simulate(&(&health).into());
+        assert_ne!(trace.output, base.output, "{fault:?}");
+    }
+    for id in EffectId::ALL {
+        let off = Effect::new(id, Geometry::Rotary);
+        let simulation = ServoAxisSimulation::new(&axis, &sine()).unwrap();
+        match simulation.with_effects(&[off]) {
+            Ok(with) => assert_eq!(with.simulate(&(&HealthState::HEALTHY).into()), base, "{id:?}"),
+            Err(SimulationError::Effect(error)) => {
+                assert!(error.to_string().contains("does not act in the servo axis"), "{error}");
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+}
+
+/// The torque balance of the axis with a cogging of order 7 and a direction-dependent drag.
+#[test]
+fn law_effects_enter_the_torque_balance() {
+    let axis = axis(Drive::Current);
+    let effects = [
+        Effect::new(EffectId::Cogging, Geometry::Rotary)
+            .with("cogging_sin_n_m", 5e-3)
+            .and_then(|e| e.with("order", 7.0))
+            .unwrap(),
+        Effect::new(EffectId::DirectionalFriction, Geometry::Rotary)
+            .with("viscous_asymmetry_n_m_s_per_rad", 1e-3)
+            .unwrap(),
+    ];
+    let trace = run(&axis, &sine(), &effects);
+    let (mut off, mut whole) = (0.0, 0.0);
+    for n in 1..trace.speed.len() {
+        let (a, b) = (trace.speed[n - 1], trace.speed[n]);
+        if a * b <= 0.0 || a.abs() < 0.1 {
+            continue;
+        }
+        let (w, x) = (0.5 * (a + b), 0.5 * (trace.position[n - 1] + trace.position[n]));
+        let known = 0.1 * trace.output[n - 1] - 0.02f64.copysign(w) - 4e-3 * w;
+        let shown = known - 2e-3 * (b - a) / 1e-3;
+        let wanted = 5e-3 * libm::sin(7.0 * x) + 1e-3 * w.abs();
+        (off, whole) = (off + (shown - wanted).powi(2), whole + wanted.powi(2));
+    }
+    // the midpoint of a tick against its mean: (7·4.4·1e-3)²/24
+    assert!((off / whole).sqrt() < 5e-4, "{}", (off / whole).sqrt());
+}
+
+const EMPS: &str = include_str!("../../../../fixtures/models/emps.toml");
+
+#[test]
+fn a_model_file_of_an_axis_reads_what_it_wrote() {
+    let model = parse_machine(EMPS).unwrap();
+    assert_eq!(parse_machine(&model.write()).unwrap(), model);
+    let MachineModel::ServoAxis(emps) = &model else { panic!("{model:?}") };
+    assert_eq!(emps.axis.inertia, 95.1089);
+    assert_eq!(emps.axis.static_friction, 20.3935);
+    assert_eq!(emps.faults, [FaultId::Friction, FaultId::Backlash]);
+    let text = "[[effect]]\nid = \"E03\"\n\
+                parameters = { viscous-asymmetry-n-s-per-m = 30.0 }\n[axis]\noffset-n = 0.0\n";
+    let extended = parse_machine_onto(text, &model).unwrap();
+    let MachineModel::ServoAxis(axis) = &extended else { panic!("{extended:?}") };
+    assert_eq!(axis.axis.offset, 0.0);
+    assert_eq!(extended.switched_on()[0].get("viscous_asymmetry_n_s_per_m"), Some(30.0));
+    assert_eq!(parse_machine(&extended.write()).unwrap(), extended);
+    let mut without = extended;
+    without.effects_mut().clear();
+    let MachineModel::ServoAxis(base) = &without else { panic!("{without:?}") };
+    assert_eq!(ServoAxis { offset: -3.1648, ..base.axis }, emps.axis);
+}
+
+#[test]
+fn a_slip_in_an_axis_file_is_named() {
+    let cases = [
+        ("mass-kg", "inertia-kg-m2", "unknown key `axis.inertia-kg-m2`"),
+        ("mass-kg = 95.1089", "mass-kg = -1.0", "`axis.mass-kg` is -1, expected"),
+        ("\"amplifier\"", "\"steam\"", "`drive.kind` is `steam`, which is none of"),
+        ("speed-samples = 2", "speed-samples = 1.5", "`controller.speed-samples` is 1.5"),
+        ("sample-hz = 1000.0\n", "", "`controller.sample-hz` is missing"),
+        ("[axis]", "static-friction-n = 1.0\n[axis]", "unknown key `static-friction-n`"),
+    ];
+    for (from, to, wanted) in cases {
+        let error = parse_machine(&EMPS.replace(from, to)).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+}
