@@ -1,7 +1,7 @@
 //! Sensor noise: errors against the Cramér-Rao bound, coverage, false alarms, detection.
 
 use ema_sim::{
-    FAULT_COUNT, FaultCoordinates, HealthState, LowFidelity, PhaseSensors, PhysicalFaults,
+    FAULT_COUNT, FaultCoordinates, HealthState, PhaseSensors, PhysicalFaults,
 };
 use nalgebra::{DMatrix, Vector2};
 
@@ -156,7 +156,7 @@ impl<'a> NoisyTrial<'a> {
         let sought = experiment.sought_indices();
         let centre: Vec<f64> = sought.iter().map(|&i| truth.0[i]).collect();
         let mut monitor = experiment.monitor(0.0)?;
-        let raw = LowFidelity::new(&experiment.actuator, &experiment.scenario)?;
+        let raw = experiment.low_fidelity(&experiment.scenario)?;
         let raw_hz = experiment.actuator.controller.sample_hz;
         let mut signal = |point: &[f64]| self.diagnoser.monitored_at(&mut monitor, point);
         let jacobian = differences(&centre, &mut signal);
