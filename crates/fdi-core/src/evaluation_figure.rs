@@ -33,8 +33,8 @@ pub fn convergence_figure_svg(evaluation: &Evaluation) -> Option<String> {
     }
     let width = PANEL_WIDTH * panels.len() as f64 + LEGEND_WIDTH;
     let title = format!(
-        "Protocol “{}”: least discrepancy on the mask, median and middle half of {} searches",
-        evaluation.protocol, evaluation.conditions
+        "Protocol “{}”: least discrepancy on the mask, median and middle half of the searches",
+        evaluation.protocol
     );
     let mut svg = opening(width, HEIGHT, &title);
     push_text(&mut svg, [16.0, 26.0], "font-size=\"15\"", &title);
