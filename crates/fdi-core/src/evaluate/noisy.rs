@@ -1,8 +1,6 @@
 //! Sensor noise: errors against the Cramér-Rao bound, coverage, false alarms, detection.
 
-use ema_sim::{
-    FAULT_COUNT, FaultCoordinates, HealthState, PhaseSensors, PhysicalFaults,
-};
+use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState, PhaseSensors, PhysicalFaults};
 use nalgebra::{DMatrix, Vector2};
 
 use super::{
