@@ -337,12 +337,14 @@ fn encoding_tables(
          A diagnosis looks at the whole filtered envelope unless told otherwise (`--encoding full`), which\n\
          inflates nothing: 1.00 for every fault (asked for: at most {}, met). `points`, `cluster-means`,\n\
          `modes` (30) and `sensitivities` (linear) are one flag away. None of them stays within that bar when\n\
-         it is judged by a simulator: what is learnt from a hundred signals leaves out directions that the signals\n\
-         do not show, and a judgement by sensitivities regressed from the same signals (last table) cannot see it.\n\
-         `fdi bundle show` says what each costs for the bundle at hand.\n\n\
+         it is judged by a simulator: we take it that what is learnt from a hundred signals leaves out directions that the\n\
+         signals do not show (their number was not varied), and a judgement by sensitivities regressed from the same signals (last table) cannot see it.\n\
+         These signals are of ideal electronics; the embedded bundle's are of real ones and another seed, so that\n\
+         `fdi bundle show` has other figures: it says what each costs for the bundle at hand.\n\n\
          ### Sensitivities of the high-fidelity model\n\n\
          Central differences of the model that made the signals, {} to each side of each condition's\n\
-         levels: no encoding is judged by what it was learnt from.",
+         levels: no encoding is judged by what it was learnt from. k2 depends on that step in high fidelity (below), so that its\n\
+         column holds for this step alone.",
         reference.snapshots.count(),
         reference.snapshots.locations(),
         &dataset.sha256()[..16],
@@ -354,7 +356,7 @@ fn encoding_tables(
     text.push_str(&encodings::table(reference, &of_high)?);
     text.push_str(
         "\n### Sensitivities of the monitoring model\n\n\
-         The same differences of the model that a diagnosis runs, as in `fdi bundle show`.\n",
+         The same differences of the model that a diagnosis runs, which `fdi bundle show` takes for its own signals.\n",
     );
     text.push_str(&encodings::table(reference, &of_monitor)?);
     text.push_str(

@@ -309,7 +309,7 @@ pub(super) fn figure_section(reference: &Reference<'_>) -> Result<String> {
         page,
         "\nOver the seeds the points are {found:.1} samples from an extremum, {by_chance:.1} by chance: on\n\
          these signals, with the scaling of decision 0022, they {verdict} gather on the extrema of the first mode;\n\
-         with nearest rows it is {nearest:.1}. The figure shows it: points lie on the slopes as well as on the turns.\n\
+         with nearest rows it is {nearest:.1}. In the figure, of the embedded bundle's signals, points lie on the slopes as well as on the turns.\n\
          What the map places evenly is all thirty modes and the time together, of which the first mode is one\n\
          column in thirty-one."
     )?;
