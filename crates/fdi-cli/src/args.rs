@@ -165,7 +165,7 @@ pub struct DiagnoseArgs {
     /// What of the filtered envelope is looked at
     #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
     pub encoding: EncodingArg,
-    /// Most evaluations of the model for one recording [default: the method's own]
+    /// Most evaluations of the model in one search; noise, uncertainty and severe faults take more [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,
     /// Noise on each phase per sample, rms in A, in place of the recording's own

@@ -22,7 +22,8 @@ use crate::{
     posterior::Posterior,
     record::Recording,
     report::{
-        Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status, Verdict,
+        Fault, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status,
+        Verdict,
     },
     scalar_search,
 };
@@ -829,6 +830,18 @@ impl Run<'_> {
             .collect())
     }
 
+    /// The largest level that could be there undetected, where the recording is too noisy for
+    /// "healthy": its noise far above what the bundle expects, or a whole incipient range open.
+    fn hidden(&self, faults: &[Fault], noise: Noise) -> Option<f64> {
+        let most = faults[..FAULT_COUNT - 1]
+            .iter()
+            .filter(|fault| fault.detected == Some(false))
+            .filter_map(|fault| fault.interval_95.map(|[_, high]| high))
+            .fold(0.0, f64::max);
+        let loud = noise.level_a > LOUD_RATIO * self.diagnoser.bundle.noise_a;
+        (loud || most > INCIPIENT_LEVEL).then_some(most)
+    }
+
     /// The answer as it is reported.
     fn answer(
         &self,
@@ -874,13 +887,15 @@ impl Run<'_> {
                 message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
             });
         }
+        let hidden = self.hidden(&faults, noise);
+        notices.extend(hidden.map(|most| hidden_notice(most, noise)));
         let verdict = if outcome.unfinished {
             Verdict::Undetermined
         } else if !outcome.adequate {
             Verdict::ModelInadequate
         } else if any_detected {
             Verdict::Faulty
-        } else if any_null {
+        } else if any_null || hidden.is_some() {
             Verdict::Undetermined
         } else {
             Verdict::Healthy
@@ -1004,6 +1019,22 @@ fn size_of(point: &[f64]) -> f64 {
 /// The nearest point that the trend of the error is learnt on.
 fn within_training(point: &[f64]) -> Vec<f64> {
     point.iter().map(|x| x.clamp(-TRAINED_LEVEL, TRAINED_LEVEL)).collect()
+}
+
+/// Noise over the bundle's from which on a recording is called disturbed.
+const LOUD_RATIO: f64 = 5.0;
+/// Largest incipient level.
+const INCIPIENT_LEVEL: f64 = 0.05;
+
+fn hidden_notice(most: f64, noise: Noise) -> Notice {
+    Notice {
+        code: NoticeCode::OutsideTraining,
+        message: format!(
+            "with {:.3} A of noise on each phase sample, levels up to {most:.3} are not excluded where \
+             nothing is detected; look for outliers in the currents",
+            noise.level_a
+        ),
+    }
 }
 
 fn noise_notice(level_a: f64) -> Notice {

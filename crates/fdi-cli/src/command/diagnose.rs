@@ -222,7 +222,8 @@ impl Batch<'_> {
         if rates_hz.is_empty() || rates_hz.iter().any(near) {
             return error.into();
         }
-        let known: Vec<_> = rates_hz.iter().map(|rate_hz| format!("{rate_hz} Hz")).collect();
+        let mut known: Vec<_> = rates_hz.iter().map(|rate_hz| format!("{rate_hz} Hz")).collect();
+        known.dedup();
         anyhow::anyhow!("{error}, and the bundle is for {}", known.join(" or "))
     }
 }
