@@ -10,7 +10,10 @@
 //! the solution here, found between steps and not rounded to one.
 
 use crate::{
-    fault::PhysicalFaults, params::Actuator, scenario::Scenario, series::RECIPROCALS,
+    fault::PhysicalFaults,
+    params::Actuator,
+    scenario::Scenario,
+    series::{RECIPROCALS, Series, reach},
     winding::Shaft,
 };
 
@@ -120,7 +123,39 @@ pub(crate) struct DriveTrain {
     left_at_rad: f64,
 }
 
+/// A mark that a turning shaft crosses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Crossing {
+    /// The end of the sector, forward or backward.
+    Sector(i64),
+    /// A bound of [`DriveTrain::bounds_rad`].
+    Bound,
+}
+
 impl DriveTrain {
+    /// The marks crossed on the way to a motor angle, with when: the end of a sector, and a bound.
+    pub(crate) fn crossings(
+        &self,
+        turn: &Series,
+        to_rad: f64,
+        sector_rad: (f64, f64),
+        span_s: f64,
+    ) -> impl Iterator<Item = (Crossing, f64)> {
+        let passed = |(low, high): (f64, f64)| {
+            if to_rad > high {
+                Some((1, high))
+            } else if to_rad < low {
+                Some((-1, low))
+            } else {
+                None
+            }
+        };
+        let when_s = |angle_rad: f64| reach(turn, angle_rad - self.angle_rad, span_s);
+        let sector = passed(sector_rad).map(|(step, at)| (Crossing::Sector(step), when_s(at)));
+        let bound = passed(self.bounds_rad()).map(|(_, at)| (Crossing::Bound, when_s(at)));
+        sector.into_iter().chain(bound)
+    }
+
     /// The drive train at the start of a test.
     pub(crate) fn new(actuator: &Actuator, faults: &PhysicalFaults, scenario: &Scenario) -> Self {
         let t = &actuator.transmission;

@@ -9,7 +9,7 @@ mod three_legs;
 
 use crate::{
     controller::Measured,
-    drive_train::{Direction, DriveTrain},
+    drive_train::{Crossing, Direction, DriveTrain},
     effect::{
         Effect,
         extension::{Extension, Instant, Machine},
@@ -20,7 +20,7 @@ use crate::{
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
-    series::{Series, less, reach, root, value},
+    series::{Series, less, root, value},
     trace::HighFidelityTrace,
     winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
@@ -45,6 +45,15 @@ enum Event {
     FreewheelEnd,
     /// The current of a phase leaves its comparator's band.
     Comparator(usize),
+}
+
+impl From<Crossing> for Event {
+    fn from(crossing: Crossing) -> Self {
+        match crossing {
+            Crossing::Sector(step) => Self::Sector(step),
+            Crossing::Bound => Self::Bound,
+        }
+    }
 }
 
 /// State of a run.
@@ -665,21 +674,10 @@ impl<P: Probe> Run<P> {
         if end.speed_rad_per_s * self.train.direction.sign() <= 0.0 {
             offer(Event::Standstill, root(&segment.speed, span_s));
         }
-        let from_rad = self.train.angle_rad;
-        let to_rad = from_rad + end.turn_rad;
-        let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
-        let mut meet = |event, angle_rad: f64| {
-            offer(event, reach(&segment.turn, angle_rad - from_rad, span_s));
-        };
-        if to_rad > sector.1 {
-            meet(Event::Sector(1), sector.1);
-        } else if to_rad < sector.0 {
-            meet(Event::Sector(-1), sector.0);
-        }
-        if to_rad > bound.1 {
-            meet(Event::Bound, bound.1);
-        } else if to_rad < bound.0 {
-            meet(Event::Bound, bound.0);
+        let to_rad = self.train.angle_rad + end.turn_rad;
+        for (crossing, at_s) in self.train.crossings(&segment.turn, to_rad, self.sector_rad, span_s)
+        {
+            offer(crossing.into(), at_s);
         }
         first
     }

@@ -2,7 +2,7 @@
 //! servo axis.
 
 use crate::{
-    drive_train::{Direction, DriveTrain},
+    drive_train::{Crossing, Direction, DriveTrain},
     effect::{
         Effect,
         extension::{Circuit, Extension, Instant, Machine},
@@ -12,7 +12,7 @@ use crate::{
     params::Actuator,
     phase::{PerPhase, Sector},
     scenario::Scenario,
-    series::{RECIPROCALS, Series, reach, root, value},
+    series::{RECIPROCALS, Series, root, value},
     shape_function::ShapeFunction,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
@@ -58,6 +58,15 @@ enum Event {
     Standstill,
     Sector(i64),
     Bound,
+}
+
+impl From<Crossing> for Event {
+    fn from(crossing: Crossing) -> Self {
+        match crossing {
+            Crossing::Sector(step) => Self::Sector(step),
+            Crossing::Bound => Self::Bound,
+        }
+    }
 }
 
 /// What a run takes besides machine, test and faults.
@@ -542,20 +551,9 @@ impl Run {
         if speed * self.train.direction.sign() <= 0.0 {
             offer(Event::Standstill, root(&motion.speed, span_s));
         }
-        let from_rad = self.train.angle_rad;
-        let (sector, bound) = (self.sector_rad, self.train.bounds_rad());
-        let mut meet = |event, angle_rad: f64| {
-            offer(event, reach(&motion.turn, angle_rad - from_rad, span_s));
-        };
-        if to_rad > sector.1 {
-            meet(Event::Sector(1), sector.1);
-        } else if to_rad < sector.0 {
-            meet(Event::Sector(-1), sector.0);
-        }
-        if to_rad > bound.1 {
-            meet(Event::Bound, bound.1);
-        } else if to_rad < bound.0 {
-            meet(Event::Bound, bound.0);
+        for (crossing, at_s) in self.train.crossings(&motion.turn, to_rad, self.sector_rad, span_s)
+        {
+            offer(crossing.into(), at_s);
         }
         first
     }
