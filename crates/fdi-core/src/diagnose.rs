@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
+    central,
     commutation::Commutation,
     dataset::ReferenceDesign,
     emulator::Emulator,
@@ -817,17 +818,10 @@ impl Run<'_> {
         point: &[f64],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let mut monitor = self.monitor(hypothesis)?;
-        Ok((0..point.len())
-            .map(|place| {
-                let mut side = |sign: f64| {
-                    let mut moved = point.to_vec();
-                    moved[place] += sign * DIFFERENCE_STEP;
-                    self.residual(hypothesis, &mut monitor, &moved)
-                };
-                let (up, down) = (side(1.0), side(-1.0));
-                up.iter().zip(&down).map(|(u, d)| (d - u) / (2.0 * DIFFERENCE_STEP)).collect()
-            })
-            .collect())
+        // the signal's slopes are those of the residual, turned round
+        Ok(central::differences(point, DIFFERENCE_STEP, |moved| {
+            self.residual(hypothesis, &mut monitor, moved).into_iter().map(|value| -value).collect()
+        }))
     }
 
     /// The largest level that could be there undetected, where the recording is too noisy for

@@ -7,7 +7,6 @@ use crate::{
     bundle::{Bundle, BundleError},
     dataset::ReferenceDesign,
     encoding::{Encoder, Encoding, Factor},
-    experiment::Monitor,
     likelihood::information,
     noise_covariance::unit_noise_covariance,
     report::{EncodingSummary, FaultId},
@@ -71,23 +70,11 @@ fn cases(bundle: &Bundle) -> Result<Vec<Case>, BundleError> {
             let coordinates = condition.coordinates();
             let [x, y] = [coordinates.0[5], coordinates.0[6]];
             let size = x.hypot(y);
-            let jacobian =
-                indices.iter().map(|&index| slope(&mut monitor, &coordinates, index)).collect();
+            let jacobian = monitor.jacobian(&coordinates, &indices, STEP);
             let direction = (size > 0.0).then(|| [x / size, y / size]);
             Case { jacobian, indices: indices.clone(), direction }
         })
         .collect())
-}
-
-/// Change of the signal per unit of a coordinate.
-fn slope(monitor: &mut Monitor, at: &ema_sim::FaultCoordinates, index: usize) -> Vec<f64> {
-    let mut side = |sign: f64| {
-        let mut moved = *at;
-        moved.0[index] += sign * STEP;
-        monitor.signal(&moved)
-    };
-    let (up, down) = (side(1.0), side(-1.0));
-    up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
 }
 
 /// Covariance of the sensors' noise that the bundle states.
@@ -95,9 +82,7 @@ fn stated_covariance(bundle: &Bundle) -> BandedMatrix {
     let experiment = &bundle.experiment;
     let rate_hz = experiment.actuator.controller.sample_hz;
     let unit = unit_noise_covariance(&experiment.filter, rate_hz, experiment.samples());
-    let mut noise = BandedMatrix::zeros(unit.order(), unit.half_band());
-    noise.add_scaled(bundle.noise_a.powi(2), &unit);
-    noise
+    unit.scaled(bundle.noise_a.powi(2))
 }
 
 /// Bounds for `k1` to `k7` in each case; that of `k7` is of `k6·φ`, the arc.

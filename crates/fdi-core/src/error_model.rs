@@ -17,7 +17,10 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 
-use crate::banded::{BandedMatrix, NotPositiveDefinite};
+use crate::{
+    banded::{BandedMatrix, NotPositiveDefinite},
+    central,
+};
 
 /// How the mean of the error depends on the damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -263,17 +266,7 @@ impl ErrorModel {
     /// squares.
     pub(crate) fn slopes_at(&self, point: &[f64]) -> Vec<Vec<f64>> {
         const STEP: f64 = 1e-2;
-        (0..point.len())
-            .map(|place| {
-                let side = |sign: f64| {
-                    let mut moved = point.to_vec();
-                    moved[place] += sign * STEP;
-                    self.terms_at(&moved)
-                };
-                let (up, down) = (side(1.0), side(-1.0));
-                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
-            })
-            .collect()
+        central::differences(point, STEP, |moved| self.terms_at(moved))
     }
 
     /// Derivatives of the mean at a point, one row a coordinate.

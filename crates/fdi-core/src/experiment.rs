@@ -6,7 +6,7 @@ use ema_sim::{
     model_file::Model, presets::EMA_48,
 };
 
-use crate::bundle::MASK_POINTS;
+use crate::{bundle::MASK_POINTS, central};
 
 /// An actuator in a test, with the envelope that is diagnosed and the faults looked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -268,18 +268,14 @@ impl Monitor {
         indices: &[usize],
         step: f64,
     ) -> Vec<Vec<f64>> {
-        indices
-            .iter()
-            .map(|&index| {
-                let mut side = |sign: f64| {
-                    let mut moved = *coordinates;
-                    moved.0[index] += sign * step;
-                    self.signal(&moved)
-                };
-                let (up, down) = (side(1.0), side(-1.0));
-                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()
-            })
-            .collect()
+        let point: Vec<f64> = indices.iter().map(|&index| coordinates.0[index]).collect();
+        let mut moved = *coordinates;
+        central::differences(&point, step, |values| {
+            for (&index, &value) in indices.iter().zip(values) {
+                moved.0[index] = value;
+            }
+            self.signal(&moved)
+        })
     }
 
     /// The signal at a point of the damage space.

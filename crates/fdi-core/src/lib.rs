@@ -47,6 +47,7 @@ mod artefact;
 mod banded;
 mod bound;
 mod bundle;
+mod central;
 mod commutation;
 mod dataset;
 mod diagnose;

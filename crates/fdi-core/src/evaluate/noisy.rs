@@ -11,6 +11,7 @@ use super::{
     test_conditions,
 };
 use crate::{
+    central,
     dataset::Condition,
     diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
     encoding::Factor,
@@ -157,7 +158,7 @@ impl<'a> NoisyTrial<'a> {
         let raw = experiment.low_fidelity(&experiment.scenario)?;
         let raw_hz = experiment.actuator.controller.sample_hz;
         let mut signal = |point: &[f64]| self.diagnoser.monitored_at(&mut monitor, point);
-        let jacobian = differences(&centre, &mut signal);
+        let jacobian = central::differences(&centre, STEP, &mut signal);
         let mut current = |point: &[f64]| {
             let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
             for (&index, &value) in sought.iter().zip(point) {
@@ -167,7 +168,7 @@ impl<'a> NoisyTrial<'a> {
             raw.simulate_current(&PhysicalFaults::from(&all), &mut current_a);
             resampled(&current_a, raw_hz, self.setting.phase_rate_hz)
         };
-        let phases = differences(&centre, &mut current);
+        let phases = central::differences(&centre, STEP, &mut current);
         let noise_a = self.setting.noise_a();
         let order = sought.len();
         let phase = DMatrix::from_fn(order, order, |i, j| {
@@ -183,21 +184,6 @@ impl<'a> NoisyTrial<'a> {
             phase: std(phase.try_inverse())?,
         })
     }
-}
-
-/// Central differences, one row a coordinate.
-fn differences(centre: &[f64], signal: &mut impl FnMut(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
-    (0..centre.len())
-        .map(|place| {
-            let mut side = |sign: f64| {
-                let mut moved = centre.to_vec();
-                moved[place] += sign * STEP;
-                signal(&moved)
-            };
-            let (up, down) = (side(1.0), side(-1.0));
-            up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
-        })
-        .collect()
 }
 
 fn summary(
