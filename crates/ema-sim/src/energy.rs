@@ -99,7 +99,8 @@ impl EnergyProbe {
         let roles = [(at.positive, positive_a), (at.negative, negative_a), (at.idle, idle_a)];
         let ledger = &mut self.ledger;
         for (phase, current_a) in roles {
-            ledger.copper_j[phase] += for_s * self.resistance_ohm[phase] * current_a * current_a;
+            let resistance_ohm = self.resistance_ohm[phase] * circuit.warmth_ratio;
+            ledger.copper_j[phase] += for_s * resistance_ohm * current_a * current_a;
         }
         ledger.supply_j[at.positive] += for_s * circuit.legs_v.0 * positive_a;
         ledger.supply_j[at.negative] += for_s * circuit.legs_v.1 * negative_a;

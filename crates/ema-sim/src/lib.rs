@@ -59,6 +59,7 @@ mod servo_axis;
 mod servo_control;
 mod shape_function;
 mod trace;
+mod waveform;
 mod winding;
 
 pub use axis_parameter::AxisParameter;

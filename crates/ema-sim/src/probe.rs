@@ -15,6 +15,8 @@ pub(crate) struct Circuit<'a> {
     /// Whether the idle phase's leg is switched as the others are.
     pub(crate) connected: bool,
     pub(crate) at: &'a SectorWinding,
+    /// Resistance of the winding over that of the cold one.
+    pub(crate) warmth_ratio: f64,
 }
 
 /// An observer; the one that sees nothing is `()` and costs nothing.

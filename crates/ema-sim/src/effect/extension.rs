@@ -14,6 +14,7 @@ use crate::{
     controller::quantised,
     drive_train::{Direction, DriveTrain},
     params::{self, Actuator, PositionSensor},
+    waveform::Waveform,
     winding::LocalQuadratic,
 };
 
@@ -254,9 +255,7 @@ pub(crate) struct Circuit {
 /// Effects on commutation and the shape of the back-EMF.
 #[derive(Clone, Copy, Debug)]
 struct Commutation {
-    flat_loss_rad: f64,
-    fifth: f64,
-    seventh: f64,
+    wave: Waveform,
     offset_rad: f64,
     dip_ratio: f64,
     dip_s: f64,
@@ -373,7 +372,7 @@ impl Extension {
                 let c = self.commutation.get_or_insert(Commutation::NONE);
                 match effect.id() {
                     EffectId::BackEmfShape => {
-                        (c.flat_loss_rad, c.fifth, c.seventh) = (v[0], v[1], v[2]);
+                        c.wave = Waveform { flat_loss_rad: v[0], fifth: v[1], seventh: v[2] };
                     }
                     EffectId::CommutationOverlap => (c.dip_ratio, c.dip_s) = (v[0], v[1]),
                     _ => c.offset_rad = v[0],
@@ -644,7 +643,7 @@ impl Extension {
     ) -> Option<Circuit> {
         let w = &self.winding;
         w.any.then(|| Circuit {
-            resistance_ohm: resistance_ohm * (1.0 + w.rise_per_k * w.warm_k),
+            resistance_ohm: resistance_ohm * self.warmth_ratio(),
             inductive_ohm: w.inductance_henry / span_s,
             source_ohm: w.source_ohm,
             dead_v: if w.dead_v > 0.0 { w.dead_v * tanh(current_a / w.dead_a) } else { 0.0 },
@@ -656,6 +655,38 @@ impl Extension {
         self.winding.inductance_henry > 0.0
     }
 
+    /// What a current leaves of the torque constant.
+    pub(crate) fn saturation_ratio(&self, current_a: f64) -> f64 {
+        let mut ratio = 1.0;
+        for effect in &self.effects {
+            if effect.id() == EffectId::Saturation {
+                ratio *= (1.0 - effect.values[0] * current_a * current_a).max(0.1);
+            }
+        }
+        ratio
+    }
+
+    /// Resistance of the winding over that of the cold one.
+    pub(crate) fn warmth_ratio(&self) -> f64 {
+        1.0 + self.winding.rise_per_k * self.winding.warm_k
+    }
+
+    /// Resistance of the supply.
+    pub(crate) fn source_ohm(&self) -> f64 {
+        self.winding.source_ohm
+    }
+
+    /// Whether the circuit of a segment depends on its current.
+    pub(crate) fn has_own_circuit(&self) -> bool {
+        let saturates = self.effects.iter().any(|effect| effect.id() == EffectId::Saturation);
+        saturates || self.winding.source_ohm > 0.0
+    }
+
+    /// The back-EMF's wave, where effects move it or the sectors.
+    pub(crate) fn waveform(&self) -> Option<Waveform> {
+        self.commutation.filter(|c| c.shaped).map(|c| c.wave)
+    }
+
     /// The coupling with saturation and the shape of the back-EMF.
     pub(crate) fn coupling(
         &self,
@@ -663,15 +694,10 @@ impl Extension {
         current_a: f64,
         shape: impl Fn(&dyn Fn(f64) -> f64) -> [f64; 2],
     ) -> LocalQuadratic {
-        let mut factor = 1.0;
-        for effect in &self.effects {
-            if effect.id() == EffectId::Saturation {
-                factor *= (1.0 - effect.values[0] * current_a * current_a).max(0.1);
-            }
-        }
+        let factor = self.saturation_ratio(current_a);
         let mut coupling = coupling.map(|k| factor * k);
         if let Some(c) = self.commutation.filter(|c| c.shaped) {
-            let [ratio, slope] = shape(&|x| c.wave(x));
+            let [ratio, slope] = shape(&|x| c.wave.at(x));
             // a product of two local series, the ratio's second power left out
             coupling = [
                 coupling[0] * ratio,
@@ -682,13 +708,23 @@ impl Extension {
         coupling
     }
 
-    /// What the current sensor shows.
+    /// What the current sensor shows, once a tick.
     #[cold]
     pub(crate) fn shown_current_a(&mut self, current_a: f64) -> f64 {
+        self.read_current_a(current_a, self.tick_s)
+    }
+
+    /// Whether the current's sensor errs, and whether the current loop uses it.
+    pub(crate) fn current_sensor(&self) -> Option<bool> {
+        self.current_sensor.map(|[_, _, _, in_loop, _]| in_loop > 0.5)
+    }
+
+    /// What the current sensor shows a period after it was read last.
+    pub(crate) fn read_current_a(&mut self, current_a: f64, period_s: f64) -> f64 {
         let Some([gain, offset, lag, ..]) = self.current_sensor else { return current_a };
         let seen = (1.0 + gain) * current_a + offset;
         let before = self.shown_a.unwrap_or(seen);
-        let shown = lagging(before, seen, lag, self.tick_s);
+        let shown = lagging(before, seen, lag, period_s);
         self.shown_a = Some(shown);
         shown
     }
@@ -755,31 +791,13 @@ fn lagging(before: f64, input: f64, lag_s: f64, tick_s: f64) -> f64 {
 
 impl Commutation {
     const NONE: Self = Self {
-        flat_loss_rad: 0.0,
-        fifth: 0.0,
-        seventh: 0.0,
+        wave: Waveform { flat_loss_rad: 0.0, fifth: 0.0, seventh: 0.0 },
         offset_rad: 0.0,
         dip_ratio: 0.0,
         dip_s: 1.0,
         since_s: f64::MAX,
         shaped: false,
     };
-
-    /// The back-EMF of a phase with unit peak, at an electrical angle.
-    fn wave(&self, x: f64) -> f64 {
-        use core::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
-        let turned = x - TAU * floor(x / TAU);
-        // by symmetry the rising flank about 0 is enough
-        let from = if turned < FRAC_PI_2 {
-            turned
-        } else if turned < PI + FRAC_PI_2 {
-            PI - turned
-        } else {
-            turned - TAU
-        };
-        let top = (from / (FRAC_PI_6 + self.flat_loss_rad)).clamp(-1.0, 1.0);
-        top + self.fifth * sin(5.0 * x) + self.seventh * sin(7.0 * x)
-    }
 }
 
 /// The machine's numbers with what effects make of them: gains, limit, torque constant.

@@ -55,7 +55,7 @@ impl<P: Probe> Run<P> {
         let span_s = before_s + after_s;
         // with effects the sample is taken between two segments
         if span_s <= self.longest_s && self.extension.is_none() {
-            let step = self.solve_connected();
+            let step = self.solve_connected(span_s);
             let end = End::of(&step.segment, span_s);
             if !self.interrupted(&step, &end, span_s) {
                 self.sample = self.sample_at(&End::of(&step.segment, before_s));
@@ -82,8 +82,8 @@ impl<P: Probe> Run<P> {
         let mut left_s = span_s;
         while left_s > 0.0 {
             let span_s = self.take_burden(left_s.min(self.longest_s));
-            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
-            let step = self.solve_connected();
+            let from = self.mark();
+            let step = self.solve_connected(span_s);
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
             if self.interrupted(&step, &end, span_s) {
@@ -92,7 +92,7 @@ impl<P: Probe> Run<P> {
             }
             self.observe_connected(&step, at_s);
             self.commit(&end);
-            self.advance_effects(at_s, from);
+            self.advance_effects(at_s, &from);
             if event != Event::Switching {
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
             }
