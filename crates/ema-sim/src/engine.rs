@@ -288,8 +288,9 @@ impl<P: Probe> Run<P> {
     /// What the position sensor shows of the sample, once a tick.
     pub(crate) fn show_surface(&mut self) {
         if let Some(extension) = &mut self.extension {
-            let motor_rad = self.start_angle_rad + self.train.angle_rad;
-            self.sample.surface_rad = extension.shown_position_rad(&self.train, motor_rad);
+            let motor_rad = self.start_angle_rad + self.sample.angle_rad;
+            let surface_rad = self.sample.surface_rad;
+            self.sample.surface_rad = extension.read_position_rad(surface_rad, motor_rad);
         }
     }
 
@@ -322,7 +323,7 @@ impl<P: Probe> Run<P> {
         let instant = Instant { motor_rad, speed_rad_per_s: speed, motor_n_m };
         let reach_s = if speed_rad_per_s.is_some() { 0.0 } else { span_s };
         extension.burden(&mut self.train, &instant, rate, reach_s);
-        let warmth_ratio = extension.warmth_ratio();
+        let warmth_ratio = extension.warmth_ratio_in(0.5 * reach_s, self.copper_w());
         if warmth_ratio != self.warmth_ratio {
             self.warmth_ratio = warmth_ratio;
             self.at = self.winding.sector(self.sector).warmed(warmth_ratio);
@@ -389,7 +390,13 @@ impl<P: Probe> Run<P> {
     fn sample_now(&self) -> Sample {
         let (positive_a, idle_a) = (self.positive_a, self.idle_a);
         let speed_rad_per_s = self.train.speed_rad_per_s;
-        self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 })
+        let mut sample =
+            self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 });
+        if let Some(extension) = &self.extension {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            sample.surface_rad = extension.position_rad(&self.train, motor_rad);
+        }
+        sample
     }
 
     /// The sample in a segment without events; a shaft at rest has no speed and no turn in it.

@@ -671,6 +671,16 @@ impl Extension {
         1.0 + self.winding.rise_per_k * self.winding.warm_k
     }
 
+    /// The same a time ahead, under a heat.
+    pub(crate) fn warmth_ratio_in(&self, ahead_s: f64, heat_w: f64) -> f64 {
+        let w = &self.winding;
+        if w.rise_per_k == 0.0 {
+            return 1.0;
+        }
+        let rate = (w.kelvin_per_w * heat_w - w.warm_k) / w.thermal_s;
+        1.0 + w.rise_per_k * (w.warm_k + rate * ahead_s)
+    }
+
     /// Resistance of the supply.
     pub(crate) fn source_ohm(&self) -> f64 {
         self.winding.source_ohm
@@ -743,6 +753,11 @@ impl Extension {
     #[cold]
     pub(crate) fn shown_position_rad(&mut self, train: &DriveTrain, motor_rad: f64) -> f64 {
         let position = self.position_in(train, 0.0) + self.error_rad(motor_rad);
+        self.read_position_rad(position, motor_rad)
+    }
+
+    /// What the position sensor shows of a position, a tick after it was read last.
+    pub(crate) fn read_position_rad(&mut self, position: f64, motor_rad: f64) -> f64 {
         let Some([lag, a, b, step, _]) = self.position_sensor else { return position };
         let seen = position + a * sin(motor_rad) + b * cos(motor_rad);
         let before = self.lagged_rad.unwrap_or(seen);

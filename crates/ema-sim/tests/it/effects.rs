@@ -100,6 +100,10 @@ pub(super) fn difference(a: &[f64], b: &[f64]) -> f64 {
     (apart / b.iter().copied().map(square).sum::<f64>()).sqrt()
 }
 
+/// What shows in low fidelity where the voltage is used up alone.
+pub(super) const LIMITS_ONLY: [EffectId; 3] =
+    [EffectId::ResistanceDrift, EffectId::DeadTime, EffectId::BusSag];
+
 #[test]
 fn every_example_changes_something_and_stays_finite() {
     let base = run(&EMA_48, &scenario(), &[]);
@@ -108,10 +112,7 @@ fn every_example_changes_something_and_stays_finite() {
         let trace = run(&EMA_48, &scenario(), &[effect]);
         assert!(trace.current_a.iter().all(|i| i.is_finite()), "{id:?}");
         let apart = difference(&trace.current_a, &base.current_a);
-        // resistance, dead time and supply show where the voltage is used up alone
-        let electrical =
-            [EffectId::ResistanceDrift, EffectId::DeadTime, EffectId::BusSag].contains(&id);
-        assert_eq!(apart < 1e-12, electrical, "{id:?}: {apart:e}");
+        assert_eq!(apart < 1e-12, LIMITS_ONLY.contains(&id), "{id:?}: {apart:e}");
         assert!(apart < 0.5, "{id:?}: {apart}");
     }
 }
@@ -562,8 +563,17 @@ fn effects_of_another_machine_are_refused() {
 }
 
 /// Filtered conducting-phase envelope of the high-fidelity model.
+///
+/// It is taken by the sectors that the drive commutates by, which E25 shifts.
 fn high(scenario: &Scenario, effects: &[Effect]) -> Result<Vec<f64>, SimulationError> {
-    let trace = HighFidelity::new(&EMA_48, scenario)?.with_effects(effects)?.simulate(&healthy());
+    let model = HighFidelity::new(&EMA_48, scenario)?.with_effects(effects)?;
+    let mut trace = model.simulate(&healthy());
+    if let [effect] = effects
+        && let Some(offset_rad) = effect.get("hall_offset_rad")
+    {
+        let early_rad = offset_rad / f64::from(EMA_48.motor.pole_pairs);
+        trace.motor_angle_rad.iter_mut().for_each(|angle| *angle += early_rad);
+    }
     let envelope = trace.envelope_a(Envelope::ConductingPhase, EMA_48.motor.pole_pairs);
     Ok(EnvelopeFilter::DEFAULT.apply(&envelope, trace.rate_hz))
 }
@@ -606,6 +616,9 @@ fn both_fidelities_show_an_effect_alike() {
     let mut compared = 0;
     for effect in examples() {
         let id = effect.id();
+        if LIMITS_ONLY.contains(&id) {
+            continue;
+        }
         let mut effect = effect;
         if id == EffectId::InductanceEddy {
             effect.set("inductance_henry", 0.0).unwrap();
@@ -615,11 +628,12 @@ fn both_fidelities_show_an_effect_alike() {
         let (a, b) = (less(found, &high_base), less(low(&effects), &low_base));
         let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
         let ratio = (dot(&a, &a) / dot(&b, &b)).sqrt();
+        eprintln!("{id:?} {cosine} {ratio}");
         assert!(cosine > ALIKE_COSINE, "{id:?}: {cosine}");
         assert!((ratio - 1.0).abs() < ALIKE_SIZE_REL, "{id:?}: {ratio}");
         compared += 1;
     }
-    assert_eq!(compared, 18);
+    assert_eq!(compared, 22);
 }
 
 #[test]
