@@ -5,8 +5,11 @@
 //! the shaft follow a Taylor series (`winding`).
 
 mod dead_time;
+mod elastic;
 mod electric;
 mod three_legs;
+
+use elastic::Flank;
 
 use crate::{
     controller::Measured,
@@ -45,6 +48,8 @@ enum Event {
     Bound,
     /// The back-EMF of a phase comes to a corner within the sector.
     Corner(i64),
+    /// A flank of the play before an elastic shaft takes hold or lets go.
+    Flank(Flank),
     /// The idle phase's current ends.
     FreewheelEnd,
     /// The current of a phase leaves its comparator's band.
@@ -95,8 +100,12 @@ pub(crate) struct Run<P> {
     corner_rad: (f64, f64),
     /// Resistance of the winding over that of the cold one.
     warmth_ratio: f64,
-    /// Whether effects make the circuit of a segment depend on its current.
+    /// Whether effects make the circuit of a segment depend on its current, or the surface move
+    /// on its own.
     own_circuit: bool,
+    /// Which flank holds the surface, where it moves on its own behind an elastic shaft.
+    flank: Option<Flank>,
+    gear_ratio: f64,
     /// What the sensor of the current shows besides it.
     sensor_error_a: f64,
     /// What the electronics see at the last seam of two carrier periods.
@@ -228,6 +237,8 @@ impl<P: Probe> Run<P> {
             corner_rad: (f64::NEG_INFINITY, f64::INFINITY),
             warmth_ratio: 1.0,
             own_circuit: false,
+            flank: None,
+            gear_ratio: actuator.transmission.gear_ratio,
             sensor_error_a: 0.0,
             sample: Sample::default(),
             legs_v: [1.0, -1.0, -1.0].map(|sign| sign * 0.5 * actuator.inverter.bus_voltage_v),
@@ -590,6 +601,9 @@ impl<P: Probe> Run<P> {
         let circuit = Circuit { legs_v: pair_v, idle_v, connected: false, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
+        if self.flank.is_some() {
+            self.move_surface(step, span_s);
+        }
     }
 
     #[inline]
@@ -599,6 +613,9 @@ impl<P: Probe> Run<P> {
         let circuit = Circuit { legs_v: pair_v, idle_v, connected: true, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
+        if self.flank.is_some() {
+            self.move_surface(step, span_s);
+        }
     }
 
     /// One tick under hysteresis control: every leg by its comparator.
@@ -732,15 +749,23 @@ impl<P: Probe> Run<P> {
         let freewheel_ends = end.idle_a * step.diode < 0.0;
         let shaft_changes = if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
-            let torque = value(&step.coupling.torque_at_rest(&step.segment), span_s);
-            torque > forward || torque < backward
+            let torque = step.coupling.torque_at_rest(&step.segment);
+            if self.flank.is_some() {
+                let [to_back, to_forth] = self.less_spring(&torque, &step.segment);
+                value(&to_forth, span_s) > forward || value(&to_back, span_s) < backward
+            } else {
+                let torque = value(&torque, span_s);
+                torque > forward || torque < backward
+            }
         } else {
             let to_rad = self.train.angle_rad + end.turn_rad;
             end.speed_rad_per_s * self.train.direction.sign() <= 0.0
                 || to_rad > self.window_rad.1
                 || to_rad < self.window_rad.0
         };
-        freewheel_ends || shaft_changes
+        let flank_changes =
+            self.flank.is_some() && self.flank_event(&step.segment, span_s).is_some();
+        freewheel_ends || shaft_changes || flank_changes
     }
 
     /// The first event within a span, and when.
@@ -756,17 +781,23 @@ impl<P: Probe> Run<P> {
         if end.idle_a * step.diode < 0.0 {
             offer(Event::FreewheelEnd, root(&segment.idle, span_s));
         }
+        if self.flank.is_some()
+            && let Some((event, at_s)) = self.flank_event(segment, span_s)
+        {
+            offer(event, at_s);
+        }
         if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
             let torque = step.coupling.torque_at_rest(segment);
-            let reached = value(&torque, span_s);
-            if reached > forward {
+            let [to_back, to_forth] =
+                if self.flank.is_some() { self.less_spring(&torque, segment) } else { [torque; 2] };
+            if value(&to_forth, span_s) > forward {
                 // without dry friction the start itself may be the instant
-                let beyond = less(&torque, forward);
+                let beyond = less(&to_forth, forward);
                 let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Forward), at_s);
-            } else if reached < backward {
-                let beyond = less(&torque, backward);
+            } else if value(&to_back, span_s) < backward {
+                let beyond = less(&to_back, backward);
                 let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Backward), at_s);
             }
@@ -837,6 +868,7 @@ impl<P: Probe> Run<P> {
                 self.train.reach_bound(torque_n_m);
                 self.probe.impact(before_j - self.train.kinetic_j());
             }
+            Event::Flank(flank) => self.change_flank(flank),
             Event::FreewheelEnd => self.idle_a = 0.0,
             Event::Comparator(phase) => self.legs_v[phase] = -self.legs_v[phase],
         }

@@ -148,6 +148,23 @@ impl SectorWinding {
         self
     }
 
+    /// The next coefficient of the loops' currents, from the last one and what drives it; of an
+    /// open idle phase zero.
+    pub(crate) fn loop_rates(
+        &self,
+        (u, v): (f64, f64),
+        (x, y): (f64, f64),
+        (m, open): (usize, bool),
+    ) -> (f64, f64) {
+        let u = u - self.pair_ohm * x - self.negative_ohm * y;
+        if open {
+            return (u * self.pair_per_henry[m], 0.0);
+        }
+        let v = v - self.negative_ohm * x - self.idle_ohm * y;
+        let (cx, cxy, cy) = self.per_henry;
+        ((cx * u + cxy * v) * RECIPROCALS[m], (cxy * u + cy * v) * RECIPROCALS[m])
+    }
+
     /// Heat of the currents of the positive and the idle phase, `Σ R_j·i_j²`.
     pub(crate) fn copper_w(&self, positive_a: f64, idle_a: f64) -> f64 {
         let negative_a = positive_a + idle_a;
@@ -362,12 +379,22 @@ impl CubicTerms {
     pub(crate) fn scaled(&self, ratio: f64) -> Self {
         Self(ratio * self.0, ratio * self.1)
     }
+
+    /// Of the pair and of the idle phase.
+    pub(crate) fn loops(&self) -> (f64, f64) {
+        (self.0, self.1)
+    }
 }
 
 impl Coupling {
     /// Motor torque of the currents of the positive and the idle phase.
     pub(crate) fn torque_now_n_m(&self, positive_a: f64, idle_a: f64) -> f64 {
         self.pair[0] * positive_a + self.idle[0] * idle_a
+    }
+
+    /// Of the conducting pair, and of the idle phase.
+    pub(crate) fn loops(&self) -> [&LocalQuadratic; 2] {
+        [&self.pair, &self.idle]
     }
 
     /// The same with torque and back-EMF at a share of themselves.
@@ -439,7 +466,7 @@ pub(crate) struct Segment {
 
 /// Coefficient of `t³` in `k(δ(t))`.
 #[inline]
-fn third(k: &LocalQuadratic, cubic: f64, turn: &Series) -> f64 {
+pub(crate) fn third(k: &LocalQuadratic, cubic: f64, turn: &Series) -> f64 {
     let d1 = turn[1];
     k[1] * turn[3] + 2.0 * k[2] * d1 * turn[2] + cubic * d1 * d1 * d1
 }

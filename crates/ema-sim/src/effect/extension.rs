@@ -172,15 +172,17 @@ impl Presliding {
 
 /// The surface behind an elastic shaft; angles at the surface.
 #[derive(Clone, Copy, Debug)]
-struct Compliant {
-    stiffness: f64,
-    damping: f64,
-    inertia: f64,
-    half_play_rad: f64,
-    efficiency_ratio: f64,
-    angle_rad: f64,
-    speed_rad_per_s: f64,
-    load_n_m: f64,
+pub(crate) struct Compliant {
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) inertia: f64,
+    pub(crate) half_play_rad: f64,
+    pub(crate) efficiency_ratio: f64,
+    pub(crate) angle_rad: f64,
+    pub(crate) speed_rad_per_s: f64,
+    pub(crate) load_n_m: f64,
+    /// Whether the machine moves the surface itself.
+    followed: bool,
 }
 
 impl Compliant {
@@ -424,17 +426,20 @@ impl Extension {
         let stiffness = stiffness.min(fastest * fastest / per_mass);
         let swing = sqrt(stiffness * per_mass);
         self.longest_s = self.longest_s.min(LONGEST_SWING_RAD / swing);
+        let damping = v[1].min(LONGEST_DECAY / (SHORTEST_RATIO * machine.tick_s * per_mass));
+        self.longest_s = self.longest_s.min(LONGEST_DECAY / (damping * per_mass).max(1e-9));
         let angle_rad = train.surface_rad();
         let load_n_m = train.set_free(motor_inertia) / machine.per_gear_ratio;
         self.compliant = Some(Compliant {
             stiffness,
-            damping: v[1],
+            damping,
             inertia,
             half_play_rad: machine.half_play_rad,
             efficiency_ratio: machine.efficiency_ratio,
             angle_rad,
             speed_rad_per_s: train.speed_rad_per_s * machine.per_gear_ratio,
             load_n_m,
+            followed: false,
         });
     }
 
@@ -452,6 +457,26 @@ impl Extension {
     /// Whether the surface moves on its own.
     pub(crate) fn is_compliant(&self) -> bool {
         self.compliant.is_some()
+    }
+
+    /// The elastic shaft.
+    pub(crate) fn compliant(&self) -> Option<&Compliant> {
+        self.compliant.as_ref()
+    }
+
+    /// Leaves the motion of an elastic shaft to the machine; whether there is one.
+    pub(crate) fn hand_over_surface(&mut self) -> bool {
+        if let Some(compliant) = &mut self.compliant {
+            compliant.followed = true;
+        }
+        self.is_compliant()
+    }
+
+    /// Where the machine has moved the surface to.
+    pub(crate) fn put_surface(&mut self, angle_rad: f64, speed_rad_per_s: f64) {
+        if let Some(compliant) = &mut self.compliant {
+            (compliant.angle_rad, compliant.speed_rad_per_s) = (angle_rad, speed_rad_per_s);
+        }
     }
 
     /// Angle of the surface.
@@ -585,7 +610,9 @@ impl Extension {
             burden.against_n_m += bristles.torque_n_m(turn_rad, middle.speed_rad_per_s);
             (burden.kinetic_n_m, burden.static_n_m) = ([0.0; 2], [0.0; 2]);
         }
-        if let Some(c) = &self.compliant {
+        if let Some(c) = &self.compliant
+            && !c.followed
+        {
             let r = self.per_gear_ratio;
             let angle_rad = train.angle_rad;
             let from = (angle_rad * r, now.speed_rad_per_s * r);
@@ -603,6 +630,20 @@ impl Extension {
                 }
             }
         }
+        if let Some(c) = &self.compliant
+            && c.followed
+            && span_s == 0.0
+            && now.speed_rad_per_s == 0.0
+        {
+            // what holds a shaft that has just come to rest
+            let r = self.per_gear_ratio;
+            let motor = (train.angle_rad * r, 0.0);
+            let passed = c.passed_n_m(motor, (c.angle_rad, c.speed_rad_per_s));
+            let felt = [-1.0, 1.0].map(|sign| c.felt_n_m(passed, sign) * r);
+            burden.against_n_m += passed * r;
+            burden.static_n_m[0] += passed * r - felt[0];
+            burden.static_n_m[1] += felt[1] - passed * r;
+        }
         train.carry(burden);
     }
 
@@ -613,7 +654,9 @@ impl Extension {
         if let Some(bristles) = &mut self.presliding {
             bristles.deflection_rad = bristles.turned(turn_rad, 0.5 * (from.1 + to.1));
         }
-        if let Some(c) = &mut self.compliant {
+        if let Some(c) = &mut self.compliant
+            && !c.followed
+        {
             let r = self.per_gear_ratio;
             c.advance((from.0 * r, from.1 * r), (to.0 * r, to.1 * r), span_s);
         }
@@ -798,6 +841,8 @@ const LONGEST_PHASE_RAD: f64 = 0.15;
 const SHORTEST_RATIO: f64 = 1e-3;
 /// Phase of the elastic shaft's swing that a segment covers at most.
 const LONGEST_SWING_RAD: f64 = 0.05;
+/// Share of the elastic shaft's time of decay that a segment covers at most.
+const LONGEST_DECAY: f64 = 0.2;
 
 /// A first-order lag over a tick; without lag the input itself.
 fn lagging(before: f64, input: f64, lag_s: f64, tick_s: f64) -> f64 {

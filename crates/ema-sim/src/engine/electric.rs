@@ -1,12 +1,16 @@
 //! What effects make of winding, supply, commutation and the current's sensor.
 
-use super::{End, Run, Step};
+use super::{
+    End, Run, Step,
+    elastic::{Flank, Loops, Spring},
+};
 use crate::{
     field_oriented::PhaseAngles,
     phase::{PerPhase, Sector},
     probe::Probe,
     series::value,
     waveform::Corners,
+    winding::{Coupling, Segment},
 };
 
 /// What the current of an instant makes of the circuit.
@@ -29,8 +33,9 @@ impl<P: Probe> Run<P> {
     /// Takes over what effects change for good: circuit, sectors, the wave of the back-EMF.
     #[cold]
     pub(super) fn rewire(&mut self) {
-        let Some(extension) = &self.extension else { return };
-        self.own_circuit = extension.has_own_circuit();
+        let Some(extension) = &mut self.extension else { return };
+        self.flank = extension.hand_over_surface().then_some(Flank::Loose);
+        self.own_circuit = self.flank.is_some() || extension.has_own_circuit();
         let pole_pairs = self.winding.pole_pairs();
         if let Some(wave) = extension.waveform() {
             self.lead_rad = extension.commutation_lead_rad(pole_pairs);
@@ -107,10 +112,37 @@ impl<P: Probe> Run<P> {
                 let at_rail = leg_v.abs() >= (1.0 - 1e-12) * self.half_bus_v;
                 if at_rail { shares.supply_ratio * leg_v } else { leg_v }
             };
-            self.solve_with(coupling, half_bus_v, span_s, (on_rail(legs_v.0), on_rail(legs_v.1)))
+            let legs_v = (on_rail(legs_v.0), on_rail(legs_v.1));
+            match self.spring() {
+                None => self.solve_with(coupling, half_bus_v, span_s, legs_v),
+                Some(spring) => self.solve_sprung(&spring, coupling, half_bus_v, span_s, legs_v),
+            }
         };
         let (first, _) = solve((self.positive_a, self.idle_a));
         solve(first.middle_a(span_s))
+    }
+
+    /// As [`solve_with`](Self::solve_with), with the surface behind an elastic shaft.
+    fn solve_sprung(
+        &self,
+        spring: &Spring,
+        coupling: Coupling,
+        half_bus_v: f64,
+        span_s: f64,
+        legs_v: (f64, f64),
+    ) -> (Step, End) {
+        let diode = self.diode(&coupling, half_bus_v, legs_v);
+        let idle_v = -diode * half_bus_v;
+        let volts = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
+        let loops = Loops { volts, open: diode == 0.0, cubic: None };
+        let segment = self.sprung_segment(spring, &coupling, &loops);
+        let end = End::of(&segment, span_s);
+        (Step { segment, coupling, diode, pair_v: legs_v, idle_v }, end)
+    }
+
+    fn sprung_segment(&self, spring: &Spring, coupling: &Coupling, loops: &Loops) -> Segment {
+        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
+        spring.solve((&self.at, &self.shaft), coupling, loops, state)
     }
 
     /// The same with all three legs connected.
@@ -122,7 +154,18 @@ impl<P: Probe> Run<P> {
             let shares = self.shares(currents, legs_v);
             let cubic = cubic.map(|cubic| cubic.scaled(shares.coupling_ratio));
             let legs_v = self.legs_v.map(|v| shares.supply_ratio * v);
-            self.solve_connected_with(coupling.scaled(shares.coupling_ratio), cubic, legs_v)
+            let coupling = coupling.scaled(shares.coupling_ratio);
+            match self.spring() {
+                None => self.solve_connected_with(coupling, cubic, legs_v),
+                Some(spring) => {
+                    let [pair_v, low_v, idle_v] =
+                        [self.at.positive, self.at.negative, self.at.idle].map(|j| legs_v[j]);
+                    let volts = (pair_v - low_v, idle_v - low_v);
+                    let loops = Loops { volts, open: false, cubic };
+                    let segment = self.sprung_segment(&spring, &coupling, &loops);
+                    Step { segment, coupling, diode: 0.0, pair_v: (pair_v, low_v), idle_v }
+                }
+            }
         };
         let first = solve((self.positive_a, self.idle_a));
         solve(first.middle_a(span_s))

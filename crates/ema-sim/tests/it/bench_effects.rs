@@ -117,7 +117,6 @@ fn both_fidelities_show_an_effect_alike() {
         let (a, b) = (less(found, &high_base), less(low(&effects).unwrap(), &low_base));
         let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
         let ratio = (dot(&a, &a) / dot(&b, &b)).sqrt();
-        eprintln!("{id:?} {cosine} {ratio}");
         assert!(cosine > ALIKE_COSINE, "{id:?}: {cosine}");
         assert!((ratio - 1.0).abs() < ALIKE_SIZE_REL, "{id:?}: {ratio}");
         compared += 1;

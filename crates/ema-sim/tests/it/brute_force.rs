@@ -223,7 +223,7 @@ impl Machine {
         let sign = match self.w {
             0.0 if torque > fixed + felt(1.0) => 1.0,
             0.0 if torque < -fixed + felt(-1.0) => -1.0,
-            w if w == 0.0 => 0.0,
+            0.0 => 0.0,
             w => w.signum(),
         };
         if sign != 0.0 {
@@ -457,14 +457,20 @@ const FINE_REL: f64 = 2e-4;
 /// What holding saturation, warmth and the sag of the supply over a segment costs.
 const HELD_REL: f64 = 3e-4;
 
-#[test]
-fn law_effects_on_the_circuit_follow_their_equations() {
+/// A short chirp of a machine with every fault.
+fn effects_test() -> (Scenario, PhysicalFaults) {
     let mut scenario = Scenario { duration_s: 0.1, ..Scenario::chirp() };
     scenario.command =
         Command::Chirp { amplitude_rad: 5e-3, start_hz: 6.0, end_hz: 20.0, sweep_s: 0.1 };
     scenario.start_angle_rad = 0.4;
-    let health = HealthState::new([0.1, 0.02, 0.05, 0.0, 0.03, 0.05, 0.7]).unwrap();
-    let faults = PhysicalFaults::from(&health);
+    let levels = [0.1, 0.02, 0.05, 0.0, 0.03, 0.05, 0.7];
+    let health = HealthState::new(levels).expect("on the scale");
+    (scenario, PhysicalFaults::from(&health))
+}
+
+#[test]
+fn law_effects_on_the_circuit_follow_their_equations() {
+    let (scenario, faults) = effects_test();
     let base = engine(&scenario, &faults, &[], 1.0);
     for (effects, extra) in cases() {
         let id = effects[0].id();
@@ -480,6 +486,35 @@ fn law_effects_on_the_circuit_follow_their_equations() {
             assert!(fine < FINE_REL && fine < 0.6 * coarse, "{id:?}: {coarse:e} {fine:e}");
             assert!(quick[channel] < HELD_REL, "{id:?}: {:e}", quick[channel]);
             assert!(without[channel] > 2.0 * fine, "{id:?}: {:e} {fine:e}", without[channel]);
+        }
+    }
+}
+
+/// A flank that bounces without damping amplifies what rounding an event to a step costs.
+const BOUNCING_REL: f64 = 1e-3;
+
+#[test]
+fn law_two_inertias_behind_a_play() {
+    let (scenario, faults) = effects_test();
+    let scenario = Scenario { load_n_m: 2.0, ..scenario };
+    let base = engine(&scenario, &faults, &[], 1.0);
+    for (compliance, damping) in [(1e-5, 100.0), (1e-4, 5.0), (1e-5, 0.0)] {
+        let numbers = [("compliance_rad_per_n_m", compliance), ("damping_n_m_s_per_rad", damping)];
+        let effects = [effect(EffectId::Compliance, &numbers)];
+        let extra = Extra { shaft: Some([1.0 / compliance, damping]), ..Extra::default() };
+        let exact = engine(&scenario, &faults, &effects, 1.0);
+        let (without, coarse, fine, finer) = (
+            gap(&base, &exact),
+            gap(&brute(&scenario, &faults, 250, &extra), &exact),
+            gap(&brute(&scenario, &faults, 1000, &extra), &exact),
+            gap(&engine(&scenario, &faults, &effects, 0.1), &exact),
+        );
+        let most = if damping > 0.0 { FINE_REL } else { BOUNCING_REL };
+        for channel in 0..5 {
+            let (coarse, fine) = (coarse[channel], fine[channel]);
+            assert!(fine < most && fine < 0.4 * coarse, "{compliance}: {coarse:e} {fine:e}");
+            assert!(finer[channel] < 1e-5, "{compliance}: {:e}", finer[channel]);
+            assert!(without[channel] > 100.0 * fine, "{:e} {fine:e}", without[channel]);
         }
     }
 }
