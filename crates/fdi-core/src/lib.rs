@@ -75,6 +75,7 @@ mod scalar_search;
 mod schema;
 mod seed;
 mod simulated;
+mod simulated_axis;
 pub mod store;
 
 pub use artefact::{dataset_from_bytes, dataset_to_bytes};
@@ -97,7 +98,7 @@ pub use evaluate::{
 pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 pub use mode_figure::mode_figure_svg;
-pub use model_source::{ReadModelError, read_model};
+pub use model_source::{ReadModelError, read_machine, read_model};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;
@@ -110,3 +111,4 @@ pub use recorded_test::RecordedTestError;
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
+pub use simulated_axis::AxisTest;
