@@ -519,11 +519,11 @@ impl<P: Probe> Run<P> {
         let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
         // with effects the sample is taken between two segments
         if span_s <= self.longest_s && self.extension.is_none() {
-            let (step, end) = self.solve(span_s, legs_v);
-            if !self.interrupted(&step, &end, span_s) {
+            let (step, end) = self.solve::<false>(span_s, legs_v);
+            if !self.interrupted::<false>(&step, &end, span_s) {
                 let seam = End::of(&step.segment, before_s);
                 self.sample = self.sample_at(&seam);
-                self.observe(&step, span_s);
+                self.observe::<false>(&step, span_s);
                 self.commit(&end);
                 return;
             }
@@ -535,21 +535,37 @@ impl<P: Probe> Run<P> {
 
     /// Holds the legs of the positive and the negative phase at their potentials for a time.
     fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
+        if self.own_circuit {
+            self.hold_own(span_s, legs_v);
+        } else {
+            self.hold_as::<false>(span_s, legs_v);
+        }
+    }
+
+    #[cold]
+    fn hold_own(&mut self, span_s: f64, legs_v: (f64, f64)) {
+        self.hold_as::<true>(span_s, legs_v);
+    }
+
+    /// The same; `OWN` where effects make the circuit depend on its current or free the surface.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
+    fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
         let mut left_s = span_s;
         while left_s > 0.0 {
             let span_s = self.take_burden(left_s.min(self.longest_s));
             let from = self.mark();
-            let (step, mut end) = self.solve(span_s, legs_v);
-            if self.interrupted(&step, &end, span_s) {
+            let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
+            if self.interrupted::<OWN>(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
                 end = End::of(&step.segment, at_s);
-                self.observe(&step, at_s);
+                self.observe::<OWN>(&step, at_s);
                 self.commit(&end);
                 self.advance_effects(at_s, &from);
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
                 left_s -= at_s;
             } else {
-                self.observe(&step, span_s);
+                self.observe::<OWN>(&step, span_s);
                 self.commit(&end);
                 self.advance_effects(span_s, &from);
                 left_s -= span_s;
@@ -560,8 +576,8 @@ impl<P: Probe> Run<P> {
     /// The solution from now, and the state that it reaches after a span if nothing happens.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
-        if self.own_circuit {
+    fn solve<const OWN: bool>(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+        if OWN {
             return self.solve_own_circuit(span_s, legs_v);
         }
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
@@ -595,31 +611,39 @@ impl<P: Probe> Run<P> {
     }
 
     #[inline]
-    fn observe(&mut self, step: &Step, span_s: f64) {
+    fn observe<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
         let Step { pair_v, idle_v, .. } = *step;
         let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
         let circuit = Circuit { legs_v: pair_v, idle_v, connected: false, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
-        if self.flank.is_some() {
+        if OWN {
             self.move_surface(step, span_s);
         }
     }
 
     #[inline]
-    fn observe_connected(&mut self, step: &Step, span_s: f64) {
+    fn observe_connected<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
         let Step { pair_v, idle_v, .. } = *step;
         let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
         let circuit = Circuit { legs_v: pair_v, idle_v, connected: true, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
-        if self.flank.is_some() {
+        if OWN {
             self.move_surface(step, span_s);
         }
     }
 
     /// One tick under hysteresis control: every leg by its comparator.
     pub(crate) fn comparators(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
+        if self.own_circuit {
+            self.comparators_as::<true>(reference_a, half_band_a, span_s);
+        } else {
+            self.comparators_as::<false>(reference_a, half_band_a, span_s);
+        }
+    }
+
+    fn comparators_as<const OWN: bool>(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
             let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
@@ -631,10 +655,10 @@ impl<P: Probe> Run<P> {
             }
             let span_s = self.take_burden(left_s.min(self.longest_s));
             let from = self.mark();
-            let step = self.solve_connected(span_s);
+            let step = self.solve_connected::<OWN>(span_s);
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
-            if self.interrupted(&step, &end, span_s) {
+            if self.interrupted::<OWN>(&step, &end, span_s) {
                 (event, at_s) = self.first_event(&step, &end, span_s);
             }
             let ends_a = errors_a(
@@ -653,7 +677,7 @@ impl<P: Probe> Run<P> {
                 }
             }
             end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
-            self.observe_connected(&step, at_s);
+            self.observe_connected::<OWN>(&step, at_s);
             self.commit(&end);
             self.advance_effects(at_s, &from);
             if event != Event::Switching {
@@ -666,8 +690,8 @@ impl<P: Probe> Run<P> {
     /// The solution from now with all three legs connected.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve_connected(&self, span_s: f64) -> Step {
-        if self.own_circuit {
+    fn solve_connected<const OWN: bool>(&self, span_s: f64) -> Step {
+        if OWN {
             return self.solve_own_connected(span_s);
         }
         let (coupling, cubic) = self.connected_coupling();
@@ -745,12 +769,12 @@ impl<P: Probe> Run<P> {
 
     /// Whether anything happens before the end of a span.
     #[inline]
-    fn interrupted(&self, step: &Step, end: &End, span_s: f64) -> bool {
+    fn interrupted<const OWN: bool>(&self, step: &Step, end: &End, span_s: f64) -> bool {
         let freewheel_ends = end.idle_a * step.diode < 0.0;
         let shaft_changes = if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
             let torque = step.coupling.torque_at_rest(&step.segment);
-            if self.flank.is_some() {
+            if OWN {
                 let [to_back, to_forth] = self.less_spring(&torque, &step.segment);
                 value(&to_forth, span_s) > forward || value(&to_back, span_s) < backward
             } else {
@@ -763,8 +787,7 @@ impl<P: Probe> Run<P> {
                 || to_rad > self.window_rad.1
                 || to_rad < self.window_rad.0
         };
-        let flank_changes =
-            self.flank.is_some() && self.flank_event(&step.segment, span_s).is_some();
+        let flank_changes = OWN && self.flank_event(&step.segment, span_s).is_some();
         freewheel_ends || shaft_changes || flank_changes
     }
 

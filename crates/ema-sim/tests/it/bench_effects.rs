@@ -62,7 +62,7 @@ fn scaled(mut effect: Effect, share: f64) -> Effect {
 
 /// What the segments of the path with effects, cut at the seams of the carrier, differ by from
 /// those without, and what is left of sizes a hundred-thousandth of the examples'.
-const VANISHING_REL: f64 = 3e-5;
+const VANISHING_REL: f64 = 1e-6;
 
 /// Every way of switching three legs, and both dead times, come back to the base model.
 #[test]
