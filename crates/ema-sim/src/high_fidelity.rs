@@ -106,7 +106,8 @@ impl HighFidelity {
         })
     }
 
-    /// The same test on a machine with effects; their torques are held over each segment.
+    /// The same test on a machine with effects: those on circuit, commutation, sensors and an
+    /// elastic shaft in their own places, torques held over each segment (`docs/models/effects.md`).
     ///
     /// # Errors
     ///

@@ -683,6 +683,27 @@ fn effects_without_a_place_in_a_drive_are_refused() {
     assert_ne!(early.simulate(&healthy()), sinusoidal.simulate(&healthy()));
 }
 
+/// A wave whose corners are where shifted sectors end is the limit of those beside it.
+#[test]
+fn corners_may_be_where_sectors_end() {
+    let scenario = Scenario { duration_s: 0.1, ..Scenario::chirp() };
+    let with = |flat_loss_rad: f64, offset_rad: f64| {
+        let effects = [
+            effect(EffectId::BackEmfShape, &[("flat_loss_rad", flat_loss_rad)]),
+            effect(EffectId::HallOffset, &[("hall_offset_rad", offset_rad)]),
+        ];
+        let model = HighFidelity::new(&EMA_48, &scenario).unwrap().with_effects(&effects).unwrap();
+        let (trace, energy) = model.simulate_with_ledger(&healthy());
+        let off = energy.residual_j() / energy.dissipated_j();
+        assert!(off.abs() < 1e-6, "{off:e}");
+        trace.phase_currents_a[0].clone()
+    };
+    for sign in [1.0, -1.0] {
+        let apart = difference(&with(0.08, 0.08 * sign), &with(0.08, 0.080_001 * sign));
+        assert!(apart < 1e-4, "{apart:e}");
+    }
+}
+
 /// The comparators of hysteresis control see saturation, heat and a supply that sags, too.
 #[test]
 fn effects_act_under_hysteresis_control() {
@@ -732,6 +753,20 @@ fn severe_cases_stay_finite() {
     severe.push(effect(EffectId::Presliding, &[("presliding_rad", 1e-9)]));
     severe.push(effect(EffectId::Compliance, &[("compliance_rad_per_n_m", 1e-15)]));
     severe.push(effect(EffectId::DirectionalFriction, &[("coulomb_asymmetry_n_m", 10.0)]));
+    let damped = [("compliance_rad_per_n_m", 1e-5), ("damping_n_m_s_per_rad", 1e9)];
+    severe.push(effect(EffectId::Compliance, &damped));
+    severe.push(effect(EffectId::Compliance, &[("compliance_rad_per_n_m", 1.0)]));
+    severe.push(effect(EffectId::Saturation, &[("saturation_per_a2", 1e3)]));
+    let hot = [("resistance_rise_per_k", 0.1), ("thermal_resistance_k_per_w", 1e4)];
+    severe.push(effect(EffectId::ResistanceDrift, &hot));
+    severe.push(effect(EffectId::BusSag, &[("source_resistance_ohm", 1e3)]));
+    severe.push(effect(EffectId::DeadTime, &[("dead_time_v", 9.6)]));
+    let wrong = [("gain_error_ratio", -0.5), ("offset_a", 1e3), ("in_loop", 1.0)];
+    severe.push(effect(EffectId::CurrentSensor, &wrong));
+    for (flat_loss_rad, hall_rad) in [(1.0, 0.5), (PI / 6.0, -0.5), (0.08, 0.08)] {
+        severe.push(effect(EffectId::BackEmfShape, &[("flat_loss_rad", flat_loss_rad)]));
+        severe.push(effect(EffectId::HallOffset, &[("hall_offset_rad", hall_rad)]));
+    }
     for effect in severe {
         let effects = core::slice::from_ref(&effect);
         let low = LowFidelity::new(&EMA_48, &scenario).unwrap().with_effects(effects).unwrap();
