@@ -201,3 +201,36 @@ fn a_slip_in_an_axis_file_is_named() {
         assert!(error.contains(wanted), "{error}");
     }
 }
+
+/// The two masses of E08 under a held torque: the motor's rises with both, and swings about that
+/// by the elastic shaft.
+#[test]
+fn law_two_inertias_swing_about_their_common_speed() {
+    let mut axis = axis(Drive::Current);
+    (axis.viscous, axis.kinetic_friction, axis.static_friction) = (0.0, 0.0, 0.0);
+    let (motor, load, compliance) = (1.2e-3, 0.8e-3, 0.6);
+    let numbers = [("compliance_rad_per_n_m", compliance), ("load_inertia_kg_m2", load)];
+    let effect = numbers
+        .iter()
+        .fold(Effect::new(EffectId::Compliance, Geometry::Rotary), |effect, (key, value)| {
+            effect.with(key, *value).unwrap()
+        });
+    let scenario = AxisScenario { duration_s: 0.5, ..scenario(held(2.0)) };
+    let error = |finer: f64| {
+        let simulation = ServoAxisSimulation::new(&axis, &scenario).unwrap();
+        let simulation = simulation.with_effects(core::slice::from_ref(&effect)).unwrap();
+        let trace = simulation.with_finer_segments(finer).simulate(&(&HealthState::HEALTHY).into());
+        let swing = libm::sqrt((1.0 / motor + 1.0 / load) / compliance);
+        let common = 0.2 / (motor + load);
+        let twisting = load / (motor + load) * 0.2 / (motor * swing);
+        let speeds = trace.speed.iter().enumerate();
+        let errors = speeds.map(|(n, speed)| {
+            let time_s = n as f64 * 1e-3;
+            (speed - common * time_s - twisting * libm::sin(swing * time_s)).abs() / twisting
+        });
+        errors.fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (error(1.0), error(0.25));
+    // the midpoint rule over 0.05 rad of the swing, five periods long: 0.05²/24·2π·5
+    assert!(coarse < 4e-3 && fine < coarse / 12.0, "{coarse:e} {fine:e}");
+}

@@ -66,7 +66,7 @@ fn drawn(id: EffectId, draws: &[f64]) -> Effect {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn property_effects_within_bounds_leave_numbers(
