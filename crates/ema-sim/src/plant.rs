@@ -1,6 +1,10 @@
 //! The machine at a given set-point, from event to event: the low-fidelity actuator and the
 //! servo axis.
 
+mod lanes;
+
+pub(crate) use lanes::{Lanes, WIDTH};
+
 use crate::{
     drive_train::{Crossing, Direction, DriveTrain},
     effect::{

@@ -1,0 +1,258 @@
+//! Runs of one test on several machines side by side, a lane each.
+//!
+//! A tick in which nothing happens is the same arithmetic for each lane, written once more for
+//! arrays, so that the compiler takes several lanes at a time. A lane in which something happens
+//! (commutation, standstill, contact, a stop, the supply's limit) is finished by its own [`Run`].
+//! Operations and their order are those of the run, and nothing is fused: both give the same bits
+//! at any vector width.
+#![expect(
+    clippy::inline_always,
+    reason = "the loop is compiled once for each instruction set, which inlining makes possible"
+)]
+
+use crate::{
+    controller::{Law, Measured},
+    drive_train::Direction,
+    series::value,
+    winding::{RotorAngle, Shaft, gap_of},
+};
+
+use super::{Motion, REFRESH_TICKS, Run};
+
+/// Lanes that go together.
+pub(crate) const WIDTH: usize = 16;
+
+/// A number of each lane.
+type Wide = [f64; WIDTH];
+
+/// The state that a tick changes.
+#[derive(Clone, Debug)]
+struct Moving {
+    angle_rad: Wide,
+    speed_rad_per_s: Wide,
+    sin: Wide,
+    cos: Wide,
+    current_a: Wide,
+    integral_a: Wide,
+}
+
+/// What lasts from event to event.
+#[derive(Clone, Debug)]
+struct Lasting {
+    /// `surface = (follows·angle + offset)/i_g`.
+    follows: Wide,
+    offset_rad: Wide,
+    /// Direction of the motion, 0 at rest.
+    sign: Wide,
+    external_n_m: Wide,
+    /// Motor angles between which nothing changes.
+    low_rad: Wide,
+    high_rad: Wide,
+    /// Motor torques between which a shaft at rest stays; none for a moving one.
+    least_n_m: Wide,
+    most_n_m: Wide,
+    /// `2·k_p·F_sc` and `2·R_p·F_sc` of the sector.
+    constant: Wide,
+    resistance_ohm: Wide,
+}
+
+/// What is the same in all lanes.
+#[derive(Clone, Copy, Debug)]
+struct Common {
+    law: Law,
+    per_inertia: [f64; 4],
+    viscous_n_m_s_per_rad: f64,
+    per_gear_ratio: f64,
+    limit_v: f64,
+    tick_s: f64,
+}
+
+/// Runs side by side.
+#[derive(Clone, Debug)]
+pub(crate) struct Lanes {
+    common: Common,
+    moving: Moving,
+    lasting: Lasting,
+    eccentricity_cos: Wide,
+    eccentricity_sin: Wide,
+    /// Set-points of the tick.
+    reference_a: Wide,
+    /// Lanes in which something happens in the tick: 1, else 0.
+    event: Wide,
+    runs: [Run; WIDTH],
+}
+
+impl Lanes {
+    /// Runs of one test side by side; `None` where a tick is more than the lanes can do.
+    pub(crate) fn of(runs: [Run; WIDTH], (law, integral_a): (Law, f64), tick_s: f64) -> Option<Self> {
+        let plain = |run: &Run| {
+            run.extension.is_none()
+                && run.load.is_none()
+                && run.shape.is_none()
+                && !run.voltage_driven
+        };
+        if !runs.iter().all(plain) {
+            return None;
+        }
+        let first = &runs[0];
+        let zero = [0.0; WIDTH];
+        let mut lanes = Self {
+            common: Common {
+                law,
+                per_inertia: crate::series::RECIPROCALS.map(|r| r / first.train.inertia_kg_m2),
+                viscous_n_m_s_per_rad: first.train.viscous_n_m_s_per_rad,
+                per_gear_ratio: first.train.surface_line().2,
+                limit_v: first.limit_v,
+                tick_s,
+            },
+            moving: Moving {
+                angle_rad: zero,
+                speed_rad_per_s: zero,
+                sin: zero,
+                cos: zero,
+                current_a: zero,
+                integral_a: [integral_a; WIDTH],
+            },
+            lasting: Lasting {
+                follows: zero,
+                offset_rad: zero,
+                sign: zero,
+                external_n_m: zero,
+                low_rad: zero,
+                high_rad: zero,
+                least_n_m: zero,
+                most_n_m: zero,
+                constant: zero,
+                resistance_ohm: zero,
+            },
+            eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity().0),
+            eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity().1),
+            reference_a: zero,
+            event: zero,
+            runs,
+        };
+        for lane in 0..WIDTH {
+            lanes.take_over(lane);
+        }
+        Some(lanes)
+    }
+
+    /// Currents of the lanes now.
+    #[inline(always)]
+    pub(crate) fn current_a(&self) -> &Wide {
+        &self.moving.current_a
+    }
+
+    /// One tick of all lanes.
+    #[inline(always)]
+    pub(crate) fn tick(&mut self, tick: usize, command: f64) {
+        if tick.is_multiple_of(REFRESH_TICKS) {
+            self.refresh();
+        }
+        self.go_on(command);
+        for lane in 0..WIDTH {
+            if self.event[lane] != 0.0 {
+                self.finish(lane);
+            }
+        }
+    }
+
+    /// Takes the sines afresh, as [`Run::begin_tick`] does.
+    fn refresh(&mut self) {
+        let moving = &mut self.moving;
+        for (lane, run) in self.runs.iter().enumerate() {
+            if run.winding.eccentric {
+                let rotor = RotorAngle::new(run.start_angle_rad + moving.angle_rad[lane]);
+                (moving.sin[lane], moving.cos[lane]) = (rotor.sin, rotor.cos);
+            }
+        }
+    }
+
+    /// Takes the tick in all lanes in which nothing happens.
+    #[inline(always)]
+    fn go_on(&mut self, command: f64) {
+        let Common { law, per_inertia, viscous_n_m_s_per_rad, per_gear_ratio, limit_v, tick_s } =
+            self.common;
+        let (moving, lasting) = (&mut self.moving, &self.lasting);
+        for lane in 0..WIDTH {
+            let angle_rad = moving.angle_rad[lane];
+            let speed = moving.speed_rad_per_s[lane];
+            let integral_a = moving.integral_a[lane];
+            let measured = Measured {
+                surface_rad: (angle_rad * lasting.follows[lane] + lasting.offset_rad[lane])
+                    * per_gear_ratio,
+                motor_rad: angle_rad,
+                speed_rad_per_s: speed,
+            };
+            let error = law.error(command, law.held_rad(&measured), speed);
+            let wanted_a = law.wanted_a(error, integral_a);
+            let (reference_a, integral_a) = law.limited_a(wanted_a, error, integral_a);
+            moving.integral_a[lane] = integral_a;
+            self.reference_a[lane] = reference_a;
+
+            let mut rotor =
+                RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
+            let eccentricity = (self.eccentricity_cos[lane], self.eccentricity_sin[lane]);
+            let coupling = gap_of(eccentricity, &rotor).map(|g| lasting.constant[lane] * g);
+            let needed_v = lasting.resistance_ohm[lane] * reference_a + coupling[0] * speed;
+            let torque_n_m = coupling[0] * reference_a;
+            let shaft =
+                Shaft { per_inertia, external_n_m: lasting.external_n_m[lane], viscous_n_m_s_per_rad };
+            let motion = Motion::at_current(&shaft, &coupling, reference_a, speed);
+            let next_speed = value(&motion.speed, tick_s);
+            let turn_rad = value(&motion.turn, tick_s);
+            let to_rad = angle_rad + turn_rad;
+            rotor.turn(turn_rad);
+
+            let driven = needed_v.abs() <= limit_v;
+            let goes = driven
+                & (next_speed * lasting.sign[lane] > 0.0)
+                & (to_rad <= lasting.high_rad[lane])
+                & (to_rad >= lasting.low_rad[lane]);
+            let rests = driven
+                & (torque_n_m <= lasting.most_n_m[lane])
+                & (torque_n_m >= lasting.least_n_m[lane]);
+            let keep = |there: f64, here: f64| if goes { there } else { here };
+            moving.angle_rad[lane] = keep(to_rad, angle_rad);
+            moving.speed_rad_per_s[lane] = keep(next_speed, speed);
+            moving.sin[lane] = keep(rotor.sin, moving.sin[lane]);
+            moving.cos[lane] = keep(rotor.cos, moving.cos[lane]);
+            let done = goes | rests;
+            moving.current_a[lane] = if done { reference_a } else { moving.current_a[lane] };
+            self.event[lane] = if done { 0.0 } else { 1.0 };
+        }
+    }
+
+    /// Takes the tick in a lane in which something happens.
+    #[inline(never)]
+    fn finish(&mut self, lane: usize) {
+        let (run, moving) = (&mut self.runs[lane], &self.moving);
+        run.train.angle_rad = moving.angle_rad[lane];
+        run.train.speed_rad_per_s = moving.speed_rad_per_s[lane];
+        (run.rotor.sin, run.rotor.cos) = (moving.sin[lane], moving.cos[lane]);
+        run.advance_plain(self.reference_a[lane], self.common.tick_s);
+        self.take_over(lane);
+    }
+
+    /// Takes over the state of a lane's run.
+    fn take_over(&mut self, lane: usize) {
+        let (run, moving, lasting) = (&self.runs[lane], &mut self.moving, &mut self.lasting);
+        let train = &run.train;
+        moving.angle_rad[lane] = train.angle_rad;
+        moving.speed_rad_per_s[lane] = train.speed_rad_per_s;
+        (moving.sin[lane], moving.cos[lane]) = (run.rotor.sin, run.rotor.cos);
+        moving.current_a[lane] = run.current_a;
+        (lasting.follows[lane], lasting.offset_rad[lane], _) = train.surface_line();
+        lasting.sign[lane] = train.direction.sign();
+        lasting.external_n_m[lane] = run.shaft.external_n_m;
+        (lasting.low_rad[lane], lasting.high_rad[lane]) = run.window_rad;
+        (lasting.least_n_m[lane], lasting.most_n_m[lane]) =
+            if train.direction == Direction::Stuck {
+                train.breakaway_n_m()
+            } else {
+                (f64::INFINITY, f64::NEG_INFINITY)
+            };
+        let sector = run.sectors[run.sector.place()];
+        (lasting.constant[lane], lasting.resistance_ohm[lane]) = sector;
+    }
+}
