@@ -60,9 +60,8 @@ impl Law {
     #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
     pub(crate) fn limited_a(&self, wanted_a: f64, error: f64, integral_a: f64) -> (f64, f64) {
         let limit_a = self.controller.current_limit_a;
-        let grown_a = integral_a + self.integral_step * error;
-        let integral_a = if wanted_a.abs() < limit_a { grown_a } else { integral_a };
-        (wanted_a.clamp(-limit_a, limit_a), integral_a)
+        let growth_a = if wanted_a.abs() < limit_a { self.integral_step * error } else { 0.0 };
+        (wanted_a.clamp(-limit_a, limit_a), integral_a + growth_a)
     }
 }
 

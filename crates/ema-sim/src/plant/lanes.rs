@@ -44,6 +44,8 @@ struct Lasting {
     offset_rad: Wide,
     /// Direction of the motion, 0 at rest.
     sign: Wide,
+    /// `1/J`; zero while the shaft rests.
+    per_inertia: Wide,
     external_n_m: Wide,
     /// Motor angles between which nothing changes.
     low_rad: Wide,
@@ -54,6 +56,17 @@ struct Lasting {
     /// `2·k_p·F_sc` and `2·R_p·F_sc` of the sector.
     constant: Wide,
     resistance_ohm: Wide,
+    eccentricity_cos: Wide,
+    eccentricity_sin: Wide,
+}
+
+/// What comes of a tick.
+#[derive(Clone, Debug)]
+struct Outcome {
+    /// Set-points.
+    reference_a: Wide,
+    /// Lanes in which something happens: 1, else 0.
+    event: Wide,
 }
 
 /// What is the same in all lanes.
@@ -72,13 +85,10 @@ struct Common {
 pub(crate) struct Lanes {
     common: Common,
     moving: Moving,
+    /// The state before the tick, for the lanes in which something happens.
+    before: Moving,
     lasting: Lasting,
-    eccentricity_cos: Wide,
-    eccentricity_sin: Wide,
-    /// Set-points of the tick.
-    reference_a: Wide,
-    /// Lanes in which something happens in the tick: 1, else 0.
-    event: Wide,
+    outcome: Outcome,
     runs: [Run; WIDTH],
 }
 
@@ -96,6 +106,14 @@ impl Lanes {
         }
         let first = &runs[0];
         let zero = [0.0; WIDTH];
+        let moving = Moving {
+            angle_rad: zero,
+            speed_rad_per_s: zero,
+            sin: zero,
+            cos: zero,
+            current_a: zero,
+            integral_a: [integral_a; WIDTH],
+        };
         let mut lanes = Self {
             common: Common {
                 law,
@@ -105,18 +123,13 @@ impl Lanes {
                 limit_v: first.limit_v,
                 tick_s,
             },
-            moving: Moving {
-                angle_rad: zero,
-                speed_rad_per_s: zero,
-                sin: zero,
-                cos: zero,
-                current_a: zero,
-                integral_a: [integral_a; WIDTH],
-            },
+            before: moving.clone(),
+            moving,
             lasting: Lasting {
                 follows: zero,
                 offset_rad: zero,
                 sign: zero,
+                per_inertia: zero,
                 external_n_m: zero,
                 low_rad: zero,
                 high_rad: zero,
@@ -124,11 +137,10 @@ impl Lanes {
                 most_n_m: zero,
                 constant: zero,
                 resistance_ohm: zero,
+                eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity().0),
+                eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity().1),
             },
-            eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity().0),
-            eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity().1),
-            reference_a: zero,
-            event: zero,
+            outcome: Outcome { reference_a: zero, event: zero },
             runs,
         };
         for lane in 0..WIDTH {
@@ -151,7 +163,7 @@ impl Lanes {
         }
         self.go_on(command);
         for lane in 0..WIDTH {
-            if self.event[lane] != 0.0 {
+            if self.outcome.event[lane] != 0.0 {
                 self.finish(lane);
             }
         }
@@ -168,12 +180,14 @@ impl Lanes {
         }
     }
 
-    /// Takes the tick in all lanes in which nothing happens.
+    /// The tick of all lanes as if nothing happened in it, and in which of them that is so.
+    ///
+    /// At rest the inverse inertia is zero, so that nothing moves.
     #[inline(always)]
     fn go_on(&mut self, command: f64) {
         let Common { law, per_inertia, viscous_n_m_s_per_rad, per_gear_ratio, limit_v, tick_s } =
             self.common;
-        let (moving, lasting) = (&mut self.moving, &self.lasting);
+        let (moving, before, lasting) = (&mut self.moving, &mut self.before, &self.lasting);
         for lane in 0..WIDTH {
             let angle_rad = moving.angle_rad[lane];
             let speed = moving.speed_rad_per_s[lane];
@@ -188,14 +202,16 @@ impl Lanes {
             let wanted_a = law.wanted_a(error, integral_a);
             let (reference_a, integral_a) = law.limited_a(wanted_a, error, integral_a);
             moving.integral_a[lane] = integral_a;
-            self.reference_a[lane] = reference_a;
+            self.outcome.reference_a[lane] = reference_a;
 
             let mut rotor =
                 RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
-            let eccentricity = (self.eccentricity_cos[lane], self.eccentricity_sin[lane]);
+            let eccentricity = (lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]);
             let coupling = gap_of(eccentricity, &rotor).map(|g| lasting.constant[lane] * g);
             let needed_v = lasting.resistance_ohm[lane] * reference_a + coupling[0] * speed;
             let torque_n_m = coupling[0] * reference_a;
+            let first = lasting.per_inertia[lane];
+            let per_inertia = [first, per_inertia[1], per_inertia[2], per_inertia[3]];
             let shaft =
                 Shaft { per_inertia, external_n_m: lasting.external_n_m[lane], viscous_n_m_s_per_rad };
             let motion = Motion::at_current(&shaft, &coupling, reference_a, speed);
@@ -204,39 +220,41 @@ impl Lanes {
             let to_rad = angle_rad + turn_rad;
             rotor.turn(turn_rad);
 
-            let driven = needed_v.abs() <= limit_v;
-            let goes = driven
-                & (next_speed * lasting.sign[lane] > 0.0)
+            let goes = (next_speed * lasting.sign[lane] > 0.0)
                 & (to_rad <= lasting.high_rad[lane])
                 & (to_rad >= lasting.low_rad[lane]);
-            let rests = driven
-                & (torque_n_m <= lasting.most_n_m[lane])
-                & (torque_n_m >= lasting.least_n_m[lane]);
-            let keep = |there: f64, here: f64| if goes { there } else { here };
-            moving.angle_rad[lane] = keep(to_rad, angle_rad);
-            moving.speed_rad_per_s[lane] = keep(next_speed, speed);
-            moving.sin[lane] = keep(rotor.sin, moving.sin[lane]);
-            moving.cos[lane] = keep(rotor.cos, moving.cos[lane]);
-            let done = goes | rests;
-            moving.current_a[lane] = if done { reference_a } else { moving.current_a[lane] };
-            self.event[lane] = if done { 0.0 } else { 1.0 };
+            let rests =
+                (torque_n_m <= lasting.most_n_m[lane]) & (torque_n_m >= lasting.least_n_m[lane]);
+            let passes = (needed_v.abs() <= limit_v) & (goes | rests);
+            self.outcome.event[lane] = if passes { 0.0 } else { 1.0 };
+
+            before.angle_rad[lane] = angle_rad;
+            before.speed_rad_per_s[lane] = speed;
+            before.sin[lane] = moving.sin[lane];
+            before.cos[lane] = moving.cos[lane];
+            moving.angle_rad[lane] = to_rad;
+            moving.speed_rad_per_s[lane] = next_speed;
+            moving.sin[lane] = rotor.sin;
+            moving.cos[lane] = rotor.cos;
+            moving.current_a[lane] = reference_a;
         }
     }
 
     /// Takes the tick in a lane in which something happens.
     #[inline(never)]
     fn finish(&mut self, lane: usize) {
-        let (run, moving) = (&mut self.runs[lane], &self.moving);
+        let (run, moving) = (&mut self.runs[lane], &self.before);
         run.train.angle_rad = moving.angle_rad[lane];
         run.train.speed_rad_per_s = moving.speed_rad_per_s[lane];
         (run.rotor.sin, run.rotor.cos) = (moving.sin[lane], moving.cos[lane]);
-        run.advance_plain(self.reference_a[lane], self.common.tick_s);
+        run.advance_plain(self.outcome.reference_a[lane], self.common.tick_s);
         self.take_over(lane);
     }
 
     /// Takes over the state of a lane's run.
     fn take_over(&mut self, lane: usize) {
-        let (run, moving, lasting) = (&self.runs[lane], &mut self.moving, &mut self.lasting);
+        let (run, lasting) = (&self.runs[lane], &mut self.lasting);
+        let moving = &mut self.moving;
         let train = &run.train;
         moving.angle_rad[lane] = train.angle_rad;
         moving.speed_rad_per_s[lane] = train.speed_rad_per_s;
@@ -244,6 +262,7 @@ impl Lanes {
         moving.current_a[lane] = run.current_a;
         (lasting.follows[lane], lasting.offset_rad[lane], _) = train.surface_line();
         lasting.sign[lane] = train.direction.sign();
+        lasting.per_inertia[lane] = run.shaft.per_inertia[0];
         lasting.external_n_m[lane] = run.shaft.external_n_m;
         (lasting.low_rad[lane], lasting.high_rad[lane]) = run.window_rad;
         (lasting.least_n_m[lane], lasting.most_n_m[lane]) =
