@@ -65,6 +65,10 @@ struct Lasting {
 struct Outcome {
     /// Set-points.
     reference_a: Wide,
+    speed_rad_per_s: Wide,
+    turn_rad: Wide,
+    needed_v: Wide,
+    torque_n_m: Wide,
     /// Lanes in which something happens: 1, else 0.
     event: Wide,
 }
@@ -94,7 +98,11 @@ pub(crate) struct Lanes {
 
 impl Lanes {
     /// Runs of one test side by side; `None` where a tick is more than the lanes can do.
-    pub(crate) fn of(runs: [Run; WIDTH], (law, integral_a): (Law, f64), tick_s: f64) -> Option<Self> {
+    pub(crate) fn of(
+        runs: [Run; WIDTH],
+        (law, integral_a): (Law, f64),
+        tick_s: f64,
+    ) -> Option<Self> {
         let plain = |run: &Run| {
             run.extension.is_none()
                 && run.load.is_none()
@@ -140,7 +148,14 @@ impl Lanes {
                 eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity().0),
                 eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity().1),
             },
-            outcome: Outcome { reference_a: zero, event: zero },
+            outcome: Outcome {
+                reference_a: zero,
+                speed_rad_per_s: zero,
+                turn_rad: zero,
+                needed_v: zero,
+                torque_n_m: zero,
+                event: zero,
+            },
             runs,
         };
         for lane in 0..WIDTH {
@@ -161,7 +176,9 @@ impl Lanes {
         if tick.is_multiple_of(REFRESH_TICKS) {
             self.refresh();
         }
-        self.go_on(command);
+        self.decide(command);
+        self.glide();
+        self.arrive();
         for lane in 0..WIDTH {
             if self.outcome.event[lane] != 0.0 {
                 self.finish(lane);
@@ -180,14 +197,11 @@ impl Lanes {
         }
     }
 
-    /// The tick of all lanes as if nothing happened in it, and in which of them that is so.
-    ///
-    /// At rest the inverse inertia is zero, so that nothing moves.
+    /// The cascade's set-points.
     #[inline(always)]
-    fn go_on(&mut self, command: f64) {
-        let Common { law, per_inertia, viscous_n_m_s_per_rad, per_gear_ratio, limit_v, tick_s } =
-            self.common;
-        let (moving, before, lasting) = (&mut self.moving, &mut self.before, &self.lasting);
+    fn decide(&mut self, command: f64) {
+        let Common { law, per_gear_ratio, .. } = self.common;
+        let (moving, lasting) = (&mut self.moving, &self.lasting);
         for lane in 0..WIDTH {
             let angle_rad = moving.angle_rad[lane];
             let speed = moving.speed_rad_per_s[lane];
@@ -203,40 +217,64 @@ impl Lanes {
             let (reference_a, integral_a) = law.limited_a(wanted_a, error, integral_a);
             moving.integral_a[lane] = integral_a;
             self.outcome.reference_a[lane] = reference_a;
+        }
+    }
 
-            let mut rotor =
-                RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
+    /// Speed and turn at the end of the tick as if nothing happened in it; whether the supply
+    /// suffices, and a shaft at rest stays there.
+    #[inline(always)]
+    fn glide(&mut self) {
+        let Common { per_inertia, viscous_n_m_s_per_rad, tick_s, .. } = self.common;
+        let (moving, lasting, outcome) = (&self.moving, &self.lasting, &mut self.outcome);
+        for lane in 0..WIDTH {
+            let (reference_a, speed) = (outcome.reference_a[lane], moving.speed_rad_per_s[lane]);
+            let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
             let eccentricity = (lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]);
             let coupling = gap_of(eccentricity, &rotor).map(|g| lasting.constant[lane] * g);
-            let needed_v = lasting.resistance_ohm[lane] * reference_a + coupling[0] * speed;
-            let torque_n_m = coupling[0] * reference_a;
+            // a shaft at rest has no inverse inertia, so that nothing moves
             let first = lasting.per_inertia[lane];
-            let per_inertia = [first, per_inertia[1], per_inertia[2], per_inertia[3]];
-            let shaft =
-                Shaft { per_inertia, external_n_m: lasting.external_n_m[lane], viscous_n_m_s_per_rad };
+            let shaft = Shaft {
+                per_inertia: [first, per_inertia[1], per_inertia[2], per_inertia[3]],
+                external_n_m: lasting.external_n_m[lane],
+                viscous_n_m_s_per_rad,
+            };
             let motion = Motion::at_current(&shaft, &coupling, reference_a, speed);
-            let next_speed = value(&motion.speed, tick_s);
-            let turn_rad = value(&motion.turn, tick_s);
-            let to_rad = angle_rad + turn_rad;
-            rotor.turn(turn_rad);
+            outcome.speed_rad_per_s[lane] = value(&motion.speed, tick_s);
+            outcome.turn_rad[lane] = value(&motion.turn, tick_s);
+            let needed_v = lasting.resistance_ohm[lane] * reference_a + coupling[0] * speed;
+            outcome.needed_v[lane] = needed_v;
+            outcome.torque_n_m[lane] = coupling[0] * reference_a;
+        }
+    }
 
-            let goes = (next_speed * lasting.sign[lane] > 0.0)
+    /// Takes the state at the end of the tick, and finds the lanes in which something happens.
+    #[inline(always)]
+    fn arrive(&mut self) {
+        let limit_v = self.common.limit_v;
+        let (moving, lasting, outcome) = (&mut self.moving, &self.lasting, &mut self.outcome);
+        let before = &mut self.before;
+        for lane in 0..WIDTH {
+            let (speed, turn_rad) = (outcome.speed_rad_per_s[lane], outcome.turn_rad[lane]);
+            let angle_rad = moving.angle_rad[lane];
+            let to_rad = angle_rad + turn_rad;
+            let torque_n_m = outcome.torque_n_m[lane];
+            let goes = (speed * lasting.sign[lane] > 0.0)
                 & (to_rad <= lasting.high_rad[lane])
                 & (to_rad >= lasting.low_rad[lane]);
             let rests =
                 (torque_n_m <= lasting.most_n_m[lane]) & (torque_n_m >= lasting.least_n_m[lane]);
-            let passes = (needed_v.abs() <= limit_v) & (goes | rests);
-            self.outcome.event[lane] = if passes { 0.0 } else { 1.0 };
-
+            let passes = (outcome.needed_v[lane].abs() <= limit_v) & (goes | rests);
+            outcome.event[lane] = if passes { 0.0 } else { 1.0 };
+            let (sin, cos) = (moving.sin[lane], moving.cos[lane]);
+            let mut rotor = RotorAngle { motor_rad: 0.0, sin, cos };
+            rotor.turn(turn_rad);
             before.angle_rad[lane] = angle_rad;
-            before.speed_rad_per_s[lane] = speed;
-            before.sin[lane] = moving.sin[lane];
-            before.cos[lane] = moving.cos[lane];
+            before.speed_rad_per_s[lane] = moving.speed_rad_per_s[lane];
+            (before.sin[lane], before.cos[lane]) = (sin, cos);
             moving.angle_rad[lane] = to_rad;
-            moving.speed_rad_per_s[lane] = next_speed;
-            moving.sin[lane] = rotor.sin;
-            moving.cos[lane] = rotor.cos;
-            moving.current_a[lane] = reference_a;
+            moving.speed_rad_per_s[lane] = speed;
+            (moving.sin[lane], moving.cos[lane]) = (rotor.sin, rotor.cos);
+            moving.current_a[lane] = outcome.reference_a[lane];
         }
     }
 
@@ -265,12 +303,11 @@ impl Lanes {
         lasting.per_inertia[lane] = run.shaft.per_inertia[0];
         lasting.external_n_m[lane] = run.shaft.external_n_m;
         (lasting.low_rad[lane], lasting.high_rad[lane]) = run.window_rad;
-        (lasting.least_n_m[lane], lasting.most_n_m[lane]) =
-            if train.direction == Direction::Stuck {
-                train.breakaway_n_m()
-            } else {
-                (f64::INFINITY, f64::NEG_INFINITY)
-            };
+        (lasting.least_n_m[lane], lasting.most_n_m[lane]) = if train.direction == Direction::Stuck {
+            train.breakaway_n_m()
+        } else {
+            (f64::INFINITY, f64::NEG_INFINITY)
+        };
         let sector = run.sectors[run.sector.place()];
         (lasting.constant[lane], lasting.resistance_ohm[lane]) = sector;
     }
