@@ -113,11 +113,18 @@ impl Cascade {
         plain.then_some((self.law, self.integral_a))
     }
 
+    #[cold]
+    fn noise_rad_per_s(&mut self) -> f64 {
+        self.speed_noise_rad_per_s * self.noise.normal()
+    }
+
     /// One tick: the current set-point from the command and what the sensors show.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "on the monitor's critical path")]
     pub(crate) fn step(&mut self, command: f64, measured: &Measured) -> f64 {
         let mut measured_speed = measured.speed_rad_per_s;
         if self.speed_noise_rad_per_s > 0.0 {
-            measured_speed += self.speed_noise_rad_per_s * self.noise.normal();
+            measured_speed += self.noise_rad_per_s();
         }
         let held_rad = quantised(self.law.held_rad(measured), self.surface_step_rad);
         let error = self.law.error(command, held_rad, measured_speed);
@@ -133,8 +140,14 @@ impl Cascade {
 }
 
 /// The nearest multiple of a step; the value itself without one.
+#[inline]
 pub(crate) fn quantised(value: f64, step: f64) -> f64 {
-    if step > 0.0 { step * libm::floor(value / step + 0.5) } else { value }
+    if step > 0.0 { nearest(value, step) } else { value }
+}
+
+#[cold]
+fn nearest(value: f64, step: f64) -> f64 {
+    step * libm::floor(value / step + 0.5)
 }
 
 #[cfg(test)]
