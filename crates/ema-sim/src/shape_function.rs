@@ -66,7 +66,8 @@ impl ShapeFunction {
     }
 
     /// Torque over current near a motor angle, and resistance there.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     pub(crate) fn near(&self, motor_rad: f64, gap: &LocalQuadratic) -> (LocalQuadratic, f64) {
         let turns = if self.wave == (0.0, 0.0) {
             [self.mean, 0.0, 0.0]
@@ -83,6 +84,7 @@ impl ShapeFunction {
     }
 
     /// `Σ N_j·f(x_j)·sin x_j` near a motor angle.
+    #[inline(never)]
     fn tabulated(&self, spline: &Spline, motor_rad: f64) -> LocalQuadratic {
         let p = self.pole_pairs;
         let angles = PhaseAngles::of(p * motor_rad);

@@ -13,7 +13,7 @@
 use crate::{
     controller::{Law, Measured},
     drive_train::Direction,
-    series::value,
+    series::{value, value_from_zero},
     winding::{RotorAngle, Shaft, gap_of},
 };
 
@@ -240,7 +240,7 @@ impl Lanes {
             };
             let motion = Motion::at_current(&shaft, &coupling, reference_a, speed);
             outcome.speed_rad_per_s[lane] = value(&motion.speed, tick_s);
-            outcome.turn_rad[lane] = value(&motion.turn, tick_s);
+            outcome.turn_rad[lane] = value_from_zero(&motion.turn, tick_s);
             let needed_v = lasting.resistance_ohm[lane] * reference_a + coupling[0] * speed;
             outcome.needed_v[lane] = needed_v;
             outcome.torque_n_m[lane] = coupling[0] * reference_a;
@@ -285,7 +285,7 @@ impl Lanes {
         run.train.angle_rad = moving.angle_rad[lane];
         run.train.speed_rad_per_s = moving.speed_rad_per_s[lane];
         (run.rotor.sin, run.rotor.cos) = (moving.sin[lane], moving.cos[lane]);
-        run.advance_plain(self.outcome.reference_a[lane], self.common.tick_s);
+        run.advance_plain::<false>(self.outcome.reference_a[lane], self.common.tick_s);
         self.take_over(lane);
     }
 
