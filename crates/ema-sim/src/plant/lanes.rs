@@ -70,7 +70,7 @@ struct Outcome {
     needed_v: Wide,
     torque_n_m: Wide,
     /// Lanes in which something happens: 1, else 0.
-    event: Wide,
+    event: [u64; WIDTH],
 }
 
 /// What is the same in all lanes.
@@ -154,7 +154,7 @@ impl Lanes {
                 turn_rad: zero,
                 needed_v: zero,
                 torque_n_m: zero,
-                event: zero,
+                event: [0; WIDTH],
             },
             runs,
         };
@@ -179,9 +179,11 @@ impl Lanes {
         self.decide(command);
         self.glide();
         self.arrive();
-        for lane in 0..WIDTH {
-            if self.outcome.event[lane] != 0.0 {
-                self.finish(lane);
+        if self.outcome.event.iter().fold(0, |any, event| any | event) != 0 {
+            for lane in 0..WIDTH {
+                if self.outcome.event[lane] != 0 {
+                    self.finish(lane);
+                }
             }
         }
     }
@@ -264,7 +266,7 @@ impl Lanes {
             let rests =
                 (torque_n_m <= lasting.most_n_m[lane]) & (torque_n_m >= lasting.least_n_m[lane]);
             let passes = (outcome.needed_v[lane].abs() <= limit_v) & (goes | rests);
-            outcome.event[lane] = if passes { 0.0 } else { 1.0 };
+            outcome.event[lane] = u64::from(!passes);
             let (sin, cos) = (moving.sin[lane], moving.cos[lane]);
             let mut rotor = RotorAngle { motor_rad: 0.0, sin, cos };
             rotor.turn(turn_rad);
