@@ -369,6 +369,8 @@ impl Coupling {
 }
 
 /// Product of two local quadratics, to the second power.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
 pub(crate) fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
     [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
 }

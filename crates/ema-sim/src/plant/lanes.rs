@@ -13,8 +13,10 @@
 use crate::{
     controller::{Law, Measured},
     drive_train::Direction,
+    lane_sine,
     series::{value, value_from_zero},
-    winding::{RotorAngle, Shaft, gap_of},
+    shape_function::{ShapeFunction, Wave, turns_near},
+    winding::{LocalQuadratic, RotorAngle, Shaft, gap_of, times},
 };
 
 use super::{Motion, REFRESH_TICKS, Run};
@@ -56,6 +58,10 @@ struct Lasting {
     /// `2·k_p·F_sc` and `2·R_p·F_sc` of the sector.
     constant: Wide,
     resistance_ohm: Wide,
+    /// `F_sc` of a field-oriented drive: mean, and amplitudes of `cos 2θ_e` and `sin 2θ_e`.
+    mean: Wide,
+    wave_cos: Wide,
+    wave_sin: Wide,
     eccentricity_cos: Wide,
     eccentricity_sin: Wide,
 }
@@ -69,6 +75,10 @@ struct Outcome {
     turn_rad: Wide,
     needed_v: Wide,
     torque_n_m: Wide,
+    /// Sine and cosine of twice the electrical angle, and whether they are `libm`'s.
+    wave_sin: Wide,
+    wave_cos: Wide,
+    exact: [u64; WIDTH],
     /// Lanes in which something happens: 1, else 0.
     event: [u64; WIDTH],
 }
@@ -82,6 +92,9 @@ struct Common {
     per_gear_ratio: f64,
     limit_v: f64,
     tick_s: f64,
+    start_angle_rad: f64,
+    /// Of a field-oriented drive what its shape function is made of.
+    wave: Option<Wave>,
 }
 
 /// Runs side by side.
@@ -106,13 +119,14 @@ impl Lanes {
         let plain = |run: &Run| {
             run.extension.is_none()
                 && run.load.is_none()
-                && run.shape.is_none()
+                && run.shape.as_ref().is_none_or(|shape| shape.wave().is_some())
                 && !run.voltage_driven
         };
         if !runs.iter().all(plain) {
             return None;
         }
         let first = &runs[0];
+        let waves = runs.each_ref().map(|run| run.shape.as_ref().and_then(ShapeFunction::wave));
         let zero = [0.0; WIDTH];
         let moving = Moving {
             angle_rad: zero,
@@ -130,6 +144,8 @@ impl Lanes {
                 per_gear_ratio: first.train.surface_line().2,
                 limit_v: first.limit_v,
                 tick_s,
+                start_angle_rad: first.start_angle_rad,
+                wave: waves[0],
             },
             before: moving.clone(),
             moving,
@@ -145,6 +161,9 @@ impl Lanes {
                 most_n_m: zero,
                 constant: zero,
                 resistance_ohm: zero,
+                mean: waves.map(|wave| wave.map_or(0.0, |wave| wave.mean)),
+                wave_cos: waves.map(|wave| wave.map_or(0.0, |wave| wave.amplitude.0)),
+                wave_sin: waves.map(|wave| wave.map_or(0.0, |wave| wave.amplitude.1)),
                 eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity().0),
                 eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity().1),
             },
@@ -154,6 +173,9 @@ impl Lanes {
                 turn_rad: zero,
                 needed_v: zero,
                 torque_n_m: zero,
+                wave_sin: zero,
+                wave_cos: zero,
+                exact: [1; WIDTH],
                 event: [0; WIDTH],
             },
             runs,
@@ -177,7 +199,20 @@ impl Lanes {
             self.refresh();
         }
         self.decide(command);
-        self.glide();
+        if let Some(wave) = self.common.wave {
+            self.turn_waves(wave.rate);
+            self.glide(|lasting, outcome, lane, gap| {
+                let shape = (lasting.mean[lane], (lasting.wave_cos[lane], lasting.wave_sin[lane]));
+                let sines = (outcome.wave_sin[lane], outcome.wave_cos[lane]);
+                let turns = turns_near(shape, wave.rate, sines);
+                let shape = turns.map(|f| wave.back_emf_v_s_per_rad * f);
+                (times(&shape, gap), wave.resistance_ohm * turns[0])
+            });
+        } else {
+            self.glide(|lasting, _, lane, gap| {
+                (gap.map(|g| lasting.constant[lane] * g), lasting.resistance_ohm[lane])
+            });
+        }
         self.arrive();
         if self.outcome.event.iter().fold(0, |any, event| any | event) != 0 {
             for lane in 0..WIDTH {
@@ -222,17 +257,43 @@ impl Lanes {
         }
     }
 
-    /// Speed and turn at the end of the tick as if nothing happened in it; whether the supply
-    /// suffices, and a shaft at rest stays there.
+    /// Sine and cosine of twice the electrical angle.
     #[inline(always)]
-    fn glide(&mut self) {
+    fn turn_waves(&mut self, rate: f64) {
+        let start_rad = self.common.start_angle_rad;
+        let (moving, outcome) = (&self.moving, &mut self.outcome);
+        for lane in 0..WIDTH {
+            let angle_rad = rate * (start_rad + moving.angle_rad[lane]);
+            let (sin, cos, exact) = lane_sine::sincos(angle_rad);
+            (outcome.wave_sin[lane], outcome.wave_cos[lane]) = (sin, cos);
+            outcome.exact[lane] = u64::from(exact);
+        }
+        if outcome.exact.iter().fold(1, |all, exact| all & exact) == 0 {
+            for lane in 0..WIDTH {
+                if outcome.exact[lane] == 0 {
+                    let angle_rad = rate * (start_rad + moving.angle_rad[lane]);
+                    let (sin, cos) = libm::sincos(angle_rad);
+                    (outcome.wave_sin[lane], outcome.wave_cos[lane]) = (sin, cos);
+                }
+            }
+        }
+    }
+
+    /// Speed and turn at the end of the tick as if nothing happened in it, with `equivalent` for
+    /// torque over current and the resistance.
+    #[inline(always)]
+    fn glide(
+        &mut self,
+        equivalent: impl Fn(&Lasting, &Outcome, usize, &LocalQuadratic) -> (LocalQuadratic, f64),
+    ) {
         let Common { per_inertia, viscous_n_m_s_per_rad, tick_s, .. } = self.common;
         let (moving, lasting, outcome) = (&self.moving, &self.lasting, &mut self.outcome);
         for lane in 0..WIDTH {
             let (reference_a, speed) = (outcome.reference_a[lane], moving.speed_rad_per_s[lane]);
             let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
             let eccentricity = (lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]);
-            let coupling = gap_of(eccentricity, &rotor).map(|g| lasting.constant[lane] * g);
+            let gap = gap_of(eccentricity, &rotor);
+            let (coupling, resistance_ohm) = equivalent(lasting, outcome, lane, &gap);
             // a shaft at rest has no inverse inertia, so that nothing moves
             let first = lasting.per_inertia[lane];
             let shaft = Shaft {
@@ -243,8 +304,7 @@ impl Lanes {
             let motion = Motion::at_current(&shaft, &coupling, reference_a, speed);
             outcome.speed_rad_per_s[lane] = value(&motion.speed, tick_s);
             outcome.turn_rad[lane] = value_from_zero(&motion.turn, tick_s);
-            let needed_v = lasting.resistance_ohm[lane] * reference_a + coupling[0] * speed;
-            outcome.needed_v[lane] = needed_v;
+            outcome.needed_v[lane] = resistance_ohm * reference_a + coupling[0] * speed;
             outcome.torque_n_m[lane] = coupling[0] * reference_a;
         }
     }
@@ -252,7 +312,10 @@ impl Lanes {
     /// Takes the state at the end of the tick, and finds the lanes in which something happens.
     #[inline(always)]
     fn arrive(&mut self) {
-        let limit_v = self.common.limit_v;
+        let Common { limit_v, tick_s, wave, .. } = self.common;
+        // beyond this speed, less its rounding, the shape function's series wants segments shorter
+        // than a tick: `ShapeFunction::longest_s`
+        let most = wave.map_or(f64::INFINITY, |wave| 0.1 / (wave.rate * tick_s) * (1.0 - 1e-12));
         let (moving, lasting, outcome) = (&mut self.moving, &self.lasting, &mut self.outcome);
         let before = &mut self.before;
         for lane in 0..WIDTH {
@@ -265,7 +328,8 @@ impl Lanes {
                 & (to_rad >= lasting.low_rad[lane]);
             let rests =
                 (torque_n_m <= lasting.most_n_m[lane]) & (torque_n_m >= lasting.least_n_m[lane]);
-            let passes = (outcome.needed_v[lane].abs() <= limit_v) & (goes | rests);
+            let whole = moving.speed_rad_per_s[lane].abs() < most;
+            let passes = whole & (outcome.needed_v[lane].abs() <= limit_v) & (goes | rests);
             outcome.event[lane] = u64::from(!passes);
             let (sin, cos) = (moving.sin[lane], moving.cos[lane]);
             let mut rotor = RotorAngle { motor_rad: 0.0, sin, cos };
@@ -287,7 +351,12 @@ impl Lanes {
         run.train.angle_rad = moving.angle_rad[lane];
         run.train.speed_rad_per_s = moving.speed_rad_per_s[lane];
         (run.rotor.sin, run.rotor.cos) = (moving.sin[lane], moving.cos[lane]);
-        run.advance_plain::<false>(self.outcome.reference_a[lane], self.common.tick_s);
+        let (reference_a, tick_s) = (self.outcome.reference_a[lane], self.common.tick_s);
+        if run.shape.is_some() {
+            run.advance_plain::<true>(reference_a, tick_s);
+        } else {
+            run.advance_plain::<false>(reference_a, tick_s);
+        }
         self.take_over(lane);
     }
 

@@ -1,8 +1,10 @@
 //! Many states of health side by side give what each gives alone.
 
+use core::f64::consts::TAU;
+
 use ema_sim::{
-    Actuator, ControlMode, Effect, EffectId, Geometry, HealthState, InitialState, LowFidelity,
-    PhysicalFaults, PositionSensor, Scenario,
+    Actuator, BackEmfShape, BackEmfTable, ControlMode, Effect, EffectId, Geometry, HealthState,
+    InitialState, LowFidelity, PhysicalFaults, PositionSensor, Scenario,
     presets::{BENCH, EMA_48},
 };
 
@@ -61,6 +63,14 @@ fn property_lanes_give_the_bits_of_runs_alone_up_to_full_damage() {
 }
 
 #[test]
+fn property_lanes_give_the_bits_of_runs_alone_on_the_bench() {
+    let chirp = model(&BENCH, &Scenario::chirp().turned_to(0.4));
+    assert_same(&chirp, &damage(100, 1.0, 6), "chirp, whole scale");
+    let sine = model(&BENCH, &Scenario { duration_s: 1.5, ..Scenario::sine() });
+    assert_same(&sine, &damage(20, 0.05, 7), "sine, incipient");
+}
+
+#[test]
 fn lanes_give_the_bits_of_runs_alone_in_other_tests() {
     let turned = Scenario::chirp().turned_to(1.3);
     let loaded = Scenario {
@@ -104,7 +114,11 @@ fn what_the_lanes_cannot_do_is_done_one_by_one() {
     derivative.controller.speed_derivative_a_s2_per_rad = 1e-5;
     assert_same(&model(&derivative, &short), &faults, "derivative part");
     assert_same(&model(&EMA_48, &short.clone().with_real_electronics(3)), &faults, "electronics");
-    assert_same(&model(&BENCH, &short), &faults, "field-oriented");
+    let mut measured = BENCH;
+    let wave: Vec<f64> = (0..24).map(|n| (TAU * f64::from(n) / 24.0).sin()).collect();
+    let table = BackEmfTable::new(&wave).expect("smooth");
+    measured.motor.back_emf_shape = BackEmfShape::Tabulated(table);
+    assert_same(&model(&measured, &short), &faults, "tabulated back-EMF");
     let effect = Effect::new(EffectId::Stribeck, Geometry::Rotary);
     let effects = model(&EMA_48, &short).with_effects(&[effect]).expect("taken");
     assert_same(&effects, &faults, "effects");
