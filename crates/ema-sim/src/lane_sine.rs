@@ -16,7 +16,7 @@
 
 /// 1.5·2⁵²: added and taken away, it leaves the nearest whole number.
 const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
-const PER_QUARTER: f64 = 6.36619772367581382433e-01;
+const PER_QUARTER: f64 = core::f64::consts::FRAC_2_PI;
 /// First 33 bits of π/2, and the rest.
 const QUARTER: f64 = 1.57079632673412561417e+00;
 const QUARTER_TAIL: f64 = 6.07710050650619224932e-11;

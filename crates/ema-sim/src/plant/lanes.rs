@@ -9,6 +9,10 @@
     clippy::inline_always,
     reason = "the loop is compiled once for each instruction set, which inlining makes possible"
 )]
+#![expect(
+    clippy::needless_bitwise_bool,
+    reason = "a branch would keep the loop from being taken in vectors"
+)]
 
 use crate::{
     controller::{Law, Measured},
