@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use ema_sim::{
     Actuator, BackEmfShape, BackEmfTable, ControlMode, Effect, EffectId, Geometry, HealthState,
-    InitialState, LowFidelity, PhysicalFaults, PositionSensor, Scenario,
+    InitialState, Load, LowFidelity, PhysicalFaults, PositionSensor, Scenario,
     presets::{BENCH, EMA_48},
 };
 
@@ -119,9 +119,14 @@ fn what_the_lanes_cannot_do_is_done_one_by_one() {
     let table = BackEmfTable::new(&wave).expect("smooth");
     measured.motor.back_emf_shape = BackEmfShape::Tabulated(table);
     assert_same(&model(&measured, &short), &faults, "tabulated back-EMF");
-    let effect = Effect::new(EffectId::Stribeck, Geometry::Rotary);
+    let effect = Effect::new(EffectId::Stribeck, Geometry::Rotary)
+        .with("stribeck_n_m", 0.01)
+        .expect("in bounds");
     let effects = model(&EMA_48, &short).with_effects(&[effect]).expect("taken");
     assert_same(&effects, &faults, "effects");
+    let load = Load::Recorded { values_n_m: vec![0.0, 30.0, -20.0], rate_hz: 60.0 };
+    let loaded = model(&EMA_48, &short).with_load(load).expect("in bounds");
+    assert_same(&loaded, &faults, "a load that changes");
 }
 
 #[test]
