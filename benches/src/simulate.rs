@@ -1,6 +1,9 @@
 //! Cases of the simulators: the chirp and the sine on a healthy and a worn actuator.
 
-use ema_sim::{HealthState, HighFidelity, LowFidelity, PhysicalFaults, Scenario, presets::EMA_48};
+use ema_sim::{
+    FaultCoordinates, HealthState, HighFidelity, LowFidelity, PhysicalFaults, Scenario,
+    presets::EMA_48,
+};
 
 /// One test on one state of health, in both fidelities.
 #[derive(Debug)]
@@ -40,4 +43,12 @@ pub fn cases() -> anyhow::Result<Vec<Case>> {
         case("sine/healthy", &sine, &HealthState::HEALTHY, 50_000)?,
         case("sine/worn", &sine, &worn, 50_000)?,
     ])
+}
+
+/// Fault vectors of a batch, incipient and all different: `k = 0.05·frac(n·g)`, with another
+/// irrational `g` for each coordinate.
+pub fn batch(count: u32) -> Vec<PhysicalFaults> {
+    let steps = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0].map(f64::sqrt);
+    let vector = |n: u32| steps.map(|g| 0.05 * (f64::from(n) * g).fract());
+    (0..count).map(|n| (&FaultCoordinates(vector(n))).into()).collect()
 }

@@ -1,11 +1,12 @@
 """Times the peers on the chirp of 0.5 s, one thread, minimum over runs, and prints milliseconds.
 
-    python time_peers.py [--runs 3] [ID ...]
+    python time_peers.py [--runs 3] [--tsv] [ID ...]
 
 The case: surface command 5 mrad * sin(2 pi * 15 t^2), EMA-48 with its position and speed cascade
 at 10 kHz and its current loop, controller noise and digitisation off. The peers have neither dry
 friction nor backlash, so they do less work than the project's simulator on the same command.
-Only the simulation is timed: no import, no construction, no writing.
+Only the simulation is timed: no import, no construction, no writing. A peer that is not
+installed is a line that says so. --tsv prints case, version and least CPU time alone.
 """
 
 import argparse
@@ -13,16 +14,23 @@ import cmath
 import math
 import os
 import time
+from importlib import metadata
 from types import SimpleNamespace
 
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
-from motulator.common.control import ControlSystem  # noqa: E402
-from motulator.drive import model  # noqa: E402
-from motulator.drive.utils import SynchronousMachinePars  # noqa: E402
-from progpy.models import ESC, DCMotor, Powertrain  # noqa: E402
-from progpy.models.esc import commutation  # noqa: E402
+try:
+    from motulator.common.control import ControlSystem
+    from motulator.drive import model
+    from motulator.drive.utils import SynchronousMachinePars
+except ImportError:
+    ControlSystem = object
+try:
+    from progpy.models import ESC, DCMotor, Powertrain
+    from progpy.models.esc import commutation
+except ImportError:
+    pass
 
 # EMA-48: crates/ema-sim/src/presets.rs
 RESISTANCE_OHM, INDUCTANCE_HENRY = 1.065, 360e-6
@@ -229,14 +237,22 @@ CASES = {
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--tsv", action="store_true")
     parser.add_argument("ids", nargs="*")
     wanted = parser.parse_args()
     columns = ("case", "ms, least", "CPU ms, least", "ms, all runs")
     evidence = ("peak A", "peak rad/s", "peak error mrad")
-    print("| " + " | ".join(columns + evidence) + " |")
-    print("|---" * len(columns + evidence) + "|")
+    if not wanted.tsv:
+        print("| " + " | ".join(columns + evidence) + " |")
+        print("|---" * len(columns + evidence) + "|")
     for name, make in CASES.items():
         if wanted.ids and name not in wanted.ids:
+            continue
+        package = name.split("/")[0]
+        try:
+            version = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            print(f"{name}\t-\t-" if wanted.tsv else f"| {name} | not installed |", flush=True)
             continue
         spans, cpu = [], []
         for _ in range(wanted.runs):
@@ -245,6 +261,9 @@ def main():
             seen = run()
             spans.append(1e3 * (time.perf_counter() - begin))
             cpu.append(1e3 * (time.process_time() - begin_cpu))
+        if wanted.tsv:
+            print(f"{name}\t{version}\t{min(cpu):.3f}", flush=True)
+            continue
         every = " ".join(f"{span:.0f}" for span in spans)
         print(
             f"| {name} | {min(spans):.0f} | {min(cpu):.0f} | {every} | {seen.peak_current:.3f} "

@@ -15,16 +15,62 @@ pub(crate) struct Measured {
     pub(crate) speed_rad_per_s: f64,
 }
 
-/// The sampled cascade with its sensors.
-#[derive(Clone, Debug)]
-pub(crate) struct Cascade {
-    law: Controller,
+/// The cascade's law: what it makes of an angle, a speed and its integral in one tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law {
+    controller: Controller,
     mode: ControlMode,
     gear_ratio: f64,
     position_gain: f64,
+    integral_step: f64,
+}
+
+impl Law {
+    /// The angle that the position loop holds, as the surface's.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    pub(crate) fn held_rad(&self, measured: &Measured) -> f64 {
+        match self.controller.position_sensor {
+            PositionSensor::Surface => measured.surface_rad,
+            PositionSensor::MotorShaft => measured.motor_rad / self.gear_ratio,
+        }
+    }
+
+    /// Error of the speed.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    pub(crate) fn error(&self, command: f64, held_rad: f64, speed_rad_per_s: f64) -> f64 {
+        let asked = match self.mode {
+            ControlMode::Position => self.position_gain * (command - held_rad),
+            ControlMode::Speed => self.gear_ratio * command,
+        };
+        let limit = self.controller.speed_limit_rad_per_s;
+        asked.clamp(-limit, limit) - speed_rad_per_s
+    }
+
+    /// Current asked for by the proportional and the integral part.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    pub(crate) fn wanted_a(&self, error: f64, integral_a: f64) -> f64 {
+        self.controller.speed_gain_a_s_per_rad * error + integral_a
+    }
+
+    /// The current within its limit, and the integral, which rests at the limit.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    pub(crate) fn limited_a(&self, wanted_a: f64, error: f64, integral_a: f64) -> (f64, f64) {
+        let limit_a = self.controller.current_limit_a;
+        let growth_a = if wanted_a.abs() < limit_a { self.integral_step * error } else { 0.0 };
+        (wanted_a.clamp(-limit_a, limit_a), integral_a + growth_a)
+    }
+}
+
+/// The sampled cascade with its sensors.
+#[derive(Clone, Debug)]
+pub(crate) struct Cascade {
+    law: Law,
     derivative_gain: f64,
     last_error: Option<f64>,
-    integral_step: f64,
     integral_a: f64,
     surface_step_rad: f64,
     current_step_a: f64,
@@ -35,17 +81,19 @@ pub(crate) struct Cascade {
 impl Cascade {
     /// The cascade at rest.
     pub(crate) fn new(actuator: &Actuator, scenario: &Scenario) -> Self {
-        let law = actuator.controller;
+        let controller = actuator.controller;
         let on = |switch: bool, value: f64| if switch { value } else { 0.0 };
         let imperfect = scenario.imperfections;
         Self {
-            law,
-            mode: scenario.mode,
-            gear_ratio: actuator.transmission.gear_ratio,
-            derivative_gain: law.speed_derivative_a_s2_per_rad * law.sample_hz,
+            law: Law {
+                controller,
+                mode: scenario.mode,
+                gear_ratio: actuator.transmission.gear_ratio,
+                position_gain: controller.position_gain_per_s * actuator.transmission.gear_ratio,
+                integral_step: controller.speed_integral_a_per_rad / controller.sample_hz,
+            },
+            derivative_gain: controller.speed_derivative_a_s2_per_rad * controller.sample_hz,
             last_error: None,
-            position_gain: law.position_gain_per_s * actuator.transmission.gear_ratio,
-            integral_step: law.speed_integral_a_per_rad / law.sample_hz,
             integral_a: scenario.initial.speed_integral_a,
             surface_step_rad: on(imperfect.digitisation, actuator.sensing.surface_step_rad),
             current_step_a: on(imperfect.digitisation, actuator.sensing.current_reference_step_a),
@@ -57,45 +105,49 @@ impl Cascade {
         }
     }
 
+    /// The law and the integral, where a tick is nothing more: neither noise, digitisation nor
+    /// derivative part.
+    pub(crate) fn plain(&self) -> Option<(Law, f64)> {
+        let steps = self.surface_step_rad > 0.0 || self.current_step_a > 0.0;
+        let plain = !steps && self.derivative_gain == 0.0 && self.speed_noise_rad_per_s <= 0.0;
+        plain.then_some((self.law, self.integral_a))
+    }
+
+    #[cold]
+    fn noise_rad_per_s(&mut self) -> f64 {
+        self.speed_noise_rad_per_s * self.noise.normal()
+    }
+
     /// One tick: the current set-point from the command and what the sensors show.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "on the monitor's critical path")]
     pub(crate) fn step(&mut self, command: f64, measured: &Measured) -> f64 {
         let mut measured_speed = measured.speed_rad_per_s;
         if self.speed_noise_rad_per_s > 0.0 {
-            measured_speed += self.speed_noise_rad_per_s * self.noise.normal();
+            measured_speed += self.noise_rad_per_s();
         }
-        let limit = self.law.speed_limit_rad_per_s;
-        let reference = self.speed_reference(command, measured).clamp(-limit, limit);
-        let error = reference - measured_speed;
-        let mut wanted_a = self.law.speed_gain_a_s_per_rad * error + self.integral_a;
+        let held_rad = quantised(self.law.held_rad(measured), self.surface_step_rad);
+        let error = self.law.error(command, held_rad, measured_speed);
+        let mut wanted_a = self.law.wanted_a(error, self.integral_a);
         if self.derivative_gain != 0.0 {
             let before = self.last_error.replace(error).unwrap_or(error);
             wanted_a += self.derivative_gain * (error - before);
         }
-        let limit_a = self.law.current_limit_a;
-        if wanted_a.abs() < limit_a {
-            self.integral_a += self.integral_step * error;
-        }
-        quantised(wanted_a.clamp(-limit_a, limit_a), self.current_step_a)
-    }
-
-    /// The speed asked for, not yet limited.
-    fn speed_reference(&self, command: f64, measured: &Measured) -> f64 {
-        match self.mode {
-            ControlMode::Position => {
-                let angle_rad = match self.law.position_sensor {
-                    PositionSensor::Surface => measured.surface_rad,
-                    PositionSensor::MotorShaft => measured.motor_rad / self.gear_ratio,
-                };
-                self.position_gain * (command - quantised(angle_rad, self.surface_step_rad))
-            }
-            ControlMode::Speed => self.gear_ratio * command,
-        }
+        let (reference_a, integral_a) = self.law.limited_a(wanted_a, error, self.integral_a);
+        self.integral_a = integral_a;
+        quantised(reference_a, self.current_step_a)
     }
 }
 
 /// The nearest multiple of a step; the value itself without one.
+#[inline]
 pub(crate) fn quantised(value: f64, step: f64) -> f64 {
-    if step > 0.0 { step * libm::floor(value / step + 0.5) } else { value }
+    if step > 0.0 { nearest(value, step) } else { value }
+}
+
+#[cold]
+fn nearest(value: f64, step: f64) -> f64 {
+    step * libm::floor(value / step + 0.5)
 }
 
 #[cfg(test)]

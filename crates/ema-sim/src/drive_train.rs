@@ -283,6 +283,17 @@ impl DriveTrain {
         on_motor_side * self.per_gear_ratio
     }
 
+    /// The surface as long as the contact lasts: whether it follows the motor (1 or 0), the
+    /// angle to add, and the ratio that takes their sum to the surface.
+    pub(crate) fn surface_line(&self) -> (f64, f64, f64) {
+        let (follows, offset_rad) = match self.contact {
+            Contact::Free => (0.0, self.left_at_rad),
+            Contact::Upper => (1.0, -self.half_play_rad),
+            Contact::Lower => (1.0, self.half_play_rad),
+        };
+        (follows, offset_rad, self.per_gear_ratio)
+    }
+
     /// Torque on the moving shaft besides the motor's and the viscous one.
     pub(crate) fn external_n_m(&self) -> f64 {
         let load = match self.contact {

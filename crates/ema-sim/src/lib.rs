@@ -41,6 +41,7 @@ mod error;
 mod fault;
 mod field_oriented;
 mod high_fidelity;
+mod lane_sine;
 mod load;
 mod low_fidelity;
 #[cfg(feature = "model-file")]

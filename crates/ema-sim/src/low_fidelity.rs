@@ -12,6 +12,8 @@
 //! of the conducting pair; the paper names but does not print its own (`docs/paper-ledger.md`,
 //! eqs 18-19).
 
+mod batch;
+
 use crate::{
     controller::{Cascade, Measured},
     effect::{

@@ -1,6 +1,10 @@
 //! The machine at a given set-point, from event to event: the low-fidelity actuator and the
 //! servo axis.
 
+mod lanes;
+
+pub(crate) use lanes::{Lanes, WIDTH};
+
 use crate::{
     drive_train::{Crossing, Direction, DriveTrain},
     effect::{
@@ -12,7 +16,7 @@ use crate::{
     params::Actuator,
     phase::{PerPhase, Sector},
     scenario::Scenario,
-    series::{RECIPROCALS, Series, root, value},
+    series::{RECIPROCALS, Series, root, value, value_from_zero},
     shape_function::ShapeFunction,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
@@ -274,10 +278,20 @@ impl Run {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn equivalent(&self) -> (LocalQuadratic, f64) {
-        let gap = self.winding.gap(&self.rotor);
-        if let Some(shape) = &self.shape {
-            return shape.near(self.start_angle_rad + self.train.angle_rad, &gap);
+        match &self.shape {
+            Some(shape) => {
+                let motor_rad = self.start_angle_rad + self.train.angle_rad;
+                shape.near(motor_rad, &self.winding.gap(&self.rotor))
+            }
+            None => self.equivalent_of_sector(),
         }
+    }
+
+    /// The same where the six sectors hold.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
+    fn equivalent_of_sector(&self) -> (LocalQuadratic, f64) {
+        let gap = self.winding.gap(&self.rotor);
         let (torque_constant, resistance_ohm) = self.sectors[self.sector.place()];
         (gap.map(|g| torque_constant * g), resistance_ohm)
     }
@@ -300,17 +314,20 @@ impl Run {
     pub(crate) fn advance(&mut self, reference: f64, span_s: f64) {
         if self.extension.is_some() || self.voltage_driven {
             self.advance_with_effects(reference, span_s);
+        } else if self.shape.is_some() {
+            self.advance_plain::<true>(reference, span_s);
         } else {
-            self.advance_plain(reference, span_s);
+            self.advance_plain::<false>(reference, span_s);
         }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn advance_plain(&mut self, reference_a: f64, span_s: f64) {
+    fn advance_plain<const SHAPED: bool>(&mut self, reference_a: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
-            let (coupling, resistance_ohm) = self.equivalent();
+            let (coupling, resistance_ohm) =
+                if SHAPED { self.equivalent() } else { self.equivalent_of_sector() };
             let emf_v = coupling[0] * self.train.speed_rad_per_s;
             let needed_v = resistance_ohm * reference_a + emf_v;
             let saturated = needed_v.abs() > self.limit_v;
@@ -330,7 +347,8 @@ impl Run {
             } else {
                 Motion::at_current(&self.shaft, &coupling, reference_a, speed)
             };
-            left_s -= self.follow(&motion, left_s.min(self.longest_s(speed)), &coupling);
+            let longest_s = if SHAPED { self.longest_s(speed) } else { f64::INFINITY };
+            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling);
         }
     }
 
@@ -522,7 +540,8 @@ impl Run {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn glide(&mut self, motion: &Motion, span_s: f64) -> (Event, f64) {
-        let (mut speed, mut turn_rad) = (value(&motion.speed, span_s), value(&motion.turn, span_s));
+        let (mut speed, mut turn_rad) =
+            (value(&motion.speed, span_s), value_from_zero(&motion.turn, span_s));
         let (mut event, mut at_s) = (Event::Tick, span_s);
         let to_rad = self.train.angle_rad + turn_rad;
         if speed * self.train.direction.sign() <= 0.0

@@ -14,6 +14,13 @@ pub(crate) fn value(c: &Series, t: f64) -> f64 {
     (c[0] + c[1] * t) + square * ((c[2] + c[3] * t) + square * c[4])
 }
 
+/// Value at a time of a series that starts at zero.
+#[inline]
+pub(crate) fn value_from_zero(c: &Series, t: f64) -> f64 {
+    let square = t * t;
+    c[1] * t + square * ((c[2] + c[3] * t) + square * c[4])
+}
+
 /// A series less a constant.
 #[inline]
 pub(crate) fn less(series: &Series, by: f64) -> Series {

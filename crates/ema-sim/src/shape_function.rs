@@ -66,23 +66,33 @@ impl ShapeFunction {
     }
 
     /// Torque over current near a motor angle, and resistance there.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     pub(crate) fn near(&self, motor_rad: f64, gap: &LocalQuadratic) -> (LocalQuadratic, f64) {
         let turns = if self.wave == (0.0, 0.0) {
             [self.mean, 0.0, 0.0]
         } else {
             let rate = 2.0 * self.pole_pairs;
-            let (sin, cos) = libm::sincos(rate * motor_rad);
-            let value = self.wave.0 * cos + self.wave.1 * sin;
-            let slope = self.wave.1 * cos - self.wave.0 * sin;
-            [self.mean + value, rate * slope, -0.5 * rate * rate * value]
+            turns_near((self.mean, self.wave), rate, libm::sincos(rate * motor_rad))
         };
         let tabulated = self.spline.as_ref().map(|spline| self.tabulated(spline, motor_rad));
         let shape = tabulated.unwrap_or(turns).map(|f| self.back_emf_v_s_per_rad * f);
         (times(&shape, gap), self.resistance_ohm * turns[0])
     }
 
+    /// What of it is numbers, where the shape is a sine.
+    pub(crate) fn wave(&self) -> Option<Wave> {
+        self.spline.is_none().then_some(Wave {
+            mean: self.mean,
+            amplitude: self.wave,
+            rate: 2.0 * self.pole_pairs,
+            back_emf_v_s_per_rad: self.back_emf_v_s_per_rad,
+            resistance_ohm: self.resistance_ohm,
+        })
+    }
+
     /// `Σ N_j·f(x_j)·sin x_j` near a motor angle.
+    #[inline(never)]
     fn tabulated(&self, spline: &Spline, motor_rad: f64) -> LocalQuadratic {
         let p = self.pole_pairs;
         let angles = PhaseAngles::of(p * motor_rad);
@@ -97,6 +107,32 @@ impl ShapeFunction {
         }
         sum
     }
+}
+
+/// `F_sc` of sines, and what it multiplies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wave {
+    pub(crate) mean: f64,
+    /// Amplitudes of `cos 2θ_e` and `sin 2θ_e`.
+    pub(crate) amplitude: (f64, f64),
+    /// `2·P`.
+    pub(crate) rate: f64,
+    pub(crate) back_emf_v_s_per_rad: f64,
+    pub(crate) resistance_ohm: f64,
+}
+
+/// `F_sc` near an angle from mean, amplitudes, rate, and sine and cosine of twice the electrical
+/// angle.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+pub(crate) fn turns_near(
+    (mean, wave): (f64, (f64, f64)),
+    rate: f64,
+    (sin, cos): (f64, f64),
+) -> LocalQuadratic {
+    let value = wave.0 * cos + wave.1 * sin;
+    let slope = wave.1 * cos - wave.0 * sin;
+    [mean + value, rate * slope, -0.5 * rate * rate * value]
 }
 
 #[cfg(test)]

@@ -270,9 +270,13 @@ impl Winding {
     /// Modulation of the air gap, `1 + ζ·cos(θ_m + φ)`, near an angle.
     #[inline]
     pub(crate) fn gap(&self, rotor: &RotorAngle) -> LocalQuadratic {
-        let along = self.eccentricity_cos * rotor.cos - self.eccentricity_sin * rotor.sin;
-        let across = self.eccentricity_cos * rotor.sin + self.eccentricity_sin * rotor.cos;
-        [1.0 + along, -across, -0.5 * along]
+        gap_of(self.eccentricity(), rotor)
+    }
+
+    /// `ζ·cos φ` and `ζ·sin φ`.
+    #[inline]
+    pub(crate) fn eccentricity(&self) -> (f64, f64) {
+        (self.eccentricity_cos, self.eccentricity_sin)
     }
 
     /// Modulation of the air gap about a motor angle.
@@ -362,6 +366,15 @@ impl Winding {
     }
 }
 
+/// Modulation of the air gap by an eccentricity `(ζ·cos φ, ζ·sin φ)` near an angle.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+pub(crate) fn gap_of((cos, sin): (f64, f64), rotor: &RotorAngle) -> LocalQuadratic {
+    let along = cos * rotor.cos - sin * rotor.sin;
+    let across = cos * rotor.sin + sin * rotor.cos;
+    [1.0 + along, -across, -0.5 * along]
+}
+
 /// Flux change a radian, near an angle, of the two loops: `a` of the conducting pair, `b` of the
 /// idle phase against the negative one; V·s/rad or N·m/A.
 #[derive(Clone, Copy, Debug)]
@@ -437,6 +450,8 @@ impl Coupling {
 }
 
 /// Product of two local quadratics, to the second power.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
 pub(crate) fn times(a: &LocalQuadratic, b: &LocalQuadratic) -> LocalQuadratic {
     [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
 }

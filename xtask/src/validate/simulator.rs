@@ -1,8 +1,10 @@
 //! `docs/validation/simulator.md`: the simulators against physics, other software and each other.
 
 mod bench;
+mod limits;
 mod motulator;
 mod peers;
+mod speed;
 
 use std::fmt::Write as _;
 
@@ -32,6 +34,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     figures.extend(motulator::figures()?);
     figures.extend(fidelities()?);
     figures.extend(bench::figures()?);
+    figures.extend(limits::figures()?);
     figures.extend(smoothness()?);
     Ok(figures)
 }
@@ -272,7 +275,8 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
     motulator::text(&mut page, &lookup)?;
     fidelities_text(&mut page, &lookup)?;
     bench::text(&mut page, &lookup)?;
-    speed_text(&mut page, &lookup)?;
+    limits::text(&mut page, &lookup)?;
+    speed::text(&mut page, &lookup)?;
     smoothness_text(&mut page, &lookup)?;
     page.push_str(INPUT);
     Ok(page)
@@ -376,50 +380,6 @@ fn fidelities_text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
         let magnitude = f.get(&format!("signature/{name}/magnitude"))?;
         writeln!(page, "| {name} | {cosine:.4} | {magnitude:.4} |")?;
     }
-    Ok(())
-}
-
-/// Least time of several runs, in milliseconds.
-#[expect(clippy::disallowed_methods, reason = "the page quotes the simulators' cost")]
-fn least_ms(runs: usize, mut run: impl FnMut()) -> f64 {
-    let time = |run: &mut dyn FnMut()| {
-        let start = std::time::Instant::now();
-        run();
-        start.elapsed().as_secs_f64() * 1e3
-    };
-    (0..runs).map(|_| time(&mut run)).fold(f64::INFINITY, f64::min)
-}
-
-fn speed_text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
-    let (chirp, sine) = (Scenario::chirp(), Scenario::sine());
-    let time_high = |scenario: &Scenario, runs, faults: PhysicalFaults| -> Result<f64> {
-        let model = high(scenario)?;
-        Ok(least_ms(runs, || drop(std::hint::black_box(model.simulate(&faults)))))
-    };
-    let time_low = |scenario: &Scenario, runs, faults: PhysicalFaults| -> Result<f64> {
-        let model = low(scenario)?;
-        Ok(least_ms(runs, || drop(std::hint::black_box(model.simulate(&faults)))))
-    };
-    writeln!(
-        page,
-        "\n## Speed\n\n\
-         One core, least of many runs when this page was written; the benches are `cargo bench -p fdi-benches --bench simulate`.\n\n\
-         | run | simulated | healthy | worn | bar |\n|---|--:|--:|--:|--:|\n\
-         | high fidelity, chirp | 500 ms | {:.2} ms | {:.2} ms | 3 ms |\n\
-         | low fidelity, chirp | 500 ms | {:.3} ms | {:.3} ms | 0.25 ms |\n\
-         | high fidelity, sine | 5000 ms | {:.1} ms | {:.1} ms | 30 ms |\n\
-         | low fidelity, sine | 5000 ms | {:.2} ms | {:.2} ms | 2.5 ms |\n\n\
-         The high-fidelity chirp takes {:.0} segments of about 55 ns; nothing is allocated in the loop.",
-        time_high(&chirp, 200, healthy())?,
-        time_high(&chirp, 200, worn()?)?,
-        time_low(&chirp, 1000, healthy())?,
-        time_low(&chirp, 1000, worn()?)?,
-        time_high(&sine, 20, healthy())?,
-        time_high(&sine, 20, worn()?)?,
-        time_low(&sine, 100, healthy())?,
-        time_low(&sine, 100, worn()?)?,
-        f.get("healthy/segments")?,
-    )?;
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 mod analytic;
 mod bad_input;
+mod batch;
 mod bench;
 mod bench_effects;
 mod brute_force;

@@ -1,0 +1,101 @@
+//! The monitoring model on many states of health at once.
+
+use pulp::{Arch, NullaryFnOnce};
+
+use crate::{
+    controller::Cascade,
+    effect::extension::reshaped,
+    fault::PhysicalFaults,
+    plant::{Additions, Lanes, Run, WIDTH},
+};
+
+use super::LowFidelity;
+
+/// Ticks whose currents are gathered before they are handed out.
+const GATHERED: usize = 64;
+
+impl LowFidelity {
+    /// Runs the test for its current alone on many actuators, into buffers of the caller's, in the
+    /// order of the faults.
+    ///
+    /// What [`simulate_current`](Self::simulate_current) gives, bit for bit, several times as
+    /// fast: sixteen states of health go side by side through the ticks in which nothing happens,
+    /// with wide vectors where the machine has them, and one by one through the others. Effects, a
+    /// load that changes, a field-oriented drive with a measured back-EMF, a derivative part,
+    /// controller noise and digitisation are simulated one by one altogether.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use ema_sim::{FaultCoordinates, LowFidelity, Scenario, presets::EMA_48};
+    ///
+    /// let model = LowFidelity::new(&EMA_48, &Scenario::chirp())?;
+    /// let faults: Vec<_> =
+    ///     (0..20).map(|n| (&FaultCoordinates([1e-3 * f64::from(n); 7])).into()).collect();
+    /// let mut currents_a = Vec::new();
+    /// model.simulate_currents(&faults, &mut currents_a);
+    /// assert_eq!(currents_a[7], model.simulate(&faults[7]).current_a);
+    /// # Ok::<_, ema_sim::SimulationError>(())
+    /// ```
+    pub fn simulate_currents(&self, faults: &[PhysicalFaults], currents_a: &mut Vec<Vec<f64>>) {
+        currents_a.resize_with(faults.len(), Vec::new);
+        for (faults, currents_a) in faults.chunks(WIDTH).zip(currents_a.chunks_mut(WIDTH)) {
+            if let Some(lanes) = self.lanes(faults) {
+                for current_a in &mut *currents_a {
+                    current_a.clear();
+                    current_a.reserve(self.command_rad.len());
+                }
+                let command_rad = &self.command_rad;
+                Arch::new().dispatch(Side { lanes, command_rad, currents_a });
+            } else {
+                for (faults, current_a) in faults.iter().zip(currents_a) {
+                    self.simulate_current(faults, current_a);
+                }
+            }
+        }
+    }
+
+    /// The runs of at most [`WIDTH`] states of health, the last of them in what is left of the
+    /// lanes; `None` where they have to go one by one.
+    fn lanes(&self, faults: &[PhysicalFaults]) -> Option<Lanes> {
+        let last = faults.len().checked_sub(1)?;
+        let actuator = reshaped(&self.actuator, &self.effects);
+        let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
+        let plain = Cascade::new(&actuator, &self.scenario).plain()?;
+        let runs = core::array::from_fn(|lane| {
+            Run::new(&actuator, &self.scenario, &faults[lane.min(last)], &additions)
+        });
+        Lanes::of(runs, plain, 1.0 / actuator.controller.sample_hz)
+    }
+}
+
+/// A run of all lanes.
+struct Side<'a> {
+    lanes: Lanes,
+    command_rad: &'a [f64],
+    currents_a: &'a mut [Vec<f64>],
+}
+
+impl NullaryFnOnce for Side<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled for each instruction set by being inlined")]
+    fn call(self) {
+        let Self { mut lanes, command_rad, currents_a } = self;
+        let mut gathered = [[0.0; GATHERED]; WIDTH];
+        let mut tick = 0;
+        for commands in command_rad.chunks(GATHERED) {
+            for (place, &command) in commands.iter().enumerate() {
+                for (row, &current_a) in gathered.iter_mut().zip(lanes.current_a()) {
+                    row[place] = current_a;
+                }
+                lanes.tick(tick, command);
+                tick += 1;
+            }
+            for (current_a, row) in currents_a.iter_mut().zip(&gathered) {
+                current_a.extend_from_slice(&row[..commands.len()]);
+            }
+        }
+    }
+}
