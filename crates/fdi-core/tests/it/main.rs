@@ -9,4 +9,6 @@
 mod encoding;
 mod evaluation;
 mod files;
+mod fuzz;
 mod properties;
+mod readers;
