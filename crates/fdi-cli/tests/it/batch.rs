@@ -312,7 +312,8 @@ fn data_frames_get_typed_columns() {
         record::RowAccessor,
     };
     let folder = mixed();
-    let (path, file) = (folder.path().display().to_string(), folder.path().join("a.parquet"));
+    let elsewhere = tempfile::tempdir().unwrap();
+    let (path, file) = (folder.path().display().to_string(), elsewhere.path().join("a.parquet"));
     let out = file.display().to_string();
     let table = ["--stable", "-q", "--output-format", "parquet", "--output", &out, &path];
     assert_eq!(diagnose(&table).code, 2, "some recordings cannot be read");
