@@ -10,6 +10,7 @@ use flate2::read::ZlibDecoder;
 use super::{
     FileFormat, RecordError,
     container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples},
+    metadata::keys,
 };
 
 const HEADER_BYTES: usize = 128;
@@ -117,8 +118,11 @@ impl MatFile {
                 }
             }
             Value::Numbers { samples, .. } => {
-                if let [value] = samples.values.as_slice() {
+                if let [value] = samples.values.as_slice()
+                    && keys().contains(&name.replace('_', "-").as_str())
+                {
                     self.properties.push((name.to_owned(), Property::Number(*value)));
+                    return;
                 }
                 self.push(group, name.to_owned(), Column::Numbers(samples));
             }

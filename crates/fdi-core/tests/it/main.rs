@@ -10,5 +10,6 @@ mod encoding;
 mod evaluation;
 mod files;
 mod fuzz;
+mod outside;
 mod properties;
 mod readers;
