@@ -134,10 +134,7 @@ impl Recording {
                 feature = "parquet",
                 feature = "tdms"
             )))]
-            format => Err(RecordError::NotBuiltIn {
-                format,
-                feature: format.feature().expect("CSV is always built in"),
-            }),
+            format => Err(format.left_out()),
         }
     }
 

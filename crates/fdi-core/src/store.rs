@@ -94,7 +94,7 @@ pub enum StoreError {
         kind: ArtefactKind,
     },
     /// The content is not what was written.
-    #[error("damaged: SHA-256 of the content is {found}, the file says {expected}")]
+    #[error("damaged: checksum of the content {found}, of the file {expected}")]
     Checksum {
         /// Checksum of the content, hexadecimal.
         found: String,

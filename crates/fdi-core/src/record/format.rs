@@ -70,6 +70,14 @@ impl FileFormat {
         }
     }
 
+    /// The error of a build that leaves it out.
+    #[cfg(not(all(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")))]
+    pub(super) fn left_out(self) -> super::RecordError {
+        self.feature().map_or(super::RecordError::UnknownFormat, |feature| {
+            super::RecordError::NotBuiltIn { format: self, feature }
+        })
+    }
+
     /// The endings that this build reads, as a message lists them.
     pub(super) fn listed() -> String {
         let read: Vec<_> = Self::ALL.into_iter().filter(|format| format.is_built_in()).collect();

@@ -222,21 +222,18 @@ fn fuzz_csv_gz() {
     fuzz("csv-gz", &[file], |bytes| read_recording(FileFormat::CsvGz, bytes, &map));
 }
 
-#[cfg(feature = "mat")]
 #[test]
 fn fuzz_mat() {
     let names = ["scipy-plain.mat", "scipy-compressed.mat", "scipy-struct.mat", "scipy-matrix.mat"];
     fuzz_recordings("mat", FileFormat::Mat, &names, &[]);
 }
 
-#[cfg(feature = "mf4")]
 #[test]
 fn fuzz_mf4() {
     let names = ["asammdf-plain.mf4", "asammdf-deflate.mf4", "asammdf-transposed.mf4"];
     fuzz_recordings("mf4", FileFormat::Mf4, &names, &["current_a=counts"]);
 }
 
-#[cfg(feature = "parquet")]
 #[test]
 fn fuzz_parquet() {
     let names = [
@@ -251,7 +248,6 @@ fn fuzz_parquet() {
     fuzz_recordings("parquet", FileFormat::Parquet, &names, &[]);
 }
 
-#[cfg(feature = "tdms")]
 #[test]
 fn fuzz_tdms() {
     let names = ["nptdms-waveform.tdms", "nptdms-time.tdms"];

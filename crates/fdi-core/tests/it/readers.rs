@@ -51,7 +51,6 @@ fn assert_metadata(recording: &Recording) {
     assert_eq!(recording.metadata.rate_hz, Some(2000.0), "{}", recording.name);
 }
 
-#[cfg(feature = "parquet")]
 mod parquet {
     use super::*;
 
@@ -96,7 +95,6 @@ mod parquet {
     }
 }
 
-#[cfg(feature = "mat")]
 mod mat {
     use super::*;
 
@@ -141,7 +139,6 @@ mod mat {
     }
 }
 
-#[cfg(feature = "mf4")]
 mod mf4 {
     use super::*;
 
@@ -167,7 +164,6 @@ mod mf4 {
     }
 }
 
-#[cfg(feature = "tdms")]
 mod tdms {
     use super::*;
 
@@ -200,11 +196,4 @@ mod tdms {
         let apart = got.times_s().iter().zip(want.times_s()).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f64::max) <= AGREEMENT_ABS);
     }
-}
-
-#[cfg(not(feature = "parquet"))]
-#[test]
-fn a_form_that_was_left_out_names_its_feature() {
-    let message = read("pandas-none.parquet", &[]).unwrap_err().to_string();
-    assert_eq!(message, "`.parquet` is not read by this build: it lacks the feature `parquet`");
 }
