@@ -26,6 +26,8 @@ mod mf4;
 mod nearest;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_pages;
 mod sampling;
 mod source;
 #[cfg(feature = "tdms")]

@@ -20,6 +20,7 @@ use super::{
     container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples, assemble},
     guarded::guarded,
     metadata::keys,
+    parquet_pages::check_pages,
 };
 
 /// Rows decoded at a time.
@@ -39,13 +40,15 @@ pub(super) fn read(
 /// A file, open for reading.
 struct ParquetFile {
     reader: SerializedFileReader<Bytes>,
+    bytes: Bytes,
     heads: Vec<Head>,
 }
 
 impl ParquetFile {
     fn open(bytes: Vec<u8>) -> Result<Self, RecordError> {
         let options = ReadOptionsBuilder::new().build();
-        let reader = SerializedFileReader::new_with_options(Bytes::from(bytes), options);
+        let bytes = Bytes::from(bytes);
+        let reader = SerializedFileReader::new_with_options(bytes.clone(), options);
         let reader = reader.map_err(|error| damaged(&error))?;
         let metadata = reader.metadata();
         let columns = metadata.file_metadata().schema_descr().columns();
@@ -61,7 +64,7 @@ impl ParquetFile {
             Head { group: None, path: name.clone(), name, samples, clock: Clock::Unstated }
         });
         let heads = heads.collect();
-        Ok(Self { reader, heads })
+        Ok(Self { reader, bytes, heads })
     }
 
     fn descriptor(&self, column: usize) -> &ColumnDescriptor {
@@ -82,11 +85,27 @@ impl ParquetFile {
         mut visit: impl FnMut(ColumnReader) -> Result<(), RecordError>,
     ) -> Result<(), RecordError> {
         for group in 0..self.reader.num_row_groups() {
+            self.check_claims(group, column)?;
             let group: Box<dyn RowGroupReader + '_> =
                 self.reader.get_row_group(group).map_err(|error| damaged(&error))?;
             visit(group.get_column_reader(column).map_err(|error| damaged(&error))?)?;
         }
         Ok(())
+    }
+
+    /// Refuses a column whose pages claim too much.
+    fn check_claims(&self, group: usize, column: usize) -> Result<(), RecordError> {
+        let outside = || RecordError::Damaged {
+            format: FileFormat::Parquet,
+            reason: "a column stands outside of the file".to_owned(),
+        };
+        let chunk = self.reader.metadata().row_group(group).columns().get(column);
+        let chunk = chunk.ok_or_else(outside)?;
+        let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+        let start = usize::try_from(start).map_err(|_| outside())?;
+        let size = usize::try_from(chunk.compressed_size()).map_err(|_| outside())?;
+        let end = start.checked_add(size).ok_or_else(outside)?;
+        check_pages(self.bytes.get(start..end).ok_or_else(outside)?)
     }
 
     /// The text in the only row of a column.
