@@ -93,6 +93,20 @@ pub enum OutputFormat {
     Jsonl,
     /// One row a recording.
     Csv,
+    /// The rows of the CSV with types, for data frames; not on a terminal.
+    #[cfg(feature = "parquet")]
+    Parquet,
+}
+
+impl OutputFormat {
+    /// Whether it is no text.
+    pub fn is_binary(self) -> bool {
+        match self {
+            Self::Human | Self::Json | Self::Jsonl | Self::Csv => false,
+            #[cfg(feature = "parquet")]
+            Self::Parquet => true,
+        }
+    }
 }
 
 /// When to colour.
@@ -153,7 +167,7 @@ pub struct MapArgs {
 /// Options of `fdi diagnose`.
 #[derive(Clone, Debug, Args)]
 pub struct DiagnoseArgs {
-    /// Recordings (`.csv`, `.csv.gz`) and folders of recordings
+    /// Recordings (`.csv`, `.csv.gz`, `.parquet`, `.mat`, `.mf4`, `.tdms`) and folders of recordings
     #[arg(required = true, value_name = "PATH")]
     pub paths: Vec<PathBuf>,
     /// Bundle to diagnose with [default: the embedded one that fits the recording]

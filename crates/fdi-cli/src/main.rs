@@ -1,15 +1,25 @@
 //! The command `fdi`.
 
-use std::{io::Write, process::ExitCode};
+use std::{
+    io::{IsTerminal, Write},
+    process::ExitCode,
+};
 
 use clap::Parser;
 use fdi_cli::{Cli, Streams, run};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let choice = cli.global.color.choice();
+    let binary = cli.global.output_format.is_binary();
+    // what is no text must pass as it is
+    let choice = if binary { anstream::ColorChoice::AlwaysAnsi } else { cli.global.color.choice() };
     let mut stdout = anstream::AutoStream::new(std::io::stdout().lock(), choice);
-    let mut stderr = anstream::AutoStream::new(std::io::stderr(), choice);
+    let mut stderr = anstream::AutoStream::new(std::io::stderr(), cli.global.color.choice());
+    if binary && cli.global.output.is_none() && std::io::stdout().is_terminal() {
+        let _ =
+            writeln!(stderr, "error: this form is not for a terminal: `--output FILE` or a pipe");
+        return fdi_cli::ExitStatus::Failed.into();
+    }
     let outcome = run(&cli, &mut Streams { out: &mut stdout, err: &mut stderr });
     match outcome {
         Ok(status) => status.into(),

@@ -1,8 +1,11 @@
 //! The forms of an answer.
 
+mod columns;
 mod csv;
 mod human;
 mod json;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod sentence;
 mod table;
 
@@ -73,6 +76,8 @@ pub(crate) fn writer<'a>(
         OutputFormat::Json => Box::new(json::Document::new(out)),
         OutputFormat::Jsonl => Box::new(json::Lines::new(out)),
         OutputFormat::Csv => Box::new(csv::Rows::new(out)),
+        #[cfg(feature = "parquet")]
+        OutputFormat::Parquet => Box::new(parquet::Table::new(out)),
     }
 }
 

@@ -104,8 +104,8 @@ pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;
 pub use record::{
     Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
-    CsvFormat, Current, EnvelopeKind, Metadata, OtherColumn, RecordError, Recording, RecordingDate,
-    Sampling, WriteError, guess_columns, list_recordings,
+    CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
+    RecordingDate, Sampling, WriteError, guess_columns, list_recordings,
 };
 pub use recorded_test::RecordedTestError;
 pub use schema::Schema;

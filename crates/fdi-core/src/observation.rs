@@ -143,10 +143,18 @@ pub enum ObservationError {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// The channels of the phases differ in their time axis.
-    #[error("columns `{column}` and `phase_a_current_a` have different time axes")]
+    #[error(
+        "{}columns `{column}` and `phase_a_current_a` have different time axes: at {time_s} s one \
+         has a sample and the other has none",
+        line.map(|line| format!("line {line}: ")).unwrap_or_default()
+    )]
     TimeAxes {
         /// The column that differs.
         column: &'static str,
+        /// Where they first differ, s.
+        time_s: f64,
+        /// The line of that sample, from 1, in a file that is text.
+        line: Option<u64>,
     },
 }
 
@@ -182,10 +190,14 @@ impl Observation {
 }
 
 /// The uniform sampling of a channel that is long enough.
-fn uniform_sampling(channel: &Channel) -> Result<Sampling, ObservationError> {
+fn uniform_sampling(
+    recording: &Recording,
+    channel: &Channel,
+) -> Result<Sampling, ObservationError> {
     let sampling = channel.sampling()?;
     let column = channel.name().column();
     if !sampling.is_uniform() {
+        recording.require_no_gap(channel)?;
         let Sampling { deviation_s, tolerance_s, .. } = sampling;
         return Err(ObservationError::Irregular { column, deviation_s, tolerance_s });
     }
@@ -221,7 +233,7 @@ fn of_phases(
     experiment: &Experiment,
 ) -> Result<Observation, ObservationError> {
     let first = phases[0];
-    let sampling = uniform_sampling(first)?;
+    let sampling = uniform_sampling(recording, first)?;
     let column = first.name().column();
     if sampling.rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
         let expected = format!("{LEAST_PHASE_RATE_HZ} Hz or more");
@@ -230,7 +242,7 @@ fn of_phases(
     long_enough(first, &sampling, experiment)?;
     for other in &phases[1..] {
         if other.times_s() != first.times_s() {
-            return Err(ObservationError::TimeAxes { column: other.name().column() });
+            return Err(different_axes(recording, first, other));
         }
     }
     let views = phases.map(Channel::values);
@@ -245,6 +257,17 @@ fn of_phases(
         stated_noise_a: recording.metadata.noise_a,
         notices: Vec::new(),
     })
+}
+
+/// Says where the time axes of two phases first differ.
+fn different_axes(recording: &Recording, first: &Channel, other: &Channel) -> ObservationError {
+    let (a, b) = (first.times_s(), other.times_s());
+    let place = a.iter().zip(b).position(|(a, b)| a != b).unwrap_or(a.len().min(b.len()));
+    // of two unequal times the earlier one has no partner
+    let ends = [a.get(place), b.get(place)].into_iter().flatten().copied();
+    let time_s = ends.fold(f64::INFINITY, f64::min);
+    let line = recording.line_at(time_s);
+    ObservationError::TimeAxes { column: other.name().column(), time_s, line }
 }
 
 /// Where the rotor stands in a recording of phases.
@@ -334,7 +357,7 @@ fn of_envelope(
         return Err(ObservationError::OtherEnvelope { found, expected });
     }
     let EnvelopeFilter { corner_hz, output_hz } = experiment.filter;
-    let sampling = uniform_sampling(channel)?;
+    let sampling = uniform_sampling(recording, channel)?;
     let column = channel.name().column();
     if !sampling.agrees_with(output_hz) {
         let expected = format!("{output_hz} Hz as the bundle has it");

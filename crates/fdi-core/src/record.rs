@@ -1,22 +1,43 @@
 //! Recordings of an actuator: channels with their own time axes, and metadata.
 //!
-//! The format is CSV (`docs/formats.md`); this module is the only reader of
-//! measured data in the workspace.
+//! The format is CSV, or what test benches and other tools write (`docs/formats.md`);
+//! this module is the only reader of measured data in the workspace.
 
 mod channel;
 mod column_map;
+#[cfg_attr(
+    not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
+    expect(dead_code, reason = "without another format no file has columns to assemble")
+)]
+mod container;
 mod csv;
 mod error;
+mod format;
+#[cfg(any(feature = "mf4", feature = "parquet"))]
+mod guarded;
 mod guess;
+mod lines;
+#[cfg(feature = "mat")]
+mod mat;
+
 mod metadata;
+#[cfg(feature = "mf4")]
+mod mf4;
 mod nearest;
+#[cfg(feature = "parquet")]
+mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_pages;
 mod sampling;
 mod source;
+#[cfg(feature = "tdms")]
+mod tdms;
 mod writer;
 
 pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub use error::RecordError;
+pub use format::FileFormat;
 pub use guess::{ColumnGuess, guess_columns};
 pub(crate) use metadata::KEY_TABLE;
 pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
@@ -25,6 +46,12 @@ pub use source::list_recordings;
 pub use writer::{CsvFormat, WriteError};
 
 use std::path::Path;
+
+use lines::Lines;
+
+/// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
+/// for three years.
+const MOST_PLAUSIBLE: f64 = 1e12;
 
 /// One recording: named channels, each with its own time axis, and metadata.
 ///
@@ -38,6 +65,8 @@ pub struct Recording {
     pub metadata: Metadata,
     channels: Vec<Channel>,
     other_columns: Vec<OtherColumn>,
+    /// Where the rows stand in a text.
+    lines: Option<Lines>,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -64,17 +93,51 @@ impl Recording {
                 return Err(RecordError::DuplicateChannel { channel: channel.name() });
             }
         }
-        Ok(Self { name: name.into(), metadata, channels, other_columns: Vec::new() })
+        Ok(Self { name: name.into(), metadata, channels, other_columns: Vec::new(), lines: None })
     }
 
-    /// Reads a `.csv` or `.csv.gz` file; its [`name`](Self::name) is the path.
+    /// Reads a file of any [`FileFormat`] that is built in, known by its name; the
+    /// recording's [`name`](Self::name) is the path.
     ///
     /// # Errors
     /// Any [`RecordError`] but those of the `require_…` checks. The message does
     /// not repeat the path, which the caller knows.
     pub fn read(path: &Path, map: &ColumnMap) -> Result<Self, RecordError> {
-        let bytes = source::read_bytes(path)?;
-        Self::parse(path.display().to_string(), &bytes, map)
+        let (format, bytes) = source::read_bytes(path)?;
+        Self::from_bytes(path.display().to_string(), format, bytes, map)
+    }
+
+    /// Reads the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), without those of the file itself.
+    pub fn from_bytes(
+        name: impl Into<String>,
+        format: FileFormat,
+        bytes: Vec<u8>,
+        map: &ColumnMap,
+    ) -> Result<Self, RecordError> {
+        let name = name.into();
+        match format {
+            FileFormat::Csv | FileFormat::CsvGz => {
+                csv::parse(name, &source::text(bytes, format)?, map)
+            }
+            #[cfg(feature = "mat")]
+            FileFormat::Mat => container::assemble(name, &mat::MatFile::open(&bytes)?, map),
+            #[cfg(feature = "mf4")]
+            FileFormat::Mf4 => mf4::read(name, bytes, map),
+            #[cfg(feature = "parquet")]
+            FileFormat::Parquet => parquet::read(name, bytes, map),
+            #[cfg(feature = "tdms")]
+            FileFormat::Tdms => container::assemble(name, &tdms::TdmsFile::open(bytes)?, map),
+            #[cfg(not(all(
+                feature = "mat",
+                feature = "mf4",
+                feature = "parquet",
+                feature = "tdms"
+            )))]
+            format => Err(format.left_out()),
+        }
     }
 
     /// Reads the text of a recording, not compressed.
@@ -102,6 +165,38 @@ impl Recording {
     /// Columns of the file that are no channel: kept, and ignored.
     pub fn other_columns(&self) -> &[OtherColumn] {
         &self.other_columns
+    }
+
+    /// The line, from 1, that the samples at this time stand on; `None` where the recording
+    /// is no text or has no such row.
+    pub fn line_at(&self, time_s: f64) -> Option<u64> {
+        self.lines.as_ref()?.of(time_s)
+    }
+
+    /// Refuses a channel that lacks samples between others.
+    ///
+    /// # Errors
+    /// [`RecordError::Gap`] at the first step that is longer than the median one by half of it
+    /// and by more than the rounding of the times explains.
+    pub fn require_no_gap(&self, channel: &Channel) -> Result<(), RecordError> {
+        let Ok(sampling) = channel.sampling() else { return Ok(()) };
+        let times_s = channel.times_s();
+        let step = |pair: &[f64]| pair[1] - pair[0];
+        let mut steps: Vec<f64> = times_s.windows(2).map(step).collect();
+        let middle = steps.len() / 2;
+        let median_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let longest_s = 1.5 * median_s + 2.0 * sampling.tolerance_s;
+        let Some(gap) = times_s.windows(2).find(|pair| step(pair) > longest_s) else {
+            return Ok(());
+        };
+        Err(RecordError::Gap {
+            line: self.line_at(gap[0]).map(|line| line + 1),
+            channel: channel.name(),
+            after_s: gap[0],
+            next_s: gap[1],
+            // as the times are written, not as they are computed
+            step_s: (median_s * 1e9).round() / 1e9,
+        })
     }
 
     /// The current to diagnose from: the three phases where all are there, else
@@ -148,6 +243,7 @@ impl Recording {
         if sampling.agrees_with(stated_hz) {
             return Ok(());
         }
+        self.require_no_gap(channel)?;
         Err(RecordError::RateContradiction {
             stated_hz,
             found_hz: sampling.rate_hz,
@@ -194,6 +290,27 @@ mod tests {
 
     fn assert_same(got: &str, want: &str) {
         assert_eq!(got, want);
+    }
+
+    #[test]
+    fn gaps_are_named_with_their_line() {
+        let rows: Vec<String> = (0..20).map(|i| format!("{:.4},1\n", f64::from(i) / 1e4)).collect();
+        let whole = rows.concat();
+        let gap = |text: String| {
+            let text = format!("# rate-hz = 10000\ntime_s,current_a\n{text}");
+            Recording::parse("r", text.as_bytes(), &ColumnMap::default()).map(|_| ())
+        };
+        assert!(gap(whole.clone()).is_ok());
+        let empty = gap(whole.replace("0.0007,1", "0.0007,")).unwrap_err().to_string();
+        assert_same(
+            &empty,
+            "line 10: no sample of `current_a` between 0.0006 s and 0.0008 s; the others are \
+             0.0001 s apart",
+        );
+        let missing = gap(whole.replace("0.0007,1\n0.0008,1\n", "")).unwrap_err().to_string();
+        assert!(
+            missing.starts_with("line 10: no sample of `current_a` between 0.0006 s and 0.0009")
+        );
     }
 
     #[test]

@@ -94,11 +94,11 @@ pub enum StoreError {
         kind: ArtefactKind,
     },
     /// The content is not what was written.
-    #[error("damaged: checksum {found} expected {expected}")]
+    #[error("damaged: checksum of the content {found}, of the file {expected}")]
     Checksum {
-        /// Start of the checksum of the content, hexadecimal.
+        /// Checksum of the content, hexadecimal.
         found: String,
-        /// Start of the checksum in the file, hexadecimal.
+        /// Checksum in the file, hexadecimal.
         expected: String,
     },
     /// An artefact of another kind.
@@ -159,7 +159,7 @@ pub fn open(bytes: &[u8], kind: ArtefactKind) -> Result<&[u8], StoreError> {
     let (stored, computed): ([u8; 32], _) =
         (field(header, CHECKSUM_START), checksum(&header[MAGIC.len()..CHECKSUM_START], payload));
     if stored != computed {
-        let (found, expected) = (hex(&computed[..8]), hex(&stored[..8]));
+        let (found, expected) = (hex(&computed), hex(&stored));
         return Err(StoreError::Checksum { found, expected });
     }
     let code = u32::from_le_bytes(field(header, 12));
@@ -278,7 +278,16 @@ mod tests {
         assert_eq!(message(&dataset), "is a dataset, expected a bundle");
         let mut flipped = good.clone();
         *flipped.last_mut().unwrap() ^= 1;
-        assert!(message(&flipped).starts_with("damaged: checksum "), "{}", message(&flipped));
+        // the two differ in print wherever they differ
+        let mut late = good.clone();
+        late[CHECKSUM_START + 31] ^= 1;
+        for bad in [&flipped, &late] {
+            let Err(StoreError::Checksum { found, expected }) = decode::<Sample>(bad, Bundle)
+            else {
+                panic!("damage goes unnoticed");
+            };
+            assert!(found.len() == 64 && expected.len() == 64 && found != expected);
+        }
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(crate) fn show(
         OutputFormat::Human => |summary| Ok(describe(summary)),
         OutputFormat::Json => |summary| Ok(serde_json::to_string_pretty(summary)? + "\n"),
         OutputFormat::Jsonl => |summary| Ok(serde_json::to_string(summary)? + "\n"),
-        OutputFormat::Csv => bail!("a bundle has no CSV form: `--output-format human|json|jsonl`"),
+        _ => bail!("a bundle has no CSV form or other table: `--output-format human|json|jsonl`"),
     };
     let summary = bundle::summarise(args.file.as_deref())?;
     let text = render(&summary)?;

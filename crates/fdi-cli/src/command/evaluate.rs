@@ -29,7 +29,7 @@ pub(crate) fn evaluate_protocol(
         OutputFormat::Human => |result| Ok(describe(result)),
         OutputFormat::Json => |result| Ok(serde_json::to_string_pretty(result)? + "\n"),
         OutputFormat::Jsonl => |result| Ok(serde_json::to_string(result)? + "\n"),
-        OutputFormat::Csv => bail!("no CSV form: `--output-format human|json|jsonl`"),
+        _ => bail!("no CSV form or other table: `--output-format human|json|jsonl`"),
     };
     let protocol = protocol(args.protocol);
     let is_noisy = protocol == Protocol::Noisy;

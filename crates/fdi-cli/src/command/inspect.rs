@@ -65,7 +65,7 @@ fn describe(recording: &Recording) -> Result<String> {
     }
     for (index, column) in recording.other_columns().iter().enumerate() {
         let gap = if index == 0 { "\n" } else { "" };
-        let (name, cells) = (column.name(), column.times_s().len());
+        let (name, cells) = (column.name(), column.samples());
         writeln!(text, "{gap}column `{name}` ({cells} cells) is no channel and is ignored")?;
     }
     text.push('\n');

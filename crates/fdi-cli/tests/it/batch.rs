@@ -302,3 +302,44 @@ fn a_broken_pipe_is_success() {
         assert_eq!((status, err.as_slice()), (ExitStatus::Done, &b""[..]), "{format}");
     }
 }
+
+/// The rows of the CSV with their types, read back by the format's own reader.
+#[cfg(feature = "parquet")]
+#[test]
+fn data_frames_get_typed_columns() {
+    use parquet::{
+        file::reader::{FileReader, SerializedFileReader},
+        record::RowAccessor,
+    };
+    let folder = mixed();
+    let elsewhere = tempfile::tempdir().unwrap();
+    let (path, file) = (folder.path().display().to_string(), elsewhere.path().join("a.parquet"));
+    let out = file.display().to_string();
+    let table = ["--stable", "-q", "--output-format", "parquet", "--output", &out, &path];
+    assert_eq!(diagnose(&table).code, 2, "some recordings cannot be read");
+    let first = fs::read(&file).unwrap();
+    let reader = SerializedFileReader::new(fs::File::open(&file).unwrap()).unwrap();
+    let metadata = reader.metadata().file_metadata();
+    let keys = metadata.key_value_metadata().unwrap();
+    let key = |name: &str| keys.iter().find(|pair| pair.key == name).unwrap().value.clone();
+    assert_eq!((key("bundle").as_deref(), key("seed").as_deref()), (Some("00ff"), Some("0")));
+    let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+    let csv = diagnose(&["--stable", "-q", "--output-format", "csv", &path]).out;
+    let mut lines = csv::Reader::from_reader(csv.as_bytes());
+    let header: Vec<_> = lines.headers().unwrap().iter().map(str::to_owned).collect();
+    let columns: Vec<_> = metadata.schema().get_fields().iter().map(|f| f.name()).collect();
+    assert_eq!(columns, header);
+    for (row, line) in rows.iter().zip(lines.records()) {
+        for (index, cell) in line.unwrap().iter().enumerate() {
+            let same = row.get_string(index).is_ok_and(|text| text == cell)
+                || row.get_double(index).is_ok_and(|number| Ok(number) == cell.parse())
+                || row.get_long(index).is_ok_and(|count| Ok(count) == cell.parse())
+                || row.get_bool(index).is_ok_and(|truth| Ok(truth) == cell.parse())
+                || cell.is_empty();
+            assert!(same, "{} `{cell}`", columns[index]);
+        }
+    }
+    assert_eq!(rows.len(), csv.lines().count() - 1);
+    diagnose(&table);
+    assert_eq!(first, fs::read(&file).unwrap(), "the same answers give the same bytes");
+}

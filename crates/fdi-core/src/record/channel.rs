@@ -125,6 +125,17 @@ impl Channel {
     /// [`RecordError::ChannelLength`], [`RecordError::ChannelEmpty`],
     /// [`RecordError::ChannelNotFinite`] or [`RecordError::ChannelTime`].
     pub fn new(name: ChannelName, times_s: &[f64], values: Vec<f64>) -> Result<Self, RecordError> {
+        Self::on(name, times_s.into(), values, 0.0)
+    }
+
+    /// A channel on an axis that others may share, whose numbers are written to a multiple
+    /// of `time_quantum_s`.
+    pub(super) fn on(
+        name: ChannelName,
+        times_s: Arc<[f64]>,
+        values: Vec<f64>,
+        time_quantum_s: f64,
+    ) -> Result<Self, RecordError> {
         if times_s.len() != values.len() {
             let (times, values) = (times_s.len(), values.len());
             return Err(RecordError::ChannelLength { channel: name, times, values });
@@ -139,7 +150,7 @@ impl Channel {
         if let Some(index) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             return Err(RecordError::ChannelTime { channel: name, index: index + 1 });
         }
-        Ok(Self { name, times_s: times_s.into(), values, time_quantum_s: 0.0 })
+        Ok(Self { name, times_s, values, time_quantum_s })
     }
 
     /// A channel sampled at a fixed rate: sample `i` is at `start_s + i / rate_hz`.
@@ -201,11 +212,22 @@ pub struct OtherColumn {
     times_s: Vec<f64>,
     text: String,
     ends: Vec<usize>,
+    unread: Option<usize>,
 }
 
 impl OtherColumn {
     pub(super) fn new(name: String) -> Self {
-        Self { name, times_s: Vec::new(), text: String::new(), ends: Vec::new() }
+        Self { name, times_s: Vec::new(), text: String::new(), ends: Vec::new(), unread: None }
+    }
+
+    /// One of a file that is not text: its samples stay there.
+    pub(super) fn unread(name: String, samples: usize) -> Self {
+        Self { unread: Some(samples), ..Self::new(name) }
+    }
+
+    /// How many samples the file has of it.
+    pub fn samples(&self) -> usize {
+        self.unread.unwrap_or(self.ends.len())
     }
 
     pub(super) fn push(&mut self, time_s: f64, cell: &str) {

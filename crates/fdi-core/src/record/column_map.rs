@@ -57,13 +57,16 @@ pub struct ColumnMap {
 #[non_exhaustive]
 pub enum ColumnMapError {
     /// There is no `=`, or one side is empty.
-    #[error("`{entry}` is not of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`")]
+    #[error(
+        "`{entry}` is not of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR` (a channel, and the \
+         column of the file that it is read from: `current_a=Strom*0.001`)"
+    )]
     Form {
         /// The entry as given.
         entry: String,
     },
     /// The name is no channel.
-    #[error("`{name}` is no channel{}", hint(*nearest))]
+    #[error("`{name}` in `--map` is no channel{}", hint(*nearest))]
     UnknownChannel {
         /// The name as given.
         name: String,
@@ -93,7 +96,10 @@ pub enum ColumnMapError {
 }
 
 fn hint(nearest: Option<&'static str>) -> String {
-    nearest.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+    nearest.map_or_else(
+        || "; `fdi schema recording` lists them".to_owned(),
+        |name| format!("; did you mean `{name}`?"),
+    )
 }
 
 impl ColumnMap {
@@ -190,9 +196,17 @@ mod tests {
         let error = |entries: &[&str]| ColumnMap::new(entries).unwrap_err().to_string();
         assert_eq!(
             error(&["current_a"]),
-            "`current_a` is not of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`"
+            "`current_a` is not of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR` (a channel, and \
+             the column of the file that it is read from: `current_a=Strom*0.001`)"
         );
-        assert_eq!(error(&["curent_a=i"]), "`curent_a` is no channel; did you mean `current_a`?");
+        assert_eq!(
+            error(&["curent_a=i"]),
+            "`curent_a` in `--map` is no channel; did you mean `current_a`?"
+        );
+        assert_eq!(
+            error(&["foo=i"]),
+            "`foo` in `--map` is no channel; `fdi schema recording` lists them"
+        );
         assert_eq!(
             error(&["current_a=i*0"]),
             "factor 0 of `current_a` must be finite and not zero"

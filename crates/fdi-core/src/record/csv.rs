@@ -5,8 +5,8 @@ use std::sync::Arc;
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
-    Channel, ChannelName, ColumnMap, Metadata, OtherColumn, RecordError, Recording, Sampling,
-    column_map::Target,
+    Channel, ChannelName, ColumnMap, MOST_PLAUSIBLE, Metadata, OtherColumn, RecordError, Recording,
+    Sampling, column_map::Target, lines::Lines,
 };
 
 /// UTF-8 byte-order mark, which spreadsheets put before the text.
@@ -33,13 +33,15 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
     if !next(&mut record) {
         return Err(RecordError::NoHeader);
     }
-    let header_line = text.line_of(&record);
+    let mut cursor = LineCursor { bytes, offset: 0, line: 1 };
+    let header_line = cursor.line_at(text.start_of(&record));
     let mut table = Table::new(&header(&record, header_line)?, map, header_line)?;
     while next(&mut record) {
-        table.push(&record).map_err(|problem| problem.at(text.line_of(&record), &table))?;
+        let line = cursor.line_at(text.start_of(&record));
+        table.push(&record, line).map_err(|problem| problem.at(line, &table))?;
     }
-    let (channels, other_columns) = table.finish(header_line)?;
-    let recording = Recording { name, metadata, channels, other_columns };
+    let Rows { channels, other_columns, lines } = table.finish(header_line)?;
+    let recording = Recording { name, metadata, channels, other_columns, lines: Some(lines) };
     recording.check_stated_rate()?;
     Ok(recording)
 }
@@ -51,11 +53,28 @@ struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// Line on which a record starts, from 1; blank lines before it are skipped.
-    fn line_of(&self, record: &ByteRecord) -> u64 {
+    /// Byte at which a record starts; blank lines before it are skipped.
+    fn start_of(&self, record: &ByteRecord) -> usize {
         let offset = record.position().map_or(0, |at| at.byte() as usize) + self.body;
         let blank = self.bytes[offset..].iter().take_while(|&&b| b == b'\r' || b == b'\n').count();
-        line_at(self.bytes, offset + blank)
+        offset + blank
+    }
+}
+
+/// Counts lines on the way through a text.
+struct LineCursor<'a> {
+    bytes: &'a [u8],
+    offset: usize,
+    line: u64,
+}
+
+impl LineCursor<'_> {
+    /// Line of a byte that is not before the last one asked for, from 1.
+    fn line_at(&mut self, offset: usize) -> u64 {
+        let passed = &self.bytes[self.offset..offset];
+        self.line += passed.split(|&byte| byte == b'\n').count() as u64 - 1;
+        self.offset = offset;
+        self.line
     }
 }
 
@@ -124,6 +143,14 @@ struct Table {
     time_factor: f64,
     times_s: Vec<f64>,
     time_decimals: i32,
+    line_runs: Vec<(usize, u64)>,
+}
+
+/// What the rows amount to.
+struct Rows {
+    channels: Vec<Channel>,
+    other_columns: Vec<OtherColumn>,
+    lines: Lines,
 }
 
 /// What is wrong with a row.
@@ -135,6 +162,7 @@ enum RowProblem {
     MissingTime,
     NotIncreasing { previous_s: f64, found_s: f64 },
     Hall { column: usize, found: f64 },
+    Implausible { column: usize, found: f64 },
 }
 
 impl RowProblem {
@@ -157,8 +185,14 @@ impl RowProblem {
                 let rate_before_hz = before.map(|sampling| sampling.rate_hz);
                 RecordError::TimeNotIncreasing { line, previous_s, found_s, rate_before_hz }
             }
+            Self::Implausible { column, found } => RecordError::Implausible {
+                line: Some(line),
+                column: name(column),
+                found,
+                limit: MOST_PLAUSIBLE,
+            },
             Self::Hall { column, found } => {
-                RecordError::HallState { line, column: name(column), found }
+                RecordError::HallState { line: Some(line), column: name(column), found }
             }
         }
     }
@@ -169,7 +203,7 @@ impl Table {
         for entry in map.entries() {
             if !columns.contains(&entry.column) {
                 return Err(RecordError::MappedColumnMissing {
-                    line,
+                    line: Some(line),
                     column: entry.column.clone(),
                     channel: entry.target.column(),
                     columns: columns.to_vec(),
@@ -192,8 +226,8 @@ impl Table {
                 None => Role::Other(OtherColumn::new(column.clone())),
             });
         }
-        let time_column =
-            time_column.ok_or_else(|| RecordError::NoTime { line, columns: columns.to_vec() })?;
+        let time_column = time_column
+            .ok_or_else(|| RecordError::NoTime { line: Some(line), columns: columns.to_vec() })?;
         Ok(Self {
             columns: columns.to_vec(),
             roles,
@@ -201,16 +235,21 @@ impl Table {
             time_factor,
             times_s: Vec::new(),
             time_decimals: 0,
+            line_runs: Vec::new(),
         })
     }
 
-    fn push(&mut self, record: &ByteRecord) -> Result<(), RowProblem> {
+    fn push(&mut self, record: &ByteRecord, line: u64) -> Result<(), RowProblem> {
         if record.len() != self.columns.len() {
             return Err(RowProblem::Ragged { found: record.len() });
         }
         let time_s = self.time(&record[self.time_column])?;
         let row = self.times_s.len();
         self.times_s.push(time_s);
+        let ahead = line - row as u64;
+        if self.line_runs.last().is_none_or(|(_, last)| *last != ahead) {
+            self.line_runs.push((row, ahead));
+        }
         for (column, (role, cell)) in self.roles.iter_mut().zip(record).enumerate() {
             let cell = cell.trim_ascii();
             match role {
@@ -248,7 +287,7 @@ impl Table {
         10f64.powi(-self.time_decimals) * self.time_factor.abs()
     }
 
-    fn finish(self, header_line: u64) -> Result<(Vec<Channel>, Vec<OtherColumn>), RecordError> {
+    fn finish(self, header_line: u64) -> Result<Rows, RecordError> {
         if self.times_s.is_empty() {
             return Err(RecordError::HeaderOnly { line: header_line });
         }
@@ -267,7 +306,8 @@ impl Table {
                 }
             }
         }
-        Ok((channels, others))
+        let lines = Lines::new(times_s, self.line_runs);
+        Ok(Rows { channels, other_columns: others, lines })
     }
 }
 
@@ -276,6 +316,9 @@ impl KnownColumn {
         let value = value * self.factor;
         if !value.is_finite() {
             return Err(RowProblem::NotFinite { column, cell: value.to_string() });
+        }
+        if value.abs() > MOST_PLAUSIBLE {
+            return Err(RowProblem::Implausible { column, found: value });
         }
         if self.name == ChannelName::HallState && !(1..=6).any(|sector| value == f64::from(sector))
         {
@@ -452,6 +495,10 @@ mod tests {
         assert_eq!(
             read("time_s,j\n0,1\n").unwrap_err().to_string(),
             "line 1: no column `i` to read `current_a` from; the columns are `time_s`, `j`"
+        );
+        assert_eq!(
+            error("time_s,current_a\n0,1\n1,1e300\n"),
+            "line 3, column `current_a`: 1e300 is beyond any actuator, expected at most 1e12 in size"
         );
         let overflow = ColumnMap::new(["current_a=i*1e300"]).unwrap();
         let error = parse("r".to_owned(), b"time_s,i\n0,1e300\n", &overflow).unwrap_err();

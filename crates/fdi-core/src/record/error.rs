@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::ChannelName;
+use super::{ChannelName, FileFormat};
 
 /// Why a recording cannot be read or used.
 ///
@@ -15,16 +15,24 @@ pub enum RecordError {
     #[error("no such file or folder")]
     NotFound,
     /// The operating system refused.
-    #[error("cannot be read: {source}")]
+    #[error("cannot be read: {reason}")]
     Unreadable {
         /// What it said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The extension is not that of a recording.
-    #[error("not a recording: expected `.csv` or `.csv.gz`")]
+    #[error("not a recording: expected {}", FileFormat::listed())]
     UnknownFormat,
+    /// A form of recording that this build leaves out.
+    #[error("`{}` is not read by this build: it lacks the feature `{feature}`", format.extension())]
+    NotBuiltIn {
+        /// The form.
+        format: FileFormat,
+        /// The feature of this crate that reads it.
+        feature: &'static str,
+    },
     /// A folder holds no recording.
-    #[error("holds no recordings: expected `.csv` or `.csv.gz` files directly in the folder")]
+    #[error("holds no recordings: expected {} files directly in the folder", FileFormat::listed())]
     NoRecordings,
     /// More data than is reasonable, perhaps a decompression bomb.
     #[error("more than {limit_bytes} bytes of text")]
@@ -33,10 +41,93 @@ pub enum RecordError {
         limit_bytes: u64,
     },
     /// The compressed data are damaged.
-    #[error("damaged gzip data: {source}")]
+    #[error("damaged gzip data: {reason}")]
     Gzip {
         /// What the decoder said.
-        source: io::Error,
+        reason: io::Error,
+    },
+    /// A file that is not text is damaged, or is not what its name says.
+    #[error("damaged `{}` file: {reason}", format.extension())]
+    Damaged {
+        /// The form that its name tells.
+        format: FileFormat,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A file that is not text holds its data in a way that is not read.
+    #[error("`{}` with {what} is not read{}", format.extension(), in_brackets(advice))]
+    Unsupported {
+        /// The form.
+        format: FileFormat,
+        /// What is not read.
+        what: String,
+        /// What helps, or nothing.
+        advice: &'static str,
+    },
+    /// More numbers in the channels than is reasonable.
+    #[error("more than {limit} numbers in the channels")]
+    TooManyNumbers {
+        /// The limit.
+        limit: usize,
+    },
+    /// A column that should be a channel holds no numbers.
+    #[error("column `{column}` holds {found}, expected numbers")]
+    NotNumbers {
+        /// The column.
+        column: String,
+        /// What it holds.
+        found: &'static str,
+    },
+    /// A name stands for several columns.
+    #[error(
+        "column `{column}` is in the file more than once: say which of {} is meant \
+         (`--map NAME=COLUMN`)",
+        list(columns)
+    )]
+    ColumnAmbiguous {
+        /// The name.
+        column: String,
+        /// What it may be.
+        columns: Vec<String>,
+    },
+    /// No column `time_s` is as long as a channel, or several are.
+    #[error(
+        "no time axis for column `{column}` of {samples} samples: {alike} columns `time_s` are as \
+         long, expected one"
+    )]
+    NoAxis {
+        /// The column.
+        column: String,
+        /// Its samples.
+        samples: usize,
+        /// Time columns of that length.
+        alike: usize,
+    },
+    /// The step of an evenly spaced time axis is not positive.
+    #[error("column `{column}` has the sample period {step_s} s, expected a positive one")]
+    Step {
+        /// The column.
+        column: String,
+        /// The period, s.
+        step_s: f64,
+    },
+    /// A sample stands where the time axis has none.
+    #[error("`{channel}` has a sample without a time: sample {index}")]
+    SampleWithoutTime {
+        /// The channel.
+        channel: ChannelName,
+        /// The sample, from 0.
+        index: usize,
+    },
+    /// A property of a file that is not text is no metadata of that name.
+    #[error("metadata `{key}`: expected {expected}, found {found}")]
+    Property {
+        /// The key.
+        key: &'static str,
+        /// What the key takes.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
     },
     /// There is no text.
     #[error("empty file: expected a header row with `time_s` and channels")]
@@ -60,12 +151,13 @@ pub enum RecordError {
     },
     /// No column is the time.
     #[error(
-        "line {line}: no column `time_s`; the columns are {} (`--map time_s=COLUMN` names one)",
+        "{}no column `time_s`; the columns are {} (`--map time_s=COLUMN` names one)",
+        at(*line),
         list(columns)
     )]
     NoTime {
-        /// Line of the header, from 1.
-        line: u64,
+        /// Line of the header, from 1, in a file that is text.
+        line: Option<u64>,
         /// The columns.
         columns: Vec<String>,
     },
@@ -79,12 +171,13 @@ pub enum RecordError {
     },
     /// A mapped column is not in the file.
     #[error(
-        "line {line}: no column `{column}` to read `{channel}` from; the columns are {}",
+        "{}no column `{column}` to read `{channel}` from; the columns are {}",
+        at(*line),
         list(columns)
     )]
     MappedColumnMissing {
-        /// Line of the header, from 1.
-        line: u64,
+        /// Line of the header, from 1, in a file that is text.
+        line: Option<u64>,
         /// The column asked for.
         column: String,
         /// The channel it should have been.
@@ -131,6 +224,39 @@ pub enum RecordError {
         /// The cell, shortened.
         found: String,
     },
+    /// A number that no actuator shows.
+    #[error(
+        "{}column `{column}`: {found:e} is beyond any actuator, expected at most {limit:e} in size",
+        cell_at(*line)
+    )]
+    Implausible {
+        /// Line, from 1, in a file that is text.
+        line: Option<u64>,
+        /// The column.
+        column: String,
+        /// The number, in the unit of the channel.
+        found: f64,
+        /// The largest that is taken.
+        limit: f64,
+    },
+    /// A channel lacks samples between others that are evenly spaced.
+    #[error(
+        "{}no sample of `{channel}` between {after_s} s and {next_s} s; the others are {step_s} s \
+         apart",
+        at(*line)
+    )]
+    Gap {
+        /// Line after that of the last sample before the gap, in a file that is text.
+        line: Option<u64>,
+        /// The channel.
+        channel: ChannelName,
+        /// Time of the last sample before the gap, s.
+        after_s: f64,
+        /// Time of the first sample after it, s.
+        next_s: f64,
+        /// Time between the other samples, s.
+        step_s: f64,
+    },
     /// A row has no time.
     #[error("line {line}, column `{column}`: expected a time, found an empty cell")]
     MissingTime {
@@ -155,10 +281,10 @@ pub enum RecordError {
         rate_before_hz: Option<f64>,
     },
     /// A commutation sector outside 1 to 6.
-    #[error("line {line}, column `{column}`: expected a sector from 1 to 6, found `{found}`")]
+    #[error("{}column `{column}`: expected a sector from 1 to 6, found `{found}`", cell_at(*line))]
     HallState {
-        /// Line, from 1.
-        line: u64,
+        /// Line, from 1, in a file that is text.
+        line: Option<u64>,
         /// The column.
         column: String,
         /// The value.
@@ -288,6 +414,20 @@ fn columns_are(columns: &[String]) -> String {
         return "there is no column but time".to_owned();
     }
     format!("the columns are {}", list(columns))
+}
+
+/// Where in a text it is, before a message.
+fn at(line: Option<u64>) -> String {
+    line.map(|line| format!("line {line}: ")).unwrap_or_default()
+}
+
+/// Where in a text it is, before the column.
+fn cell_at(line: Option<u64>) -> String {
+    line.map(|line| format!("line {line}, ")).unwrap_or_default()
+}
+
+fn in_brackets(advice: &str) -> String {
+    if advice.is_empty() { String::new() } else { format!(" ({advice})") }
 }
 
 fn rate_note(rate_hz: Option<f64>) -> String {

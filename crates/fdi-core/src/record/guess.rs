@@ -73,8 +73,13 @@ pub fn guess_columns<S: AsRef<str>>(columns: &[S]) -> Vec<ColumnGuess> {
             !taken && Target::from_column(column).is_none()
         };
         let scored = columns.iter().map(AsRef::as_ref).filter(fits).filter_map(|column| {
-            let (words, factor) = read(column, target);
-            let rank = names.iter().position(|name| *name == words)?;
+            let ranked = |column: &str| {
+                let (words, factor) = read(column, target);
+                Some((names.iter().position(|name| *name == words)?, factor))
+            };
+            // a channel of a group, a field of a struct
+            let own = || column.rsplit(['/', '.']).next().filter(|own| *own != column);
+            let (rank, factor) = ranked(column).or_else(|| ranked(own()?))?;
             Some((rank, column, factor))
         });
         if let Some((_, column, factor)) = scored.min_by_key(|(rank, ..)| *rank) {
@@ -129,6 +134,18 @@ mod tests {
         assert_eq!(
             guesses(&["set_point", "time", "current"]),
             ["time_s=time", "current_a=current"]
+        );
+    }
+
+    #[test]
+    fn groups_and_structs_are_looked_into() {
+        assert_eq!(
+            guesses(&["bench/Time [ms]", "bench/I_A", "rec.ib"]),
+            [
+                "time_s=bench/Time [ms]*0.001",
+                "phase_a_current_a=bench/I_A",
+                "phase_b_current_a=rec.ib"
+            ]
         );
     }
 

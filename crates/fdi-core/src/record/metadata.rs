@@ -4,7 +4,7 @@ use std::{borrow::Cow, fmt, str::FromStr};
 
 use toml::de::{DeTable, DeValue};
 
-use super::{RecordError, nearest::nearest};
+use super::{RecordError, container::Property, nearest::nearest};
 
 /// A metadata key: name, type, meaning.
 type Key = (&'static str, &'static str, &'static str);
@@ -168,6 +168,41 @@ impl Metadata {
                     nearest: nearest(key, keys()),
                 });
             }
+        }
+        Ok(())
+    }
+
+    /// Sets a key from a property of a file that is not text; an unknown one is left.
+    pub(super) fn set_property(
+        &mut self,
+        key: &str,
+        property: &Property,
+    ) -> Result<(), RecordError> {
+        let text = match property {
+            Property::Number(value) => format!("{key} = {value:?}"),
+            // a number that was stored as text is a number
+            Property::Text(text) if text.parse::<f64>().is_ok_and(f64::is_finite) => {
+                let wants_text = KEY_TABLE.iter().any(|row| row.0 == key && row.1 != "number");
+                if wants_text {
+                    format!("{key} = {}", quoted(text))
+                } else {
+                    format!("{key} = {:?}", text.parse::<f64>().unwrap_or_default())
+                }
+            }
+            Property::Text(text) => format!("{key} = {}", quoted(text)),
+        };
+        let table = DeTable::parse(&text).map_err(|error| RecordError::MetadataSyntax {
+            line: 1,
+            reason: error.message().to_owned(),
+        })?;
+        for (key, value) in table.get_ref() {
+            let field = Field { line: 1, value: value.get_ref() };
+            self.set(key.get_ref(), &field).map_err(|error| match error {
+                RecordError::MetadataValue { key, expected, found, .. } => {
+                    RecordError::Property { key, expected, found }
+                }
+                other => other,
+            })?;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use std::{
 
 use flate2::bufread::MultiGzDecoder;
 
-use super::RecordError;
+use super::{FileFormat, RecordError};
 
 /// Most text that one recording may hold: a day of four channels at 2 kHz is
 /// about 6 GB, a manoeuvre below 10 MB; what is larger is a mistake or a
@@ -17,28 +17,6 @@ const LIMIT_BYTES: u64 = 1 << 30;
 
 /// First bytes of gzip data (RFC 1952, 2.3.1).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
-
-/// How the text of a recording is packed, by the name of its file.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Packing {
-    /// `.csv`
-    Plain,
-    /// `.csv.gz`
-    Gzip,
-}
-
-impl Packing {
-    pub(super) fn of(path: &Path) -> Option<Self> {
-        let ends_in = |path: &Path, with: &str| {
-            path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(with))
-        };
-        if ends_in(path, "csv") {
-            return Some(Self::Plain);
-        }
-        let inner = Path::new(path.file_stem()?);
-        (ends_in(path, "gz") && ends_in(inner, "csv")).then_some(Self::Gzip)
-    }
-}
 
 /// The recordings that a path stands for: the file itself, or those directly in
 /// the folder in the order of their names.
@@ -71,26 +49,34 @@ pub fn list_recordings(path: &Path) -> Result<Vec<PathBuf>, RecordError> {
 fn is_recording(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
     let truth = lower == "truth.csv" || lower == "truth.csv.gz";
-    Packing::of(Path::new(name)).is_some() && !truth && !name.starts_with('.')
+    let format = FileFormat::of(Path::new(name)).filter(|format| format.is_built_in());
+    format.is_some() && !truth && !name.starts_with('.')
 }
 
-/// The text of a recording, decompressed where it is compressed.
-pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, RecordError> {
-    let Some(packing) = Packing::of(path) else {
+/// The bytes of a recording as they are on disk, and their form.
+pub(super) fn read_bytes(path: &Path) -> Result<(FileFormat, Vec<u8>), RecordError> {
+    let Some(format) = FileFormat::of(path) else {
         // what does not exist is said so first
         fs::metadata(path).map_err(unreadable)?;
         return Err(RecordError::UnknownFormat);
     };
     let file = File::open(path).map_err(unreadable)?;
     let raw = read_up_to(LIMIT_BYTES, file).map_err(unreadable)?;
-    unpack(raw, packing, LIMIT_BYTES)
+    if raw.len() as u64 > LIMIT_BYTES {
+        return Err(RecordError::TooLarge { limit_bytes: LIMIT_BYTES });
+    }
+    Ok((format, raw))
 }
 
-/// The text in the bytes of a file.
-fn unpack(raw: Vec<u8>, packing: Packing, limit_bytes: u64) -> Result<Vec<u8>, RecordError> {
-    let bytes = if packing == Packing::Gzip || raw.starts_with(&GZIP_MAGIC) {
+/// The text in the bytes of a file, decompressed where it is compressed.
+pub(super) fn text(raw: Vec<u8>, format: FileFormat) -> Result<Vec<u8>, RecordError> {
+    unpack(raw, format, LIMIT_BYTES)
+}
+
+fn unpack(raw: Vec<u8>, format: FileFormat, limit_bytes: u64) -> Result<Vec<u8>, RecordError> {
+    let bytes = if format == FileFormat::CsvGz || raw.starts_with(&GZIP_MAGIC) {
         let decoder = MultiGzDecoder::new(BufReader::new(raw.as_slice()));
-        read_up_to(limit_bytes, decoder).map_err(|source| RecordError::Gzip { source })?
+        read_up_to(limit_bytes, decoder).map_err(|reason| RecordError::Gzip { reason })?
     } else {
         raw
     };
@@ -107,11 +93,11 @@ fn read_up_to(limit_bytes: u64, from: impl Read) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn unreadable(source: io::Error) -> RecordError {
-    if source.kind() == ErrorKind::NotFound {
+fn unreadable(reason: io::Error) -> RecordError {
+    if reason.kind() == ErrorKind::NotFound {
         return RecordError::NotFound;
     }
-    RecordError::Unreadable { source }
+    RecordError::Unreadable { reason }
 }
 
 #[cfg(test)]
@@ -124,10 +110,10 @@ mod tests {
         io::Write::write_all(&mut encoder, &vec![b' '; 100_000]).unwrap();
         let bomb = encoder.finish().unwrap();
         assert!(bomb.len() < 1000);
-        let error = unpack(bomb.clone(), Packing::Gzip, 1000).unwrap_err();
+        let error = unpack(bomb.clone(), FileFormat::CsvGz, 1000).unwrap_err();
         assert_eq!(error.to_string(), "more than 1000 bytes of text");
-        assert_eq!(unpack(bomb, Packing::Gzip, 100_000).unwrap().len(), 100_000);
-        let plain = unpack(vec![b' '; 1001], Packing::Plain, 1000).unwrap_err();
+        assert_eq!(unpack(bomb, FileFormat::CsvGz, 100_000).unwrap().len(), 100_000);
+        let plain = unpack(vec![b' '; 1001], FileFormat::Csv, 1000).unwrap_err();
         assert!(matches!(plain, RecordError::TooLarge { limit_bytes: 1000 }));
     }
 

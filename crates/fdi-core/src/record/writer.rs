@@ -8,7 +8,7 @@ use std::{
 
 use flate2::{Compression, GzBuilder};
 
-use super::{ChannelName, Recording, column_map::Target, source::Packing};
+use super::{ChannelName, FileFormat, Recording, column_map::Target};
 
 /// How numbers are written.
 ///
@@ -64,12 +64,12 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// The operating system refused.
-    #[error("`{}` cannot be written: {source}", path.display())]
+    #[error("`{}` cannot be written: {reason}", path.display())]
     Io {
         /// The path.
         path: PathBuf,
         /// What it said.
-        source: io::Error,
+        reason: io::Error,
     },
 }
 
@@ -130,12 +130,12 @@ impl Recording {
     /// # Errors
     /// Any [`WriteError`].
     pub fn write(&self, path: &Path, format: CsvFormat) -> Result<(), WriteError> {
-        let bytes = match Packing::of(path) {
-            Some(Packing::Plain) => self.to_csv(format)?.into_bytes(),
-            Some(Packing::Gzip) => self.to_csv_gz(format)?,
-            None => return Err(WriteError::UnknownFormat { path: path.to_owned() }),
+        let bytes = match FileFormat::of(path) {
+            Some(FileFormat::Csv) => self.to_csv(format)?.into_bytes(),
+            Some(FileFormat::CsvGz) => self.to_csv_gz(format)?,
+            _ => return Err(WriteError::UnknownFormat { path: path.to_owned() }),
         };
-        fs::write(path, bytes).map_err(|source| WriteError::Io { path: path.to_owned(), source })
+        fs::write(path, bytes).map_err(|reason| WriteError::Io { path: path.to_owned(), reason })
     }
 
     fn columns(&self, format: CsvFormat) -> Result<Vec<Column<'_>>, WriteError> {

@@ -30,10 +30,8 @@ fn a_folder_gives_its_recordings_in_name_order() {
 fn a_file_stands_for_itself_and_an_empty_folder_for_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let message = list_recordings(folder.path()).unwrap_err().to_string();
-    assert_eq!(
-        message,
-        "holds no recordings: expected `.csv` or `.csv.gz` files directly in the folder"
-    );
+    assert!(message.starts_with("holds no recordings: expected `.csv`"), "{message}");
+    assert!(message.ends_with(" files directly in the folder"), "{message}");
     let missing = folder.path().join("no.csv");
     assert_eq!(list_recordings(&missing).unwrap_err().to_string(), "no such file or folder");
     fs::write(&missing, "").unwrap();
@@ -67,13 +65,16 @@ fn damaged_files_have_one_clear_line() {
     let path = |name: &str| folder.path().join(name);
     assert_eq!(read_error(&path("none.csv")), "no such file or folder");
     assert_eq!(read_error(&path("none.mat")), "no such file or folder");
-    fs::write(path("r.mat"), "MATLAB 5.0").unwrap();
-    assert_eq!(read_error(&path("r.mat")), "not a recording: expected `.csv` or `.csv.gz`");
+    fs::write(path("r.txt"), "time_s,current_a\n").unwrap();
+    assert!(read_error(&path("r.txt")).starts_with("not a recording: expected `.csv`"));
     fs::write(path("plain.csv.gz"), "time_s,current_a\n").unwrap();
     assert!(read_error(&path("plain.csv.gz")).starts_with("damaged gzip data: "));
     let whole = recording().to_csv_gz(CsvFormat::default()).unwrap();
     fs::write(path("short.csv.gz"), &whole[..whole.len() / 2]).unwrap();
     assert!(read_error(&path("short.csv.gz")).starts_with("damaged gzip data: "));
+    // what a caller prints with its causes says it once
+    let error = Recording::read(&path("short.csv.gz"), &ColumnMap::default()).unwrap_err();
+    assert!(std::error::Error::source(&error).is_none());
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 0x10;
     fs::write(path("flipped.csv.gz"), &flipped).unwrap();

@@ -9,4 +9,7 @@
 mod encoding;
 mod evaluation;
 mod files;
+mod fuzz;
+mod outside;
 mod properties;
+mod readers;

@@ -1,0 +1,520 @@
+//! Recordings in files that are not text: what all such formats share.
+//!
+//! A reader says which columns a file has and gives the numbers of those that are
+//! asked for; here they become channels, each with its own time axis.
+
+use std::sync::Arc;
+
+use super::{
+    Channel, ChannelName, ColumnMap, MOST_PLAUSIBLE, Metadata, OtherColumn, RecordError, Recording,
+    RecordingDate,
+    column_map::{Entry, Target},
+};
+
+/// Most numbers that one recording may hold in its channels: a day of six channels at
+/// 250 Hz, in 1 GiB.
+pub(super) const LIMIT_NUMBERS: usize = 1 << 27;
+
+/// Finest step that a clock is taken to resolve where its numbers do not show one, s.
+const FINEST_CLOCK_S: f64 = 1e-9;
+/// Decimals of that step.
+const FINEST_CLOCK_DECIMALS: i32 = 9;
+
+/// One column of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Head {
+    /// What it shares a time axis with; `None` where all columns do.
+    pub(super) group: Option<String>,
+    /// Its own name.
+    pub(super) name: String,
+    /// Group and name as the format's other programs join them.
+    pub(super) path: String,
+    /// Samples, as far as the file's own index tells.
+    pub(super) samples: usize,
+    /// The time axis that the format gives it.
+    pub(super) clock: Clock,
+}
+
+/// The time axis that a format itself gives a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Clock {
+    /// None: a column named `time_s` is to be found.
+    Unstated,
+    /// Sample `i` is at `start_s + i·step_s`.
+    Uniform {
+        /// Time of the first sample, s.
+        start_s: f64,
+        /// Time between samples, s.
+        step_s: f64,
+    },
+    /// Another column, by its index, in seconds.
+    Column(usize),
+}
+
+/// The numbers of a column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Samples {
+    pub(super) values: Vec<f64>,
+    /// Which of them are there; `None` where all are.
+    pub(super) present: Option<Vec<bool>>,
+    /// Whether they were held in single precision.
+    pub(super) single: bool,
+}
+
+impl Samples {
+    pub(super) fn of(values: Vec<f64>) -> Self {
+        Self { values, ..Self::default() }
+    }
+
+    fn is_present(&self, index: usize) -> bool {
+        self.present.as_ref().is_none_or(|present| present[index])
+    }
+}
+
+/// What a file says of itself under some name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Property {
+    Number(f64),
+    Text(String),
+}
+
+/// A file that is not text, open for reading.
+pub(super) trait Container {
+    /// Its columns.
+    fn heads(&self) -> &[Head];
+
+    /// What it says of itself.
+    fn properties(&self) -> Vec<(String, Property)>;
+
+    /// The numbers of a column; points in time as seconds since the first.
+    fn read(&self, column: usize) -> Result<Samples, RecordError>;
+}
+
+/// Makes a recording of the columns that are channels.
+pub(super) fn assemble(
+    name: String,
+    container: &dyn Container,
+    map: &ColumnMap,
+) -> Result<Recording, RecordError> {
+    let metadata = metadata(container.properties())?;
+    let plan = Plan::new(container.heads(), map)?;
+    let mut axes = Axes { container, plan: &plan, metadata: &metadata, read: Vec::new() };
+    let mut channels = Vec::with_capacity(plan.channels.len());
+    for wanted in &plan.channels {
+        channels.extend(channel(wanted, container, &mut axes)?);
+    }
+    let other_columns = plan.others.iter().map(|&index| {
+        let head = &container.heads()[index];
+        OtherColumn::unread(head.path.clone(), head.samples)
+    });
+    let recording =
+        Recording { name, metadata, channels, other_columns: other_columns.collect(), lines: None };
+    recording.check_stated_rate()?;
+    Ok(recording)
+}
+
+/// The metadata among the properties of a file: `rate-hz`, or `rate_hz` where a format
+/// knows no hyphen. The others are somebody else's.
+fn metadata(properties: Vec<(String, Property)>) -> Result<Metadata, RecordError> {
+    let mut metadata = Metadata::default();
+    for (name, value) in properties {
+        let key = name.replace('_', "-");
+        let Some((key, kind, _)) = super::metadata::KEY_TABLE.iter().find(|row| row.0 == key)
+        else {
+            continue;
+        };
+        let ours = match (&value, *kind) {
+            (Property::Number(_), kind) => kind == "number",
+            // programs write dates in many ways; what reads as no date is somebody else's
+            (Property::Text(text), "date") => RecordingDate::parse(text).is_some(),
+            (Property::Text(_), _) => true,
+        };
+        if ours {
+            metadata.set_property(key, &value)?;
+        }
+    }
+    Ok(metadata)
+}
+
+/// A column that is to be read.
+#[derive(Clone, Copy, Debug)]
+struct Wanted {
+    column: usize,
+    channel: ChannelName,
+    factor: f64,
+}
+
+/// A column that may be a time axis.
+#[derive(Clone, Copy, Debug)]
+struct TimeColumn {
+    column: usize,
+    factor: f64,
+}
+
+/// What each column of a file is taken for.
+#[derive(Debug, Default)]
+struct Plan {
+    channels: Vec<Wanted>,
+    times: Vec<TimeColumn>,
+    others: Vec<usize>,
+}
+
+impl Plan {
+    fn new(heads: &[Head], map: &ColumnMap) -> Result<Self, RecordError> {
+        let paths = || heads.iter().map(|head| head.path.clone()).collect::<Vec<_>>();
+        let names =
+            |head: &Head, entry: &Entry| head.path == entry.column || head.name == entry.column;
+        for entry in map.entries() {
+            let exact = heads.iter().filter(|head| head.path == entry.column).count();
+            let found: Vec<_> = heads.iter().filter(|head| names(head, entry)).collect();
+            if found.is_empty() {
+                return Err(RecordError::MappedColumnMissing {
+                    line: None,
+                    column: entry.column.clone(),
+                    channel: entry.target.column(),
+                    columns: paths(),
+                });
+            }
+            if found.len() > 1 && exact != 1 && entry.target != Target::Time {
+                let columns = found.iter().map(|head| head.path.clone()).collect();
+                return Err(RecordError::ColumnAmbiguous { column: entry.column.clone(), columns });
+            }
+        }
+        let mut plan = Self::default();
+        for (column, head) in heads.iter().enumerate() {
+            let by_path = map.entries().iter().find(|entry| entry.column == head.path);
+            let by_name = map.entries().iter().find(|entry| {
+                // a name that is one column's whole path means that column alone
+                entry.column == head.name && heads.iter().all(|other| other.path != entry.column)
+            });
+            let (target, factor) = match by_path.or(by_name) {
+                Some(entry) => (Some(entry.target), entry.factor),
+                None => (Target::from_column(&head.name).filter(|&own| !map.maps(own)), 1.0),
+            };
+            match target {
+                Some(Target::Time) => plan.times.push(TimeColumn { column, factor }),
+                Some(Target::Channel(channel)) => {
+                    plan.want(heads, Wanted { column, channel, factor })?;
+                }
+                // the axis that other columns point at is no column of its own
+                None if is_clock(heads, column) => {}
+                None => plan.others.push(column),
+            }
+        }
+        let total = plan.channels.iter().map(|wanted| heads[wanted.column].samples);
+        if total.fold(0, usize::saturating_add) > LIMIT_NUMBERS {
+            return Err(RecordError::TooManyNumbers { limit: LIMIT_NUMBERS });
+        }
+        Ok(plan)
+    }
+
+    fn want(&mut self, heads: &[Head], wanted: Wanted) -> Result<(), RecordError> {
+        let twice = self.channels.iter().find(|earlier| earlier.channel == wanted.channel);
+        if let Some(earlier) = twice {
+            let columns = [earlier.column, wanted.column].map(|index| heads[index].path.clone());
+            let column = wanted.channel.column().to_owned();
+            return Err(RecordError::ColumnAmbiguous { column, columns: columns.to_vec() });
+        }
+        self.channels.push(wanted);
+        Ok(())
+    }
+}
+
+fn is_clock(heads: &[Head], column: usize) -> bool {
+    heads.iter().any(|head| head.clock == Clock::Column(column))
+}
+
+/// Times of the samples of a column, and the step to which they are rounded.
+#[derive(Clone, Debug)]
+struct Axis {
+    times_s: Arc<[f64]>,
+    /// Which times are there; `None` where all are.
+    present: Option<Vec<bool>>,
+    quantum_s: f64,
+}
+
+/// The time axes of a file, each read once.
+struct Axes<'a> {
+    container: &'a dyn Container,
+    plan: &'a Plan,
+    metadata: &'a Metadata,
+    read: Vec<(usize, Axis)>,
+}
+
+impl Axes<'_> {
+    /// The axis of a column: a column `time_s` beside it, else what the format states,
+    /// else the one column `time_s` that is as long, else the stated rate.
+    fn of(&mut self, column: usize, samples: usize) -> Result<Axis, RecordError> {
+        let heads = self.container.heads();
+        let head = &heads[column];
+        let length = |time: &TimeColumn| heads[time.column].samples;
+        let beside = |time: &TimeColumn| heads[time.column].group == head.group;
+        let times = &self.plan.times;
+        let own = times.iter().find(|time| beside(time) && length(time) == head.samples);
+        let period = times.iter().find(|time| beside(time) && length(time) == 1 && samples > 1);
+        if let Some(&time) = own {
+            return self.column(time);
+        }
+        match head.clock {
+            Clock::Column(column) => return self.column(TimeColumn { column, factor: 1.0 }),
+            Clock::Uniform { start_s, step_s } => return uniform(start_s, step_s, samples, head),
+            Clock::Unstated => {}
+        }
+        let alike: Vec<_> = times.iter().filter(|time| length(time) == head.samples).collect();
+        let rate_hz = self.metadata.rate_hz;
+        match (alike.as_slice(), period, rate_hz) {
+            (&[&time], ..) => self.column(time),
+            (_, Some(time), _) => {
+                let step = self.container.read(time.column)?.values;
+                let step_s = step.first().copied().unwrap_or(0.0) * time.factor;
+                uniform(0.0, step_s, samples, head)
+            }
+            (_, None, Some(rate_hz)) => uniform(0.0, 1.0 / rate_hz, samples, head),
+            (several, None, None) => Err(self.no_axis(head, several.len())),
+        }
+    }
+
+    fn no_axis(&self, head: &Head, alike: usize) -> RecordError {
+        let heads = self.container.heads();
+        if self.plan.times.is_empty() {
+            let columns = heads.iter().map(|head| head.path.clone()).collect();
+            return RecordError::NoTime { line: None, columns };
+        }
+        RecordError::NoAxis { column: head.path.clone(), samples: head.samples, alike }
+    }
+
+    fn column(&mut self, time: TimeColumn) -> Result<Axis, RecordError> {
+        if let Some((_, axis)) = self.read.iter().find(|(column, _)| *column == time.column) {
+            return Ok(axis.clone());
+        }
+        let mut samples = self.container.read(time.column)?;
+        let single = samples.single;
+        let decimals = samples.values.iter().map(|&value| decimals(value)).max().unwrap_or(0);
+        let largest = samples.values.iter().fold(0.0, |most: f64, value| value.abs().max(most));
+        let step = if single {
+            // half a unit in the last place on either side
+            f64::from(f32::EPSILON) * largest
+        } else {
+            10f64.powi(-decimals).max(FINEST_CLOCK_S)
+        };
+        for value in &mut samples.values {
+            *value *= time.factor;
+        }
+        let axis = Axis {
+            times_s: samples.values.into(),
+            present: samples.present,
+            quantum_s: step * time.factor.abs(),
+        };
+        self.read.push((time.column, axis.clone()));
+        Ok(axis)
+    }
+}
+
+/// Evenly spaced times from 0 or a start.
+fn uniform(start_s: f64, step_s: f64, samples: usize, head: &Head) -> Result<Axis, RecordError> {
+    if !(step_s.is_finite() && step_s > 0.0 && start_s.is_finite()) {
+        return Err(RecordError::Step { column: head.path.clone(), step_s });
+    }
+    let rate_hz = step_s.recip().round();
+    // a step of 1e-4 s means 10 kHz, and i/10 000 is the nearer double
+    let exact = (rate_hz * step_s - 1.0).abs() < f64::EPSILON;
+    let at = |index: usize| {
+        let index = index as f64;
+        start_s + if exact { index / rate_hz } else { index * step_s }
+    };
+    Ok(Axis { times_s: (0..samples).map(at).collect(), present: None, quantum_s: 0.0 })
+}
+
+/// Decimals of the shortest number that is this double, at most those of the finest clock.
+fn decimals(value: f64) -> i32 {
+    let text = format!("{value:e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let after_point = digits.split_once('.').map_or(0, |(_, part)| part.len() as i32);
+    let decimals = after_point.saturating_sub(exponent.parse().unwrap_or(0));
+    decimals.clamp(0, FINEST_CLOCK_DECIMALS)
+}
+
+/// One channel, or none where the column holds no sample.
+fn channel(
+    wanted: &Wanted,
+    container: &dyn Container,
+    axes: &mut Axes<'_>,
+) -> Result<Option<Channel>, RecordError> {
+    let head = &container.heads()[wanted.column];
+    let mut samples = container.read(wanted.column)?;
+    let count = samples.values.len();
+    if !(0..count).any(|index| samples.is_present(index)) {
+        return Ok(None);
+    }
+    for value in &mut samples.values {
+        *value *= wanted.factor;
+    }
+    if wanted.channel == ChannelName::HallState {
+        let sector = |value: f64| (1..=6).any(|sector| value == f64::from(sector));
+        let wrong = (0..count).find(|&i| samples.is_present(i) && !sector(samples.values[i]));
+        if let Some(index) = wrong {
+            let (column, found) = (head.path.clone(), samples.values[index]);
+            return Err(RecordError::HallState { line: None, column, found });
+        }
+    }
+    let wild = |&index: &usize| samples.values[index].abs() > MOST_PLAUSIBLE;
+    if let Some(index) = (0..count).find(|index| samples.is_present(*index) && wild(index)) {
+        let (column, found) = (head.path.clone(), samples.values[index]);
+        let finite = found.is_finite();
+        return Err(if finite {
+            RecordError::Implausible { line: None, column, found, limit: MOST_PLAUSIBLE }
+        } else {
+            RecordError::ChannelNotFinite { channel: wanted.channel, index }
+        });
+    }
+    let axis = axes.of(wanted.column, count)?;
+    if axis.times_s.len() != count {
+        let (channel, times) = (wanted.channel, axis.times_s.len());
+        return Err(RecordError::ChannelLength { channel, times, values: count });
+    }
+    if samples.present.is_none() && axis.present.is_none() {
+        let values = samples.values;
+        return Channel::on(wanted.channel, axis.times_s, values, axis.quantum_s).map(Some);
+    }
+    let timed = |index: usize| axis.present.as_ref().is_none_or(|present| present[index]);
+    let kept: Vec<usize> = (0..count).filter(|&index| samples.is_present(index)).collect();
+    if let Some(&index) = kept.iter().find(|&&index| !timed(index)) {
+        return Err(RecordError::SampleWithoutTime { channel: wanted.channel, index });
+    }
+    let times_s: Arc<[f64]> = kept.iter().map(|&index| axis.times_s[index]).collect();
+    let values = kept.iter().map(|&index| samples.values[index]).collect();
+    Channel::on(wanted.channel, times_s, values, axis.quantum_s).map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fixed {
+        heads: Vec<Head>,
+        numbers: Vec<Samples>,
+        properties: Vec<(String, Property)>,
+    }
+
+    impl Container for Fixed {
+        fn heads(&self) -> &[Head] {
+            &self.heads
+        }
+
+        fn properties(&self) -> Vec<(String, Property)> {
+            self.properties.clone()
+        }
+
+        fn read(&self, column: usize) -> Result<Samples, RecordError> {
+            Ok(self.numbers[column].clone())
+        }
+    }
+
+    fn file(columns: &[(&str, &str, Clock, &[f64])]) -> Fixed {
+        let heads = columns.iter().map(|&(group, name, clock, values)| Head {
+            group: (!group.is_empty()).then(|| group.to_owned()),
+            name: name.to_owned(),
+            path: if group.is_empty() { name.to_owned() } else { format!("{group}/{name}") },
+            samples: values.len(),
+            clock,
+        });
+        let numbers = columns.iter().map(|(.., values)| Samples::of(values.to_vec()));
+        Fixed { heads: heads.collect(), numbers: numbers.collect(), properties: Vec::new() }
+    }
+
+    fn read(file: &Fixed, map: &[&str]) -> Result<Recording, RecordError> {
+        assemble("r".to_owned(), file, &ColumnMap::new(map).unwrap())
+    }
+
+    const FREE: Clock = Clock::Unstated;
+
+    #[test]
+    fn groups_have_their_own_time_axes() {
+        let file = file(&[
+            ("fast", "time_s", FREE, &[0.0, 0.1, 0.2]),
+            ("fast", "current_a", FREE, &[1.0, 2.0, 3.0]),
+            ("slow", "time_s", FREE, &[0.0, 0.2]),
+            ("slow", "load_n_m", FREE, &[4.0, 5.0]),
+        ]);
+        let recording = read(&file, &[]).unwrap();
+        let times = |name| recording.channel(name).unwrap().times_s();
+        assert_eq!(times(ChannelName::Current), [0.0, 0.1, 0.2]);
+        assert_eq!(times(ChannelName::Load), [0.0, 0.2]);
+        assert!(recording.other_columns().is_empty());
+    }
+
+    #[test]
+    fn axes_come_from_formats_periods_and_rates() {
+        let stated = Clock::Uniform { start_s: 0.5, step_s: 1e-4 };
+        let uniform = file(&[("", "current_a", stated, &[1.0, 2.0, 3.0])]);
+        let recording = read(&uniform, &[]).unwrap();
+        let channel = recording.channel(ChannelName::Current).unwrap();
+        assert_eq!(channel.times_s(), [0.5, 0.5001, 0.5002]);
+        let period = file(&[("", "Ts", FREE, &[0.5]), ("", "current_a", FREE, &[1.0, 2.0])]);
+        let recording = read(&period, &["time_s=Ts*0.001"]).unwrap();
+        assert_eq!(recording.channel(ChannelName::Current).unwrap().times_s(), [0.0, 0.0005]);
+        let mut rated = file(&[("", "current_a", FREE, &[1.0, 2.0])]);
+        assert!(matches!(read(&rated, &[]), Err(RecordError::NoTime { line: None, .. })));
+        rated.properties.push(("rate_hz".to_owned(), Property::Number(4800.0)));
+        let recording = read(&rated, &[]).unwrap();
+        assert_eq!(recording.channel(ChannelName::Current).unwrap().times_s(), [0.0, 1.0 / 4800.0]);
+        assert_eq!(recording.metadata.rate_hz, Some(4800.0));
+    }
+
+    #[test]
+    fn maps_name_a_column_or_its_path() {
+        let file = file(&[
+            ("a", "t", FREE, &[0.0, 1.0]),
+            ("a", "i", FREE, &[1.0, 2.0]),
+            ("b", "t", FREE, &[0.0, 2.0]),
+            ("b", "i", FREE, &[3.0, 4.0]),
+        ]);
+        let recording = read(&file, &["time_s=t", "current_a=b/i*2"]).unwrap();
+        let current = recording.channel(ChannelName::Current).unwrap();
+        assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[6.0, 8.0][..]));
+        assert_eq!(recording.other_columns()[0].name(), "a/i");
+        let error = |map: &[&str]| read(&file, map).unwrap_err().to_string();
+        assert_eq!(
+            error(&["time_s=t", "current_a=i"]),
+            "column `i` is in the file more than once: say which of `a/i`, `b/i` is meant \
+             (`--map NAME=COLUMN`)"
+        );
+        assert_eq!(
+            error(&["current_a=j"]),
+            "no column `j` to read `current_a` from; the columns are `a/t`, `a/i`, `b/t`, `b/i`"
+        );
+    }
+
+    #[test]
+    fn missing_samples_are_left_out_and_other_gaps_are_refused() {
+        let mut file = file(&[
+            ("", "time_s", FREE, &[0.0, 1.0, 2.0]),
+            ("", "current_a", FREE, &[1.0, 9.0, 3.0]),
+        ]);
+        file.numbers[1].present = Some(vec![true, false, true]);
+        let recording = read(&file, &[]).unwrap();
+        let current = recording.channel(ChannelName::Current).unwrap();
+        assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[1.0, 3.0][..]));
+        file.numbers[1].values[2] = f64::NAN;
+        let error = read(&file, &[]).unwrap_err().to_string();
+        assert_eq!(error, "`current_a` is not finite at sample 1");
+        file.numbers[0].present = Some(vec![false, true, true]);
+        let error = read(&file, &[]).unwrap_err().to_string();
+        assert_eq!(error, "`current_a` has a sample without a time: sample 0");
+    }
+
+    #[test]
+    fn too_much_is_refused_before_it_is_read() {
+        let mut file = file(&[("", "current_a", FREE, &[1.0])]);
+        file.heads[0].samples = LIMIT_NUMBERS + 1;
+        assert!(matches!(read(&file, &[]), Err(RecordError::TooManyNumbers { .. })));
+    }
+
+    #[test]
+    fn clocks_are_as_fine_as_their_numbers_show() {
+        let cases = [(0.0, 0), (0.0005, 4), (12.5, 1), (1e-4, 4), (300.0, 0), (0.1 + 0.2, 9)];
+        for (value, want) in cases {
+            assert_eq!(decimals(value), want, "{value}");
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Apache Parquet files, as pandas, polars and pyarrow write them.
+//!
+//! Read column by column, without Arrow: only what a channel needs is decoded.
+
+use ::parquet::{
+    basic::{ConvertedType, LogicalType, TimeUnit, Type},
+    column::reader::{ColumnReader, ColumnReaderImpl},
+    data_type::DataType,
+    errors::ParquetError,
+    file::{
+        reader::{FileReader, RowGroupReader, SerializedFileReader},
+        serialized_reader::ReadOptionsBuilder,
+    },
+    schema::types::ColumnDescriptor,
+};
+use bytes::Bytes;
+
+use super::{
+    ColumnMap, FileFormat, RecordError, Recording,
+    container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples, assemble},
+    guarded::guarded,
+    metadata::keys,
+    parquet_pages::check_pages,
+};
+
+/// Rows decoded at a time.
+const BATCH_ROWS: usize = 1 << 14;
+/// Key under which pandas keeps what the user has said of a table.
+const PANDAS_ATTRIBUTES: &str = "PANDAS_ATTRS";
+
+/// Reads a recording.
+pub(super) fn read(
+    name: String,
+    bytes: Vec<u8>,
+    map: &ColumnMap,
+) -> Result<Recording, RecordError> {
+    guarded(FileFormat::Parquet, || assemble(name, &ParquetFile::open(bytes)?, map))
+}
+
+/// A file, open for reading.
+struct ParquetFile {
+    reader: SerializedFileReader<Bytes>,
+    bytes: Bytes,
+    heads: Vec<Head>,
+}
+
+impl ParquetFile {
+    fn open(bytes: Vec<u8>) -> Result<Self, RecordError> {
+        let options = ReadOptionsBuilder::new().build();
+        let bytes = Bytes::from(bytes);
+        let reader = SerializedFileReader::new_with_options(bytes.clone(), options);
+        let reader = reader.map_err(|error| damaged(&error))?;
+        let metadata = reader.metadata();
+        let columns = metadata.file_metadata().schema_descr().columns();
+        let heads = columns.iter().enumerate().map(|(index, column)| {
+            let parts = column.path().parts();
+            // of a list only the name counts, the rest is how lists are written
+            let name = if is_list(column) { parts[0].clone() } else { parts.join(".") };
+            let groups = metadata.row_groups().iter();
+            let samples = groups
+                .filter_map(|group| group.columns().get(index))
+                .map(|chunk| usize::try_from(chunk.num_values()).unwrap_or(usize::MAX))
+                .fold(0, usize::saturating_add);
+            Head { group: None, path: name.clone(), name, samples, clock: Clock::Unstated }
+        });
+        let heads = heads.collect();
+        Ok(Self { reader, bytes, heads })
+    }
+
+    fn descriptor(&self, column: usize) -> &ColumnDescriptor {
+        &self.reader.metadata().file_metadata().schema_descr().columns()[column]
+    }
+
+    /// Whether the file is a table of recordings, one a row, their samples in lists.
+    fn is_one_row_of_lists(&self) -> bool {
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let lists = schema.columns().iter().any(|column| is_list(column));
+        lists && self.reader.metadata().file_metadata().num_rows() == 1
+    }
+
+    /// Visits the readers of a column, one for each row group.
+    fn each_group(
+        &self,
+        column: usize,
+        mut visit: impl FnMut(ColumnReader) -> Result<(), RecordError>,
+    ) -> Result<(), RecordError> {
+        for group in 0..self.reader.num_row_groups() {
+            self.check_claims(group, column)?;
+            let group: Box<dyn RowGroupReader + '_> =
+                self.reader.get_row_group(group).map_err(|error| damaged(&error))?;
+            visit(group.get_column_reader(column).map_err(|error| damaged(&error))?)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a column whose pages claim too much.
+    fn check_claims(&self, group: usize, column: usize) -> Result<(), RecordError> {
+        let outside = || RecordError::Damaged {
+            format: FileFormat::Parquet,
+            reason: "a column stands outside of the file".to_owned(),
+        };
+        let chunk = self.reader.metadata().row_group(group).columns().get(column);
+        let chunk = chunk.ok_or_else(outside)?;
+        let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+        let start = usize::try_from(start).map_err(|_| outside())?;
+        let size = usize::try_from(chunk.compressed_size()).map_err(|_| outside())?;
+        let end = start.checked_add(size).ok_or_else(outside)?;
+        check_pages(self.bytes.get(start..end).ok_or_else(outside)?)
+    }
+
+    /// The text in the only row of a column.
+    fn only_text(&self, column: usize) -> Option<String> {
+        let mut text = None;
+        let read = self.each_group(column, |reader| {
+            if let ColumnReader::ByteArrayColumnReader(mut reader) = reader {
+                let mut batch = Batch::default();
+                batch.next(&mut reader)?;
+                let value = batch.values.first();
+                text = value.and_then(|value| Some(value.as_utf8().ok()?.to_owned()));
+            }
+            Ok(())
+        });
+        read.ok().and(text)
+    }
+}
+
+fn damaged(error: &ParquetError) -> RecordError {
+    let reason = error.to_string().lines().next().unwrap_or_default().to_owned();
+    RecordError::Damaged { format: FileFormat::Parquet, reason }
+}
+
+fn is_list(column: &ColumnDescriptor) -> bool {
+    column.max_rep_level() > 0
+}
+
+/// What the numbers of a column are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Meaning {
+    Plain,
+    Unsigned,
+    /// Points in time, so many to a second.
+    Time(f64),
+    /// Whole numbers of this.
+    Decimal(f64),
+}
+
+fn meaning(column: &ColumnDescriptor) -> Meaning {
+    let per_second = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => 1e3,
+        TimeUnit::MICROS => 1e6,
+        TimeUnit::NANOS => 1e9,
+    };
+    match column.logical_type_ref() {
+        Some(LogicalType::Timestamp(time) | LogicalType::Time(time)) => {
+            return Meaning::Time(per_second(&time.unit));
+        }
+        Some(LogicalType::Integer(kind)) if !kind.is_signed => return Meaning::Unsigned,
+        Some(LogicalType::Decimal(kind)) => return Meaning::Decimal(10f64.powi(kind.scale)),
+        _ => {}
+    }
+    match column.converted_type() {
+        ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS => Meaning::Time(1e3),
+        ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS => Meaning::Time(1e6),
+        ConvertedType::UINT_8
+        | ConvertedType::UINT_16
+        | ConvertedType::UINT_32
+        | ConvertedType::UINT_64 => Meaning::Unsigned,
+        ConvertedType::DECIMAL => Meaning::Decimal(10f64.powi(column.type_scale())),
+        _ => Meaning::Plain,
+    }
+}
+
+/// Values of a column as they are decoded.
+struct Batch<T> {
+    values: Vec<T>,
+    definitions: Vec<i16>,
+    repetitions: Vec<i16>,
+}
+
+impl<T> Default for Batch<T> {
+    fn default() -> Self {
+        Self { values: Vec::new(), definitions: Vec::new(), repetitions: Vec::new() }
+    }
+}
+
+impl<T> Batch<T> {
+    /// Decodes some more rows and says how many levels they have; 0 at the end.
+    fn next<D: DataType<T = T>>(
+        &mut self,
+        reader: &mut ColumnReaderImpl<D>,
+    ) -> Result<usize, RecordError> {
+        self.values.clear();
+        self.definitions.clear();
+        self.repetitions.clear();
+        let levels = (Some(&mut self.definitions), Some(&mut self.repetitions));
+        let read = reader.read_records(BATCH_ROWS, levels.0, levels.1, &mut self.values);
+        read.map(|(_, _, levels)| levels).map_err(|error| damaged(&error))
+    }
+}
+
+/// The numbers of a column while its row groups arrive.
+struct Gathered {
+    samples: Samples,
+    /// Definition level of a value that is there.
+    there: i16,
+    /// First point in time, in its own unit.
+    start: Option<i64>,
+}
+
+impl Gathered {
+    fn take<D: DataType>(
+        &mut self,
+        mut reader: ColumnReaderImpl<D>,
+        number: impl Fn(&D::T, &mut Option<i64>) -> f64,
+    ) -> Result<(), RecordError> {
+        let mut batch = Batch::default();
+        loop {
+            let levels = batch.next(&mut reader)?;
+            if levels == 0 {
+                return Ok(());
+            }
+            if self.samples.values.len() + levels > LIMIT_NUMBERS {
+                return Err(RecordError::TooManyNumbers { limit: LIMIT_NUMBERS });
+            }
+            let start = &mut self.start;
+            if batch.values.len() == levels {
+                let values = batch.values.iter().map(|value| number(value, start));
+                self.samples.values.extend(values);
+                if let Some(present) = &mut self.samples.present {
+                    present.extend(std::iter::repeat_n(true, levels));
+                }
+                continue;
+            }
+            let before = self.samples.values.len();
+            let present = self.samples.present.get_or_insert_with(|| vec![true; before]);
+            let mut values = batch.values.iter();
+            for &definition in &batch.definitions {
+                let value = if definition == self.there { values.next() } else { None };
+                present.push(value.is_some());
+                self.samples.values.push(value.map_or(0.0, |value| number(value, start)));
+            }
+        }
+    }
+}
+
+impl Container for ParquetFile {
+    fn heads(&self) -> &[Head] {
+        &self.heads
+    }
+
+    /// Keys beside the table, what pandas calls its attributes, and in a table of
+    /// recordings the columns that are no lists.
+    fn properties(&self) -> Vec<(String, Property)> {
+        let mut found = Vec::new();
+        let pairs = self.reader.metadata().file_metadata().key_value_metadata();
+        for pair in pairs.into_iter().flatten() {
+            let Some(value) = &pair.value else { continue };
+            if pair.key == PANDAS_ATTRIBUTES {
+                found.extend(attributes(value));
+            } else {
+                found.push((pair.key.clone(), Property::Text(value.clone())));
+            }
+        }
+        if self.is_one_row_of_lists() {
+            for (column, head) in self.heads.iter().enumerate() {
+                let key = head.name.replace('_', "-");
+                if is_list(self.descriptor(column)) || !keys().contains(&key.as_str()) {
+                    continue;
+                }
+                let number = self.read(column).ok().and_then(|samples| match &*samples.values {
+                    [value] if samples.present.is_none() => Some(Property::Number(*value)),
+                    _ => None,
+                });
+                let property = number.or_else(|| self.only_text(column).map(Property::Text));
+                found.extend(property.map(|property| (head.name.clone(), property)));
+            }
+        }
+        found
+    }
+
+    fn read(&self, column: usize) -> Result<Samples, RecordError> {
+        let descriptor = self.descriptor(column);
+        let name = || self.heads[column].path.clone();
+        let rows = self.reader.metadata().file_metadata().num_rows();
+        if is_list(descriptor) && rows != 1 {
+            return Err(RecordError::Unsupported {
+                format: FileFormat::Parquet,
+                what: format!("lists in {rows} rows (`{}`)", name()),
+                advice: "a file holds one recording: one row of lists, or one sample a row",
+            });
+        }
+        let meaning = meaning(descriptor);
+        let single = descriptor.physical_type() == Type::FLOAT;
+        let samples = Samples { single, ..Samples::default() };
+        let mut all = Gathered { samples, there: descriptor.max_def_level(), start: None };
+        let whole = |value: i64, start: &mut Option<i64>| match meaning {
+            Meaning::Time(per_second) => {
+                let elapsed = i128::from(value) - i128::from(*start.get_or_insert(value));
+                elapsed as f64 / per_second
+            }
+            Meaning::Decimal(scale) => value as f64 / scale,
+            Meaning::Unsigned => value.cast_unsigned() as f64,
+            Meaning::Plain => value as f64,
+        };
+        self.each_group(column, |reader| match reader {
+            ColumnReader::DoubleColumnReader(reader) => all.take(reader, |&value, _| value),
+            ColumnReader::FloatColumnReader(reader) => all.take(reader, |&v, _| f64::from(v)),
+            ColumnReader::Int64ColumnReader(reader) => {
+                all.take(reader, |&v, start| whole(v, start))
+            }
+            ColumnReader::Int32ColumnReader(reader) => all.take(reader, |&value, start| {
+                let unsigned = meaning == Meaning::Unsigned;
+                let wide = if unsigned { i64::from(value.cast_unsigned()) } else { value.into() };
+                whole(wide, start)
+            }),
+            ColumnReader::BoolColumnReader(reader) => {
+                all.take(reader, |&value, _| f64::from(u8::from(value)))
+            }
+            ColumnReader::Int96ColumnReader(reader) => all.take(reader, |value, start| {
+                let now = value.to_nanos();
+                let elapsed = i128::from(now) - i128::from(*start.get_or_insert(now));
+                elapsed as f64 / 1e9
+            }),
+            ColumnReader::ByteArrayColumnReader(_)
+            | ColumnReader::FixedLenByteArrayColumnReader(_) => {
+                Err(RecordError::NotNumbers { column: name(), found: "text or bytes" })
+            }
+        })?;
+        Ok(all.samples)
+    }
+}
+
+/// The attributes of a data frame, which pandas writes as JSON.
+fn attributes(json: &str) -> Vec<(String, Property)> {
+    let Ok(serde_json::Value::Object(all)) = serde_json::from_str(json) else {
+        return Vec::new();
+    };
+    all.into_iter()
+        .filter_map(|(key, value)| {
+            let text = || value.as_str().map(|text| Property::Text(text.to_owned()));
+            Some((key, value.as_f64().map(Property::Number).or_else(text)?))
+        })
+        .collect()
+}

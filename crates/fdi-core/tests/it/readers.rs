@@ -1,0 +1,199 @@
+//! Files that other programs have written, against their twin in CSV.
+//!
+//! `fixtures/references/readers` has the script and the versions.
+
+use std::path::PathBuf;
+
+use fdi_core::{ChannelName, ColumnMap, OtherColumn, RecordError, Recording};
+
+/// Doubles are stored as they are; only an axis that is stated as a step is computed, to a
+/// few units in the last place of times below a second.
+const AGREEMENT_ABS: f64 = 1e-12;
+
+const PHASES: [ChannelName; 3] =
+    [ChannelName::PhaseACurrent, ChannelName::PhaseBCurrent, ChannelName::PhaseCCurrent];
+const PHASES_AND_ANGLE: [ChannelName; 4] = [
+    ChannelName::PhaseACurrent,
+    ChannelName::PhaseBCurrent,
+    ChannelName::PhaseCCurrent,
+    ChannelName::MotorAngle,
+];
+
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/readers").join(name)
+}
+
+fn read(name: &str, map: &[&str]) -> Result<Recording, RecordError> {
+    Recording::read(&path(name), &ColumnMap::new(map).unwrap())
+}
+
+/// Every channel of a file is that of the twin, with its times.
+fn assert_twin(name: &str, map: &[&str], channels: &[ChannelName]) -> Recording {
+    let twin = read("twin.csv", &[]).unwrap();
+    let file = read(name, map).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert_eq!(file.channels().len(), channels.len(), "{name}");
+    for &channel in channels {
+        let (want, got) = (twin.channel(channel).unwrap(), file.channel(channel).unwrap());
+        assert_eq!(got.values().len(), want.values().len(), "{name} {channel}");
+        let pairs =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(pairs(got.times_s(), want.times_s()) <= AGREEMENT_ABS, "{name} {channel} times");
+        assert!(pairs(got.values(), want.values()) <= AGREEMENT_ABS, "{name} {channel}");
+        let (got, want) = (got.sampling().unwrap(), want.sampling().unwrap());
+        assert_eq!((got.rate_hz, got.is_uniform()), (want.rate_hz, true), "{name} {channel}");
+    }
+    file
+}
+
+/// What the files say of themselves beside their channels.
+fn assert_metadata(recording: &Recording) {
+    assert_eq!(recording.metadata.actuator_id.as_deref(), Some("bench-3"), "{}", recording.name);
+    assert_eq!(recording.metadata.rate_hz, Some(2000.0), "{}", recording.name);
+}
+
+mod parquet {
+    use super::*;
+
+    #[test]
+    fn versus_pandas_with_every_codec() {
+        for codec in ["snappy", "gzip", "brotli", "zstd", "lz4", "none"] {
+            let name = format!("pandas-{codec}.parquet");
+            assert_metadata(&assert_twin(&name, &[], &PHASES_AND_ANGLE));
+        }
+    }
+
+    #[test]
+    fn versus_pyarrow_with_every_codec_in_several_row_groups() {
+        for form in ["snappy", "gzip", "brotli", "zstd", "lz4", "byte-stream-split"] {
+            let name = format!("pyarrow-{form}.parquet");
+            assert_metadata(&assert_twin(&name, &[], &PHASES_AND_ANGLE));
+        }
+    }
+
+    #[test]
+    fn versus_polars_with_every_codec() {
+        for codec in ["zstd", "snappy", "gzip", "brotli", "lz4", "uncompressed"] {
+            assert_twin(&format!("polars-{codec}.parquet"), &[], &PHASES_AND_ANGLE);
+        }
+    }
+
+    #[test]
+    fn dates_are_seconds_and_words_are_left_alone() {
+        let file = assert_twin("pandas-dates.parquet", &["time_s=stamp"], &PHASES_AND_ANGLE);
+        let others: Vec<_> = file.other_columns().iter().map(|c| (c.name(), c.samples())).collect();
+        assert_eq!(others, [("remark", 160)]);
+        let error = read("pandas-dates.parquet", &["time_s=stamp", "current_a=remark"]);
+        assert_eq!(
+            error.unwrap_err().to_string(),
+            "column `remark` holds text or bytes, expected numbers"
+        );
+    }
+
+    #[test]
+    fn one_recording_may_be_a_row_of_lists() {
+        assert_metadata(&assert_twin("pyarrow-row.parquet", &[], &PHASES));
+    }
+}
+
+mod mat {
+    use super::*;
+
+    #[test]
+    fn versus_scipy_plain_and_compressed() {
+        for form in ["plain", "compressed"] {
+            assert_metadata(&assert_twin(&format!("scipy-{form}.mat"), &[], &PHASES));
+        }
+    }
+
+    #[test]
+    fn versus_scipy_structs_with_their_own_axes() {
+        let file = assert_twin("scipy-struct.mat", &[], &PHASES_AND_ANGLE);
+        assert_metadata(&file);
+        let others: Vec<_> = file.other_columns().iter().map(OtherColumn::name).collect();
+        assert_eq!(others, ["rec.list{1}", "empty", "sparse"]);
+    }
+
+    #[test]
+    fn columns_of_a_matrix_can_be_mapped() {
+        let map = [
+            "time_s=data(:,1)",
+            "phase_a_current_a=data(:,2)",
+            "phase_b_current_a=data(:,3)",
+            "phase_c_current_a=data(:,4)",
+        ];
+        assert_twin("scipy-matrix.mat", &map, &PHASES);
+        let period = ["time_s=Ts*0.001", "phase_a_current_a=ia"];
+        assert_twin("scipy-matrix.mat", &period, &PHASES[..1]);
+    }
+
+    #[test]
+    fn what_is_not_read_is_named() {
+        assert_eq!(
+            read("scipy-v4.mat", &[]).unwrap_err().to_string(),
+            "`.mat` with version 4 is not read (save it with `-v7`)"
+        );
+        assert_eq!(
+            read("scipy-struct.mat", &["load_n_m=sparse"]).unwrap_err().to_string(),
+            "column `sparse` holds a sparse matrix, expected numbers"
+        );
+    }
+}
+
+mod mf4 {
+    use super::*;
+
+    #[test]
+    fn versus_asammdf_plain_and_compressed() {
+        for form in ["plain", "deflate", "transposed", "4.00", "4.20"] {
+            assert_twin(&format!("asammdf-{form}.mf4"), &[], &PHASES_AND_ANGLE);
+        }
+    }
+
+    /// Twelve bits over 20 A: the error of rounding is half a step.
+    #[test]
+    fn conversions_are_applied() {
+        let twin = read("twin.csv", &[]).unwrap();
+        let file = read("asammdf-deflate.mf4", &["current_a=counts"]).unwrap();
+        let want = twin.channel(ChannelName::PhaseACurrent).unwrap().values();
+        let got = file.channel(ChannelName::Current).unwrap().values();
+        for (got, want) in got.iter().zip(want) {
+            assert!((got - want).abs() <= 10.0 / 4095.0 + AGREEMENT_ABS);
+        }
+        let error = read("asammdf-plain.mf4", &["current_a=adc/remark"]).unwrap_err();
+        assert_eq!(error.to_string(), "column `adc/remark` holds text, expected numbers");
+    }
+}
+
+mod tdms {
+    use super::*;
+
+    #[test]
+    fn versus_nptdms_waveforms_in_segments() {
+        assert_metadata(&assert_twin("nptdms-waveform.tdms", &[], &PHASES_AND_ANGLE));
+    }
+
+    #[test]
+    fn versus_nptdms_with_a_channel_of_times() {
+        let file = assert_twin("nptdms-time.tdms", &[], &PHASES);
+        let others: Vec<_> = file.other_columns().iter().map(OtherColumn::name).collect();
+        assert_eq!(others, ["drive/remark", "adc/counts", "stamped/stamp", "stamped/ia"]);
+    }
+
+    #[test]
+    fn scaled_and_stamped_channels_are_physical() {
+        let twin = read("twin.csv", &[]).unwrap();
+        let want = twin.channel(ChannelName::PhaseACurrent).unwrap();
+        let counts = read("nptdms-time.tdms", &["current_a=counts"]).unwrap();
+        let got = counts.channel(ChannelName::Current).unwrap();
+        assert!(
+            got.values().iter().zip(want.values()).all(|(a, b)| (a - b).abs() <= 0.0005 + 1e-9)
+        );
+        let stamped = read("nptdms-time.tdms", &["time_s=stamp", "current_a=stamped/ia"]).unwrap();
+        let got = stamped.channel(ChannelName::Current).unwrap();
+        // 2⁻²⁴ of the value, in single precision; microseconds in the file
+        let close = |a: f64, b: f64| (a - b).abs() <= f64::from(f32::EPSILON) * b.abs();
+        assert!(got.values().iter().zip(want.values()).all(|(&a, &b)| close(a, b)));
+        let apart = got.times_s().iter().zip(want.times_s()).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) <= AGREEMENT_ABS);
+    }
+}
