@@ -2,11 +2,17 @@
 
 use std::{io::Write, process::ExitCode};
 
-use clap::Parser;
-use fdi_cli::{Cli, Streams, run};
+use fdi_cli::{LoadError, Streams, load, run};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match load(std::env::args_os()) {
+        Ok(cli) => cli,
+        Err(LoadError::Usage(error)) => error.exit(),
+        Err(LoadError::File(error)) => {
+            let _ = writeln!(std::io::stderr(), "error: {error:#}");
+            return fdi_cli::ExitStatus::Failed.into();
+        }
+    };
     let choice = cli.global.color.choice();
     let mut stdout = anstream::AutoStream::new(std::io::stdout().lock(), choice);
     let mut stderr = anstream::AutoStream::new(std::io::stderr(), choice);
