@@ -8,7 +8,8 @@ use anyhow::{Context, Result, bail};
 type Page = (&'static str, fn() -> String);
 
 /// Every generated page.
-const PAGES: &[Page] = &[("docs/cli.md", fdi_cli::reference)];
+const PAGES: &[Page] =
+    &[("docs/cli.md", fdi_cli::reference), ("docs/config.md", fdi_cli::config_reference)];
 
 /// Rebuilds the pages, or with `check` compares them.
 pub(crate) fn run(root: &Path, check: bool) -> Result<()> {

@@ -2,14 +2,18 @@
 
 mod evaluate;
 mod experiment;
+mod report;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{Encoding, RootSeed, Schema, report::Method};
 
+use crate::config::ResolvedSetting;
+
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
+pub use report::{FleetArgs, ReportArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -67,12 +71,18 @@ pub struct GlobalArgs {
     /// When to colour
     #[arg(long, global = true, value_enum, default_value_t, value_name = "WHEN")]
     pub color: Color,
+    /// Settings of this file in place of those of `fdi.toml` in this folder
+    #[arg(long, global = true, value_name = "FILE", env = "FDI_CONFIG", hide_env_values = true)]
+    pub config: Option<PathBuf>,
     /// Say only what went wrong
     #[arg(long, short, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Say what is being done
     #[arg(long, short, global = true, action = ArgAction::SetTrue)]
     pub verbose: bool,
+    /// Settings of this run with their origins
+    #[arg(skip)]
+    pub settings: Vec<ResolvedSetting>,
 }
 
 impl GlobalArgs {
@@ -201,6 +211,12 @@ pub struct DiagnoseArgs {
     /// Exit with 1 when a fault or a model error is found
     #[arg(long)]
     pub exit_code: bool,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub report: ReportArgs,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub fleet: FleetArgs,
 }
 
 /// Which model.
@@ -397,6 +413,8 @@ pub enum SchemaArg {
     Bundle,
     /// The JSON of `evaluate`.
     Evaluation,
+    /// The JSON of the trends beside a report of `diagnose`.
+    Fleet,
 }
 
 impl SchemaArg {
@@ -406,6 +424,7 @@ impl SchemaArg {
             Self::Diagnosis => Schema::Diagnosis,
             Self::Bundle => Schema::Bundle,
             Self::Evaluation => Schema::Evaluation,
+            Self::Fleet => Schema::Fleet,
         }
     }
 }
@@ -421,8 +440,8 @@ pub struct CompletionsArgs {
 /// Options of `fdi inspect`.
 #[derive(Clone, Debug, Args)]
 pub struct InspectArgs {
-    /// The recording
-    #[arg(value_name = "FILE")]
+    /// The recording, or `config` for all settings with their origins
+    #[arg(value_name = "FILE|config")]
     pub file: PathBuf,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]

@@ -4,8 +4,8 @@ use std::{fs, sync::OnceLock};
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding, Purpose,
-    Recording, RootSeed, report::RecordDiagnosis, store,
+    Bundle, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding, FitSignals,
+    Purpose, Recording, RootSeed, report::RecordDiagnosis, store,
 };
 
 use crate::DiagnoseArgs;
@@ -29,6 +29,20 @@ pub trait Diagnoser: Sync {
     /// # Errors
     /// Why this recording cannot be diagnosed, in one line.
     fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis>;
+
+    /// The signals behind the answer to a recording, where it has any to show.
+    ///
+    /// # Errors
+    /// As [`diagnose`](Self::diagnose).
+    fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {
+        let _ = recording;
+        Ok(None)
+    }
+
+    /// Name of the model whose recordings it diagnoses, where that is known.
+    fn model_name(&self) -> Option<&str> {
+        None
+    }
 }
 
 /// The diagnosis that the options ask for.
@@ -131,5 +145,15 @@ impl Diagnoser for BundleDiagnoser {
             answer.bundle = Some(prepared.sha256.clone());
         }
         Ok(answer)
+    }
+
+    fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {
+        let ready = self.fitting(recording).ready(self.encoding)?;
+        let (_, signals) = ready.diagnose_with_signals(recording, &self.options)?;
+        Ok(Some(signals))
+    }
+
+    fn model_name(&self) -> Option<&str> {
+        Some(&self.bundles[0].bundle.experiment.model_name)
     }
 }

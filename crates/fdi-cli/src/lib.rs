@@ -5,9 +5,12 @@ pub mod args;
 mod batch;
 mod bundle;
 mod command;
+mod config;
 mod diagnoser;
 mod exit;
 mod experiment;
+mod html_report;
+mod name_pattern;
 mod output;
 mod reference;
 mod resume;
@@ -17,8 +20,10 @@ mod streams;
 
 pub use args::{Cli, DiagnoseArgs, GlobalArgs, OutputFormat};
 pub use command::diagnose_with;
+pub use config::{LoadError, ResolvedSetting, config_reference, load};
 pub use diagnoser::Diagnoser;
 pub use exit::ExitStatus;
+pub use name_pattern::NamePattern;
 pub use reference::reference;
 pub use streams::Streams;
 

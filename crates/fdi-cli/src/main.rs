@@ -5,11 +5,17 @@ use std::{
     process::ExitCode,
 };
 
-use clap::Parser;
-use fdi_cli::{Cli, Streams, run};
+use fdi_cli::{LoadError, Streams, load, run};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match load(std::env::args_os()) {
+        Ok(cli) => cli,
+        Err(LoadError::Usage(error)) => error.exit(),
+        Err(LoadError::File(error)) => {
+            let _ = writeln!(std::io::stderr(), "error: {error:#}");
+            return fdi_cli::ExitStatus::Failed.into();
+        }
+    };
     let binary = cli.global.output_format.is_binary();
     // what is no text must pass as it is
     let choice = if binary { anstream::ColorChoice::AlwaysAnsi } else { cli.global.color.choice() };

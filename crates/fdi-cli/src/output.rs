@@ -14,7 +14,9 @@ use std::io::{self, Write};
 use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
-pub(crate) use json::to_line;
+pub(crate) use human::{common_folder, fit_ratio, short_name};
+pub(crate) use json::{TOOL, to_line};
+pub(crate) use sentence::{plus_minus, sentence};
 pub(crate) use table::table;
 
 /// What came of one recording.
@@ -86,6 +88,8 @@ pub(crate) fn writer<'a>(
 pub(crate) struct Tally {
     verdicts: [usize; 4],
     pub(crate) failures: Vec<Failure>,
+    /// Recordings that the model does not explain.
+    pub(crate) unexplained: Vec<String>,
 }
 
 /// The verdicts in the order in which they are told.
@@ -98,6 +102,9 @@ impl Tally {
             Answer::Diagnosed(record) => {
                 let of = VERDICTS.iter().position(|&verdict| verdict == record.verdict);
                 self.verdicts[of.expect("the list holds every verdict")] += 1;
+                if record.verdict == Verdict::ModelInadequate {
+                    self.unexplained.push(record.recording.clone());
+                }
             }
             Answer::Failed(failure) => self.failures.push(failure.clone()),
         }

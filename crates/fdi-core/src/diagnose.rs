@@ -218,11 +218,21 @@ impl Diagnoser {
         recording: &Recording,
         options: &DiagnoseOptions,
     ) -> Result<RecordDiagnosis, DiagnoseError> {
+        self.diagnose_shown(recording, options, &Watch::NOTHING)
+    }
+
+    /// The same, showing what it does.
+    pub(crate) fn diagnose_shown(
+        &self,
+        recording: &Recording,
+        options: &DiagnoseOptions,
+        watch: &Watch<'_>,
+    ) -> Result<RecordDiagnosis, DiagnoseError> {
         let mut observation = Observation::of(recording, &self.bundle.experiment)?;
         let notices = std::mem::take(&mut observation.notices);
         let mut answer = match observation.commutation.take() {
-            Some(seen) => self.with_commutation(&mut observation, &seen, options)?,
-            None => self.diagnose_observation(&observation, options)?.0,
+            Some(seen) => self.with_commutation(&mut observation, &seen, options, watch)?,
+            None => self.diagnose_run(&observation, options, watch)?.0,
         };
         answer.notices.splice(0..0, notices);
         answer.recording.clone_from(&recording.name);
@@ -236,10 +246,11 @@ impl Diagnoser {
         observation: &mut Observation,
         seen: &Commutation,
         options: &DiagnoseOptions,
+        watch: &Watch<'_>,
     ) -> Result<RecordDiagnosis, DiagnoseError> {
         let experiment = &self.bundle.experiment;
         let pole_pairs = experiment.actuator.motor.pole_pairs;
-        let (mut answer, mut posterior) = self.diagnose_observation(observation, options)?;
+        let (mut answer, mut posterior) = self.diagnose_run(observation, options, watch)?;
         for _ in 0..COMMUTATION_ROUNDS {
             let mut damage = [0.0; FAULT_COUNT];
             for (&index, &value) in posterior.indices.iter().zip(&posterior.estimate) {
@@ -252,7 +263,7 @@ impl Diagnoser {
             }
             observation.start_angle_rad = Some(start_rad);
             let spent = answer.evaluations;
-            (answer, posterior) = self.diagnose_observation(observation, options)?;
+            (answer, posterior) = self.diagnose_run(observation, options, watch)?;
             answer.evaluations += spent + 1;
         }
         forget_direction(&mut answer, pole_pairs);
@@ -273,7 +284,16 @@ impl Diagnoser {
         &self,
         observation: &Observation,
         options: &DiagnoseOptions,
-        watch: &dyn Fn(&[f64]),
+        residual: &dyn Fn(&[f64]),
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        self.diagnose_run(observation, options, &Watch { residual, ..Watch::NOTHING })
+    }
+
+    fn diagnose_run(
+        &self,
+        observation: &Observation,
+        options: &DiagnoseOptions,
+        watch: &Watch<'_>,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let run = Run { diagnoser: self, observation, options, watch };
         match observation.start_angle_rad {
@@ -503,8 +523,20 @@ struct Run<'a> {
     diagnoser: &'a Diagnoser,
     observation: &'a Observation,
     options: &'a DiagnoseOptions,
-    /// Shown every residual.
-    watch: &'a dyn Fn(&[f64]),
+    watch: &'a Watch<'a>,
+}
+
+/// Who is shown what a diagnosis does.
+pub(crate) struct Watch<'a> {
+    /// Shown the residual of every evaluation of the monitor, A.
+    pub(crate) residual: &'a dyn Fn(&[f64]),
+    /// Shown the signal and the residual that an answer rests on, A; the last one is that of the
+    /// diagnosis.
+    pub(crate) answer: &'a dyn Fn(&[f64], &[f64]),
+}
+
+impl Watch<'_> {
+    pub(crate) const NOTHING: Self = Self { residual: &|_| {}, answer: &|_, _| {} };
 }
 
 impl Run<'_> {
@@ -767,7 +799,7 @@ impl Run<'_> {
         {
             *value = measured - *value - mean;
         }
-        (self.watch)(&residual);
+        (self.watch.residual)(&residual);
         residual
     }
 
@@ -894,6 +926,7 @@ impl Run<'_> {
         } else {
             Verdict::Healthy
         };
+        (self.watch.answer)(&self.observation.signal_a, &outcome.residual_a);
         let count = outcome.residual_a.len() as f64;
         let square_sum = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
         let rms_a = (square_sum(&mut outcome.residual_a.iter().copied()) / count).sqrt();
@@ -901,6 +934,8 @@ impl Run<'_> {
         let discrepancy = square_sum(&mut mask.iter().map(|&i| outcome.residual_a[i])).sqrt();
         RecordDiagnosis {
             recording: String::new(),
+            actuator_id: None,
+            date: None,
             status: if any_null || !outcome.adequate { Status::Partial } else { Status::Ok },
             verdict,
             bundle: None,
@@ -1018,7 +1053,7 @@ fn within_training(point: &[f64]) -> Vec<f64> {
 /// Noise over the bundle's from which on a recording is called disturbed.
 const LOUD_RATIO: f64 = 5.0;
 /// Largest incipient level.
-const INCIPIENT_LEVEL: f64 = 0.05;
+pub const INCIPIENT_LEVEL: f64 = 0.05;
 
 fn hidden_notice(most: f64, noise: Noise) -> Notice {
     Notice {

@@ -1,22 +1,9 @@
 //! Drawings of an evaluation: how the searches converge, and which faults are detected.
 
 use crate::{
-    drawing::{opening, push, push_line, push_text, ticks},
+    drawing::{Axis, Plane, STROKES, opening, path, push, push_curve, push_text},
     report::{ConvergencePoint, DetectionPoint, Evaluation, FaultEvaluation, MethodEvaluation},
 };
-
-/// Colours that are told apart by every kind of colour vision (Okabe and Ito, 2008), each with a
-/// dash of its own, so that they are told apart in grey too.
-const STROKES: [(&str, &str); 8] = [
-    ("#000000", ""),
-    ("#0072b2", "7 3"),
-    ("#d55e00", "2 3"),
-    ("#009e73", "10 3 2 3"),
-    ("#cc79a7", "5 5"),
-    ("#56b4e9", "1 2"),
-    ("#e69f00", "12 4"),
-    ("#777777", "4 2 1 2"),
-];
 
 /// Least discrepancy reached against evaluations and, where times are known, against time, with
 /// the middle half of the searches as a band: Figs 6-8 of the FREEDOM paper as a self-contained
@@ -61,7 +48,8 @@ pub fn detection_figure_svg(evaluation: &Evaluation) -> Option<String> {
     if most <= 0.0 {
         return None;
     }
-    let plane = Plane { x: Axis::linear([0.0, most]), y: Axis::linear([0.0, 1.02]), left: 0.0 };
+    let plane =
+        Plane { x: Axis::linear([0.0, most]), y: Axis::linear([0.0, 1.02]), frame: frame(0.0) };
     let width = PANEL_WIDTH + LEGEND_WIDTH;
     let settings = &evaluation.settings;
     let title = format!(
@@ -91,92 +79,10 @@ const LEGEND_WIDTH: f64 = 150.0;
 /// Left, top, right and bottom margins of a panel, px.
 const MARGINS: [f64; 4] = [76.0, 44.0, 16.0, 60.0];
 
-/// A scale of a drawing.
-#[derive(Clone, Copy)]
-struct Axis {
-    range: [f64; 2],
-    logarithmic: bool,
-}
-
-impl Axis {
-    fn linear(range: [f64; 2]) -> Self {
-        Self { range, logarithmic: false }
-    }
-
-    /// Whole decades around positive values; `None` without any.
-    fn decades(values: impl Iterator<Item = f64>) -> Option<Self> {
-        let positive = values.filter(|value| *value > 0.0 && value.is_finite());
-        let (low, high) = positive
-            .fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
-        let range = [low.log10().floor(), high.log10().ceil()];
-        let range = if range[0] == range[1] { [range[0], range[0] + 1.0] } else { range };
-        (high > 0.0).then_some(Self { range, logarithmic: true })
-    }
-
-    /// Place of a value, 0 to 1.
-    fn share(self, value: f64) -> f64 {
-        let [low, high] = self.range;
-        let value = if self.logarithmic { value.max(f64::MIN_POSITIVE).log10() } else { value };
-        ((value - low) / (high - low)).clamp(0.0, 1.0)
-    }
-
-    /// Places with their labels.
-    fn ticks(self) -> Vec<(f64, String)> {
-        if !self.logarithmic {
-            return ticks(self.range);
-        }
-        (self.range[0] as i32..=self.range[1] as i32)
-            .map(|power| {
-                let value = 10f64.powi(power);
-                let label = if (-3..=4).contains(&power) {
-                    value.to_string()
-                } else {
-                    format!("1e{power}").replace('-', "−")
-                };
-                (value, label)
-            })
-            .collect()
-    }
-}
-
-/// Where values lie on a drawing.
-struct Plane {
-    x: Axis,
-    y: Axis,
-    left: f64,
-}
-
-impl Plane {
-    fn at(&self, x: f64, y: f64) -> [f64; 2] {
-        let [left, top, right, bottom] = MARGINS;
-        [
-            self.left + left + (PANEL_WIDTH - left - right) * self.x.share(x),
-            HEIGHT - bottom - (HEIGHT - top - bottom) * self.y.share(y),
-        ]
-    }
-
-    fn push_axes(&self, svg: &mut String, x_label: &str, y_label: &str) {
-        let [left, top, right, bottom] = MARGINS;
-        let (x0, x1) = (self.left + left, self.left + PANEL_WIDTH - right);
-        let (y0, y1) = (HEIGHT - bottom, top);
-        for (value, label) in self.x.ticks() {
-            let x = x0 + (x1 - x0) * self.x.share(value);
-            push_line(svg, [x, y0], [x, y1], "#ddd");
-            push_text(svg, [x, y0 + 18.0], "text-anchor=\"middle\"", &label);
-        }
-        for (value, label) in self.y.ticks() {
-            let y = y0 + (y1 - y0) * self.y.share(value);
-            push_line(svg, [x0, y], [x1, y], "#ddd");
-            push_text(svg, [x0 - 8.0, y + 4.5], "text-anchor=\"end\"", &label);
-        }
-        push_line(svg, [x0, y0], [x1, y0], "#222");
-        push_line(svg, [x0, y0], [x0, y1], "#222");
-        let middle = f64::midpoint(x0, x1);
-        push_text(svg, [middle, y0 + 40.0], "text-anchor=\"middle\"", x_label);
-        let (x, y) = (self.left + 16.0, f64::midpoint(y0, y1));
-        let turned = format!("text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\"");
-        push_text(svg, [x, y], &turned, y_label);
-    }
+/// The frame of the panel that begins at `left`.
+fn frame(left: f64) -> [f64; 4] {
+    let [before, top, after, bottom] = MARGINS;
+    [left + before, top, left + PANEL_WIDTH - after, HEIGHT - bottom]
 }
 
 /// One scale of evaluations or time, with the discrepancies over it.
@@ -200,7 +106,7 @@ impl Panel {
     }
 
     fn push(&self, svg: &mut String, left: f64, methods: &[&MethodEvaluation]) {
-        let plane = Plane { x: self.x, y: self.y, left };
+        let plane = Plane { x: self.x, y: self.y, frame: frame(left) };
         plane.push_axes(svg, self.label, "discrepancy δ, A");
         for (place, method) in methods.iter().enumerate() {
             let points = &method.convergence;
@@ -220,27 +126,6 @@ impl Panel {
             push_curve(svg, place, &line(|point| point.discrepancy.median));
         }
     }
-}
-
-fn path(points: &[[f64; 2]]) -> String {
-    points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
-}
-
-/// A curve in the stroke of its place; a single point is drawn as one.
-fn push_curve(svg: &mut String, place: usize, points: &[[f64; 2]]) {
-    let (colour, dash) = STROKES[place % STROKES.len()];
-    if let [[x, y]] = points {
-        push(svg, &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{colour}\"/>"));
-        return;
-    }
-    push(
-        svg,
-        &format!(
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" \
-             stroke-dasharray=\"{dash}\"/>",
-            path(points)
-        ),
-    );
 }
 
 fn push_legend(svg: &mut String, x: f64, names: &[&str]) {
@@ -317,12 +202,5 @@ mod tests {
         evaluation.methods[0].faults.clear();
         assert_eq!(convergence_figure_svg(&evaluation), None);
         assert_eq!(detection_figure_svg(&evaluation), None);
-    }
-
-    #[test]
-    fn decades_hold_all_values() {
-        let axis = Axis::decades([0.0, 0.02, 3.0].into_iter()).unwrap();
-        assert_eq!(axis.range, [-2.0, 1.0]);
-        assert!(Axis::decades([0.0].into_iter()).is_none());
     }
 }

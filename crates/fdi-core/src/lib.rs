@@ -51,6 +51,7 @@ mod central;
 mod commutation;
 mod dataset;
 mod diagnose;
+mod diagnosis_figure;
 mod drawing;
 mod electronics;
 mod embedded;
@@ -62,6 +63,7 @@ mod error_model;
 mod evaluate;
 mod evaluation_figure;
 mod experiment;
+mod fleet;
 mod likelihood;
 mod mode_figure;
 mod model_source;
@@ -74,6 +76,7 @@ pub mod report;
 mod scalar_search;
 mod schema;
 mod seed;
+mod signals;
 mod simulated;
 mod simulated_axis;
 pub mod store;
@@ -85,7 +88,8 @@ pub use bundle::{
     Bundle, BundleError, MASK_POINTS, ModelChoice, Modelled, StartAngle, default_noise_a,
 };
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
-pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
+pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, INCIPIENT_LEVEL};
+pub use diagnosis_figure::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
@@ -105,10 +109,11 @@ pub use posterior::FALSE_ALARM_RATE;
 pub use record::{
     Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
     CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
-    RecordingDate, Sampling, WriteError, guess_columns, list_recordings,
+    RecordingDate, Sampling, WriteError, guess_columns, list_recordings, nearest,
 };
 pub use recorded_test::RecordedTestError;
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
+pub use signals::FitSignals;
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
 pub use simulated_axis::AxisTest;

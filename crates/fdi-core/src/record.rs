@@ -41,6 +41,7 @@ pub use format::FileFormat;
 pub use guess::{ColumnGuess, guess_columns};
 pub(crate) use metadata::KEY_TABLE;
 pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
+pub use nearest::nearest;
 pub use sampling::Sampling;
 pub use source::list_recordings;
 pub use writer::{CsvFormat, WriteError};

@@ -9,6 +9,10 @@ use std::{collections::BTreeMap, fmt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+mod fleet;
+
+pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, TrendPoint};
+
 use crate::record::EnvelopeKind;
 
 /// Version of the JSON documents: raised when a field changes its meaning or goes,
@@ -49,6 +53,12 @@ pub struct Failure {
 pub struct RecordDiagnosis {
     /// The path as it was given.
     pub recording: String,
+    /// Which actuator the recording is of, where it says so or its name does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator_id: Option<String>,
+    /// When the recording was taken, RFC 3339, where it says so or its name does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
     /// Whether everything could be determined.
     pub status: Status,
     /// The answer in a word.
@@ -614,14 +624,16 @@ pub struct Quartiles {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn record() -> RecordDiagnosis {
+    pub(crate) fn record() -> RecordDiagnosis {
         let mut faults: Vec<Fault> = FaultId::ALL.map(Fault::undetermined).into();
         faults[0] = Fault::determined(FaultId::K1, 0.021, 0.001, [0.019, 0.023], Some(true));
         RecordDiagnosis {
             recording: "r01.csv".to_owned(),
+            actuator_id: None,
+            date: None,
             status: Status::Partial,
             verdict: Verdict::Faulty,
             bundle: None,

@@ -1,8 +1,10 @@
 //! Options of `fdi evaluate`.
 
-use std::{num::NonZeroUsize, path::PathBuf};
+use std::num::NonZeroUsize;
 
 use clap::{Args, ValueEnum};
+
+use super::ReportArgs;
 
 /// Options of `fdi evaluate`.
 #[derive(Clone, Debug, Args)]
@@ -40,9 +42,9 @@ pub struct EvaluateArgs {
     /// Largest level that `ei`, `ucb`, `two-step-ei` and the population methods look at
     #[arg(long, default_value_t = 1.0, value_name = "LEVEL")]
     pub largest_level: f64,
-    /// Write the drawings into this folder: convergence, probability of detection
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub report: ReportArgs,
     /// Most evaluations of the model in one search [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,

@@ -1,5 +1,7 @@
 //! `fdi diagnose`.
 
+mod after;
+
 use std::{
     io,
     panic::{AssertUnwindSafe, catch_unwind},
@@ -10,12 +12,13 @@ use std::{
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, Encoding, RecordError, Recording, list_recordings,
+    ColumnMap, Encoding, Metadata, RecordError, Recording, list_recordings,
     report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict},
 };
 
 use crate::{
     DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
+    args::FleetArgs,
     batch::in_order,
     output::{Answer, Head, Tally, writer},
     resume::Resume,
@@ -36,7 +39,7 @@ pub fn diagnose_with(
 ) -> Result<ExitStatus> {
     let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
     let map = ColumnMap::new(&args.map.map)?;
-    let batch = Batch { diagnoser, map, stable: global.stable, one_a_line };
+    let batch = Batch { diagnoser, map, fleet: &args.fleet, stable: global.stable, one_a_line };
     let inputs = inputs(args);
     let resume = match &args.resume {
         Some(path) => {
@@ -45,13 +48,15 @@ pub fn diagnose_with(
         }
         None => None,
     };
-    let tally = tell(&batch, &inputs, resume, global, streams)?;
+    let mut records = after::wanted(args).then(Vec::new);
+    let tally = tell(&batch, &inputs, resume, &mut records, global, streams)?;
     for failure in &tally.failures {
         streams.say(format_args!("error: {}: {}", failure.recording, failure.error));
     }
     if !global.quiet {
         streams.say(format_args!("{}", tally.sentence()));
     }
+    after::batch(&batch, args, global, &tally, records.as_deref(), streams)?;
     Ok(status(&tally, args.exit_code))
 }
 
@@ -60,6 +65,7 @@ fn tell(
     batch: &Batch<'_>,
     inputs: &[Input],
     mut resume: Option<Resume>,
+    records: &mut Option<Vec<RecordDiagnosis>>,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<Tally> {
@@ -74,6 +80,11 @@ fn tell(
     };
     let todo = &inputs[resume.as_ref().map_or(0, Resume::done)..];
     let mut tally = Tally::default();
+    let mut keep = |answer: &Answer| {
+        if let (Some(records), Answer::Diagnosed(record)) = (records.as_mut(), answer) {
+            records.push((**record).clone());
+        }
+    };
     let Streams { out, err } = streams;
     let mut product = Streams { out: &mut **out, err: &mut io::sink() };
     product.product(global.output.as_deref(), |out| {
@@ -83,6 +94,7 @@ fn tell(
         if let Some(resume) = &resume {
             resume.replay(|answer| {
                 tally.count(answer);
+                keep(answer);
                 writer.answer(answer)
             })?;
         }
@@ -95,6 +107,7 @@ fn tell(
                 let _ = writeln!(err, "{}", answer.in_a_word());
             }
             tally.count(&answer);
+            keep(&answer);
             writer.answer(&answer)
         };
         in_order(todo, jobs, |_, input| batch.answer(input), emit)?;
@@ -150,6 +163,7 @@ fn failure(path: &Path, error: String) -> Failure {
 struct Batch<'a> {
     diagnoser: &'a dyn Diagnoser,
     map: ColumnMap,
+    fleet: &'a FleetArgs,
     stable: bool,
     one_a_line: bool,
 }
@@ -200,6 +214,7 @@ impl Batch<'_> {
         let start = clock();
         let recording = Recording::read(path, &self.map).map_err(|error| self.explain(error))?;
         let mut record = self.diagnoser.diagnose(&recording)?;
+        self.identify(&mut record, path, &recording.metadata);
         if self.one_a_line {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
@@ -209,6 +224,16 @@ impl Batch<'_> {
             bail!("internal error, please report it: `{name}` is not finite");
         }
         Ok(record)
+    }
+
+    /// Adds the actuator and the date: those that the name of the file says, else its metadata.
+    fn identify(&self, record: &mut RecordDiagnosis, path: &Path, metadata: &Metadata) {
+        let patterns = [&self.fleet.id_from, &self.fleet.date_from];
+        let named = patterns.map(|one| one.as_ref().map(|one| one.read(path)).unwrap_or_default());
+        let [mut by_id, mut by_date] = named;
+        record.actuator_id = by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone());
+        let date = by_date.date.or(by_id.date.take()).or(metadata.date.clone());
+        record.date = date.map(|date| date.to_string());
     }
 
     /// Adds what the recording's rate says about it where its text breaks off.

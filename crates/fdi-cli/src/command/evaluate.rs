@@ -1,16 +1,17 @@
 //! `fdi evaluate`.
 
-use std::{fmt::Write, fs, num::NonZeroUsize, path::Path, thread, time::Instant};
+use std::{fmt::Write, num::NonZeroUsize, thread, time::Instant};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Contender, EvaluationRequest, EvaluationSetting, Protocol, convergence_figure_svg,
-    detection_figure_svg, ema_sim::Imperfections, evaluate, report::Evaluation,
+    Contender, EvaluationRequest, EvaluationSetting, Protocol, ema_sim::Imperfections, evaluate,
+    report::Evaluation,
 };
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{EvaluateArgs, ProtocolArg, Switch},
+    html_report,
 };
 
 /// Sensor noise of the experiment that is about it, A.
@@ -76,27 +77,10 @@ pub(crate) fn evaluate_protocol(
         clock: if global.stable { None } else { Some(&clock) },
     };
     let result = evaluate(&request)?;
-    if let Some(folder) = &args.figures {
-        write_figures(folder, &result)?;
-    }
+    html_report::write(&args.report, || Ok(html_report::of_evaluation(&result)))?;
     let text = render(&result)?;
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
-}
-
-/// Writes the drawings that a result has, named after its protocol.
-fn write_figures(folder: &Path, result: &Evaluation) -> Result<()> {
-    fs::create_dir_all(folder).with_context(|| format!("creating {}", folder.display()))?;
-    for (name, svg) in [
-        ("convergence", convergence_figure_svg(result)),
-        ("detection", detection_figure_svg(result)),
-    ] {
-        if let Some(svg) = svg {
-            let path = folder.join(format!("{}-{name}.svg", result.protocol));
-            fs::write(&path, svg).with_context(|| format!("writing {}", path.display()))?;
-        }
-    }
-    Ok(())
 }
 
 fn protocol(arg: ProtocolArg) -> Protocol {

@@ -1,11 +1,14 @@
 //! `fdi inspect`.
 
-use std::fmt::Write;
+use std::{fmt::Write, path::Path};
 
 use anyhow::{Result, anyhow, bail};
 use fdi_core::{Channel, ColumnMap, Current, OtherColumn, RecordError, Recording, guess_columns};
 
-use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::InspectArgs, output::table};
+use crate::{
+    ExitStatus, GlobalArgs, OutputFormat, Streams, args::InspectArgs, config::every_setting,
+    output::table,
+};
 
 /// Says what a recording holds.
 pub(crate) fn inspect(
@@ -15,6 +18,11 @@ pub(crate) fn inspect(
 ) -> Result<ExitStatus> {
     if global.output_format != OutputFormat::Human {
         bail!("`inspect` speaks to people only: `--output-format human`");
+    }
+    if args.file == Path::new("config") {
+        let text = settings(global)?;
+        streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
+        return Ok(ExitStatus::Done);
     }
     let map = ColumnMap::new(&args.map.map)?;
     let file = args.file.display().to_string();
@@ -35,6 +43,15 @@ pub(crate) fn inspect(
     }
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
+}
+
+/// Every setting of every command, with what it is and where that is from.
+fn settings(global: &GlobalArgs) -> Result<String> {
+    let mut text = String::new();
+    let rows: Vec<Vec<String>> =
+        every_setting(global)?.iter().map(|setting| setting.row().into()).collect();
+    table(&mut text, &["setting", "value", "from"].map(str::to_owned), &rows)?;
+    Ok(text)
 }
 
 /// The command that reads the file as its columns seem to be meant, if any does.

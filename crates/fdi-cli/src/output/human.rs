@@ -50,7 +50,7 @@ impl<'a> Human<'a> {
         let names = self.names();
         let header = ["recording", "verdict"].map(str::to_owned).into_iter();
         let header: Vec<_> =
-            header.chain(FaultId::ALL.map(heading)).chain(["fit".into()]).collect();
+            header.chain(FaultId::ALL.map(short_name)).chain(["fit".into()]).collect();
         let with_name = |(name, row): (&&str, &Row)| {
             std::iter::once((*name).to_owned()).chain(row.cells.iter().cloned()).collect()
         };
@@ -120,7 +120,8 @@ fn listed(rows: &[usize], names: &[&str]) -> String {
     format!("{}{more}", shown.join(", "))
 }
 
-fn heading(id: FaultId) -> String {
+/// A fault as the head of a column.
+pub(crate) fn short_name(id: FaultId) -> String {
     let short = ["friction", "backlash", "short A", "short B", "short C", "eccentr.", "direction"];
     format!("{id} {}", short[id as usize])
 }
@@ -130,11 +131,16 @@ fn cells(record: &RecordDiagnosis) -> Vec<String> {
     for id in FaultId::ALL {
         cells.push(record.fault(id).map_or_else(|| "-".to_owned(), level));
     }
-    let ratio = record.fit.rms_a / record.fit.noise_floor_a;
-    let fit = if ratio.is_finite() { format!("{ratio:.2}") } else { "-".to_owned() };
+    let fit = fit_ratio(record).map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"));
     let fit = if record.fit.adequate { fit } else { format!("{fit} !") };
     cells.push(fit);
     cells
+}
+
+/// The residual over what noise explains.
+pub(crate) fn fit_ratio(record: &RecordDiagnosis) -> Option<f64> {
+    let ratio = record.fit.rms_a / record.fit.noise_floor_a;
+    ratio.is_finite().then_some(ratio)
 }
 
 fn level(fault: &Fault) -> String {
@@ -163,7 +169,7 @@ fn paint(text: &str, style: Style) -> String {
 }
 
 /// Bytes that all names have in common up to their last `/`.
-fn common_folder(names: &[&str]) -> usize {
+pub(crate) fn common_folder(names: &[&str]) -> usize {
     let Some((first, rest)) = names.split_first() else { return 0 };
     let folder = first.rfind('/').map_or(0, |at| at + 1);
     let shared = |length: &usize| rest.iter().all(|name| name.starts_with(&first[..*length]));

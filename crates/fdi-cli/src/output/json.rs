@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{Answer, AnswerWriter, Head};
 
 /// Name and version of this program.
-pub(super) const TOOL: &str = concat!("fdi ", env!("CARGO_PKG_VERSION"));
+pub(crate) const TOOL: &str = concat!("fdi ", env!("CARGO_PKG_VERSION"));
 
 /// The whole [`fdi_core::report::Diagnosis`], one record a line.
 pub(super) struct Document<'a> {

@@ -12,7 +12,7 @@ const FRICTION_GAIN: f64 = 2.0;
 const BACKLASH_GAIN: f64 = 99.0;
 
 /// What to say of a recording; nothing of a healthy one.
-pub(super) fn sentence(record: &RecordDiagnosis) -> Option<String> {
+pub(crate) fn sentence(record: &RecordDiagnosis) -> Option<String> {
     let detected = record.faults.iter().filter(|fault| fault.detected == Some(true));
     let mut found: Vec<_> = detected.filter_map(|fault| of_fault(fault, record)).collect();
     let missing = missing(record);
@@ -66,12 +66,17 @@ fn of_fault(fault: &Fault, record: &RecordDiagnosis) -> Option<String> {
 fn direction(record: &RecordDiagnosis) -> String {
     let k7 = record.fault(FaultId::K7).and_then(|fault| Some((fault.value?, fault.std?)));
     // FREEDOM paper, Table 1: 0 to 1 is -180° to 180°
-    k7.map(|(value, std)| format!(", towards {:.0}° ± {:.0}°", 360.0 * (value - 0.5), 360.0 * std))
-        .unwrap_or_default()
+    k7.map(|(value, std)| {
+        let (towards, std) = (360.0 * (value - 0.5), 360.0 * std);
+        // no angle is known to zero degrees
+        let decimals = usize::from(std < 0.5);
+        format!(", towards {towards:.decimals$}° ± {std:.decimals$}°")
+    })
+    .unwrap_or_default()
 }
 
 /// A level and its standard deviation, the latter to one significant digit.
-pub(super) fn plus_minus(value: f64, std: f64, sign: &str) -> String {
+pub(crate) fn plus_minus(value: f64, std: f64, sign: &str) -> String {
     const FEWEST: i32 = 3;
     const MOST: i32 = 6;
     let needed = if std > 0.0 { -std.log10().floor() } else { f64::from(MOST) };

@@ -75,6 +75,8 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
     });
     RecordDiagnosis {
         recording: recording.name.clone(),
+        actuator_id: None,
+        date: None,
         status: Status::Ok,
         verdict,
         bundle: None,

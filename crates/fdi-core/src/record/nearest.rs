@@ -3,10 +3,7 @@
 /// The candidate that the word begins, else the one with the smallest edit distance,
 /// where that is at most a third of the word's length (at least one): farther ones
 /// mislead.
-pub(super) fn nearest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<_> = candidates.into_iter().collect();
     if let Some(longer) = candidates.iter().find(|candidate| candidate.starts_with(word)) {
         return Some(longer);

@@ -1,0 +1,33 @@
+//! Options of the report, and of fleets over time.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::positive;
+use crate::name_pattern::NamePattern;
+
+/// Where the report and its drawings go.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ReportArgs {
+    /// Write a report into this file: one page with figures, read in any browser without a network
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// Write the drawings of the report into this folder, as SVG
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+}
+
+/// Which actuator a recording is of, and when it was taken.
+#[derive(Clone, Debug, Args)]
+pub struct FleetArgs {
+    /// Read the actuator off the file name, such as `{id}_*`; the recording's own `actuator-id` counts where the name has none
+    #[arg(long, value_name = "PATTERN")]
+    pub id_from: Option<NamePattern>,
+    /// Read the date off the file name, such as `*_{date}`; the recording's own `date` counts where the name has none
+    #[arg(long, value_name = "PATTERN")]
+    pub date_from: Option<NamePattern>,
+    /// Warn when a level has risen by this much since the actuator's reference recording
+    #[arg(long, value_name = "LEVEL", default_value_t = 0.02, value_parser = positive)]
+    pub warning_change: f64,
+}

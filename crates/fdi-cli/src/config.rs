@@ -1,0 +1,298 @@
+//! Settings: flag over environment over file over default, each with its origin.
+//!
+//! A setting is an option of the command line that takes a value. The file and the environment
+//! give it a default, so that the parser of the command line checks and ranks them all.
+
+mod file;
+
+use std::{ffi::OsString, fmt::Write, path::PathBuf};
+
+use anyhow::{Result, bail};
+use clap::{
+    Arg, ArgMatches, Command, CommandFactory, FromArgMatches, builder::Resettable,
+    parser::ValueSource,
+};
+
+use crate::{Cli, GlobalArgs};
+use file::SettingsFile;
+
+/// The file that is read when none is named.
+const HERE: &str = "fdi.toml";
+
+/// Options that say what one run reads or writes, and are therefore no settings.
+const OF_ONE_RUN: [&str; 14] = [
+    "output", "report", "figures", "figure", "resume", "shard", "dataset", "faults", "train",
+    "holdout", "repeat", "config", "help", "version",
+];
+
+/// Why the command line cannot be acted on.
+#[derive(Debug)]
+pub enum LoadError {
+    /// It is wrong, or asks for help.
+    Usage(clap::Error),
+    /// The file of settings cannot be used.
+    File(anyhow::Error),
+}
+
+/// An option that a file and the environment may give.
+#[derive(Debug)]
+struct Setting {
+    /// The command that it is of; none for those of all commands.
+    command: Option<String>,
+    arg: Arg,
+}
+
+impl Setting {
+    /// The name in the file, without the table.
+    fn key(&self) -> &str {
+        self.arg.get_long().expect("settings have long names")
+    }
+
+    /// The name with its table.
+    fn path(&self) -> String {
+        match &self.command {
+            Some(command) => format!("{command}.{}", self.key()),
+            None => self.key().to_owned(),
+        }
+    }
+
+    fn variable(&self) -> String {
+        format!("FDI_{}", self.path()).replace(['-', '.'], "_").to_uppercase()
+    }
+
+    /// Why these values are none for it.
+    fn refuses(&self, values: &[String]) -> Option<String> {
+        // what it needs and excludes is for the whole command line to check
+        let arg = self
+            .arg
+            .clone()
+            .global(false)
+            .requires(Resettable::Reset)
+            .conflicts_with(Resettable::Reset)
+            .env(Resettable::Reset);
+        let probe = Command::new("fdi").no_binary_name(true).arg(arg);
+        let words = values.iter().map(|value| format!("--{}={value}", self.key()));
+        let error = probe.try_get_matches_from(words).err()?.to_string();
+        let mut lines = error.lines().map(str::trim);
+        let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        let possible = lines.find(|line| line.starts_with("[possible values"));
+        Some(possible.map_or(first.clone(), |possible| format!("{first} {possible}")))
+    }
+}
+
+/// What a setting is in this run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ResolvedSetting {
+    path: String,
+    value: Option<String>,
+    origin: Option<String>,
+}
+
+impl ResolvedSetting {
+    /// Whether it is anything but left at its default.
+    pub(crate) fn is_set(&self) -> bool {
+        self.origin.is_some()
+    }
+
+    /// Name, value and origin for a table.
+    pub(crate) fn row(&self) -> [String; 3] {
+        let value = self.value.clone().unwrap_or_else(|| "-".to_owned());
+        [self.path.clone(), value, self.origin.clone().unwrap_or_else(|| "default".to_owned())]
+    }
+}
+
+/// All settings, in the order of the commands.
+fn settings() -> Vec<Setting> {
+    let root = Cli::command();
+    let of = |command: Option<&Command>| {
+        let name = command.map(|command| command.get_name().to_owned());
+        let args = command.unwrap_or(&root).get_arguments();
+        let takes = |arg: &&Arg| arg.get_action().takes_values() && !arg.is_positional();
+        let kept = |arg: &&Arg| arg.get_long().is_some_and(|long| !OF_ONE_RUN.contains(&long));
+        let made = args.filter(takes).filter(kept).cloned();
+        made.map(|arg| Setting { command: name.clone(), arg }).collect::<Vec<_>>()
+    };
+    let own = root.get_subcommands().flat_map(|command| of(Some(command)));
+    of(None).into_iter().chain(own).collect()
+}
+
+/// Parses the command line, with the environment and the file behind it.
+///
+/// # Errors
+/// [`LoadError::Usage`] for a command line that is wrong or asks for help,
+/// [`LoadError::File`] for a file of settings that cannot be read or holds something unknown.
+pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError> {
+    let words: Vec<OsString> = words.into_iter().collect();
+    let settings = settings();
+    let file = read_file(named_file(&words), &settings).map_err(LoadError::File)?;
+    let command = with_defaults(Cli::command(), &settings, &file);
+    let matches = command.try_get_matches_from(words).map_err(LoadError::Usage)?;
+    let mut cli = Cli::from_arg_matches(&matches).map_err(LoadError::Usage)?;
+    cli.global.settings = resolved(&matches, &settings, &file);
+    Ok(cli)
+}
+
+/// The file that the command line or the environment names.
+fn named_file(words: &[OsString]) -> Option<PathBuf> {
+    let mut words = words.iter().take_while(|word| *word != "--");
+    while let Some(word) = words.next() {
+        if word == "--config" {
+            return words.next().map(PathBuf::from);
+        }
+        if let Some(path) = word.to_str().and_then(|word| word.strip_prefix("--config=")) {
+            return Some(PathBuf::from(path));
+        }
+    }
+    std::env::var_os("FDI_CONFIG").map(PathBuf::from)
+}
+
+/// Reads and checks the file; an empty one where there is none.
+fn read_file(named: Option<PathBuf>, settings: &[Setting]) -> Result<SettingsFile> {
+    match named {
+        Some(path) => SettingsFile::read(&path, settings),
+        None if PathBuf::from(HERE).is_file() => SettingsFile::read(HERE.as_ref(), settings),
+        None => Ok(SettingsFile::default()),
+    }
+}
+
+/// The command line with the values of environment and file as defaults.
+fn with_defaults(mut command: Command, settings: &[Setting], file: &SettingsFile) -> Command {
+    for setting in settings {
+        let id = setting.arg.get_id().as_str().to_owned();
+        let values = file.values(&setting.path()).map(<[String]>::to_vec);
+        let change = |arg: Arg| {
+            let arg = arg.env(setting.variable()).hide_env(true);
+            match values {
+                Some(values) => arg.default_values(values),
+                None => arg,
+            }
+        };
+        command = match &setting.command {
+            None => command.mut_arg(id, change),
+            Some(name) => command.mut_subcommand(name, |inner| inner.mut_arg(id, change)),
+        };
+    }
+    command
+}
+
+/// The settings of the command that is run, as it sees them.
+fn resolved(
+    matches: &ArgMatches,
+    settings: &[Setting],
+    file: &SettingsFile,
+) -> Vec<ResolvedSetting> {
+    let mut leaf = matches;
+    let command = matches.subcommand().map(|(name, _)| name);
+    while let Some((_, inner)) = leaf.subcommand() {
+        leaf = inner;
+    }
+    let concerns =
+        |setting: &&Setting| setting.command.is_none() || setting.command.as_deref() == command;
+    let resolve = |setting: &Setting| {
+        let id = setting.arg.get_id().as_str();
+        // a setting of `bundle` is none of `bundle show`
+        let known = leaf.try_contains_id(id).is_ok();
+        let raw = if known { leaf.get_raw(id) } else { None };
+        let words = raw.map(|values| values.map(|v| v.to_string_lossy()).collect::<Vec<_>>());
+        let origin = match known.then(|| leaf.value_source(id)).flatten() {
+            Some(ValueSource::CommandLine) => Some("flag".to_owned()),
+            Some(ValueSource::EnvVariable) => Some(setting.variable()),
+            _ => file.origin(&setting.path()),
+        };
+        ResolvedSetting { path: setting.path(), value: words.map(|w| w.join(", ")), origin }
+    };
+    settings.iter().filter(concerns).map(resolve).collect()
+}
+
+/// Every setting of every command: those of this run as it sees them, the others as a run of
+/// theirs without flags would.
+#[expect(clippy::disallowed_methods, reason = "the command line is where the environment is read")]
+pub(crate) fn every_setting(global: &GlobalArgs) -> Result<Vec<ResolvedSetting>> {
+    let settings = settings();
+    let file = read_file(global.config.clone(), &settings)?;
+    let mut all = Vec::with_capacity(settings.len());
+    for setting in &settings {
+        let path = setting.path();
+        if let Some(known) = global.settings.iter().find(|known| known.path == path) {
+            all.push(known.clone());
+            continue;
+        }
+        let variable = setting.variable();
+        let (value, origin) = if let Ok(value) = std::env::var(&variable) {
+            if let Some(reason) = setting.refuses(std::slice::from_ref(&value)) {
+                bail!("`{variable}`: {reason}");
+            }
+            (Some(value), Some(variable))
+        } else if let Some(values) = file.values(&path) {
+            (Some(values.join(", ")), file.origin(&path))
+        } else {
+            (default_of(&setting.arg), None)
+        };
+        all.push(ResolvedSetting { path, value, origin });
+    }
+    Ok(all)
+}
+
+fn default_of(arg: &Arg) -> Option<String> {
+    let defaults = arg.get_default_values();
+    let words: Vec<_> = defaults.iter().map(|value| value.to_string_lossy()).collect();
+    (!words.is_empty()).then(|| words.join(", "))
+}
+
+/// `docs/config.md`: every setting, from the tree that parses the command line.
+pub fn config_reference() -> String {
+    let mut page = String::from(PREFACE);
+    let mut table = None;
+    for setting in settings() {
+        if table.as_ref() != Some(&setting.command) {
+            let heading = match &setting.command {
+                None => "At the top of the file: for every command".to_owned(),
+                Some(command) => format!("`[{command}]`"),
+            };
+            write!(
+                page,
+                "\n## {heading}\n\n| key | environment | default | what |\n\
+                 | --- | --- | --- | --- |\n"
+            )
+            .expect("a String takes all text");
+            table = Some(setting.command.clone());
+        }
+        let default = default_of(&setting.arg).filter(|text| !text.is_empty());
+        let default = default.map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
+        let possible = setting.arg.get_possible_values();
+        let names: Vec<_> =
+            possible.iter().map(|value| format!("`{}`", value.get_name())).collect();
+        let among =
+            if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+        let help = setting.arg.get_help().map(ToString::to_string).unwrap_or_default();
+        let (help, key) = (help.replace('|', "\\|"), setting.key());
+        let variable = setting.variable();
+        writeln!(page, "| `{key}` | `{variable}` | {default} | {help}{among} |")
+            .expect("a String takes all text");
+    }
+    page
+}
+
+const PREFACE: &str = "# Settings
+
+Generated by `cargo xtask docs` from the command line itself; edits are lost.
+
+Every option below can stand in a file, in the environment or on the command line. A flag goes before the
+environment, that before the file, that before the default. The file is `fdi.toml` in the folder in which `fdi` runs, or the
+one that `--config FILE` or `FDI_CONFIG` names. It is TOML: a key has the name of its option, and the unit with it; a key that
+is not known is refused, and the nearest one named. Values are checked before anything runs. Paths count from the
+folder in which `fdi` runs. `fdi inspect config` shows every setting with where it is from.
+
+```toml
+jobs = 4
+
+[diagnose]
+noise-a = 0.02                            # A rms on each phase per sample
+map = [\"time_s=t_ms*0.001\", \"current_a=I\"]
+id-from = \"{id}_*\"
+date-from = \"*_{date}\"
+```
+
+What one run reads or writes (`--output`, `--report`, `--figures`, `--resume`, `--shard`, `--faults` and the like) is given
+with the command and is no setting.
+";

@@ -1,0 +1,140 @@
+//! The report: one HTML file that needs nothing else, for people who decide.
+//!
+//! A [`Page`] says what a report holds, [`html`] how it looks. Each kind of answer has one file
+//! that makes its page.
+
+mod diagnosis;
+mod evaluation;
+mod html;
+
+pub(crate) use diagnosis::DiagnosisReport;
+pub(crate) use evaluation::of_evaluation;
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result};
+
+use crate::args::ReportArgs;
+
+/// What a report holds.
+#[derive(Debug, Default)]
+pub(crate) struct Page {
+    /// What the report is of.
+    pub(crate) title: String,
+    /// The answer in a sentence.
+    pub(crate) answer: String,
+    pub(crate) sections: Vec<Section>,
+}
+
+/// A part of a report under a heading.
+#[derive(Debug, Default)]
+pub(crate) struct Section {
+    pub(crate) heading: String,
+    pub(crate) blocks: Vec<Block>,
+}
+
+/// Something in a section.
+#[derive(Debug)]
+pub(crate) enum Block {
+    /// A paragraph.
+    Text(String),
+    /// A list.
+    List(Vec<String>),
+    Table(Table),
+    Figure(Figure),
+}
+
+/// Rows under a header that sorts them.
+#[derive(Debug, Default)]
+pub(crate) struct Table {
+    pub(crate) caption: String,
+    pub(crate) columns: Vec<Column>,
+    pub(crate) rows: Vec<Vec<Cell>>,
+}
+
+/// A column of a table.
+#[derive(Debug)]
+pub(crate) struct Column {
+    pub(crate) name: String,
+    /// Numbers stand to the right.
+    pub(crate) numeric: bool,
+}
+
+impl Column {
+    pub(crate) fn text(name: &str) -> Self {
+        Self { name: name.to_owned(), numeric: false }
+    }
+
+    pub(crate) fn number(name: &str) -> Self {
+        Self { name: name.to_owned(), numeric: true }
+    }
+}
+
+/// A cell of a table.
+#[derive(Debug, Default)]
+pub(crate) struct Cell {
+    pub(crate) text: String,
+    /// What it is sorted by, where that is a number; missing ones come last.
+    pub(crate) value: Option<f64>,
+    /// Whether it is to be seen at a glance.
+    pub(crate) marked: bool,
+}
+
+impl Cell {
+    pub(crate) fn text(text: impl Into<String>) -> Self {
+        Self { text: text.into(), ..Self::default() }
+    }
+
+    pub(crate) fn number(value: Option<f64>, show: impl Fn(f64) -> String) -> Self {
+        let text = value.map_or_else(|| "–".to_owned(), show);
+        Self { text, value, marked: false }
+    }
+
+    pub(crate) fn marked(self, marked: bool) -> Self {
+        Self { marked, ..self }
+    }
+}
+
+/// A drawing with what it shows and where that is from.
+#[derive(Debug)]
+pub(crate) struct Figure {
+    /// Name of its file, without `.svg`.
+    pub(crate) name: String,
+    pub(crate) svg: String,
+    pub(crate) caption: String,
+    /// The recordings, or the experiment, that it was made from.
+    pub(crate) source: String,
+}
+
+impl Page {
+    fn figures(&self) -> impl Iterator<Item = &Figure> {
+        self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
+            Block::Figure(figure) => Some(figure),
+            _ => None,
+        })
+    }
+}
+
+/// Writes the report and its drawings where the options want them; the page is made only then.
+pub(crate) fn write(args: &ReportArgs, page: impl FnOnce() -> Result<Page>) -> Result<()> {
+    if args.report.is_none() && args.figures.is_none() {
+        return Ok(());
+    }
+    let page = page()?;
+    if let Some(file) = &args.report {
+        put(file, &html::document(&page))?;
+    }
+    if let Some(folder) = &args.figures {
+        let named = || format!("`{}` cannot be made", folder.display());
+        fs::create_dir_all(folder).with_context(named)?;
+        for figure in page.figures() {
+            put(&folder.join(format!("{}.svg", figure.name)), &figure.svg)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a file.
+pub(crate) fn put(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).with_context(|| format!("`{}` cannot be written", path.display()))
+}

@@ -1,0 +1,435 @@
+//! The report of a batch of diagnoses.
+
+use std::collections::BTreeSet;
+
+use anyhow::Result;
+use fdi_core::{
+    FALSE_ALARM_RATE, FitSignals, INCIPIENT_LEVEL, fault_figure_svg, fit_figure_svg,
+    report::{
+        ActuatorTrend, Change, Failure, Fault, FaultChange, FaultId, Fleet, RecordDiagnosis,
+        Status, TrendPoint, Verdict,
+    },
+    search_figure_svg, trend_figure_svg,
+};
+
+use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use crate::config::ResolvedSetting;
+use crate::output::{common_folder, fit_ratio, plus_minus, sentence, short_name};
+
+/// Recordings, and actuators, that are drawn; the tables have all.
+const FIGURES_SHOWN: usize = 12;
+
+/// Gives the signals behind a diagnosis, where they can be had.
+pub(crate) type SignalsOf<'a> = &'a dyn Fn(&RecordDiagnosis) -> Result<Option<FitSignals>>;
+
+/// What a report of diagnoses is made from.
+pub(crate) struct DiagnosisReport<'a> {
+    pub(crate) records: &'a [RecordDiagnosis],
+    pub(crate) failures: &'a [Failure],
+    pub(crate) fleet: &'a Fleet,
+    pub(crate) bundle: &'a str,
+    pub(crate) seed: u64,
+    pub(crate) stamp: Option<&'a str>,
+    /// What to run next, where the model does not explain a recording.
+    pub(crate) next: Option<String>,
+    /// Settings with their origins.
+    pub(crate) settings: Vec<ResolvedSetting>,
+    pub(crate) signals: SignalsOf<'a>,
+}
+
+/// The recordings to draw, at most [`FIGURES_SHOWN`]: what the model does not explain first, then
+/// the largest detected levels; among equals the order of the input.
+fn shown_first(records: &[RecordDiagnosis]) -> Vec<usize> {
+    let rank = |record: &RecordDiagnosis| match record.verdict {
+        Verdict::ModelInadequate => 0,
+        Verdict::Faulty => 1,
+        Verdict::Undetermined => 2,
+        Verdict::Healthy => 3,
+    };
+    let mut order: Vec<usize> = (0..records.len()).collect();
+    order.sort_by(|&a, &b| {
+        let by_level = largest(&records[b]).total_cmp(&largest(&records[a]));
+        rank(&records[a]).cmp(&rank(&records[b])).then(by_level)
+    });
+    order.truncate(FIGURES_SHOWN);
+    order.sort_unstable();
+    order
+}
+
+/// The largest level that is detected.
+fn largest(record: &RecordDiagnosis) -> f64 {
+    worst(record).and_then(|fault| fault.value).unwrap_or(0.0)
+}
+
+fn worst(record: &RecordDiagnosis) -> Option<&Fault> {
+    let detected = record.faults.iter().filter(|fault| fault.detected == Some(true));
+    detected.max_by(|a, b| a.value.unwrap_or(0.0).total_cmp(&b.value.unwrap_or(0.0)))
+}
+
+impl DiagnosisReport<'_> {
+    /// The page.
+    pub(crate) fn page(&self) -> Result<Page> {
+        let names = self.names();
+        let title = match self.records {
+            [one] => format!("Diagnosis of {}", one.recording),
+            records => format!("Diagnosis of {} recordings", records.len()),
+        };
+        let mut sections = vec![self.overview(&names)];
+        if !self.fleet.actuators.is_empty() {
+            sections.push(self.trends());
+        }
+        let mut taken = BTreeSet::new();
+        for index in shown_first(self.records) {
+            sections.push(self.recording(index, names[index], &mut taken)?);
+        }
+        if !self.failures.is_empty() {
+            sections.push(self.failed());
+        }
+        sections.push(self.basis());
+        Ok(Page { title, answer: self.answer(&names), sections })
+    }
+
+    /// Names of the recordings without the folder that they share.
+    fn names(&self) -> Vec<&str> {
+        let full: Vec<&str> = self.records.iter().map(|one| one.recording.as_str()).collect();
+        let shared = common_folder(&full);
+        full.into_iter().map(|name| &name[shared..]).collect()
+    }
+
+    /// The answer in a sentence or two.
+    fn answer(&self, names: &[&str]) -> String {
+        let mut told = vec![match (self.records, names) {
+            ([], _) => "No recording could be diagnosed.".to_owned(),
+            ([record], _) => of_one(record),
+            (records, names) => of_many(records, names),
+        }];
+        told.extend(self.warned());
+        match self.failures.len() {
+            0 => {}
+            1 => told.push("1 recording could not be diagnosed.".to_owned()),
+            count => told.push(format!("{count} recordings could not be diagnosed.")),
+        }
+        told.join(" ")
+    }
+
+    /// The actuators whose change is a warning.
+    fn warned(&self) -> Option<String> {
+        let fleet = self.fleet;
+        let warned: Vec<String> = fleet
+            .actuators
+            .iter()
+            .filter(|trend| trend.change == Change::Warning)
+            .map(|trend| {
+                let most = risen_most(trend).and_then(|fault| {
+                    Some((fault.id.name(), fault.difference?, fault.difference_std?))
+                });
+                let by = most.map(|(name, rise, std)| format!("{name} +{rise:.4} ± {std:.4} "));
+                let (id, since) = (&trend.actuator_id, &trend.reference_date);
+                format!("{id} ({}since {since})", by.unwrap_or_default())
+            })
+            .collect();
+        let noun = match warned.len() {
+            0 => return None,
+            1 => "Actuator that has",
+            _ => "Actuators that have",
+        };
+        let named: Vec<&str> = warned.iter().map(String::as_str).collect();
+        let change = fleet.warning_change;
+        Some(format!(
+            "{noun} worsened by the warning change of {change} or more: {}.",
+            listed(&named)
+        ))
+    }
+
+    fn overview(&self, names: &[&str]) -> Section {
+        let with_id = self.records.iter().any(|record| record.actuator_id.is_some());
+        let with_date = self.records.iter().any(|record| record.date.is_some());
+        let mut columns = vec![Column::text("recording")];
+        columns.extend(with_id.then(|| Column::text("actuator")));
+        columns.extend(with_date.then(|| Column::text("date")));
+        columns.push(Column::text("verdict"));
+        columns.extend(FaultId::ALL.map(|id| Column::number(&short_name(id))));
+        columns.push(Column::number("fit"));
+        let row = |(record, name): (&RecordDiagnosis, &&str)| {
+            let text = |text: &Option<String>| Cell::text(text.as_deref().unwrap_or("–"));
+            let mut cells = vec![Cell::text(*name)];
+            cells.extend(with_id.then(|| text(&record.actuator_id)));
+            cells.extend(with_date.then(|| text(&record.date)));
+            let unsound = matches!(record.verdict, Verdict::ModelInadequate | Verdict::Faulty);
+            cells.push(Cell::text(record.verdict.word()).marked(unsound));
+            let believed = record.verdict != Verdict::ModelInadequate;
+            cells.extend(FaultId::ALL.map(|id| level(record.fault(id), believed)));
+            let ratio = fit_ratio(record);
+            let cell = Cell::number(ratio, |ratio| format!("{ratio:.2}"));
+            cells.push(cell.marked(!record.fit.adequate));
+            cells
+        };
+        let rows: Vec<_> = self.records.iter().zip(names).map(row).collect();
+        let caption = "Levels (0 as new, 1 full damage) ± standard deviation; underlined with *: \
+                       detected; – : not determined; in brackets: not to be believed. Fit: rms of the residual over what noise and \
+                       learnt error explain, underlined where that is too much. A heading sorts.";
+        let table = Table { caption: caption.to_owned(), columns, rows };
+        let mut blocks = vec![Block::Table(table)];
+        blocks.extend(self.next.iter().map(|next| Block::Text(next.clone())));
+        Section { heading: "Recordings".to_owned(), blocks }
+    }
+
+    /// How the actuators change over time.
+    fn trends(&self) -> Section {
+        let fleet = self.fleet;
+        let rows: Vec<_> = fleet.actuators.iter().map(trend_row).collect();
+        let numbers = ["recordings", "largest change", "± sd", "slope per 100 days"];
+        let mut columns = vec![Column::text("actuator"), Column::text("state")];
+        columns.push(Column::text("fault that rose most"));
+        columns.extend(numbers.map(Column::number));
+        columns.push(Column::text("reference"));
+        columns.push(Column::text("latest"));
+        let caption = format!(
+            "The latest recording of each actuator that the model explains, against its reference: \
+             the earliest that it explains. Warning: a rise of {} or more and beyond {} standard \
+             deviations; changed: beyond these alone.",
+            fleet.warning_change, fleet.significance
+        );
+        let mut blocks = vec![Block::Table(Table { caption, columns, rows })];
+        if !fleet.left_out.is_empty() {
+            let count = fleet.left_out.len();
+            blocks.push(Block::Text(format!(
+                "In no trend, for want of an actuator id or a date: {count} of the recordings."
+            )));
+        }
+        let mut order: Vec<&ActuatorTrend> =
+            fleet.actuators.iter().filter(|trend| trend.points.len() > 1).collect();
+        order.sort_by_key(|trend| std::cmp::Reverse(trend.change));
+        let mut taken = BTreeSet::new();
+        for trend in order.into_iter().take(FIGURES_SHOWN) {
+            let Some(svg) = trend_figure_svg(trend, fleet.warning_change) else { continue };
+            let from: Vec<_> = trend.points.iter().map(|p| p.recording.as_str()).collect();
+            blocks.push(Block::Figure(Figure {
+                name: file_name(&format!("trend-{}", trend.actuator_id), &mut taken),
+                svg,
+                caption: format!(
+                    "Levels of actuator {} in days since its reference recording.",
+                    trend.actuator_id
+                ),
+                source: listed(&from),
+            }));
+        }
+        Section { heading: "Actuators over time".to_owned(), blocks }
+    }
+
+    /// One recording in figures.
+    fn recording(&self, index: usize, name: &str, taken: &mut BTreeSet<String>) -> Result<Section> {
+        let record = &self.records[index];
+        let stem = file_name(name, taken);
+        let figure = |kind: &str, svg: String, caption: String| {
+            let name = format!("{stem}-{kind}");
+            Block::Figure(Figure { name, svg, caption, source: record.recording.clone() })
+        };
+        let mut blocks = vec![Block::Text(of_one(record))];
+        let caption = format!(
+            "Fault levels with 95 % intervals. The dashed line is the end of the incipient range, \
+             {INCIPIENT_LEVEL}. Detected means a false-alarm rate of {FALSE_ALARM_RATE} at most."
+        );
+        blocks.push(figure("levels", fault_figure_svg(record), caption));
+        if let Some(signals) = (self.signals)(record)? {
+            let caption = format!(
+                "Filtered envelope of the stator current in A at {} Hz: measured, and the \
+                 monitoring model at the levels above with the mean of its learnt error. Below, \
+                 measured less modelled: {:.4} A rms, of which noise and learnt error explain \
+                 {:.4} A. Noise on each phase sample: {:.4} A ({}).",
+                signals.rate_hz,
+                record.fit.rms_a,
+                record.fit.noise_floor_a,
+                record.fit.noise_a,
+                record.fit.noise_source
+            );
+            blocks.push(figure("current", fit_figure_svg(record, &signals), caption));
+            if let Some(svg) = search_figure_svg(record, &signals) {
+                let caption = format!(
+                    "Least rms of the residual in A that the method `{}` had reached after each \
+                     evaluation of the model; {} evaluations in all.",
+                    record.method, record.evaluations
+                );
+                blocks.push(figure("search", svg, caption));
+            }
+        }
+        if !record.notices.is_empty() {
+            let notices = record.notices.iter();
+            let told = notices.map(|notice| format!("{}: {}", notice.code.code(), notice.message));
+            blocks.push(Block::List(told.collect()));
+        }
+        Ok(Section { heading: name.to_owned(), blocks })
+    }
+
+    fn failed(&self) -> Section {
+        let row = |failure: &Failure| {
+            vec![Cell::text(failure.recording.as_str()), Cell::text(failure.error.as_str())]
+        };
+        let table = Table {
+            caption: "Recordings that could not be diagnosed, and why.".to_owned(),
+            columns: vec![Column::text("recording"), Column::text("reason")],
+            rows: self.failures.iter().map(row).collect(),
+        };
+        Section { heading: "Not diagnosed".to_owned(), blocks: vec![Block::Table(table)] }
+    }
+
+    /// What the answer rests on.
+    fn basis(&self) -> Section {
+        let tool = concat!("fdi ", env!("CARGO_PKG_VERSION"));
+        let mut facts = vec![format!("Program: {tool}, seed {}.", self.seed)];
+        let others: BTreeSet<&str> = self
+            .records
+            .iter()
+            .filter_map(|record| record.bundle.as_deref())
+            .filter(|bundle| *bundle != self.bundle)
+            .collect();
+        facts.push(format!("Bundle (SHA-256): {}.", self.bundle));
+        if !others.is_empty() {
+            let others: Vec<_> = others.into_iter().collect();
+            facts.push(format!("Recordings of other tests: bundle {}.", others.join(", ")));
+        }
+        facts.extend(self.stamp.map(|stamp| format!("Made: {stamp}.")));
+        if self.records.len() > FIGURES_SHOWN {
+            facts.push(format!(
+                "Drawn are {FIGURES_SHOWN} recordings: what the model does not explain, then the \
+                 largest detected levels. To draw another, diagnose it alone."
+            ));
+        }
+        let mut blocks = vec![Block::List(facts)];
+        if !self.settings.is_empty() {
+            let rows = self.settings.iter().map(|one| one.row().map(Cell::text).into());
+            blocks.push(Block::Table(Table {
+                caption: "Settings that are not left at their defaults.".to_owned(),
+                columns: ["setting", "value", "from"].map(Column::text).into(),
+                rows: rows.collect(),
+            }));
+        }
+        Section { heading: "What this rests on".to_owned(), blocks }
+    }
+}
+
+/// One recording in a sentence.
+fn of_one(record: &RecordDiagnosis) -> String {
+    if let Some(found) = sentence(record) {
+        return format!("{}: {found}.", capitalised(record.verdict.word()));
+    }
+    let highs = record.faults.iter().filter(|fault| fault.id != FaultId::K7);
+    let most =
+        highs.filter_map(|fault| fault.interval_95.map(|[_, high]| high)).fold(0.0, f64::max);
+    let whole = if record.status == Status::Ok { "" } else { " (not everything was determined)" };
+    format!("Healthy: no fault is detected, and none above {most:.3} is likely to hide{whole}.")
+}
+
+/// A batch in a sentence.
+fn of_many(records: &[RecordDiagnosis], names: &[&str]) -> String {
+    let told = [
+        (Verdict::Faulty, "faulty"),
+        (Verdict::Healthy, "healthy"),
+        (Verdict::Undetermined, "undetermined"),
+        (Verdict::ModelInadequate, "not explained by the model"),
+    ]
+    .map(|(verdict, word)| (records.iter().filter(|one| one.verdict == verdict).count(), word));
+    let told: Vec<_> = told
+        .into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, word)| format!("{count} {word}"))
+        .collect();
+    let counts = format!("{} recordings: {}.", records.len(), told.join(", "));
+    let believed = (0..records.len()).filter(|&i| records[i].verdict == Verdict::Faulty);
+    let gravest = believed.max_by(|&a, &b| largest(&records[a]).total_cmp(&largest(&records[b])));
+    if let Some(index) = gravest
+        && let Some(Fault { name, value: Some(value), std: Some(std), .. }) = worst(&records[index])
+    {
+        let level = plus_minus(*value, *std, " ± ");
+        return format!("{counts} The largest level is {name} {level} in {}.", names[index]);
+    }
+    counts
+}
+
+/// The latest recording that the model explains.
+fn latest(trend: &ActuatorTrend) -> Option<&TrendPoint> {
+    trend.points.iter().rev().find(|point| point.verdict != Verdict::ModelInadequate)
+}
+
+/// The level that has risen most by then.
+fn risen_most(trend: &ActuatorTrend) -> Option<&FaultChange> {
+    let known = latest(trend)?.faults.iter().filter(|fault| fault.difference.is_some());
+    known.max_by(|a, b| a.difference.unwrap_or(0.0).total_cmp(&b.difference.unwrap_or(0.0)))
+}
+
+/// The row of an actuator.
+fn trend_row(trend: &ActuatorTrend) -> Vec<Cell> {
+    let latest = latest(trend);
+    let most = risen_most(trend);
+    let slope = most.and_then(|fault| trend.slopes.iter().find(|slope| slope.id == fault.id));
+    let signed = |value: f64| format!("{value:+.4}");
+    vec![
+        Cell::text(trend.actuator_id.as_str()),
+        Cell::text(trend.change.word()).marked(trend.change == Change::Warning),
+        Cell::text(
+            most.map_or("–".to_owned(), |fault| format!("{} {}", fault.id, fault.id.name())),
+        ),
+        Cell::number(Some(trend.points.len() as f64), |count| count.to_string()),
+        Cell::number(most.and_then(|fault| fault.difference), signed)
+            .marked(trend.change == Change::Warning),
+        Cell::number(most.and_then(|fault| fault.difference_std), |std| format!("{std:.4}")),
+        Cell::number(slope.map(|slope| 100.0 * slope.per_day), signed),
+        Cell::text(trend.reference_date.as_str()),
+        Cell::text(latest.map_or("–", |point| point.date.as_str())),
+    ]
+}
+
+/// The level of a fault with its standard deviation, in brackets where it is not to be believed.
+fn level(fault: Option<&Fault>, believed: bool) -> Cell {
+    let Some(Fault { value: Some(value), std: Some(std), detected, .. }) = fault else {
+        return Cell::number(None, |value| value.to_string());
+    };
+    let text = plus_minus(*value, *std, "±");
+    if !believed {
+        return Cell::number(Some(*value), |_| format!("({text})"));
+    }
+    let detected = *detected == Some(true);
+    let mark = if detected { " *" } else { "" };
+    Cell::number(Some(*value), |_| format!("{text}{mark}")).marked(detected)
+}
+
+/// Some of a list, and how many more there are.
+fn listed(names: &[&str]) -> String {
+    const LISTED: usize = 8;
+    let shown = names[..names.len().min(LISTED)].join(", ");
+    match names.len().saturating_sub(LISTED) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A name for the drawings of a recording that no other has.
+fn file_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let safe = |letter: char| {
+        let plain = letter.is_ascii_alphanumeric() || "-_.".contains(letter);
+        if plain { letter } else { '-' }
+    };
+    let stem: String = name.trim_start_matches('.').chars().map(safe).collect();
+    let numbered = (2..).map(|count| format!("{stem}-{count}"));
+    let mut names = std::iter::once(stem.clone()).chain(numbered);
+    let free = names.find(|name| !taken.contains(name)).expect("there is no end of numbers");
+    taken.insert(free.clone());
+    free
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drawings_have_names_of_their_own() {
+        let mut taken = BTreeSet::new();
+        let names = ["a/b.csv", "a-b.csv", "../x.csv", "ü"].map(|n| file_name(n, &mut taken));
+        assert_eq!(names, ["a-b.csv", "a-b.csv-2", "-x.csv", "-"]);
+    }
+}

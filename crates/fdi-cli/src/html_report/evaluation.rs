@@ -1,0 +1,151 @@
+//! The report of one of the paper's experiments.
+
+use fdi_core::{
+    convergence_figure_svg, detection_figure_svg,
+    report::{Evaluation, FaultEvaluation, MethodEvaluation},
+};
+
+use super::{Block, Cell, Column, Figure, Page, Section, Table};
+
+/// The page of a result.
+pub(crate) fn of_evaluation(result: &Evaluation) -> Page {
+    let mut sections = vec![methods(result)];
+    sections.extend(result.methods.iter().map(|method| faults(result, method)));
+    let source = source(result);
+    let figure = |name: &str, svg: Option<String>, caption: &str| {
+        svg.map(|svg| {
+            Block::Figure(Figure {
+                name: format!("{}-{name}", result.protocol),
+                svg,
+                caption: caption.to_owned(),
+                source: source.clone(),
+            })
+        })
+    };
+    let figures = [
+        figure(
+            "convergence",
+            convergence_figure_svg(result),
+            "Least discrepancy in A (norm of the residual on the mask's points) against evaluations \
+             of the monitor and time in s: median, and the middle half of the conditions as a band.",
+        ),
+        figure(
+            "detection",
+            detection_figure_svg(result),
+            "Share of the recordings in which a fault is detected, against its level (0 as new, 1 \
+             full damage).",
+        ),
+    ];
+    let blocks: Vec<Block> = figures.into_iter().flatten().collect();
+    if !blocks.is_empty() {
+        sections.insert(1, Section { heading: "Figures".to_owned(), blocks });
+    }
+    Page {
+        title: format!("Experiment “{}”", result.protocol), answer: answer(result), sections
+    }
+}
+
+/// The answer in a sentence.
+fn answer(result: &Evaluation) -> String {
+    let by_average = |a: &&MethodEvaluation, b: &&MethodEvaluation| {
+        a.average_percent.total_cmp(&b.average_percent)
+    };
+    let Some(best) = result.methods.iter().min_by(by_average) else {
+        return "No method was evaluated.".to_owned();
+    };
+    let among = match result.methods.len() {
+        1 => String::new(),
+        count => format!(", the least of {count} methods"),
+    };
+    format!(
+        "`{}` finds the levels of {} simulated conditions with a median error of {:.3} % (mean over \
+         the faults){among}, with {} evaluations of the model.",
+        best.method, result.conditions, best.average_percent, best.evaluations_median
+    )
+}
+
+/// Where all figures are from.
+fn source(result: &Evaluation) -> String {
+    let settings = &result.settings;
+    let on = |switch: bool| if switch { "on" } else { "off" };
+    format!(
+        "{} simulated conditions of the experiment “{}”, seed {}; controller noise {}, digitisation \
+         {}, {} A of noise on each phase sample at {} Hz; {} + {} reference signals.",
+        result.conditions,
+        result.protocol,
+        result.seed,
+        on(settings.controller_noise),
+        on(settings.digitisation),
+        settings.sensor_noise_a,
+        settings.phase_rate_hz,
+        settings.snapshots,
+        settings.sparse_snapshots
+    )
+}
+
+fn methods(result: &Evaluation) -> Section {
+    let mut columns = vec![Column::text("method")];
+    let numbers = ["average error, %", "evaluations", "discrepancy, A", "time, s", "coverage, %"];
+    columns.extend(numbers.map(Column::number));
+    let row = |method: &MethodEvaluation| {
+        vec![
+            Cell::text(method.method.as_str()),
+            Cell::number(Some(method.average_percent), |v| format!("{v:.3}")),
+            Cell::number(Some(method.evaluations_median), |v| v.to_string()),
+            Cell::number(method.discrepancy_median, |v| format!("{v:.5}")),
+            Cell::number(method.wall_time_s, |v| format!("{v:.4}")),
+            Cell::number(method.coverage_95, |v| format!("{:.1}", 100.0 * v)),
+        ]
+    };
+    let table = Table {
+        caption: "Mean over the faults of the median percentage error; medians over the \
+                  conditions of evaluations, of the discrepancy at the end and of wall time; share \
+                  of 95 % intervals that hold the truth."
+            .to_owned(),
+        columns,
+        rows: result.methods.iter().map(row).collect(),
+    };
+    let blocks = vec![Block::Table(table), Block::Text(format!("From: {}", source(result)))];
+    Section { heading: "Methods".to_owned(), blocks }
+}
+
+fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
+    let numbers = [
+        "median error, %",
+        "quartiles, %",
+        "largest, %",
+        "median error, level",
+        "rms / bound",
+        "coverage, %",
+        "false alarms",
+    ];
+    let mut columns = vec![Column::text("fault")];
+    columns.extend(numbers.map(Column::number));
+    let percent = |value: f64| format!("{value:.3}");
+    let row = |fault: &FaultEvaluation| {
+        let error = fault.error_percent;
+        let quartiles = Cell::number(error.map(|q| q.p75), |high| {
+            format!("{:.3} to {high:.3}", error.map_or(0.0, |q| q.p25))
+        });
+        vec![
+            Cell::text(format!("{} {}", fault.id, fault.id.name())),
+            Cell::number(error.map(|q| q.median), percent),
+            quartiles,
+            Cell::number(error.map(|q| q.max), percent),
+            Cell::number(fault.error_abs.map(|q| q.median), |v| format!("{v:.1e}")),
+            Cell::number(fault.rmse_over_bound, |v| format!("{v:.2}")),
+            Cell::number(fault.coverage_95, |v| format!("{:.1}", 100.0 * v)),
+            Cell::number(fault.false_alarms.map(|count| count as f64), |v| v.to_string()),
+        ]
+    };
+    let table = Table {
+        caption: format!(
+            "Errors of `{}` over {} conditions (eq. 20 of the FREEDOM paper); rms of the error \
+             over the Cramér-Rao bound; a dash where the experiment does not say.",
+            method.method, result.conditions
+        ),
+        columns,
+        rows: method.faults.iter().map(row).collect(),
+    };
+    Section { heading: format!("Faults, `{}`", method.method), blocks: vec![Block::Table(table)] }
+}

@@ -1,0 +1,185 @@
+//! How a report looks: HTML, with the style and the script that sorts tables inside.
+
+use std::fmt::{self, Write};
+
+use super::{Block, Cell, Figure, Page, Section, Table};
+
+/// What a report may load: nothing but what is in it.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/// Screen and paper; marks are bold and underlined, so that they are seen in grey.
+const STYLE: &str = include_str!("report.css");
+
+/// Sorts a table by the column whose heading is pressed.
+const SCRIPT: &str = include_str!("report.js");
+
+/// The whole document.
+pub(super) fn document(page: &Page) -> String {
+    let mut out = String::new();
+    push_document(&mut out, page).expect("a String takes all text");
+    out
+}
+
+fn push_document(out: &mut String, page: &Page) -> fmt::Result {
+    let title = escaped(&page.title);
+    write!(
+        out,
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+         <h1>{title}</h1>\n<p class=\"answer\">{}</p>\n",
+        escaped(&page.answer)
+    )?;
+    if page.sections.len() > 2 {
+        push_contents(out, &page.sections)?;
+    }
+    let mut counts = Counts::default();
+    for (index, section) in page.sections.iter().enumerate() {
+        write!(out, "<section id=\"s{index}\">\n<h2>{}</h2>\n", escaped(&section.heading))?;
+        for block in &section.blocks {
+            push_block(out, block, &mut counts)?;
+        }
+        out.push_str("</section>\n");
+    }
+    write!(out, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n")
+}
+
+/// How many of each have been shown.
+#[derive(Default)]
+struct Counts {
+    tables: usize,
+    figures: usize,
+}
+
+fn push_contents(out: &mut String, sections: &[Section]) -> fmt::Result {
+    out.push_str("<nav aria-label=\"Contents\">\n<ol>\n");
+    for (index, section) in sections.iter().enumerate() {
+        writeln!(out, "<li><a href=\"#s{index}\">{}</a></li>", escaped(&section.heading))?;
+    }
+    out.push_str("</ol>\n</nav>\n");
+    Ok(())
+}
+
+fn push_block(out: &mut String, block: &Block, counts: &mut Counts) -> fmt::Result {
+    match block {
+        Block::Text(text) => writeln!(out, "<p>{}</p>", escaped(text)),
+        Block::List(items) => {
+            out.push_str("<ul>\n");
+            for item in items {
+                writeln!(out, "<li>{}</li>", escaped(item))?;
+            }
+            out.push_str("</ul>\n");
+            Ok(())
+        }
+        Block::Table(table) => {
+            counts.tables += 1;
+            push_table(out, table, counts.tables)
+        }
+        Block::Figure(figure) => {
+            counts.figures += 1;
+            push_figure(out, figure, counts.figures)
+        }
+    }
+}
+
+fn push_table(out: &mut String, table: &Table, number: usize) -> fmt::Result {
+    write!(
+        out,
+        "<div class=\"wide\">\n<table class=\"sortable\">\n<caption>Table {number}. {}</caption>\n\
+         <thead><tr>",
+        escaped(&table.caption)
+    )?;
+    for column in &table.columns {
+        let class = if column.numeric { " class=\"number\"" } else { "" };
+        write!(
+            out,
+            "<th scope=\"col\"{class}><button type=\"button\">{}</button></th>",
+            escaped(&column.name)
+        )?;
+    }
+    out.push_str("</tr></thead>\n<tbody>\n");
+    for row in &table.rows {
+        out.push_str("<tr>");
+        for (cell, column) in row.iter().zip(&table.columns) {
+            push_cell(out, cell, column.numeric)?;
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody>\n</table>\n</div>\n");
+    Ok(())
+}
+
+fn push_cell(out: &mut String, cell: &Cell, numeric: bool) -> fmt::Result {
+    let class = match (numeric, cell.marked) {
+        (true, true) => " class=\"number marked\"",
+        (true, false) => " class=\"number\"",
+        (false, true) => " class=\"marked\"",
+        (false, false) => "",
+    };
+    let value = match (cell.value, numeric) {
+        (Some(value), _) => format!(" data-value=\"{value}\""),
+        // an empty one says that nothing is there to sort by
+        (None, true) => " data-value=\"\"".to_owned(),
+        (None, false) => String::new(),
+    };
+    write!(out, "<td{class}{value}>{}</td>", escaped(&cell.text))
+}
+
+fn push_figure(out: &mut String, figure: &Figure, number: usize) -> fmt::Result {
+    write!(
+        out,
+        "<figure>\n{}<figcaption><b>Figure {number}.</b> {} <span class=\"source\">From: {}</span>\
+         </figcaption>\n</figure>\n",
+        figure.svg,
+        escaped(&figure.caption),
+        escaped(&figure.source)
+    )
+}
+
+/// Text as HTML has it.
+fn escaped(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    text.replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html_report::Column;
+
+    #[test]
+    fn text_cannot_become_markup() {
+        let nasty = "<script>alert('\"1\" & 2')</script>".to_owned();
+        let table = Table {
+            caption: nasty.clone(),
+            columns: vec![Column::text(&nasty), Column::number("n")],
+            rows: vec![vec![Cell::text(nasty.clone()), Cell::number(None, |v| v.to_string())]],
+        };
+        let figure = Figure {
+            name: "f".to_owned(),
+            svg: "<svg></svg>\n".to_owned(),
+            caption: nasty.clone(),
+            source: nasty.clone(),
+        };
+        let blocks = vec![
+            Block::Text(nasty.clone()),
+            Block::List(vec![nasty.clone()]),
+            Block::Table(table),
+            Block::Figure(figure),
+        ];
+        let section = Section { heading: nasty.clone(), blocks };
+        let page = Page { title: nasty.clone(), answer: nasty, sections: vec![section] };
+        let html = document(&page);
+        assert_eq!(html.matches("<script>").count(), 1);
+        assert_eq!(html.matches("&lt;script&gt;alert").count(), 11);
+    }
+
+    #[test]
+    fn nothing_is_named_that_would_be_loaded() {
+        let html = document(&Page::default());
+        for loads in ["src=", "http://", "https://", "url(", "@import", "<link"] {
+            assert!(!html.contains(loads), "{loads}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Settings: flag over environment over file over default.
+
+use std::{fs, path::Path};
+
+use assert_cmd::Command;
+
+/// Exit code, standard output and standard error in a folder, with variables.
+fn fdi(folder: &Path, variables: &[(&str, &str)], arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::cargo_bin("fdi").unwrap();
+    for (name, _) in std::env::vars() {
+        if name.starts_with("FDI_") || name == "CLICOLOR_FORCE" || name == "NO_COLOR" {
+            command.env_remove(name);
+        }
+    }
+    command.envs(variables.iter().copied()).current_dir(folder);
+    let output = command.args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// Value and origin of a setting.
+fn setting(folder: &Path, variables: &[(&str, &str)], flags: &[&str], name: &str) -> String {
+    let arguments = [flags, &["inspect", "config"]].concat();
+    let (code, out, err) = fdi(folder, variables, &arguments);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let row = out.lines().map(words).find(|row| row.first().is_some_and(|first| first == name));
+    row.unwrap()[1..].join(" ")
+}
+
+#[test]
+fn flag_goes_before_environment_before_file_before_default() {
+    let folder = tempfile::tempdir().unwrap();
+    let seed = |variables: &[(&str, &str)], flags: &[&str]| {
+        setting(folder.path(), variables, flags, "seed")
+    };
+    assert_eq!(seed(&[], &[]), "0 default");
+    fs::write(folder.path().join("fdi.toml"), "seed = 5\n").unwrap();
+    assert_eq!(seed(&[], &[]), "5 fdi.toml line 1");
+    assert_eq!(seed(&[("FDI_SEED", "6")], &[]), "6 FDI_SEED");
+    assert_eq!(seed(&[("FDI_SEED", "6")], &["--seed", "7"]), "7 flag");
+    fs::write(folder.path().join("other.toml"), "\nseed = 8\n").unwrap();
+    assert_eq!(seed(&[], &["--config", "other.toml"]), "8 other.toml line 2");
+    assert_eq!(seed(&[("FDI_CONFIG", "other.toml")], &[]), "8 other.toml line 2");
+}
+
+#[test]
+fn settings_of_commands_have_origins_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[diagnose]\nmethod = \"ei\"\nmap = [\"time_s=t\", \"current_a=I\"]\n";
+    fs::write(folder.path().join("fdi.toml"), text).unwrap();
+    let of = |name: &str| setting(folder.path(), &[("FDI_SIMULATE_NOISE_A", "0.03")], &[], name);
+    assert_eq!(of("diagnose.method"), "ei fdi.toml line 2");
+    assert_eq!(of("diagnose.map"), "time_s=t, current_a=I fdi.toml line 3");
+    assert_eq!(of("diagnose.encoding"), "full default");
+    assert_eq!(of("simulate.noise-a"), "0.03 FDI_SIMULATE_NOISE_A");
+}
+
+#[test]
+fn a_setting_of_the_file_is_acted_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |variables: &[(&str, &str)], flags: &[&str]| {
+        let arguments = [&["simulate"], flags].concat();
+        let (code, out, err) = fdi(folder.path(), variables, &arguments);
+        assert_eq!(code, 0, "{err}");
+        out.lines().filter(|line| !line.starts_with('#')).count() - 1
+    };
+    // half a second
+    assert_eq!(rows(&[], &[]), 5000);
+    fs::write(folder.path().join("fdi.toml"), "[simulate]\nrate-hz = 5000\n").unwrap();
+    assert_eq!(rows(&[], &[]), 2500);
+    assert_eq!(rows(&[("FDI_SIMULATE_RATE_HZ", "2000")], &[]), 1000);
+    assert_eq!(rows(&[("FDI_SIMULATE_RATE_HZ", "2000")], &["--rate-hz", "10000"]), 5000);
+}
+
+#[test]
+fn a_wrong_file_is_refused_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("fdi.toml"), "[diagnose]\nnoise = 0.02\n").unwrap();
+    let wrong = fdi(folder.path(), &[], &["diagnose", "none.csv"]);
+    let message = "error: `fdi.toml` line 2: unknown key `noise`; did you mean `noise-a`?\n";
+    assert_eq!(wrong, (2, String::new(), message.to_owned()));
+    let (code, _, err) = fdi(folder.path(), &[], &["--config", "none.toml", "man"]);
+    assert_eq!(code, 2);
+    assert!(err.starts_with("error: `none.toml` cannot be read: "), "{err}");
+    let (code, _, err) = fdi(
+        folder.path(),
+        &[("FDI_DIAGNOSE_METHOD", "gess")],
+        &["--config", "/dev/null", "inspect", "config"],
+    );
+    assert_eq!(code, 2);
+    assert!(err.starts_with("error: `FDI_DIAGNOSE_METHOD`: invalid value 'gess'"), "{err}");
+}
+
+#[test]
+fn a_report_tells_the_settings_it_was_made_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../fixtures/recordings/r01.csv.gz")
+        .display()
+        .to_string();
+    fs::write(folder.path().join("fdi.toml"), "[diagnose]\nnoise-a = 0.02\n").unwrap();
+    let arguments = ["--seed", "3", "diagnose", "-q", "--report", "r.html", &recording];
+    let (code, _, err) = fdi(folder.path(), &[], &arguments);
+    assert_eq!(code, 0, "{err}");
+    let html = fs::read_to_string(folder.path().join("r.html")).unwrap();
+    for row in [
+        "<td>seed</td><td>3</td><td>flag</td>",
+        "<td>diagnose.noise-a</td><td>0.02</td><td>fdi.toml line 2</td>",
+    ] {
+        assert!(html.contains(row), "{row}");
+    }
+    assert!(!html.contains("<td>default</td>"));
+}
