@@ -6,7 +6,10 @@ mod experiment;
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use fdi_core::{Encoding, RootSeed, Schema, report::Method};
+use fdi_core::{
+    Encoding, RootSeed, Schema,
+    report::{Fidelity, Method},
+};
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
@@ -162,7 +165,10 @@ pub struct DiagnoseArgs {
     /// How the fault levels are searched
     #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
     pub method: MethodArg,
-    /// What of the filtered envelope is looked at
+    /// Which model the recording is compared with; `high` goes on from the answer of `low`
+    #[arg(long, value_enum, default_value_t = FidelityArg::Low)]
+    pub fidelity: FidelityArg,
+    /// What of the filtered envelope is looked at; other than `full` misses faults that `full` finds
     #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
     pub encoding: EncodingArg,
     /// Most evaluations of the model in one search; noise, uncertainty and severe faults take more [default: the method's own]
@@ -196,6 +202,16 @@ pub enum FidelityArg {
     Low,
     /// The reference model.
     High,
+}
+
+impl FidelityArg {
+    /// The same in answers.
+    pub fn of_report(self) -> Fidelity {
+        match self {
+            Self::Low => Fidelity::Low,
+            Self::High => Fidelity::High,
+        }
+    }
 }
 
 /// How fault levels are searched.

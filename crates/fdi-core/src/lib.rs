@@ -62,6 +62,7 @@ mod error_model;
 mod evaluate;
 mod evaluation_figure;
 mod experiment;
+mod high_monitor;
 mod likelihood;
 mod mode_figure;
 mod model_source;

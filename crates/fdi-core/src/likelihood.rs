@@ -74,6 +74,21 @@ impl Likelihood {
         })
     }
 
+    /// The factor of the whole covariance.
+    pub(crate) fn factor(&self) -> &Factor {
+        &self.factor
+    }
+
+    /// Covariance of the sensors' noise.
+    pub(crate) fn noise(&self) -> &BandedMatrix {
+        &self.noise
+    }
+
+    /// Residuals, each fold with the factor that does not know it.
+    pub(crate) fn folds(&self) -> impl Iterator<Item = (&Factor, &[Vec<f64>])> {
+        self.folds.iter().map(|fold| (&fold.factor, fold.residuals.as_slice()))
+    }
+
     /// The factor of noise and model error alone, without what uncertainty needs.
     pub(crate) fn plain(
         error: &ErrorModel,
