@@ -17,7 +17,6 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     banded::dot,
     bundle::{Bundle, BundleError},
-    encoding::Factor,
     error_model::ErrorModel,
     likelihood::Likelihood,
     noise_covariance::unit_noise_at_rate,
@@ -89,18 +88,17 @@ impl Emulator {
     ) -> Self {
         let (factor, noise) = (likelihood.factor(), likelihood.noise());
         let samples = noise.order();
-        let whitened = whiten_all(factor, model.coefficients());
-        let solved: Vec<Vec<f64>> =
-            whitened.iter().map(|z| factor.spread(z.clone(), samples)).collect();
+        let whitened = factor.whiten_each(model.coefficients().iter());
+        let solved = factor.spread_each(whitened.clone(), samples);
         let images: Vec<Vec<f64>> = solved.iter().map(|x| noise.times(x)).collect();
         let terms = whitened.len();
         let noise_gram = DMatrix::from_fn(terms, terms, |i, j| dot(&solved[i], &images[j]));
         let folds = likelihood
             .folds()
             .map(|(factor, residuals)| {
-                let whitened = whiten_all(factor, model.coefficients());
-                let project = |r: &Vec<f64>| project(&whitened, &factor.whiten(r));
-                let projections = residuals.iter().map(project).collect();
+                let whitened = factor.whiten_each(model.coefficients().iter());
+                let white = factor.whiten_each(residuals.iter());
+                let projections = white.iter().map(|z| project(&whitened, z)).collect();
                 Fold { gram: gram(&whitened), projections }
             })
             .collect();
@@ -207,10 +205,6 @@ impl Emulator {
         let rows = self.model.slopes_at(point);
         DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
     }
-}
-
-fn whiten_all(factor: &Factor, signals: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    signals.iter().map(|signal| factor.whiten(signal)).collect()
 }
 
 fn project(whitened: &[Vec<f64>], white: &[f64]) -> DVector<f64> {
