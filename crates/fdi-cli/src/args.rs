@@ -59,7 +59,14 @@ pub struct GlobalArgs {
     )]
     pub seed: u64,
     /// Recordings or simulations worked on at the same time [default: one for each processor]
-    #[arg(long, global = true, value_name = "N", env = "FDI_JOBS", hide_env_values = true)]
+    #[arg(
+        long,
+        global = true,
+        value_name = "N",
+        value_parser = at_least_one,
+        env = "FDI_JOBS",
+        hide_env_values = true
+    )]
     pub jobs: Option<NonZeroUsize>,
     /// Leave out what differs from run to run (timings)
     #[arg(long, global = true)]
@@ -429,6 +436,10 @@ pub struct InspectArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,
+}
+
+fn at_least_one(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "expected a whole number from 1 on".to_owned())
 }
 
 fn finite(text: &str) -> Result<f64, String> {

@@ -328,6 +328,21 @@ mod tests {
     }
 
     #[test]
+    fn several_right_hand_sides_give_the_bits_of_each_alone() {
+        let factor = example(40, 4).cholesky().unwrap();
+        let side = |k: u32| -> Vec<f64> { (0..40).map(|i| f64::from(i * k).sin()).collect() };
+        let mut all: Vec<Vec<f64>> = (1..4).map(side).collect();
+        factor.whiten_each(&mut all);
+        factor.whiten_transposed_each(&mut all);
+        for (k, together) in (1..4).zip(all) {
+            let mut alone = side(k);
+            factor.whiten(&mut alone);
+            factor.whiten_transposed(&mut alone);
+            assert_eq!(together, alone);
+        }
+    }
+
+    #[test]
     fn the_determinant_of_a_diagonal() {
         let mut a = BandedMatrix::zeros(3, 0);
         for (i, d) in [2.0, 3.0, 4.0].into_iter().enumerate() {

@@ -187,19 +187,37 @@ impl Bundle {
         noise_a: f64,
         root: RootSeed,
     ) -> Result<Self, BundleError> {
+        Self::build_told(experiment, datasets, noise_a, root, &|_| {})
+    }
+
+    /// The same, with what is done next told in words: minutes can pass on a long test.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
+    pub fn build_told(
+        experiment: &Experiment,
+        datasets: Vec<Dataset>,
+        noise_a: f64,
+        root: RootSeed,
+        tell: &dyn Fn(&str),
+    ) -> Result<Self, BundleError> {
         let incipient = datasets
             .iter()
             .find(|dataset| dataset.design == ReferenceDesign::Incipient)
             .ok_or(BundleError::NoIncipient)?;
         go_together(experiment, &datasets)?;
+        tell("placing the points of the mask");
         let mask = informative_points(incipient, root)?;
         let mut choices = Vec::new();
         for start in [StartAngle::Zero, StartAngle::Any] {
             let at_start = of_start(&datasets, start);
             if !at_start.is_empty() {
+                tell(&format!("learning the error of the monitor on {}", start.designs()));
                 choices.push(choose(experiment, &at_start, Modelled::Error(start), noise_a)?);
             }
         }
+        tell("learning the emulator");
         let at_zero = of_start(&datasets, StartAngle::Zero);
         choices.push(choose(experiment, &at_zero, Modelled::Signal, noise_a)?);
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();

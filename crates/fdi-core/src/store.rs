@@ -94,7 +94,7 @@ pub enum StoreError {
         kind: ArtefactKind,
     },
     /// The content is not what was written.
-    #[error("damaged: checksum {found} expected {expected}")]
+    #[error("damaged: checksum begins with {found}, expected {expected}")]
     Checksum {
         /// Start of the checksum of the content, hexadecimal.
         found: String,
