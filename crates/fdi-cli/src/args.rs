@@ -7,7 +7,10 @@ mod report;
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use fdi_core::{Encoding, RootSeed, Schema, report::Method};
+use fdi_core::{
+    Encoding, RootSeed, Schema,
+    report::{Fidelity, Method},
+};
 
 use crate::config::ResolvedSetting;
 
@@ -60,7 +63,14 @@ pub struct GlobalArgs {
     )]
     pub seed: u64,
     /// Recordings or simulations worked on at the same time [default: one for each processor]
-    #[arg(long, global = true, value_name = "N", env = "FDI_JOBS", hide_env_values = true)]
+    #[arg(
+        long,
+        global = true,
+        value_name = "N",
+        value_parser = at_least_one,
+        env = "FDI_JOBS",
+        hide_env_values = true
+    )]
     pub jobs: Option<NonZeroUsize>,
     /// Leave out what differs from run to run (timings)
     #[arg(long, global = true)]
@@ -186,7 +196,10 @@ pub struct DiagnoseArgs {
     /// How the fault levels are searched
     #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
     pub method: MethodArg,
-    /// What of the filtered envelope is looked at
+    /// Which model the recording is compared with; `high` goes on from the answer of `low`
+    #[arg(long, value_enum, default_value_t = FidelityArg::Low)]
+    pub fidelity: FidelityArg,
+    /// What of the filtered envelope is looked at; other than `full` misses faults that `full` finds
     #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
     pub encoding: EncodingArg,
     /// Most evaluations of the model in one search; noise, uncertainty and severe faults take more [default: the method's own]
@@ -226,6 +239,16 @@ pub enum FidelityArg {
     Low,
     /// The reference model.
     High,
+}
+
+impl FidelityArg {
+    /// The same in answers.
+    pub fn of_report(self) -> Fidelity {
+        match self {
+            Self::Low => Fidelity::Low,
+            Self::High => Fidelity::High,
+        }
+    }
 }
 
 /// How fault levels are searched.
@@ -446,6 +469,10 @@ pub struct InspectArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,
+}
+
+fn at_least_one(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "expected a whole number from 1 on".to_owned())
 }
 
 fn finite(text: &str) -> Result<f64, String> {

@@ -11,7 +11,7 @@ use fdi_core::{
 use crate::args::BuildArgs;
 
 /// Learns a bundle; gives the bytes of its file.
-pub(crate) fn build(args: &BuildArgs, seed: RootSeed) -> Result<Vec<u8>> {
+pub(crate) fn build(args: &BuildArgs, seed: RootSeed, tell: &dyn Fn(&str)) -> Result<Vec<u8>> {
     let mut common: Option<(String, Experiment)> = None;
     let mut all = Vec::new();
     for path in &args.dataset {
@@ -36,7 +36,7 @@ pub(crate) fn build(args: &BuildArgs, seed: RootSeed) -> Result<Vec<u8>> {
     }
     let (_, experiment) = common.context("no dataset given")?;
     let noise_a = default_noise_a(&experiment.actuator);
-    Ok(Bundle::build(&experiment, all, noise_a, seed)?.to_bytes())
+    Ok(Bundle::build_told(&experiment, all, noise_a, seed, tell)?.to_bytes())
 }
 
 /// The first thing in which an experiment differs from the one expected, start angle apart.

@@ -49,6 +49,7 @@ pub trait Diagnoser: Sync {
 pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn Diagnoser>> {
     let options = DiagnoseOptions {
         method: args.method.of_report(),
+        fidelity: args.fidelity.of_report(),
         max_evaluations: args.max_evaluations.map(usize::from),
         noise_a: args.noise_a,
         seed: seed.derive(Purpose::Diagnosis, 0),

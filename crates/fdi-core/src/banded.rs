@@ -176,13 +176,26 @@ impl BandedCholesky {
     ///
     /// When the length is not the matrix order.
     pub fn whiten(&self, r: &mut [f64]) {
+        self.whiten_each(&mut [r]);
+    }
+
+    /// The same for several right-hand sides: the factor, which is larger than a cache, is read
+    /// once for all of them.
+    ///
+    /// # Panics
+    ///
+    /// When a length is not the matrix order.
+    pub fn whiten_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
         let (b, wide) = (self.factor.half_band, self.factor.half_band + 1);
-        assert_eq!(r.len(), self.factor.order);
-        for i in 0..r.len() {
+        let mut all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
+        assert!(all.iter().all(|r| r.len() == self.factor.order));
+        for i in 0..self.factor.order {
             let row = &self.factor.rows[i * wide..(i + 1) * wide];
             let first = i.saturating_sub(b);
-            let sum = dot(&row[first + b - i..b], &r[first..i]);
-            r[i] = (r[i] - sum) / row[b];
+            for r in &mut all {
+                let sum = dot(&row[first + b - i..b], &r[first..i]);
+                r[i] = (r[i] - sum) / row[b];
+            }
         }
     }
 
@@ -192,16 +205,28 @@ impl BandedCholesky {
     ///
     /// When the length is not the matrix order.
     pub fn whiten_transposed(&self, z: &mut [f64]) {
+        self.whiten_transposed_each(&mut [z]);
+    }
+
+    /// The same for several right-hand sides.
+    ///
+    /// # Panics
+    ///
+    /// When a length is not the matrix order.
+    pub fn whiten_transposed_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
         let (b, wide) = (self.factor.half_band, self.factor.half_band + 1);
-        assert_eq!(z.len(), self.factor.order);
-        for i in (0..z.len()).rev() {
+        let mut all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
+        assert!(all.iter().all(|z| z.len() == self.factor.order));
+        for i in (0..self.factor.order).rev() {
             let row = &self.factor.rows[i * wide..(i + 1) * wide];
             let first = i.saturating_sub(b);
-            let (before, rest) = z.split_at_mut(i);
-            rest[0] /= row[b];
-            let x = rest[0];
-            for (value, l) in before[first..].iter_mut().zip(&row[first + b - i..b]) {
-                *value -= l * x;
+            for z in &mut all {
+                let (before, rest) = z.split_at_mut(i);
+                rest[0] /= row[b];
+                let x = rest[0];
+                for (value, l) in before[first..].iter_mut().zip(&row[first + b - i..b]) {
+                    *value -= l * x;
+                }
             }
         }
     }
@@ -300,6 +325,21 @@ mod tests {
 
     fn l(factor: &BandedCholesky, row: usize, column: usize) -> f64 {
         if row - column > factor.factor.half_band { 0.0 } else { factor.factor.at(row, column) }
+    }
+
+    #[test]
+    fn several_right_hand_sides_give_the_bits_of_each_alone() {
+        let factor = example(40, 4).cholesky().unwrap();
+        let side = |k: u32| -> Vec<f64> { (0..40).map(|i| f64::from(i * k).sin()).collect() };
+        let mut all: Vec<Vec<f64>> = (1..4).map(side).collect();
+        factor.whiten_each(&mut all);
+        factor.whiten_transposed_each(&mut all);
+        for (k, together) in (1..4).zip(all) {
+            let mut alone = side(k);
+            factor.whiten(&mut alone);
+            factor.whiten_transposed(&mut alone);
+            assert_eq!(together, alone);
+        }
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::{
     error_choice::{self, References},
     error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
     experiment::Experiment,
+    high_monitor::electronics_noise,
     noise_covariance::unit_noise_at_rate,
     observation::envelope_kind,
     report::{BundleSummary, DatasetSummary, SCHEMA_VERSION},
@@ -186,19 +187,37 @@ impl Bundle {
         noise_a: f64,
         root: RootSeed,
     ) -> Result<Self, BundleError> {
+        Self::build_told(experiment, datasets, noise_a, root, &|_| {})
+    }
+
+    /// The same, with what is done next told in words: minutes can pass on a long test.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
+    pub fn build_told(
+        experiment: &Experiment,
+        datasets: Vec<Dataset>,
+        noise_a: f64,
+        root: RootSeed,
+        tell: &dyn Fn(&str),
+    ) -> Result<Self, BundleError> {
         let incipient = datasets
             .iter()
             .find(|dataset| dataset.design == ReferenceDesign::Incipient)
             .ok_or(BundleError::NoIncipient)?;
         go_together(experiment, &datasets)?;
+        tell("placing the points of the mask");
         let mask = informative_points(incipient, root)?;
         let mut choices = Vec::new();
         for start in [StartAngle::Zero, StartAngle::Any] {
             let at_start = of_start(&datasets, start);
             if !at_start.is_empty() {
+                tell(&format!("learning the error of the monitor on {}", start.designs()));
                 choices.push(choose(experiment, &at_start, Modelled::Error(start), noise_a)?);
             }
         }
+        tell("learning the emulator");
         let at_zero = of_start(&datasets, StartAngle::Zero);
         choices.push(choose(experiment, &at_zero, Modelled::Signal, noise_a)?);
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
@@ -224,6 +243,51 @@ impl Bundle {
     /// The model of the reference signal itself, learnt afresh; `None` where the bundle has none.
     pub(crate) fn signal_model(&self) -> Result<Option<ErrorModel>, BundleError> {
         self.model_of(Modelled::Signal)
+    }
+
+    /// The monitor's own signal with the mean of its error, as a quadratic function of damage at
+    /// the experiment's start angle; linear, or `None`, where there are too few conditions.
+    pub(crate) fn monitor_surface(
+        &self,
+        error: &ErrorModel,
+    ) -> Result<Option<ErrorModel>, BundleError> {
+        let datasets = of_start(&self.datasets, StartAngle::Zero);
+        let (mut signals, coordinates) =
+            Modelled::Error(StartAngle::Zero).signals(&self.experiment, &datasets)?;
+        let references = datasets.iter().flat_map(|dataset| &dataset.signals_a);
+        for ((signal, reference), point) in signals.iter_mut().zip(references).zip(&coordinates) {
+            for ((value, reference), mean) in
+                signal.iter_mut().zip(reference).zip(error.mean_at(point))
+            {
+                *value = reference - *value + mean;
+            }
+        }
+        let shape = CovarianceShape::tapered(1);
+        let surfaces = [Trend::Quadratic, Trend::Linear].into_iter().map(|trend| {
+            ErrorModel::learn(&signals, &coordinates, trend, shape, None)
+        });
+        Ok(surfaces.filter_map(Result::ok).next())
+    }
+
+    /// What is left between the reference signals and the high-fidelity model without noise: a
+    /// constant, and the noise of the electronics, with the covariance shaped as that of the
+    /// monitor's error for the same start is; `None` where the bundle has none.
+    pub(crate) fn high_error_model(
+        &self,
+        start: StartAngle,
+        error: &ErrorModel,
+    ) -> Result<Option<ErrorModel>, BundleError> {
+        let (mut noise, mut coordinates) = (Vec::new(), Vec::new());
+        for dataset in of_start(&self.datasets, start) {
+            noise.extend(electronics_noise(&self.experiment, dataset)?);
+            coordinates.extend(sought_coordinates(&self.experiment, dataset));
+        }
+        if noise.is_empty() {
+            return Ok(None);
+        }
+        let (shape, electronics) = (error.shape(), error.electronics().cloned());
+        let trend = Trend::Constant;
+        Ok(Some(ErrorModel::learn(&noise, &coordinates, trend, shape, electronics)?))
     }
 
     fn model_of(&self, of: Modelled) -> Result<Option<ErrorModel>, BundleError> {

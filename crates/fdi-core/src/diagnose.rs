@@ -3,12 +3,12 @@
 use std::sync::{Mutex, OnceLock};
 use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState};
+use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState, Imperfections};
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
 use nalgebra::DMatrix;
 
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite},
+    banded::{BandedMatrix, NotPositiveDefinite, dot},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
     central,
     commutation::Commutation,
@@ -17,6 +17,7 @@ use crate::{
     encoding::{Encoder, Encoding},
     error_model::ErrorModel,
     experiment::Monitor,
+    high_monitor::{HighFit, HighMonitor},
     likelihood::Likelihood,
     noise_covariance::unit_noise_at_rate,
     observation::{Observation, ObservationError, forget_direction},
@@ -61,6 +62,14 @@ pub enum DiagnoseError {
     /// The emulator looks at the whole signal.
     #[error("method `emulator` looks at the whole signal, not at an encoded one")]
     EmulatorEncoded,
+    /// A scalar search with the high-fidelity model.
+    #[error(
+        "the high-fidelity model goes with the methods `composite` and `emulator`, found `{method}`"
+    )]
+    HighFidelityMethod {
+        /// The method asked for.
+        method: Method,
+    },
     /// The recording leaves a fault without any effect on the signal.
     #[error(
         "the recording does not determine all faults looked for; \
@@ -74,6 +83,9 @@ pub enum DiagnoseError {
 pub struct DiagnoseOptions {
     /// How fault levels are searched.
     pub method: Method,
+    /// Which model the recording is compared with in the end: the low-fidelity one with its
+    /// learnt error, or from its answer on the high-fidelity one.
+    pub fidelity: Fidelity,
     /// Most evaluations of the monitor in one search; `None`: 200 for `composite`, and
     /// 20 a fault and 10 for the scalar methods.
     pub max_evaluations: Option<usize>,
@@ -85,7 +97,13 @@ pub struct DiagnoseOptions {
 
 impl Default for DiagnoseOptions {
     fn default() -> Self {
-        Self { method: Method::Composite, max_evaluations: None, noise_a: None, seed: 0 }
+        Self {
+            method: Method::Composite,
+            fidelity: Fidelity::Low,
+            max_evaluations: None,
+            noise_a: None,
+            seed: 0,
+        }
     }
 }
 
@@ -97,27 +115,27 @@ pub struct Diagnoser {
     incipient: ErrorModel,
     /// At any other angle; learnt when first needed.
     turned: OnceLock<Option<ErrorModel>>,
+    /// What the high-fidelity model leaves, at the bundle's start angle and at any other; learnt
+    /// when first needed.
+    high: [OnceLock<Option<ErrorModel>>; 2],
     /// How the monitor errs on severe damage; learnt when first needed.
     severe: OnceLock<Option<SevereErrors>>,
+    /// The monitor's signal, its error's mean included, over the damage: where a search begins.
+    surface: Option<Arc<ErrorModel>>,
     /// What makes few numbers of the signal; none for the whole signal.
     encoder: Option<Arc<Encoder>>,
     /// Noise covariances by the rate of the phases.
     unit_noise: Mutex<BTreeMap<u64, Arc<BandedMatrix>>>,
     /// Emulators by noise level and rate of the phases, with the likelihood of their errors.
-    emulators: Mutex<BTreeMap<(u64, u64), Arc<Prepared>>>,
-    /// Likelihoods by start angle zero, noise level and rate of the phases.
+    emulators: Mutex<BTreeMap<(u64, u64), Arc<Emulator>>>,
+    /// The surface, prepared in the same way.
+    surfaces: Mutex<BTreeMap<(u64, u64), Arc<Emulator>>>,
+    /// Likelihoods by error model, noise level and rate of the phases.
     likelihoods: Mutex<BTreeMap<LikelihoodKey, Arc<Likelihood>>>,
 }
 
-/// An emulator, prepared for a noise level.
-#[derive(Debug)]
-struct Prepared {
-    emulator: Emulator,
-    likelihood: Likelihood,
-}
-
-/// Whether the rotor starts at zero; bits of the noise level and of the rate of the phases.
-type LikelihoodKey = (bool, u64, u64);
+/// Place of the error model; bits of the noise level and of the rate of the phases.
+type LikelihoodKey = (usize, u64, u64);
 
 /// Likelihoods kept for the next recording.
 const LIKELIHOODS_KEPT: usize = 8;
@@ -155,6 +173,8 @@ struct FitResult {
     /// Mean square of the whitened residual.
     misfit: f64,
     evaluations: u64,
+    /// Covariance of the estimate, where it is known already.
+    covariance: Option<DMatrix<f64>>,
 }
 
 impl FitResult {
@@ -168,6 +188,8 @@ impl FitResult {
 struct Hypothesis<'a> {
     error: &'a ErrorModel,
     start_angle_rad: f64,
+    /// Whether that is where the bundle's experiment starts.
+    at_own_start: bool,
 }
 
 impl Diagnoser {
@@ -190,14 +212,18 @@ impl Diagnoser {
     pub fn with_encoding(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
         let encoder = Encoder::of(&bundle, encoding)?;
         let incipient = bundle.error_model(StartAngle::Zero)?.ok_or(BundleError::NoIncipient)?;
+        let surface = bundle.monitor_surface(&incipient)?.map(Arc::new);
         Ok(Self {
             bundle,
             incipient,
             turned: OnceLock::new(),
+            high: [OnceLock::new(), OnceLock::new()],
             severe: OnceLock::new(),
+            surface,
             encoder,
             unit_noise: Mutex::new(BTreeMap::new()),
             emulators: Mutex::new(BTreeMap::new()),
+            surfaces: Mutex::new(BTreeMap::new()),
             likelihoods: Mutex::new(BTreeMap::new()),
         })
     }
@@ -295,6 +321,10 @@ impl Diagnoser {
         options: &DiagnoseOptions,
         watch: &Watch<'_>,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        let scalar = scalar_search::criterion(options.method, options.seed).is_some();
+        if scalar && options.fidelity == Fidelity::High {
+            return Err(DiagnoseError::HighFidelityMethod { method: options.method });
+        }
         let run = Run { diagnoser: self, observation, options, watch };
         match observation.start_angle_rad {
             Some(angle_rad) => self.with_known_angle(&run, angle_rad),
@@ -309,8 +339,14 @@ impl Diagnoser {
         phase_rate_hz: f64,
         noise_a: f64,
     ) -> Result<Arc<Likelihood>, NotPositiveDefinite> {
-        let at_zero = std::ptr::eq(error, &raw const self.incipient);
-        let key = (at_zero, noise_a.to_bits(), phase_rate_hz.to_bits());
+        let known = [
+            Some(&self.incipient),
+            self.turned.get().and_then(Option::as_ref),
+            self.high[0].get().and_then(Option::as_ref),
+            self.high[1].get().and_then(Option::as_ref),
+        ];
+        let place = known.iter().position(|one| one.is_some_and(|one| std::ptr::eq(one, error)));
+        let key = (place.unwrap_or(known.len()), noise_a.to_bits(), phase_rate_hz.to_bits());
         {
             let kept = self.likelihoods.lock().expect("no thread panics while it holds the cache");
             if let Some(likelihood) = kept.get(&key) {
@@ -328,21 +364,43 @@ impl Diagnoser {
     }
 
     /// The emulator for a noise level, kept for the next recording.
-    fn emulator(&self, phase_rate_hz: f64, noise_a: f64) -> Result<Arc<Prepared>, DiagnoseError> {
+    fn emulator(&self, phase_rate_hz: f64, noise_a: f64) -> Result<Arc<Emulator>, DiagnoseError> {
         let key = (noise_a.to_bits(), phase_rate_hz.to_bits());
         let mut kept = self.emulators.lock().expect("no thread panics while it holds the cache");
-        if let Some(prepared) = kept.get(&key) {
-            return Ok(Arc::clone(prepared));
+        if let Some(emulator) = kept.get(&key) {
+            return Ok(Arc::clone(emulator));
         }
-        let emulator = Emulator::learn(&self.bundle, phase_rate_hz, noise_a)?;
-        let unit = self.unit_noise(phase_rate_hz);
-        let likelihood = Likelihood::new(emulator.model(), &unit, noise_a, None)?;
-        let prepared = Arc::new(Prepared { emulator, likelihood });
+        let emulator = Arc::new(Emulator::learn(&self.bundle, phase_rate_hz, noise_a)?);
+        if kept.len() >= LIKELIHOODS_KEPT {
+            kept.clear();
+        }
+        kept.insert(key, Arc::clone(&emulator));
+        Ok(emulator)
+    }
+
+    /// The surface for a noise level, kept for the next recording; `None` where there is none.
+    fn surface(
+        &self,
+        phase_rate_hz: f64,
+        noise_a: f64,
+    ) -> Result<Option<Arc<Emulator>>, NotPositiveDefinite> {
+        let Some(surface) = &self.surface else { return Ok(None) };
+        let key = (noise_a.to_bits(), phase_rate_hz.to_bits());
+        {
+            let kept = self.surfaces.lock().expect("no thread panics while it holds the cache");
+            if let Some(prepared) = kept.get(&key) {
+                return Ok(Some(Arc::clone(prepared)));
+            }
+        }
+        let likelihood = self.likelihood(&self.incipient, phase_rate_hz, noise_a)?;
+        let sought = self.bundle.experiment.sought_indices();
+        let prepared = Arc::new(Emulator::on(Arc::clone(surface), sought, likelihood));
+        let mut kept = self.surfaces.lock().expect("no thread panics while it holds the cache");
         if kept.len() >= LIKELIHOODS_KEPT {
             kept.clear();
         }
         kept.insert(key, Arc::clone(&prepared));
-        Ok(prepared)
+        Ok(Some(prepared))
     }
 
     /// The monitor's signal at levels of the faults looked for, start angle zero, with the mean
@@ -379,6 +437,22 @@ impl Diagnoser {
         }
         let model = self.bundle.error_model(StartAngle::Any)?;
         Ok(self.turned.get_or_init(|| model).as_ref())
+    }
+
+    /// What the high-fidelity model leaves: at the bundle's own start angle, or at another where
+    /// the bundle has signals of others.
+    fn high_error(&self, at_own_start: bool) -> Result<&ErrorModel, BundleError> {
+        let turned = if at_own_start { None } else { self.turned()? };
+        let (start, error) = match turned {
+            Some(turned) => (StartAngle::Any, turned),
+            None => (StartAngle::Zero, &self.incipient),
+        };
+        let kept = &self.high[usize::from(start == StartAngle::Any)];
+        if kept.get().is_none() {
+            let model = self.bundle.high_error_model(start, error)?;
+            kept.get_or_init(|| model);
+        }
+        kept.get().and_then(Option::as_ref).ok_or(BundleError::NoIncipient)
     }
 
     /// How the monitor errs on severe damage, from the wide design.
@@ -436,7 +510,7 @@ impl Diagnoser {
             });
             &self.incipient
         };
-        let hypothesis = Hypothesis { error, start_angle_rad: angle_rad };
+        let hypothesis = Hypothesis { error, start_angle_rad: angle_rad, at_own_start: at_zero };
         let (noise, spent) = run.noise(&hypothesis)?;
         let outcome = run.explain(&hypothesis, noise)?;
         if outcome.method != run.options.method {
@@ -472,12 +546,14 @@ impl Diagnoser {
         let error = self.turned()?.unwrap_or(&self.incipient);
         let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
         let sector_rad = TAU / 6.0 / pole_pairs;
-        let first = Hypothesis { error, start_angle_rad: 0.5 * sector_rad };
+        let standing =
+            |start_angle_rad| Hypothesis { error, start_angle_rad, at_own_start: false };
+        let first = standing(0.5 * sector_rad);
         let (noise, mut spent) = run.noise(&first)?;
         let mut outcomes = Vec::new();
         for step in 0..UNKNOWN_ANGLES {
             let start_angle_rad = (step as f64 + 0.5) / UNKNOWN_ANGLES as f64 * sector_rad;
-            let outcome = run.explain(&Hypothesis { error, start_angle_rad }, noise)?;
+            let outcome = run.explain(&standing(start_angle_rad), noise)?;
             spent += outcome.evaluations;
             outcomes.push(outcome);
         }
@@ -564,13 +640,13 @@ impl Run<'_> {
             Method::Emulator => Some(self.diagnoser.emulator(rate_hz, prior_a)?),
             _ => None,
         };
-        let (error, residual_a, evaluations) = if let Some(prepared) = &prepared {
-            let found = prepared.emulator.diagnose(&self.observation.signal_a);
+        let (error, residual_a, evaluations) = if let Some(emulator) = &prepared {
+            let found = emulator.diagnose(&self.observation.signal_a);
             let point = found.ok_or(DiagnoseError::Undetermined)?.estimate;
-            (prepared.emulator.model(), self.less(prepared.emulator.signal_a(&point)), 0)
+            (emulator.model(), self.less(emulator.signal_a(&point)), 0)
         } else {
             let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, prior_a)?;
-            let fit = self.fit(hypothesis, &likelihood, &START)?;
+            let fit = self.incipient_fit(hypothesis, &likelihood, prior_a)?;
             (hypothesis.error, fit.residual_a, fit.evaluations)
         };
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
@@ -585,9 +661,79 @@ impl Run<'_> {
         Ok((Noise { level_a, source: NoiseSource::Residual }, evaluations))
     }
 
-    /// Explains the recording under a hypothesis: by incipient faults, or where that fails by
-    /// severe ones.
+    /// Explains the recording under a hypothesis.
     fn explain(&self, hypothesis: &Hypothesis<'_>, noise: Noise) -> Result<Outcome, DiagnoseError> {
+        let outcome = self.explain_low(hypothesis, noise)?;
+        match self.options.fidelity {
+            Fidelity::Low => Ok(outcome),
+            Fidelity::High => self.refined(hypothesis, noise, outcome),
+        }
+    }
+
+    /// Goes on from an answer of the low-fidelity model with the high-fidelity one.
+    ///
+    /// Slopes are those of the low-fidelity model with its learnt error, and where they do not
+    /// lead to an adequate fit those of the high-fidelity model itself.
+    fn refined(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        noise: Noise,
+        low: Outcome,
+    ) -> Result<Outcome, DiagnoseError> {
+        let Diagnoser { bundle, .. } = self.diagnoser;
+        let Observation { signal_a, phase_rate_hz, .. } = self.observation;
+        let error = self.diagnoser.high_error(hypothesis.at_own_start)?;
+        let likelihood = self.diagnoser.likelihood(error, *phase_rate_hz, noise.level_a)?;
+        let electronics = bundle.datasets.first().map_or(Imperfections::NONE, |d| d.imperfections);
+        let start_rad = hypothesis.start_angle_rad;
+        let monitor =
+            HighMonitor::new(&bundle.experiment, start_rad, electronics, *phase_rate_hz)
+                .map_err(BundleError::from)?;
+        let offset_a = error.mean_at(&low.posterior.estimate);
+        let seen_a: Vec<f64> = signal_a.iter().zip(&offset_a).map(|(y, m)| y - m).collect();
+        let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
+        let mut slopes = self.jacobian(hypothesis, &low.posterior.estimate)?;
+        let mut evaluations = low.evaluations + 2 * slopes.len() as u64;
+        let mut from = low.posterior.estimate.clone();
+        let mut best: Option<HighFit> = None;
+        for round in 0..HIGH_ROUNDS {
+            if round > 0 {
+                slopes = central::differences(&from, HIGH_STEP, |at| monitor.signal(at));
+                evaluations += 2 * slopes.len() as u64;
+            }
+            let fit = monitor
+                .search(from, &slopes, &likelihood, &seen_a, self.watch)
+                .ok_or(DiagnoseError::Undetermined)?;
+            evaluations += fit.evaluations;
+            from = fit.estimate.clone();
+            let better = best.as_ref().is_none_or(|best| fit.misfit < best.misfit);
+            best = if better { Some(fit) } else { best };
+            if best.as_ref().is_some_and(|best| best.misfit <= limit) {
+                break;
+            }
+        }
+        let fit = best.ok_or(DiagnoseError::Undetermined)?;
+        let covariance =
+            likelihood.estimate_covariance(&slopes).ok_or(DiagnoseError::Undetermined)?;
+        Ok(Outcome {
+            cost: fit.misfit * likelihood.size() as f64 + likelihood.log_determinant(),
+            posterior: Posterior { estimate: fit.estimate, covariance, ..low.posterior },
+            residual_a: fit.residual_a,
+            floor_a: likelihood.floor_a(),
+            adequate: fit.misfit <= limit,
+            severe: false,
+            evaluations,
+            ..low
+        })
+    }
+
+    /// Explains the recording by the low-fidelity model: by incipient faults, or where that fails
+    /// by severe ones.
+    fn explain_low(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        noise: Noise,
+    ) -> Result<Outcome, DiagnoseError> {
         let rate_hz = self.observation.phase_rate_hz;
         let likelihood = self.diagnoser.likelihood(hypothesis.error, rate_hz, noise.level_a)?;
         let seed = self.options.seed;
@@ -599,9 +745,9 @@ impl Run<'_> {
                 return Ok(outcome);
             }
             let options = DiagnoseOptions { method: Method::Composite, ..self.options.clone() };
-            return Run { options: &options, ..*self }.explain(hypothesis, noise);
+            return Run { options: &options, ..*self }.explain_low(hypothesis, noise);
         }
-        let fit = self.fit(hypothesis, &likelihood, &START)?;
+        let fit = self.incipient_fit(hypothesis, &likelihood, noise.level_a)?;
         let adequate = fit.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let inside = fit.estimate.iter().all(|level| level.abs() <= TRAINED_LEVEL);
         let mut spent = fit.evaluations;
@@ -611,13 +757,81 @@ impl Run<'_> {
             spent += severe.evaluations;
             if severe.cost(&severe_likelihood) < fit.cost(&likelihood) {
                 let adequate = severe.misfit <= severe_likelihood.largest_misfit(MISFIT_DEVIATIONS);
-                let jacobian = self.jacobian(hypothesis, &severe.estimate)?;
                 let judged = (adequate, true);
-                return self.outcome(&severe_likelihood, severe, &jacobian, judged, spent);
+                return self.outcome(hypothesis, &severe_likelihood, severe, judged, spent);
             }
         }
-        let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
-        self.outcome(&likelihood, fit, &jacobian, (adequate, false), spent)
+        self.outcome(hypothesis, &likelihood, fit, (adequate, false), spent)
+    }
+
+    /// Explains the recording by incipient faults: from the surface where that leads there, else
+    /// from the middle of the range.
+    fn incipient_fit(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        noise_a: f64,
+    ) -> Result<FitResult, DiagnoseError> {
+        let (near, spent) = self.near_surface(hypothesis, likelihood, noise_a)?;
+        if let Some(fit) = near {
+            return Ok(fit);
+        }
+        let fit = self.fit(hypothesis, likelihood, &START)?;
+        Ok(FitResult { evaluations: fit.evaluations + spent, ..fit })
+    }
+
+    /// Generalised least squares from where the surface explains the recording best, with the
+    /// surface's slopes: the monitor is run for its residuals alone. `None` where that does not
+    /// settle within the range that the surface is learnt on; beside it the evaluations made.
+    fn near_surface(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        noise_a: f64,
+    ) -> Result<(Option<FitResult>, u64), DiagnoseError> {
+        if !hypothesis.at_own_start {
+            return Ok((None, 0));
+        }
+        let rate_hz = self.observation.phase_rate_hz;
+        let Some(surface) = self.diagnoser.surface(rate_hz, noise_a)? else {
+            return Ok((None, 0));
+        };
+        let Some(found) = surface.diagnose(&self.observation.signal_a) else {
+            return Ok((None, 0));
+        };
+        let mut point = found.estimate;
+        let mut monitor = self.monitor(hypothesis)?;
+        let most = self.options.max_evaluations.unwrap_or(SURFACE_EVALUATIONS) as u64;
+        for evaluations in 1..=most.min(SURFACE_EVALUATIONS as u64) {
+            if !self.within_surface(&point) {
+                return Ok((None, evaluations - 1));
+            }
+            let residual_a = self.residual(hypothesis, &mut monitor, &point);
+            let white = likelihood.whiten(&residual_a);
+            let Some(step) = surface.step(&point, &white) else {
+                return Ok((None, evaluations));
+            };
+            if step.iter().all(|part| part.abs() < STEP_TOLERANCE) {
+                let misfit = dot(&white, &white) / white.len() as f64;
+                let covariance = surface.covariance_at(&point);
+                let fit =
+                    FitResult { estimate: point, residual_a, misfit, evaluations, covariance };
+                return Ok((Some(fit), evaluations));
+            }
+            for (value, part) in point.iter_mut().zip(step) {
+                *value += part;
+            }
+        }
+        Ok((None, most))
+    }
+
+    /// Whether the surface is learnt at a point, and the machine can be given it.
+    fn within_surface(&self, point: &[f64]) -> bool {
+        let sought = self.diagnoser.bundle.experiment.sought_indices();
+        let mut levels = point.iter().zip(sought);
+        levels.all(|(level, index)| {
+            (LEAST[index].max(-TRAINED_LEVEL)..=TRAINED_LEVEL).contains(level)
+        })
     }
 
     /// What the emulator says; `None` where it does not explain the recording by incipient faults.
@@ -626,8 +840,8 @@ impl Run<'_> {
             return Err(DiagnoseError::EmulatorEncoded);
         }
         let rate_hz = self.observation.phase_rate_hz;
-        let prepared = self.diagnoser.emulator(rate_hz, noise.level_a)?;
-        let Prepared { emulator, likelihood } = &*prepared;
+        let emulator = self.diagnoser.emulator(rate_hz, noise.level_a)?;
+        let likelihood = emulator.likelihood();
         let Some(found) = emulator.diagnose(&self.observation.signal_a) else {
             return Err(DiagnoseError::Undetermined);
         };
@@ -694,10 +908,13 @@ impl Run<'_> {
         let white = likelihood.whiten(&residual_a);
         let here = white.iter().map(|z| z * z).sum::<f64>() / white.len() as f64;
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
-        let fit = FitResult { estimate, residual_a, misfit, evaluations: evaluations + 1 };
-        let spent = fit.evaluations;
+        let covariance =
+            likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?;
+        let evaluations = evaluations + 1 + 2 * sought.len() as u64;
+        let covariance = Some(covariance);
+        let fit = FitResult { estimate, residual_a, misfit, evaluations, covariance };
         let mut outcome =
-            self.outcome(likelihood, fit, &jacobian, (here <= limit, false), spent)?;
+            self.outcome(hypothesis, likelihood, fit, (here <= limit, false), evaluations)?;
         outcome.unfinished = here > limit;
         outcome.posterior.covariance += &step * step.transpose();
         Ok(outcome)
@@ -777,6 +994,7 @@ impl Run<'_> {
             estimate: solution.point,
             residual_a,
             evaluations: solution.evaluations as u64 + 1,
+            covariance: None,
         })
     }
 
@@ -817,14 +1035,20 @@ impl Run<'_> {
     /// Uncertainty and adequacy of a fit.
     fn outcome(
         &self,
+        hypothesis: &Hypothesis<'_>,
         likelihood: &Likelihood,
-        fit: FitResult,
-        jacobian: &[Vec<f64>],
+        mut fit: FitResult,
         (adequate, severe): (bool, bool),
-        spent: u64,
+        mut spent: u64,
     ) -> Result<Outcome, DiagnoseError> {
-        let covariance =
-            likelihood.estimate_covariance(jacobian).ok_or(DiagnoseError::Undetermined)?;
+        let covariance = match fit.covariance.take() {
+            Some(covariance) => covariance,
+            None => {
+                let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
+                spent += 2 * jacobian.len() as u64;
+                likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?
+            }
+        };
         let cost = fit.cost(likelihood);
         Ok(Outcome {
             posterior: Posterior {
@@ -838,7 +1062,7 @@ impl Run<'_> {
             severe,
             unfinished: false,
             method: self.options.method,
-            evaluations: spent + 2 * jacobian.len() as u64,
+            evaluations: spent,
             cost,
         })
     }
@@ -940,7 +1164,7 @@ impl Run<'_> {
             verdict,
             bundle: None,
             method: outcome.method,
-            fidelity: Fidelity::Low,
+            fidelity: self.options.fidelity,
             evaluations: outcome.evaluations + spent,
             elapsed_s: None,
             discrepancy,
@@ -1017,6 +1241,12 @@ fn slope(pairs: &[(f64, f64)]) -> f64 {
     cross / square.max(f64::MIN_POSITIVE)
 }
 
+/// Searches with the high-fidelity model, each with slopes of its own.
+const HIGH_ROUNDS: usize = 3;
+/// Differences of the high-fidelity signal: large against the steps in which commutation moves.
+const HIGH_STEP: f64 = 1e-2;
+/// Most evaluations of a search with the surface's slopes; three are usual.
+const SURFACE_EVALUATIONS: usize = 10;
 /// Most evaluations of one composite search.
 const COMPOSITE_EVALUATIONS: usize = 200;
 /// Share of the bundle's rate below which phases are too coarse for its error model: recordings

@@ -9,14 +9,16 @@
 //! recording only through its projections on the whitened `g`; everything else is formed
 //! beforehand, for one level of noise.
 
+use std::sync::Arc;
+
 use ema_sim::FAULT_COUNT;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot},
+    banded::dot,
     bundle::{Bundle, BundleError},
     error_model::ErrorModel,
-    likelihood::joined,
+    likelihood::Likelihood,
     noise_covariance::unit_noise_at_rate,
 };
 
@@ -34,9 +36,9 @@ const REACH: f64 = 0.1;
 /// The reference signal as a quadratic function of damage, prepared for one noise level.
 #[derive(Debug)]
 pub struct Emulator {
-    model: ErrorModel,
+    model: Arc<ErrorModel>,
     sought: Vec<usize>,
-    factor: BandedCholesky,
+    likelihood: Arc<Likelihood>,
     /// `L⁻¹·g_p`.
     whitened: Vec<Vec<f64>>,
     gram: DMatrix<f64>,
@@ -73,45 +75,40 @@ impl Emulator {
     pub fn learn(bundle: &Bundle, phase_rate_hz: f64, noise_a: f64) -> Result<Self, BundleError> {
         let experiment = &bundle.experiment;
         let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
-        let model = bundle.signal_model()?.ok_or(BundleError::NoEmulator)?;
-        Ok(Self::prepare(model, experiment.sought_indices(), &unit.scaled(noise_a * noise_a))?)
+        let model = Arc::new(bundle.signal_model()?.ok_or(BundleError::NoEmulator)?);
+        let likelihood = Arc::new(Likelihood::new(&model, &unit, noise_a, None)?);
+        Ok(Self::on(model, experiment.sought_indices(), likelihood))
     }
 
-    fn prepare(
-        model: ErrorModel,
+    /// The mean of a model of the signal, with the errors that a likelihood knows.
+    pub(crate) fn on(
+        model: Arc<ErrorModel>,
         sought: Vec<usize>,
-        noise: &BandedMatrix,
-    ) -> Result<Self, NotPositiveDefinite> {
-        let factor = joined(&model.covariance(), noise).cholesky()?;
-        let whitened = whiten_all(&factor, model.coefficients());
-        let images: Vec<Vec<f64>> = whitened
-            .iter()
-            .map(|z| {
-                let mut solved = z.clone();
-                factor.whiten_transposed(&mut solved);
-                let mut image = noise.times(&solved);
-                factor.whiten(&mut image);
-                image
+        likelihood: Arc<Likelihood>,
+    ) -> Self {
+        let (factor, noise) = (likelihood.factor(), likelihood.noise());
+        let samples = noise.order();
+        let whitened = factor.whiten_each(model.coefficients().iter());
+        let solved = factor.spread_each(whitened.clone(), samples);
+        let images: Vec<Vec<f64>> = solved.iter().map(|x| noise.times(x)).collect();
+        let terms = whitened.len();
+        let noise_gram = DMatrix::from_fn(terms, terms, |i, j| dot(&solved[i], &images[j]));
+        let folds = likelihood
+            .folds()
+            .map(|(factor, residuals)| {
+                let whitened = factor.whiten_each(model.coefficients().iter());
+                let white = factor.whiten_each(residuals.iter());
+                let projections = white.iter().map(|z| project(&whitened, z)).collect();
+                Fold { gram: gram(&whitened), projections }
             })
             .collect();
-        let terms = whitened.len();
-        let noise_gram = DMatrix::from_fn(terms, terms, |i, j| dot(&whitened[i], &images[j]));
-        let mut folds = Vec::new();
-        for (covariance, residuals) in model.folds() {
-            let factor = joined(&covariance, noise).cholesky()?;
-            let whitened = whiten_all(&factor, model.coefficients());
-            let projections = residuals
-                .iter()
-                .map(|residual| {
-                    let mut white = residual.to_vec();
-                    factor.whiten(&mut white);
-                    project(&whitened, &white)
-                })
-                .collect();
-            folds.push(Fold { gram: gram(&whitened), projections });
-        }
         let gram = gram(&whitened);
-        Ok(Self { model, sought, factor, whitened, gram, noise_gram, folds })
+        Self { model, sought, likelihood, whitened, gram, noise_gram, folds }
+    }
+
+    /// What noise and errors of the signal are.
+    pub(crate) fn likelihood(&self) -> &Arc<Likelihood> {
+        &self.likelihood
     }
 
     /// The model of the signal.
@@ -132,8 +129,7 @@ impl Emulator {
     /// Generalised least squares of the emulator to a signal; `None` where the Jacobian leaves a
     /// coordinate undetermined.
     pub fn diagnose(&self, signal_a: &[f64]) -> Option<Emulated> {
-        let mut white = signal_a.to_vec();
-        self.factor.whiten(&mut white);
+        let white = self.likelihood.whiten(signal_a);
         let projection = project(&self.whitened, &white);
         let mut point: Vec<f64> =
             self.sought.iter().map(|&i| if i < FIRST_SIGNED { START_LEVEL } else { 0.0 }).collect();
@@ -159,6 +155,20 @@ impl Emulator {
         let order = point.len();
         let row = |i: usize| (0..order).map(|j| covariance[(i, j)]).collect();
         Some(Emulated { estimate: point, covariance: (0..order).map(row).collect(), misfit })
+    }
+
+    /// The generalised least-squares step for a residual that is white already, with the slopes
+    /// that the signal has at a point; `None` where they leave a coordinate undetermined.
+    pub(crate) fn step(&self, point: &[f64], white: &[f64]) -> Option<Vec<f64>> {
+        let slopes = self.slopes(point);
+        let gradient = &slopes * project(&self.whitened, white);
+        let information = &slopes * &self.gram * slopes.transpose();
+        Some(information.cholesky()?.solve(&gradient).as_slice().to_vec())
+    }
+
+    /// Covariance of the estimate for the slopes at a point.
+    pub(crate) fn covariance_at(&self, point: &[f64]) -> Option<DMatrix<f64>> {
+        self.covariance(&self.slopes(point))
     }
 
     /// Derivatives of the signal at a point, one row a coordinate.
@@ -195,15 +205,6 @@ impl Emulator {
         let rows = self.model.slopes_at(point);
         DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
     }
-}
-
-fn whiten_all(factor: &BandedCholesky, signals: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let white = |signal: &Vec<f64>| {
-        let mut white = signal.clone();
-        factor.whiten(&mut white);
-        white
-    };
-    signals.iter().map(white).collect()
 }
 
 fn project(whitened: &[Vec<f64>], white: &[f64]) -> DVector<f64> {

@@ -208,6 +208,20 @@ impl Factor {
         seen
     }
 
+    /// The same for several residuals.
+    pub(crate) fn whiten_each<'r>(
+        &self,
+        residuals: impl Iterator<Item = &'r Vec<f64>>,
+    ) -> Vec<Vec<f64>> {
+        let see = |residual: &Vec<f64>| match &self.encoder {
+            Some(encoder) => encoder.encode(residual),
+            None => residual.clone(),
+        };
+        let mut seen: Vec<Vec<f64>> = residuals.map(see).collect();
+        self.cholesky.whiten_each(&mut seen);
+        seen
+    }
+
     /// `Eᵀ·(E·Σ·Eᵀ)⁻¹·E·r`, of full length.
     pub(crate) fn solve(&self, residual: &[f64]) -> Vec<f64> {
         self.spread(self.whiten(residual), residual.len())
@@ -219,6 +233,15 @@ impl Factor {
         self.cholesky.whiten_transposed(&mut white);
         match &self.encoder {
             Some(encoder) => encoder.spread(&white, samples),
+            None => white,
+        }
+    }
+
+    /// The same for several.
+    pub(crate) fn spread_each(&self, mut white: Vec<Vec<f64>>, samples: usize) -> Vec<Vec<f64>> {
+        self.cholesky.whiten_transposed_each(&mut white);
+        match &self.encoder {
+            Some(encoder) => white.iter().map(|row| encoder.spread(row, samples)).collect(),
             None => white,
         }
     }

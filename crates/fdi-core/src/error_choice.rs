@@ -178,8 +178,10 @@ impl<'a> Trial<'a> {
         for fold in &self.folds {
             let modelled = shape.covariance(fold.model.residuals(), self.electronics);
             let factor = Factor::new(joined(&modelled, self.noise), None).ok()?;
-            for LeftOut { residual, jacobian } in &fold.left_out {
-                let estimator = Estimator::new(&factor, jacobian)?;
+            let jacobians: Vec<&[Vec<f64>]> =
+                fold.left_out.iter().map(|one| one.jacobian.as_slice()).collect();
+            let estimators = Estimator::each(&factor, &jacobians)?;
+            for (LeftOut { residual, .. }, estimator) in fold.left_out.iter().zip(estimators) {
                 let shift = estimator.apply(residual);
                 for (coordinate, square) in squares.iter_mut().enumerate() {
                     *square += shift[coordinate] * shift[coordinate];

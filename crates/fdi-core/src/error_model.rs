@@ -223,6 +223,11 @@ impl ErrorModel {
         }
     }
 
+    /// The covariance of the electronics, where the shape has a share of it.
+    pub(crate) fn electronics(&self) -> Option<&Arc<BandedMatrix>> {
+        self.electronics.as_ref()
+    }
+
     /// Leave-one-out residuals, one a reference signal.
     pub fn residuals(&self) -> &[Vec<f64>] {
         &self.residuals

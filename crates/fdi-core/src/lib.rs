@@ -64,6 +64,7 @@ mod evaluate;
 mod evaluation_figure;
 mod experiment;
 mod fleet;
+mod high_monitor;
 mod likelihood;
 mod mode_figure;
 mod model_source;

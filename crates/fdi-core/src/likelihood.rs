@@ -74,6 +74,21 @@ impl Likelihood {
         })
     }
 
+    /// The factor of the whole covariance.
+    pub(crate) fn factor(&self) -> &Factor {
+        &self.factor
+    }
+
+    /// Covariance of the sensors' noise.
+    pub(crate) fn noise(&self) -> &BandedMatrix {
+        &self.noise
+    }
+
+    /// Residuals, each fold with the factor that does not know it.
+    pub(crate) fn folds(&self) -> impl Iterator<Item = (&Factor, &[Vec<f64>])> {
+        self.folds.iter().map(|fold| (&fold.factor, fold.residuals.as_slice()))
+    }
+
     /// The factor of noise and model error alone, without what uncertainty needs.
     pub(crate) fn plain(
         error: &ErrorModel,
@@ -170,8 +185,8 @@ impl Likelihood {
             .iter()
             .flat_map(|fold| {
                 let noise = self.noise_share(&fold.factor);
-                fold.residuals.iter().map(move |residual| {
-                    let white = fold.factor.whiten(residual);
+                let white = fold.factor.whiten_each(fold.residuals.iter());
+                white.into_iter().map(move |white| {
                     (dot(&white, &white) / white.len() as f64 + noise).ln()
                 })
             })
@@ -224,13 +239,21 @@ pub(crate) struct Estimator {
 
 impl Estimator {
     pub(crate) fn new(factor: &Factor, jacobian: &[Vec<f64>]) -> Option<Self> {
-        let white: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.whiten(row)).collect();
-        let covariance = gram(&white).try_inverse()?;
-        let samples = jacobian.first().map_or(0, Vec::len);
-        let solved: Vec<Vec<f64>> =
-            white.into_iter().map(|row| factor.spread(row, samples)).collect();
-        let weights = (0..jacobian.len())
-            .map(|i| {
+        Self::each(factor, &[jacobian])?.pop()
+    }
+
+    /// Estimators for several Jacobians of equal size on one factor.
+    pub(crate) fn each(factor: &Factor, jacobians: &[&[Vec<f64>]]) -> Option<Vec<Self>> {
+        let order = jacobians.first().map_or(0, |jacobian| jacobian.len());
+        let samples = jacobians.first().and_then(|j| j.first()).map_or(0, Vec::len);
+        let white = factor.whiten_each(jacobians.iter().flat_map(|jacobian| jacobian.iter()));
+        let covariances: Vec<DMatrix<f64>> = white
+            .chunks(order.max(1))
+            .map(|rows| gram(rows).try_inverse())
+            .collect::<Option<_>>()?;
+        let solved = factor.spread_each(white, samples);
+        let weights = |(covariance, solved): (&DMatrix<f64>, &[Vec<f64>])| {
+            let weight = |i: usize| {
                 let mut weight = vec![0.0; samples];
                 for (j, x) in solved.iter().enumerate() {
                     for (w, value) in weight.iter_mut().zip(x) {
@@ -238,9 +261,10 @@ impl Estimator {
                     }
                 }
                 weight
-            })
-            .collect();
-        Some(Self { weights })
+            };
+            Self { weights: (0..order).map(weight).collect() }
+        };
+        Some(covariances.iter().zip(solved.chunks(order.max(1))).map(weights).collect())
     }
 
     /// Weights of a coordinate.
@@ -258,8 +282,7 @@ impl Estimator {
 
 /// `JᵀΣ⁻¹J`.
 pub(crate) fn information(factor: &Factor, jacobian: &[Vec<f64>]) -> DMatrix<f64> {
-    let white: Vec<Vec<f64>> = jacobian.iter().map(|row| factor.whiten(row)).collect();
-    gram(&white)
+    gram(&factor.whiten_each(jacobian.iter()))
 }
 
 /// Scalar products of rows.

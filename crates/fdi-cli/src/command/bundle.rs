@@ -1,6 +1,6 @@
 //! `fdi bundle`.
 
-use std::fmt::Write;
+use std::{cell::RefCell, fmt::Write};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::report::BundleSummary;
@@ -18,7 +18,13 @@ pub(crate) fn build(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let path = global.output.as_deref().context("`--output FILE` says where the bundle goes")?;
-    let bytes = bundle::build(args, global.root_seed())?;
+    let told = RefCell::new(&mut *streams);
+    let tell = |what: &str| {
+        if !global.quiet {
+            told.borrow_mut().say(format_args!("{what}"));
+        }
+    };
+    let bytes = bundle::build(args, global.root_seed(), &tell)?;
     streams.product(Some(path), |out| out.write_all(&bytes))?;
     Ok(ExitStatus::Done)
 }

@@ -190,6 +190,9 @@ impl Batch<'_> {
         if record.method != method {
             bail!("was made with the method `{}`, now it is `{method}`", record.method);
         }
+        if record.fidelity != args.fidelity.of_report() {
+            bail!("was made with another `--fidelity`");
+        }
         let encoded = args.encoding.of_diagnosis() != Encoding::Full;
         let has_code = |notice: &Notice| notice.code == NoticeCode::Encoded;
         let name = format!("`{}`", args.encoding.of_diagnosis().name());

@@ -7,7 +7,7 @@ use fdi_core::{
     Channel, ChannelName, ColumnMap, CsvFormat, Experiment, RecordedContent, Recording,
     SimulatedRecording,
     ema_sim::{Converter, HealthState, Imperfections, PhaseSensors, Sector},
-    report::{Diagnosis, NoticeCode, RecordDiagnosis, Status, Verdict},
+    report::{Diagnosis, Fidelity, NoticeCode, RecordDiagnosis, Status, Verdict},
 };
 
 /// Exit code, standard output and standard error of `fdi diagnose`.
@@ -360,4 +360,50 @@ fn a_real_recording_of_another_machine_is_refused_with_both_rates() {
     assert_eq!(code, 2, "{err}");
     assert_eq!(err.lines().count(), 1, "{err}");
     assert!(err.contains("normal.csv.gz") && err.contains("25 Hz") && err.contains("2000 Hz"));
+}
+
+/// The answer to a committed recording with one model as the monitor.
+fn with_fidelity(file: &str, fidelity: &str) -> RecordDiagnosis {
+    let path = committed(&format!("recordings/{file}"));
+    let arguments = ["--stable", "--output-format", "json", "--fidelity", fidelity, &path];
+    let (code, out, err) = diagnose(&arguments);
+    assert_eq!(code, 0, "{err}");
+    serde_json::from_str::<Diagnosis>(&out).unwrap().records.remove(0)
+}
+
+#[test]
+fn the_high_fidelity_model_knows_more_than_the_monitor() {
+    // seven faults at once; a short of 30 % of a phase beside friction, which the monitor alone
+    // tells with intervals four times as wide (true levels: `fixtures/recordings/truth.csv`)
+    let truth = fs::read_to_string(committed("recordings/truth.csv")).unwrap();
+    for file in ["r16.csv.gz", "r20.csv.gz"] {
+        let line = truth.lines().find(|line| line.starts_with(file)).unwrap();
+        let levels: Vec<f64> = line.split(',').skip(1).map(|x| x.parse().unwrap()).collect();
+        let (low, high) = (with_fidelity(file, "low"), with_fidelity(file, "high"));
+        assert_eq!((low.fidelity, high.fidelity), (Fidelity::Low, Fidelity::High));
+        assert_eq!(high.verdict, Verdict::Faulty);
+        assert!(high.fit.adequate && high.fit.rms_a < low.fit.rms_a);
+        assert!(high.evaluations > low.evaluations);
+        for index in 0..5 {
+            let (fault, monitor) = (&high.faults[index], &low.faults[index]);
+            let (value, std) = (fault.value.unwrap(), fault.std.unwrap());
+            assert!((value - levels[index]).abs() < 4.0 * std, "{file} {index}: {value} {std}");
+            assert!(std < monitor.std.unwrap(), "{file} {index}: {std}");
+        }
+    }
+}
+
+#[test]
+fn a_scalar_search_with_the_high_fidelity_model_is_refused() {
+    let path = committed("recordings/r16.csv.gz");
+    let (code, _, err) = diagnose(&["--quiet", "--fidelity", "high", "--method", "ei", &path]);
+    assert_eq!(code, 2);
+    let wanted = "the high-fidelity model goes with the methods `composite` and `emulator`, found `ei`";
+    assert!(err.trim_end().ends_with(wanted), "{err}");
+}
+
+#[test]
+fn an_incipient_recording_takes_a_handful_of_evaluations() {
+    let answer = with_fidelity("r16.csv.gz", "low");
+    assert!(answer.evaluations <= 10, "{}", answer.evaluations);
 }

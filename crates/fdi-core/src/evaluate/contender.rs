@@ -8,7 +8,7 @@ use gp_bayesopt::{Bounds, Criterion, Population, PopulationOptions};
 use super::{
     EvaluationError, EvaluationRequest, Protocol,
     convergence::{History, Recorder, curve},
-    high::HighMonitor,
+    high::HighTrial,
     in_parallel,
     score::Trial,
     score::{fault_scores, levels_of, median},
@@ -116,7 +116,7 @@ struct Arena<'a> {
     request: &'a EvaluationRequest<'a>,
     diagnoser: Diagnoser,
     emulator: Option<Emulator>,
-    high: Option<HighMonitor>,
+    high: Option<HighTrial>,
 }
 
 /// A condition with its signal.
@@ -151,7 +151,7 @@ pub(super) fn run(
     let emulator = emulator.transpose()?;
     let high = match &emulator {
         Some(emulator) if high => {
-            Some(HighMonitor::learn(&bundle, emulator, &request.setting, request.jobs)?)
+            Some(HighTrial::learn(&bundle, emulator, &request.setting, request.jobs)?)
         }
         _ => None,
     };
@@ -260,7 +260,8 @@ impl Arena<'_> {
         }
         let noise_a = Some(self.request.setting.noise_a());
         let max_evaluations = self.request.max_evaluations;
-        let options = DiagnoseOptions { method, max_evaluations, noise_a, seed };
+        let options =
+            DiagnoseOptions { method, max_evaluations, noise_a, seed, ..DiagnoseOptions::default() };
         let observation = self.request.setting.observation(test.signal_a.clone());
         let (answer, posterior) =
             self.diagnoser.diagnose_watched(&observation, &options, &|residual| {
