@@ -1,0 +1,561 @@
+//! The whole chain: fit, scan, refit, judge, decide.
+
+use ema_sim::{Effect, EffectId, model_file::MachineModel};
+
+use crate::{
+    error::GreyboxError,
+    fit::{Fitted, fit, sandwich},
+    floor::{Excess, Floor, NoiseSource, pairs},
+    hypothesis::{Family, Leads, Scales, families},
+    machine::{Machine, Prediction},
+    noise::{Whitener, rms},
+    problem::{PerRecord, Problem},
+    record::{Record, Recordings},
+    response::{leads, travel},
+    rival::{Judged, Rival},
+    scan::{Scan, Tried, score, try_all},
+    structure::Structure,
+};
+
+/// What decides, with the defaults that every report states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Seed of the draws of noise.
+    pub seed: u64,
+    /// Threads.
+    pub jobs: usize,
+    /// Family-wise chance of a name where there is nothing.
+    pub false_alarm_rate: f64,
+    /// Most effects looked for.
+    pub most_effects: usize,
+    /// Effects that are refitted in a round.
+    pub refitted: usize,
+    /// Standard errors by which the held-out likelihood has to rise.
+    pub gain_std_errors: f64,
+    /// Nats by which the evidence has to rise.
+    pub evidence_nats: f64,
+    /// Nats, beside the standard errors, within which rivals are tied.
+    pub tie_nats: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            jobs: 1,
+            false_alarm_rate: 0.01,
+            most_effects: 3,
+            refitted: 6,
+            gain_std_errors: 2.0,
+            evidence_nats: 3.0,
+            tie_nats: 5.0,
+        }
+    }
+}
+
+/// The answer in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model explains the recordings to the noise.
+    Adequate,
+    /// It does with one effect more.
+    Named,
+    /// An effect is there, and something else is left.
+    NamedWithRemainder,
+    /// One of several effects that explain the recordings equally well.
+    OneOf,
+    /// Something is left that no effect of the catalogue explains.
+    Unknown,
+    /// What the recordings show as damage or tolerance may be an effect: they cannot tell.
+    Absorbed,
+    /// The recordings do not suffice.
+    Inconclusive,
+}
+
+/// An effect that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// With its numbers.
+    pub effect: Effect,
+    /// 95 % intervals of the numbers that were fitted, by key.
+    pub interval_95: Vec<(String, [f64; 2])>,
+    /// Family-wise chance of such a score from noise alone.
+    pub p_familywise: f64,
+    /// Gain in log-likelihood on recordings not fitted, nats.
+    pub holdout_gain_nats: f64,
+    /// Its standard error.
+    pub holdout_gain_se: f64,
+    /// Gain in evidence, nats.
+    pub evidence_nats: f64,
+}
+
+/// A fault level without and with what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaultChange {
+    /// Coordinate of damage: `k1`, `k6_cos`.
+    pub key: String,
+    /// With the nominal model.
+    pub before: f64,
+    /// Its standard deviation.
+    pub std_before: f64,
+    /// With the effects found.
+    pub after: f64,
+    /// Its standard deviation.
+    pub std_after: f64,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explained {
+    /// In a word.
+    pub verdict: Verdict,
+    /// Why it is no more than that, where it is not.
+    pub reason: Option<String>,
+    /// What was found, strongest first.
+    pub effects: Vec<Finding>,
+    /// What explains the recordings as well as the first of them.
+    pub alternatives: Vec<Finding>,
+    /// Effects that could hide in damage or tolerances.
+    pub absorbed: Vec<EffectId>,
+    /// Root mean square of the residual held out: nominal, and with the effects.
+    pub holdout_rms: [f64; 2],
+    /// The noise.
+    pub noise_floor: f64,
+    /// Where that is from.
+    pub noise_source: NoiseSource,
+    /// Fault levels.
+    pub faults: Vec<FaultChange>,
+    /// Numbers of the data sheet: nominal and fitted with the effects.
+    pub rough: Vec<(String, f64, f64)>,
+    /// Smallest size of each effect's first number that would have been named nine times in ten.
+    pub smallest_named_90: Vec<(EffectId, String, f64)>,
+    /// Trace of the rounds, for who wants to know.
+    pub log: Vec<String>,
+}
+
+/// Says what a model misses in recordings of a machine in one state of health.
+///
+/// # Errors
+///
+/// [`GreyboxError`].
+pub fn explain(
+    model: &MachineModel,
+    recordings: &Recordings,
+    options: &Options,
+) -> Result<Explained, GreyboxError> {
+    recordings.check()?;
+    let machine = Machine::new(model);
+    let recordings = with_holdout(recordings);
+    let session = Session::new(&machine, &recordings, options)?;
+    session.run()
+}
+
+/// Without a recording held out the last of several is.
+fn with_holdout(recordings: &Recordings) -> Recordings {
+    let mut recordings = recordings.clone();
+    if recordings.holdout.is_empty() && recordings.train.len() > 1 {
+        recordings.holdout.extend(recordings.train.pop());
+    }
+    recordings
+}
+
+/// Share of an effect below which damage and tolerances imitate it.
+const ABSORBED_SHARE: f64 = 0.15;
+
+struct Session<'a> {
+    machine: &'a Machine,
+    options: &'a Options,
+    train: Problem<'a>,
+    holdout: Problem<'a>,
+    repeat: Problem<'a>,
+    pairs: Vec<(usize, usize)>,
+}
+
+/// Everything that one scan made.
+struct Round {
+    families: Vec<Family>,
+    tried: Vec<Tried>,
+    scan: Scan,
+}
+
+impl<'a> Session<'a> {
+    fn new(
+        machine: &'a Machine,
+        recordings: &'a Recordings,
+        options: &'a Options,
+    ) -> Result<Self, GreyboxError> {
+        let problem = |records: &'a [Record]| Problem::new(machine, records, options.jobs);
+        Ok(Self {
+            machine,
+            options,
+            train: problem(&recordings.train),
+            holdout: problem(&recordings.holdout),
+            repeat: problem(&recordings.repeat),
+            pairs: pairs(recordings),
+        })
+    }
+
+    fn run(&self) -> Result<Explained, GreyboxError> {
+        let nominal = Structure::nominal(self.machine);
+        let (floor, fitted) = self.floor(nominal)?;
+        let whitener = &floor.whitener;
+        let before = Judged::new(fitted, &self.train, &self.holdout)?;
+        let scales = self.scales(&before.fitted)?;
+        let mut log = vec![format!(
+            "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
+            before.holdout_rms,
+            floor.rms,
+            floor.source,
+            whitener.order()
+        )];
+        let mut current = before.clone();
+        let mut found: Vec<Rival> = Vec::new();
+        let mut ties: Vec<Rival> = Vec::new();
+        let mut p_values = Vec::new();
+        let mut first_round = None;
+        for round_number in 0..self.options.most_effects {
+            let alpha = self.options.false_alarm_rate / f64::from(1_u32 << round_number);
+            let round = self.scan(&current, whitener, &scales)?;
+            let p_familywise = round.scan.p_familywise;
+            for s in round.scan.scored.iter().take(6) {
+                let f = &round.families[s.family];
+                log.push(format!(
+                    "  {} {:?}: log p {:.1}, share {:.2}, cosine {:.2}",
+                    f.id.info().symbol,
+                    f.sizes,
+                    s.log_p,
+                    s.visible_share,
+                    s.raw_cosine
+                ));
+            }
+            let rivals = if p_familywise <= alpha {
+                self.rivals(&round, &current, whitener, &scales)?
+            } else {
+                Vec::new()
+            };
+            for r in &rivals {
+                log.push(format!(
+                    "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, significance {:.1}, bound {}, rms {:.5}",
+                    r.id.info().symbol, round.families[r.family].sizes, r.fall, r.gain, r.gain_std, r.evidence, r.significance, r.on_bound, r.judged.holdout_rms
+                ));
+            }
+            first_round.get_or_insert(round);
+            let accepted: Vec<Rival> =
+                rivals.into_iter().filter(|rival| self.accepts(rival, alpha)).collect();
+            let Some(winner) = accepted.iter().max_by(|a, b| a.score().total_cmp(&b.score()))
+            else {
+                break;
+            };
+            let winner = winner.clone();
+            ties = self.tied(&winner, &accepted);
+            log.push(format!("round {round_number}: {}", winner.id.info().symbol));
+            current = winner.judged.clone();
+            p_values.push(p_familywise);
+            found.push(winner);
+            if found.len() > 1 {
+                ties.clear();
+            }
+        }
+        let excess = Excess::of_pairs(
+            &current.fitted.structure,
+            &current.fitted.values,
+            &current.fitted.residuals,
+            &self.repeat,
+            (&self.pairs, whitener),
+        )?;
+        log.push(format!("excess {excess:?}"));
+        let something_left =
+            excess.map_or_else(|| current.holdout_rms > 1.05 * floor.rms, Excess::is_there);
+        let verdict = match (found.is_empty(), something_left) {
+            (true, false) => Verdict::Adequate,
+            (true, true) => Verdict::Unknown,
+            (false, _) if !ties.is_empty() => Verdict::OneOf,
+            (false, false) => Verdict::Named,
+            (false, true) => Verdict::NamedWithRemainder,
+        };
+        let findings = self.findings(&current, whitener, &found, &p_values);
+        let alternatives = ties
+            .iter()
+            .map(|rival| {
+                let last = rival.judged.fitted.structure.effects.len() - 1;
+                self.finding(
+                    &rival.judged,
+                    whitener,
+                    last,
+                    rival,
+                    p_values.last().copied().unwrap_or(1.0),
+                )
+            })
+            .collect();
+        let absorbed = first_round.as_ref().map_or_else(Vec::new, absorbed);
+        let smallest = first_round.as_ref().map_or_else(Vec::new, |round| self.smallest(round));
+        let rough = self
+            .machine
+            .rough()
+            .iter()
+            .zip(&current.fitted.values)
+            .map(|(rough, value)| (rough.key.clone(), rough.value, *value))
+            .collect();
+        Ok(Explained {
+            verdict,
+            reason: None,
+            effects: findings,
+            alternatives,
+            absorbed,
+            holdout_rms: [before.holdout_rms, current.holdout_rms],
+            noise_floor: floor.rms,
+            noise_source: floor.source,
+            faults: self.fault_changes(&before, &current, whitener),
+            rough,
+            smallest_named_90: smallest,
+            log,
+        })
+    }
+
+    /// The nominal fit and the noise.
+    fn floor(&self, nominal: Structure) -> Result<(Floor, Fitted), GreyboxError> {
+        if let Some(floor) = Floor::of_pairs(&self.train, &self.repeat, &self.pairs) {
+            let fitted = fit(&self.train, nominal, &floor.whitener)?;
+            return Ok((floor, fitted));
+        }
+        let guess = Whitener::white(rough_noise(&self.train));
+        let fitted = fit(&self.train, nominal.clone(), &guess)?;
+        let scales = self.scales(&fitted)?;
+        let drive = self.drive(&fitted)?;
+        let leads = self.leads(&fitted, &guess, &scales)?;
+        let families = families(self.machine.geometry(), &leads, self.machine.is_axis());
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let tried = try_all(&self.train, &state, &drive, &families, &guess, &scales)?;
+        let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
+        columns.extend(tried.iter().flat_map(|t| &t.columns));
+        let floor = Floor::of_saturated(&fitted.residuals, &columns);
+        let fitted = fit(&self.train, nominal, &floor.whitener)?;
+        Ok((floor, fitted))
+    }
+
+    fn drive(&self, fitted: &Fitted) -> Result<PerRecord, GreyboxError> {
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        Ok(self.train.drives(&[state])?.remove(0))
+    }
+
+    fn scales(&self, fitted: &Fitted) -> Result<Scales, GreyboxError> {
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let predictions: Vec<Prediction> = self.train.predictions(&state)?;
+        let all = |of: fn(&Prediction) -> &Vec<f64>| -> f64 {
+            let squares: f64 = predictions.iter().flat_map(|p| of(p).iter().map(|x| x * x)).sum();
+            let count: usize = predictions.iter().map(|p| of(p).len()).sum();
+            libm::sqrt(squares / count.max(1) as f64)
+        };
+        let drive = all(|p| &p.drive);
+        Ok(Scales {
+            torque: drive * self.machine.constant(),
+            drive,
+            speed: all(|p| &p.speed),
+            travel: travel(&predictions).1,
+            sample_s: 1.0 / self.train.records[0].record.rate_hz,
+        })
+    }
+
+    fn leads(
+        &self,
+        fitted: &Fitted,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Leads, GreyboxError> {
+        let known =
+            fitted.sensitivities.iter().map(|c| crate::fit::whitened(whitener, c)).collect();
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        leads(&self.train, &state, (&fitted.residuals, known), whitener, scales)
+    }
+
+    fn scan(
+        &self,
+        current: &Judged,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Round, GreyboxError> {
+        let fitted = &current.fitted;
+        let leads = self.leads(fitted, whitener, scales)?;
+        let families = families(self.machine.geometry(), &leads, self.machine.is_axis());
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let drive = self.drive(fitted)?;
+        let tried = try_all(&self.train, &state, &drive, &families, whitener, scales)?;
+        let scan = score(&families, &tried, fitted, whitener, self.options.seed);
+        Ok(Round { families, tried, scan })
+    }
+
+    /// The best of a scan, and the best by plain likeness among the rest, refitted.
+    fn rivals(
+        &self,
+        round: &Round,
+        current: &Judged,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Vec<Rival>, GreyboxError> {
+        let scored = &round.scan.scored;
+        let by_score: Vec<usize> = (0..scored.len().min(self.options.refitted)).collect();
+        let mut by_likeness: Vec<usize> = (by_score.len()..scored.len()).collect();
+        by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
+        let chosen = by_score.into_iter().chain(by_likeness.into_iter().take(3));
+        let questions = round.families.len() as f64;
+        let mut rivals = Vec::new();
+        for place in chosen {
+            let scored = &scored[place];
+            if scored.visible_share < 0.01 || scored.energy <= 0.0 {
+                continue;
+            }
+            let family = &round.families[scored.family];
+            let outcome = Rival::new(
+                (scored, &round.tried[scored.tried], family),
+                current,
+                (&self.train, &self.holdout),
+                whitener,
+                (scales.travel, questions),
+            );
+            match outcome {
+                Ok(rival) => rivals.push(rival),
+                // at such sizes the machine cannot be run: no explanation
+                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(rivals)
+    }
+
+    fn accepts(&self, rival: &Rival, alpha: f64) -> bool {
+        rival.log_p <= libm::log(alpha)
+            && rival.gain > self.options.gain_std_errors * rival.gain_std
+            && rival.evidence > self.options.evidence_nats
+            && rival.significance > 3.0
+            && !rival.on_bound
+    }
+
+    /// Rivals of another kind that explain as much as the winner.
+    fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
+        let as_good = |rival: &&Rival| {
+            let (lead, std) = winner.judged.gain_over(&rival.judged);
+            rival.id != winner.id
+                && lead < self.options.gain_std_errors * std
+                && winner.score() - rival.score() < self.options.tie_nats
+        };
+        let mut ties: Vec<Rival> = accepted.iter().filter(as_good).cloned().collect();
+        ties.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        let mut seen = Vec::new();
+        ties.retain(|rival| {
+            let new = !seen.contains(&rival.id);
+            seen.push(rival.id);
+            new
+        });
+        ties
+    }
+
+    fn findings(
+        &self,
+        current: &Judged,
+        whitener: &Whitener,
+        found: &[Rival],
+        p_values: &[f64],
+    ) -> Vec<Finding> {
+        let of = |(place, rival): (usize, &Rival)| {
+            self.finding(current, whitener, place, rival, p_values[place])
+        };
+        found.iter().enumerate().map(of).collect()
+    }
+
+    fn finding(
+        &self,
+        judged: &Judged,
+        whitener: &Whitener,
+        place: usize,
+        rival: &Rival,
+        p_familywise: f64,
+    ) -> Finding {
+        let fitted = &judged.fitted;
+        let effect = fitted.structure.effects_at(self.machine, &fitted.values).swap_remove(place);
+        let covariance = sandwich(fitted, &self.train, whitener);
+        let interval = |p: usize| {
+            let (value, std) = (fitted.values[p], libm::sqrt(covariance[(p, p)].max(0.0)));
+            (fitted.structure.free[p].key.clone(), [value - 1.96 * std, value + 1.96 * std])
+        };
+        Finding {
+            effect,
+            interval_95: fitted
+                .structure
+                .places_of_effect(place)
+                .into_iter()
+                .map(interval)
+                .collect(),
+            p_familywise,
+            holdout_gain_nats: rival.gain,
+            holdout_gain_se: rival.gain_std,
+            evidence_nats: rival.evidence,
+        }
+    }
+
+    fn fault_changes(
+        &self,
+        before: &Judged,
+        after: &Judged,
+        whitener: &Whitener,
+    ) -> Vec<FaultChange> {
+        let own_before = sandwich(&before.fitted, &self.train, before.own_noise());
+        let own_after = sandwich(&after.fitted, &self.train, whitener);
+        let places = before.fitted.structure.free.iter().enumerate();
+        let is_fault = |free: &crate::structure::Free| {
+            matches!(free.target, crate::structure::Target::Fault(_))
+        };
+        places
+            .filter(|(_, free)| is_fault(free))
+            .map(|(p, free)| FaultChange {
+                key: free.key.clone(),
+                before: before.fitted.values[p],
+                std_before: libm::sqrt(own_before[(p, p)].max(0.0)),
+                after: after.fitted.values[p],
+                std_after: libm::sqrt(own_after[(p, p)].max(0.0)),
+            })
+            .collect()
+    }
+
+    /// The size at which an effect would have been named nine times in ten: its projected
+    /// energy exceeds the threshold of the scan by 1.28 standard deviations.
+    fn smallest(&self, round: &Round) -> Vec<(EffectId, String, f64)> {
+        let geometry = self.machine.geometry();
+        let chance = self.options.false_alarm_rate / round.families.len().max(1) as f64;
+        let threshold = libm::sqrt(-2.0 * libm::log(chance));
+        let of = |scored: &crate::scan::Scored| {
+            let tried = &round.tried[scored.tried];
+            let &(place, size) = tried.sizes.first()?;
+            if scored.energy <= 0.0 {
+                return None;
+            }
+            let id = tried.plain.id();
+            let key = id.info().parameters[place].key(geometry).to_owned();
+            let smallest = size.abs() * (threshold + 1.2816) / libm::sqrt(scored.energy);
+            Some((id, key, smallest))
+        };
+        round.scan.scored.iter().filter_map(of).collect()
+    }
+}
+
+fn absorbed(round: &Round) -> Vec<EffectId> {
+    let mut ids: Vec<EffectId> = round
+        .scan
+        .scored
+        .iter()
+        .filter(|scored| scored.visible_share < ABSORBED_SHARE && scored.visible_share > 0.0)
+        .map(|scored| round.families[scored.family].id)
+        .collect();
+    ids.sort();
+    ids.dedup();
+    ids
+}
+
+/// Noise by second differences of the measured signals: a first guess.
+fn rough_noise(problem: &Problem<'_>) -> f64 {
+    let differences: Vec<f64> = problem
+        .records
+        .iter()
+        .flat_map(|r| r.measured.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / libm::sqrt(6.0)))
+        .collect();
+    rms(&differences).max(1e-9)
+}
