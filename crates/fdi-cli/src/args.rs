@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod experiment;
+mod explain;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
@@ -10,6 +11,7 @@ use fdi_core::{Encoding, RootSeed, Schema, report::Method};
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
+pub use explain::ExplainArgs;
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -132,6 +134,8 @@ pub enum Command {
     Bundle(BundleCommand),
     /// The paper's experiments: how well faults are found
     Evaluate(EvaluateArgs),
+    /// What the simulation gets wrong, its cause, the extended model and the gain
+    Explain(ExplainArgs),
     /// What a recording holds, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording

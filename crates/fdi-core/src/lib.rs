@@ -97,7 +97,7 @@ pub use evaluate::{
 pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 pub use mode_figure::mode_figure_svg;
-pub use model_source::{ReadModelError, read_model};
+pub use model_source::{ReadModelError, read_machine, read_model};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
 pub use posterior::FALSE_ALARM_RATE;

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ema_sim::model_file::{self, Model, ModelFileError, PRESETS};
+use ema_sim::model_file::{self, MachineModel, Model, ModelFileError, PRESETS};
 
 /// Most files that may stand one on another as `base`.
 const MOST_BASES: usize = 8;
@@ -58,6 +58,27 @@ pub fn read_model(source: &str) -> Result<Model, ReadModelError> {
     let fallback = stem.map_or_else(|| source.to_owned(), |stem| stem.to_string_lossy().into());
     model.name.get_or_insert(fallback);
     Ok(model)
+}
+
+/// Reads a model of either kind: an actuator as [`read_model`] does, or the file of a servo axis.
+///
+/// # Errors
+///
+/// [`ReadModelError`], which names the file.
+pub fn read_machine(source: &str) -> Result<MachineModel, ReadModelError> {
+    let path = Path::new(source);
+    if preset(path).is_none()
+        && let Ok(text) = fs::read_to_string(path)
+    {
+        let wrong = |reason| ReadModelError::Text { path: path.to_owned(), reason };
+        if model_file::base_of(&text).map_err(wrong)?.is_none() {
+            let machine = model_file::parse_machine(&text).map_err(wrong)?;
+            if matches!(machine, MachineModel::ServoAxis(_)) {
+                return Ok(machine);
+            }
+        }
+    }
+    read_model(source).map(MachineModel::Actuator)
 }
 
 fn read(path: &Path, depth: usize) -> Result<Model, ReadModelError> {

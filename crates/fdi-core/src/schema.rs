@@ -7,7 +7,7 @@ use schemars::{JsonSchema, generate::SchemaSettings};
 use crate::{
     ChannelName,
     record::KEY_TABLE,
-    report::{BundleSummary, Diagnosis, Evaluation},
+    report::{BundleSummary, Diagnosis, Evaluation, Explanation},
 };
 
 /// A form that the tool reads or writes.
@@ -22,11 +22,14 @@ pub enum Schema {
     Bundle,
     /// The JSON of one of the paper's experiments.
     Evaluation,
+    /// The JSON of what a model misses.
+    Explanation,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 4] = [Self::Recording, Self::Diagnosis, Self::Bundle, Self::Evaluation];
+    pub const ALL: [Self; 5] =
+        [Self::Recording, Self::Diagnosis, Self::Bundle, Self::Evaluation, Self::Explanation];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -35,6 +38,7 @@ impl Schema {
             Self::Diagnosis => "diagnosis",
             Self::Bundle => "bundle",
             Self::Evaluation => "evaluation",
+            Self::Explanation => "explanation",
         }
     }
 
@@ -45,6 +49,7 @@ impl Schema {
             Self::Diagnosis => json_schema::<Diagnosis>(),
             Self::Bundle => json_schema::<BundleSummary>(),
             Self::Evaluation => json_schema::<Evaluation>(),
+            Self::Explanation => json_schema::<Explanation>(),
         }
     }
 }

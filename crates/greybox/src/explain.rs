@@ -1,6 +1,9 @@
 //! The whole chain: fit, scan, refit, judge, decide.
 
-use ema_sim::{Effect, EffectId, model_file::MachineModel};
+use ema_sim::{
+    Effect, EffectId,
+    model_file::{Annotation, EffectBlock, MachineModel},
+};
 
 use crate::{
     error::GreyboxError,
@@ -14,6 +17,7 @@ use crate::{
     response::{leads, travel},
     rival::{Judged, Rival},
     scan::{Scan, Tried, score, try_all},
+    show::{RecordFit, Remainder, record_fits, remainder},
     structure::Structure,
 };
 
@@ -104,6 +108,17 @@ pub struct FaultChange {
     pub std_after: f64,
 }
 
+/// What a recording was used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// Fitted.
+    Train,
+    /// Held out.
+    Holdout,
+    /// Repetition of a training recording.
+    Repeat,
+}
+
 /// The answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explained {
@@ -118,17 +133,22 @@ pub struct Explained {
     /// Effects that could hide in damage or tolerances.
     pub absorbed: Vec<EffectId>,
     /// Root mean square of the residual held out: nominal, and with the effects.
-    pub holdout_rms: [f64; 2],
-    /// The noise.
-    pub noise_floor: f64,
-    /// Where that is from.
-    pub noise_source: NoiseSource,
+    pub holdout_rms: Option<[f64; 2]>,
+    /// Root mean square of the noise, and where that is from.
+    pub noise_floor: Option<(f64, NoiseSource)>,
+    /// Unit of the signal compared, `a` or `v`.
+    pub drive_unit: &'static str,
     /// Fault levels.
     pub faults: Vec<FaultChange>,
     /// Numbers of the data sheet: nominal and fitted with the effects.
     pub rough: Vec<(String, f64, f64)>,
     /// Smallest size of each effect's first number that would have been named nine times in ten.
     pub smallest_named_90: Vec<(EffectId, String, f64)>,
+    /// How well each recording is explained: training, held out, repeated; nominal and with
+    /// the effects.
+    pub records: Vec<(Use, RecordFit, RecordFit)>,
+    /// What is left, where something is.
+    pub remainder: Option<Remainder>,
     /// Trace of the rounds, for who wants to know.
     pub log: Vec<String>,
 }
@@ -146,9 +166,100 @@ pub fn explain(
     recordings.check()?;
     let machine = Machine::new(model);
     let recordings = with_holdout(recordings);
-    let session = Session::new(&machine, &recordings, options)?;
-    session.run()
+    if let Some(reason) = insufficient(&machine, &recordings) {
+        return Ok(Explained::inconclusive(reason));
+    }
+    Session::new(&machine, &recordings, options)?.run()
 }
+
+impl Explained {
+    /// No answer, and why.
+    pub fn inconclusive(reason: String) -> Self {
+        Self {
+            verdict: Verdict::Inconclusive,
+            reason: Some(reason),
+            effects: Vec::new(),
+            alternatives: Vec::new(),
+            absorbed: Vec::new(),
+            holdout_rms: None,
+            noise_floor: None,
+            drive_unit: "a",
+            faults: Vec::new(),
+            rough: Vec::new(),
+            smallest_named_90: Vec::new(),
+            records: Vec::new(),
+            remainder: None,
+            log: Vec::new(),
+        }
+    }
+
+    /// The model with the effects found; without them it is the model given, bit for bit.
+    pub fn extend(&self, model: &MachineModel) -> MachineModel {
+        let mut extended = model.clone();
+        let status = match self.verdict {
+            Verdict::OneOf => "one-of",
+            _ => "named",
+        };
+        for (place, finding) in self.effects.iter().enumerate() {
+            let mut block = EffectBlock::from(finding.effect.clone());
+            block.interval_95.clone_from(&finding.interval_95);
+            let text = |text: &str| Annotation::Text(text.to_owned());
+            block.annotations.push(("status".to_owned(), text(status)));
+            if place == 0 && !self.alternatives.is_empty() {
+                let symbols = self.alternatives.iter().map(|f| text(f.effect.id().info().symbol));
+                block
+                    .annotations
+                    .push(("alternatives".to_owned(), Annotation::List(symbols.collect())));
+            }
+            let mut evidence = vec![
+                ("p-familywise".to_owned(), Annotation::Number(finding.p_familywise)),
+                ("holdout-gain-nats".to_owned(), Annotation::Number(finding.holdout_gain_nats)),
+                ("holdout-gain-se".to_owned(), Annotation::Number(finding.holdout_gain_se)),
+            ];
+            if let (Some([before, after]), Some((floor, _))) = (self.holdout_rms, self.noise_floor)
+            {
+                evidence.push(("holdout-rms-before".to_owned(), Annotation::Number(before)));
+                evidence.push(("holdout-rms-after".to_owned(), Annotation::Number(after)));
+                evidence.push(("noise-floor".to_owned(), Annotation::Number(floor)));
+            }
+            block.annotations.push(("evidence".to_owned(), Annotation::Table(evidence)));
+            extended.effects_mut().push(block);
+        }
+        extended
+    }
+}
+
+/// What the recordings lack, where they cannot answer.
+fn insufficient(machine: &Machine, recordings: &Recordings) -> Option<String> {
+    if recordings.holdout.is_empty() {
+        return Some(
+            "one recording alone cannot be fitted and judged on: give a second one, of another \
+             command, with `--holdout`"
+                .to_owned(),
+        );
+    }
+    for record in recordings.all() {
+        let name = &record.name;
+        if record.position.is_none() {
+            return Some(format!(
+                "{name}: no position of the motor: causes cannot be told apart by the current alone"
+            ));
+        }
+        let most = record.drive.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let at_most = record.drive.iter().filter(|x| x.abs() >= 0.999 * most).count();
+        if at_most as f64 > CLIPPED_SHARE * record.drive.len() as f64 {
+            let percent = 100.0 * at_most as f64 / record.drive.len() as f64;
+            let unit = machine.drive_unit().to_uppercase();
+            return Some(format!(
+                "{name}: {percent:.0} % of the samples stand at {most} {unit}: the signal is clipped"
+            ));
+        }
+    }
+    None
+}
+
+/// Share of samples at the largest value from which a signal counts as clipped.
+const CLIPPED_SHARE: f64 = 0.05;
 
 /// Without a recording held out the last of several is.
 fn with_holdout(recordings: &Recordings) -> Recordings {
@@ -296,20 +407,44 @@ impl<'a> Session<'a> {
             .zip(&current.fitted.values)
             .map(|(rough, value)| (rough.key.clone(), rough.value, *value))
             .collect();
+        let records = self.record_fits(&before.fitted, &current.fitted, whitener)?;
+        let state = current.fitted.structure.state(self.machine, &current.fitted.values);
+        let remainder =
+            if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
         Ok(Explained {
+            records,
+            remainder,
             verdict,
             reason: None,
             effects: findings,
             alternatives,
             absorbed,
-            holdout_rms: [before.holdout_rms, current.holdout_rms],
-            noise_floor: floor.rms,
-            noise_source: floor.source,
+            holdout_rms: Some([before.holdout_rms, current.holdout_rms]),
+            noise_floor: Some((floor.rms, floor.source)),
+            drive_unit: self.machine.drive_unit(),
             faults: self.fault_changes(&before, &current, whitener),
             rough,
             smallest_named_90: smallest,
             log,
         })
+    }
+
+    fn record_fits(
+        &self,
+        before: &Fitted,
+        after: &Fitted,
+        whitener: &Whitener,
+    ) -> Result<Vec<(Use, RecordFit, RecordFit)>, GreyboxError> {
+        let state = |fitted: &Fitted| fitted.structure.state(self.machine, &fitted.values);
+        let mut fits = Vec::new();
+        for (role, problem) in
+            [(Use::Train, &self.train), (Use::Holdout, &self.holdout), (Use::Repeat, &self.repeat)]
+        {
+            let nominal = record_fits(problem, &state(before), whitener)?;
+            let extended = record_fits(problem, &state(after), whitener)?;
+            fits.extend(nominal.into_iter().zip(extended).map(|(a, b)| (role, a, b)));
+        }
+        Ok(fits)
     }
 
     /// The nominal fit and the noise.

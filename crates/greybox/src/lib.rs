@@ -15,11 +15,13 @@ mod record;
 mod response;
 mod rival;
 mod scan;
+mod show;
 mod structure;
 
 pub use error::GreyboxError;
-pub use explain::{Explained, Finding, Options, Verdict, explain};
+pub use explain::{Explained, FaultChange, Finding, Options, Use, Verdict, explain};
 pub use floor::NoiseSource;
 pub use machine::Prediction;
 pub use noise::{Whitener, rms};
 pub use record::{CommandKind, Record, Recordings};
+pub use show::{RecordFit, Remainder};

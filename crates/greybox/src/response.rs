@@ -244,7 +244,9 @@ fn best<T: Copy + Sync>(
 /// Orders whose period is resolved: whole numbers of periods a turn; of a linear axis wave
 /// numbers of whole periods over the travel.
 fn orders(problem: &Problem<'_>, predictions: &[Prediction]) -> Vec<f64> {
-    let whole = (1..=MOST_ORDER).map(f64::from);
+    // of an axis one period a turn is an imbalance
+    let least = if problem.machine.is_axis() { 2 } else { 1 };
+    let whole = (least..=MOST_ORDER).map(f64::from);
     if problem.machine.geometry() == ema_sim::Geometry::Rotary {
         return whole.collect();
     }
