@@ -82,7 +82,7 @@ pub(crate) enum Form {
     Cogs { wave: Wave, modulation_phase: f64 },
     /// Torque times `1 + a·wave`; no unit.
     TorqueWave(Wave),
-    /// Torque constant over `√(1 + (a·I)²)`; 1/A.
+    /// Torque constant over `√(1 + a·I²)`; 1/A².
     Saturating,
     /// Torque constant times `1 − a`.
     WeakMagnet,
@@ -225,7 +225,7 @@ fn rubbing(symbol: &str, scale: &Scale, chance: &mut Chance) -> (Form, f64) {
         "E04" => (Form::RubbingLoad { corner: scale.load * chance.between(0.005, 0.03) }, 0.25),
         "E05" => {
             let (fall_speed, damping) =
-                (scale.speed * chance.log_between(0.01, 0.06), chance.between(0.2, 0.5));
+                (scale.speed * chance.log_between(0.004, 0.03), chance.between(0.2, 0.5));
             let form = if chance.chance(0.6) {
                 Form::FourElements { damping, fall_speed }
             } else {
@@ -299,7 +299,7 @@ fn turning(symbol: &str, scale: &Scale, chance: &mut Chance) -> (Form, f64) {
             let order = chance.one_of(&scale.ripple_orders);
             (Form::TorqueWave(wave(order, chance.between(0.0, 0.3), chance)), 0.15)
         }
-        "E13" => (Form::Saturating, 0.8 / scale.current),
+        "E13" => (Form::Saturating, 0.6 / (scale.current * scale.current)),
         "E14" => (Form::WeakMagnet, 0.25),
         "E19" => match chance.index(3) {
             0 => (Form::ReadingOffset, 0.3),
@@ -375,6 +375,20 @@ impl Burden {
     }
 }
 
+impl Form {
+    /// Whether it puts other physics in place of the machine's, so that its energy is no power of
+    /// its size.
+    pub(crate) fn replaces(&self) -> bool {
+        matches!(
+            self,
+            Self::FourElements { .. }
+                | Self::Dahl { .. }
+                | Self::Elastic { .. }
+                | Self::RatePlay { .. }
+        )
+    }
+}
+
 impl Hidden {
     /// Adds what the effect does at a state; what has a memory is the run's.
     pub(crate) fn act(&self, here: &Here, burden: &mut Burden) {
@@ -429,10 +443,7 @@ impl Hidden {
     /// The torque constant's factor at a current.
     pub(crate) fn constant_factor(&self, current: f64) -> f64 {
         match self.form {
-            Form::Saturating => {
-                let x = self.size * current;
-                1.0 / sqrt(1.0 + x * x)
-            }
+            Form::Saturating => 1.0 / sqrt(1.0 + self.size * current * current),
             Form::WeakMagnet => 1.0 - self.size,
             _ => 1.0,
         }

@@ -10,7 +10,7 @@
 use crate::{
     chance::{Chance, Purpose},
     effect::Hidden,
-    machine::{Numbers, Rough},
+    machine::{Machine, Numbers, Rough},
     noise::Noise,
     plant::{Faults, Subject, Test, simulate},
 };
@@ -101,9 +101,16 @@ pub(crate) struct Outlook<'a> {
     pub(crate) settings: &'a [Setting],
 }
 
-/// Integrator steps in a tick: of what goes into recordings, and of slopes.
-pub(crate) const FINE: usize = 4;
+/// Integrator steps in a tick for slopes of the machine without effects.
 const COARSE: usize = 1;
+
+/// Integrator steps in a tick for what goes into recordings: 50 µs and 125 µs.
+pub(crate) fn fine(machine: Machine) -> usize {
+    match machine {
+        Machine::Ema48 => 2,
+        Machine::Servo => 4,
+    }
+}
 
 /// Change of a fault for a slope.
 const FAULT_STEP: [f64; 7] = [0.005, 0.004, 0.005, 0.005, 0.005, 0.005, 0.005];
@@ -133,12 +140,12 @@ impl Outlook<'_> {
 
     /// Currents without anything hidden.
     pub(crate) fn plain(&self) -> Vec<Vec<f64>> {
-        self.currents(|_| {}, &[], FINE)
+        self.currents(|_| {}, &[], fine(self.numbers.machine))
     }
 
     /// What effects change in the current.
     pub(crate) fn signature(&self, plain: &[Vec<f64>], hidden: &[Hidden]) -> Vec<Vec<f64>> {
-        Self::difference(&self.currents(|_| {}, hidden, FINE), plain)
+        Self::difference(&self.currents(|_| {}, hidden, fine(self.numbers.machine)), plain)
     }
 
     /// Slopes over all faults and rough numbers, each recording by recording.

@@ -152,7 +152,7 @@ impl Numbers {
                 viscous: 4e-4,
                 kinetic: 0.035,
                 fixed: 0.045,
-                play: 1e-3,
+                play: 1e-4,
                 gear: 1.0,
                 efficiency: 1.0,
                 constant: 0.12,

@@ -122,12 +122,9 @@ impl Noise {
         };
         let innovation = self.rms_a * sqrt(1.0 - correlation * correlation);
         let mut before = None;
-        let whiten = |d: &f64| {
-            let white = match before.replace(*d) {
-                None => d / self.rms_a,
-                Some(last) => (d - correlation * last) / innovation,
-            };
-            white
+        let whiten = |d: &f64| match before.replace(*d) {
+            None => d / self.rms_a,
+            Some(last) => (d - correlation * last) / innovation,
         };
         difference.iter().map(whiten).collect()
     }

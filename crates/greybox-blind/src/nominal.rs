@@ -3,7 +3,7 @@
 use crate::{
     chance::{Chance, Purpose},
     command::{self, Course, Limits, Move},
-    information::FINE,
+    information::fine,
     machine::{Machine, Numbers},
     plant::{Faults, Subject, Test, simulate},
     recording::rounded,
@@ -57,7 +57,8 @@ impl NominalRun {
         }
         let numbers = Numbers::nominal(machine);
         let subject = Subject { numbers, faults, hidden: &[] };
-        let trace = simulate(&subject, &Test { course: &course, start_rad, seed: 0, steps: FINE });
+        let trace =
+            simulate(&subject, &Test { course: &course, start_rad, seed: 0, steps: fine(machine) });
         let (current_a, motor_angle_rad) = (trace.current, trace.position);
         Self { machine, course, start_rad, faults, current_a, motor_angle_rad }
     }

@@ -22,6 +22,17 @@ pub enum Role {
     Repeat,
 }
 
+impl Role {
+    /// Its name in listings and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::HoldOut => "holdout",
+            Self::Repeat => "repeat",
+        }
+    }
+}
+
 /// A recording to be written to disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct File {

@@ -10,7 +10,7 @@ use crate::{
 /// Pairs tied by construction, with the recordings that tie them: directional dry friction and an
 /// offset of the current sensor (there and back without a rest), cogging and current ripple (one
 /// way at a steady speed), friction of the load and a weak magnet (one way against a load), a
-/// weak magnet and a gain error (there and back without load).
+/// weak magnet and a gain error (slowly there and back against a load).
 pub const TIES: [[&str; 2]; 4] = [["E03", "E19"], ["E11", "E12"], ["E04", "E14"], ["E14", "E19"]];
 
 /// A tie as drawn.
@@ -79,14 +79,14 @@ impl Tie {
                 vec![member("E19", Form::ReadingGain, 1e-3)],
                 0.25,
                 Move::Triangle,
-                false,
+                true,
             ),
             (_, false) => of(
                 member("E19", Form::ReadingGain, 0.0),
                 vec![member("E14", Form::WeakMagnet, 1e-3)],
                 0.2,
                 Move::Triangle,
-                false,
+                true,
             ),
         }
     }
