@@ -1,5 +1,6 @@
 //! Development tasks of the workspace: `cargo xtask …`.
 
+mod blind;
 mod budget;
 mod ci;
 mod docs;

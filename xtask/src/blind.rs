@@ -1,0 +1,4 @@
+//! The scored hidden-effect cases: `cargo xtask blind`.
+
+#[cfg(test)]
+mod null_check;
