@@ -36,6 +36,8 @@ pub struct Options {
     pub refitted: usize,
     /// Standard errors by which the held-out likelihood has to rise.
     pub gain_std_errors: f64,
+    /// Family-wise chance below which half of that is enough.
+    pub sure_rate: f64,
     /// Nats by which the evidence has to rise.
     pub evidence_nats: f64,
     /// Nats, beside the standard errors, within which rivals are tied.
@@ -51,6 +53,7 @@ impl Default for Options {
             most_effects: 3,
             refitted: 6,
             gain_std_errors: 2.0,
+            sure_rate: 1e-6,
             evidence_nats: 3.0,
             tie_nats: 5.0,
         }
@@ -169,7 +172,7 @@ pub fn explain(
     if let Some(reason) = insufficient(&machine, &recordings) {
         return Ok(Explained::inconclusive(reason));
     }
-    Session::new(&machine, &recordings, options)?.run()
+    Session::new(&machine, &recordings, options).run()
 }
 
 impl Explained {
@@ -290,20 +293,16 @@ struct Round {
 }
 
 impl<'a> Session<'a> {
-    fn new(
-        machine: &'a Machine,
-        recordings: &'a Recordings,
-        options: &'a Options,
-    ) -> Result<Self, GreyboxError> {
+    fn new(machine: &'a Machine, recordings: &'a Recordings, options: &'a Options) -> Self {
         let problem = |records: &'a [Record]| Problem::new(machine, records, options.jobs);
-        Ok(Self {
+        Self {
             machine,
             options,
             train: problem(&recordings.train),
             holdout: problem(&recordings.holdout),
             repeat: problem(&recordings.repeat),
             pairs: pairs(recordings),
-        })
+        }
     }
 
     fn run(&self) -> Result<Explained, GreyboxError> {
@@ -346,8 +345,8 @@ impl<'a> Session<'a> {
             };
             for r in &rivals {
                 log.push(format!(
-                    "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, significance {:.1}, bound {}, rms {:.5}",
-                    r.id.info().symbol, round.families[r.family].sizes, r.fall, r.gain, r.gain_std, r.evidence, r.significance, r.on_bound, r.judged.holdout_rms
+                    "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, bound {}, rms {:.5}",
+                    r.id.info().symbol, round.families[r.family].sizes, r.fall, r.gain, r.gain_std, r.evidence, r.on_bound, r.judged.holdout_rms
                 ));
             }
             first_round.get_or_insert(round);
@@ -450,11 +449,11 @@ impl<'a> Session<'a> {
     /// The nominal fit and the noise.
     fn floor(&self, nominal: Structure) -> Result<(Floor, Fitted), GreyboxError> {
         if let Some(floor) = Floor::of_pairs(&self.train, &self.repeat, &self.pairs) {
-            let fitted = fit(&self.train, nominal, &floor.whitener)?;
+            let fitted = fit(&self.train, nominal, &floor.whitener, &[])?;
             return Ok((floor, fitted));
         }
         let guess = Whitener::white(rough_noise(&self.train));
-        let fitted = fit(&self.train, nominal.clone(), &guess)?;
+        let fitted = fit(&self.train, nominal.clone(), &guess, &[])?;
         let scales = self.scales(&fitted)?;
         let drive = self.drive(&fitted)?;
         let leads = self.leads(&fitted, &guess, &scales)?;
@@ -464,7 +463,7 @@ impl<'a> Session<'a> {
         let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
         columns.extend(tried.iter().flat_map(|t| &t.columns));
         let floor = Floor::of_saturated(&fitted.residuals, &columns);
-        let fitted = fit(&self.train, nominal, &floor.whitener)?;
+        let fitted = fit(&self.train, nominal, &floor.whitener, &[])?;
         Ok((floor, fitted))
     }
 
@@ -486,7 +485,8 @@ impl<'a> Session<'a> {
             torque: drive * self.machine.constant(),
             drive,
             speed: all(|p| &p.speed),
-            travel: travel(&predictions).1,
+            travel: travel(&predictions, |p| &p.surface).1,
+            motor_travel: travel(&predictions, |p| &p.motor).1,
             sample_s: 1.0 / self.train.records[0].record.rate_hz,
         })
     }
@@ -528,11 +528,16 @@ impl<'a> Session<'a> {
         scales: &Scales,
     ) -> Result<Vec<Rival>, GreyboxError> {
         let scored = &round.scan.scored;
-        let by_score: Vec<usize> = (0..scored.len().min(self.options.refitted)).collect();
+        let questions = round.families.len() as f64;
+        let alone = libm::log(self.options.false_alarm_rate);
+        let worth = scored.iter().filter(|s| s.log_p <= alone).count();
+        let by_score: Vec<usize> = (0..worth.min(self.options.refitted)).collect();
         let mut by_likeness: Vec<usize> = (by_score.len()..scored.len()).collect();
         by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
-        let chosen = by_score.into_iter().chain(by_likeness.into_iter().take(3));
-        let questions = round.families.len() as f64;
+        // where the model is far off the linear picture may be wrong
+        let far_off = current.fitted.objective > self.train.samples() as f64;
+        by_likeness.truncate(if far_off { 3 } else { 0 });
+        let chosen = by_score.into_iter().chain(by_likeness);
         let mut rivals = Vec::new();
         for place in chosen {
             let scored = &scored[place];
@@ -559,10 +564,15 @@ impl<'a> Session<'a> {
 
     fn accepts(&self, rival: &Rival, alpha: f64) -> bool {
         rival.log_p <= libm::log(alpha)
-            && rival.gain > self.options.gain_std_errors * rival.gain_std
+            && rival.gain > self.wanted_std_errors(rival) * rival.gain_std
             && rival.evidence > self.options.evidence_nats
-            && rival.significance > 3.0
             && !rival.on_bound
+    }
+
+    /// Where chance is out of the question in what was fitted, less is asked of what was not.
+    fn wanted_std_errors(&self, rival: &Rival) -> f64 {
+        let sure = rival.log_p <= libm::log(self.options.sure_rate);
+        self.options.gain_std_errors * if sure { 0.5 } else { 1.0 }
     }
 
     /// Rivals of another kind that explain as much as the winner.

@@ -15,7 +15,7 @@ const MOST_STEPS: usize = 10;
 /// Most attempts at one step.
 const MOST_ATTEMPTS: usize = 5;
 /// Fall of the objective, in nats, that ends the search.
-const SETTLED_NATS: f64 = 0.05;
+const SETTLED_NATS: f64 = 0.2;
 
 /// A structure fitted to recordings.
 #[derive(Clone, Debug)]
@@ -28,8 +28,6 @@ pub(crate) struct Fitted {
     pub(crate) sensitivities: Vec<PerRecord>,
     /// Half the sum of squares of whitened residual and prior.
     pub(crate) objective: f64,
-    /// Simulations of the whole set of recordings.
-    pub(crate) simulations: usize,
 }
 
 /// Signals of all recordings through the whitener, in one row.
@@ -37,11 +35,13 @@ pub(crate) fn whitened(whitener: &Whitener, signals: &PerRecord) -> Vec<f64> {
     signals.iter().flat_map(|signal| whitener.apply(signal)).collect()
 }
 
-/// Fits from the starts of the structure.
+/// Fits from the starts of the structure. What the first of its free numbers do there may be
+/// known nearly: it serves for the first step.
 pub(crate) fn fit(
     problem: &Problem<'_>,
     structure: Structure,
     whitener: &Whitener,
+    known: &[PerRecord],
 ) -> Result<Fitted, GreyboxError> {
     let mut values: Vec<f64> =
         structure.free.iter().map(|f| f.start.clamp(f.least, f.most)).collect();
@@ -49,8 +49,8 @@ pub(crate) fn fit(
     let mut residuals = problem.residuals(&drive);
     let mut white = whitened(whitener, &residuals);
     let mut objective = half_square(&white) + prior(&structure.free, &values);
-    let mut sensitivities = problem.sensitivities(&structure, &values, &drive)?;
-    let mut simulations = 1 + structure.free.len();
+    let mut sensitivities = known.to_vec();
+    sensitivities.extend(problem.sensitivities(&structure, known.len(), &values, &drive)?);
     let mut damping = 1e-4;
     for _ in 0..MOST_STEPS {
         let step = Normal::new(whitener, &structure.free, &values, &sensitivities, &white);
@@ -58,7 +58,6 @@ pub(crate) fn fit(
         for _ in 0..MOST_ATTEMPTS {
             let next = step.bounded(&structure.free, &values, damping);
             let drive_next = problem.drives(&[structure.state(problem.machine, &next)])?.remove(0);
-            simulations += 1;
             let residuals_next = problem.residuals(&drive_next);
             let white_next = whitened(whitener, &residuals_next);
             let objective_next = half_square(&white_next) + prior(&structure.free, &next);
@@ -72,13 +71,12 @@ pub(crate) fn fit(
             damping = (damping * 10.0).max(1e-3);
         }
         let Some(fallen) = fallen else { break };
-        sensitivities = problem.sensitivities(&structure, &values, &drive)?;
-        simulations += structure.free.len();
         if fallen < SETTLED_NATS {
             break;
         }
+        sensitivities = problem.sensitivities(&structure, 0, &values, &drive)?;
     }
-    Ok(Fitted { structure, values, residuals, sensitivities, objective, simulations })
+    Ok(Fitted { structure, values, residuals, sensitivities, objective })
 }
 
 fn half_square(white: &[f64]) -> f64 {
@@ -88,8 +86,8 @@ fn half_square(white: &[f64]) -> f64 {
 /// Half the squared distance from what is known beforehand.
 fn prior(free: &[Free], values: &[f64]) -> f64 {
     let of = |(free, value): (&Free, &f64)| {
-        free.prior_std.map_or(0.0, |std| {
-            let z = (value - free.start) / std;
+        free.prior.map_or(0.0, |(mean, std)| {
+            let z = (value - mean) / std;
             0.5 * z * z
         })
     };
@@ -122,10 +120,10 @@ impl Normal {
                 curvature[(i, j)] = product;
                 curvature[(j, i)] = product;
             }
-            if let Some(std) = free[i].prior_std {
+            if let Some((mean, std)) = free[i].prior {
                 let weight = 1.0 / (std * std);
                 curvature[(i, i)] += weight;
-                descent[i] -= (values[i] - free[i].start) * weight;
+                descent[i] -= (values[i] - mean) * weight;
             }
         }
         Self { curvature, descent }
@@ -209,7 +207,7 @@ pub(crate) fn sandwich(
         }
     }
     for (i, free) in fitted.structure.free.iter().enumerate() {
-        if let Some(std) = free.prior_std {
+        if let Some((_, std)) = free.prior {
             let weight = 1.0 / (std * std);
             curvature[(i, i)] += weight;
             scatter[(i, i)] += weight;

@@ -165,6 +165,8 @@ pub(crate) struct Scales {
     pub(crate) speed: f64,
     /// Half the travel of the surface or axis.
     pub(crate) travel: f64,
+    /// Half the travel of the motor.
+    pub(crate) motor_travel: f64,
     /// Time between two samples of the recording.
     pub(crate) sample_s: f64,
 }
@@ -181,7 +183,7 @@ pub(crate) fn first_size(parameter: &EffectParameter, geometry: Geometry, scales
     } else if key.starts_with("spring") {
         0.03 * scales.torque / scales.travel.max(1e-12)
     } else if key.starts_with("presliding") {
-        3e-3 * scales.travel
+        3e-3 * scales.motor_travel
     } else if ends(&["_n_m", "_n"]) {
         0.03 * scales.torque
     } else if ends(&["_per_a2"]) {

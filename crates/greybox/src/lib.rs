@@ -1,5 +1,4 @@
 //! What a simulation of a machine leaves out, found from recordings: see [`explain`].
-#![expect(missing_docs)]
 mod error;
 mod explain;
 mod fit;

@@ -101,11 +101,12 @@ impl<'a> Problem<'a> {
         self.records.iter().zip(drive).map(of).collect()
     }
 
-    /// Change of the prediction with each free number, by forward differences; backward at the
-    /// upper bound.
+    /// Change of the prediction with each free number from the `first` on, by forward
+    /// differences; backward at the upper bound.
     pub(crate) fn sensitivities(
         &self,
         structure: &Structure,
+        first: usize,
         values: &[f64],
         at: &PerRecord,
     ) -> Result<Vec<PerRecord>, GreyboxError> {
@@ -113,13 +114,14 @@ impl<'a> Problem<'a> {
             .free
             .iter()
             .zip(values)
+            .skip(first)
             .map(
                 |(free, value)| if value + free.step <= free.most { free.step } else { -free.step },
             )
             .collect();
         let stepped = |(place, step): (usize, &f64)| {
             let mut values = values.to_vec();
-            values[place] += step;
+            values[first + place] += step;
             structure.state(self.machine, &values)
         };
         let states: Vec<State> = steps.iter().enumerate().map(stepped).collect();

@@ -136,7 +136,9 @@ pub(crate) fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let size = dot(&rest, &rest);
         if size > 1e-10 * before {
             let scale = 1.0 / libm::sqrt(size);
-            rest.iter_mut().for_each(|x| *x *= scale);
+            for x in &mut rest {
+                *x *= scale;
+            }
             basis.push(rest);
         }
     }
@@ -250,20 +252,23 @@ fn orders(problem: &Problem<'_>, predictions: &[Prediction]) -> Vec<f64> {
     if problem.machine.geometry() == ema_sim::Geometry::Rotary {
         return whole.collect();
     }
-    let travel = 2.0 * travel(predictions).1;
+    let travel = 2.0 * travel(predictions, |p| &p.surface).1;
     whole.map(|n| 4.0 * n * TAU / (4.0 * travel.max(1e-12))).collect()
 }
 
-/// Middle and half of the way that the surface went.
-pub(crate) fn travel(predictions: &[Prediction]) -> (f64, f64) {
-    let all = || predictions.iter().flat_map(|p| p.surface.iter().copied());
+/// Middle and half of the way that something went.
+pub(crate) fn travel(
+    predictions: &[Prediction],
+    of: impl Fn(&Prediction) -> &Vec<f64>,
+) -> (f64, f64) {
+    let all = || predictions.iter().flat_map(|p| of(p).iter().copied());
     let (least, most) =
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     (0.5 * (least + most), 0.5 * (most - least))
 }
 
 fn candidate_regions(predictions: &[Prediction]) -> Vec<(f64, f64)> {
-    let (middle, half) = travel(predictions);
+    let (middle, half) = travel(predictions, |p| &p.surface);
     let mut regions = Vec::new();
     for width in [0.05, 0.12, 0.3] {
         for n in 0..REGIONS {

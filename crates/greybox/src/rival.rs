@@ -4,15 +4,19 @@ use ema_sim::{Effect, EffectId};
 
 use crate::{
     error::GreyboxError,
-    fit::{Fitted, fit, sandwich},
+    fit::{Fitted, fit},
     hypothesis::{Family, numbers},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     scan::{Scored, Tried, log_tail},
+    structure::Structure,
 };
 
 /// Length of the blocks whose likelihoods are compared, s.
 const BLOCK_S: f64 = 0.5;
+
+/// A block's gain counts as no more than so many times that of the median block.
+const MOST_MEDIANS: f64 = 3.0;
 
 /// A fitted structure with its noise and its record on what was not fitted.
 #[derive(Clone, Debug)]
@@ -26,7 +30,6 @@ pub(crate) struct Judged {
     train: f64,
     /// Root mean square of the residual held out.
     pub(crate) holdout_rms: f64,
-    pub(crate) holdout: PerRecord,
 }
 
 impl Judged {
@@ -49,13 +52,23 @@ impl Judged {
         let blocks = likelihoods(holdout, &residuals);
         let train = likelihoods(train, &fitted.residuals).iter().sum();
         let holdout_rms = rms(&residuals.concat());
-        Ok(Self { fitted, own, blocks, train, holdout_rms, holdout: residuals })
+        Ok(Self { fitted, own, blocks, train, holdout_rms })
     }
 
     /// Gain in log-likelihood over another on what neither was fitted to, and its standard
     /// error from the scatter of the blocks (Vuong 1989, Diebold and Mariano 1995).
     pub(crate) fn gain_over(&self, other: &Self) -> (f64, f64) {
-        let gains: Vec<f64> = self.blocks.iter().zip(&other.blocks).map(|(a, b)| a - b).collect();
+        let mut gains: Vec<f64> =
+            self.blocks.iter().zip(&other.blocks).map(|(a, b)| a - b).collect();
+        // a few blocks where the effect shows most do not make the others' gain less sure
+        let mut sorted = gains.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        if median > 0.0 {
+            for gain in &mut gains {
+                *gain = gain.min(MOST_MEDIANS * median);
+            }
+        }
         let n = gains.len().max(1) as f64;
         let mean = gains.iter().sum::<f64>() / n;
         let variance =
@@ -88,8 +101,6 @@ pub(crate) struct Rival {
     pub(crate) gain: f64,
     pub(crate) gain_std: f64,
     pub(crate) evidence: f64,
-    /// Sizes over their standard deviations, largest.
-    pub(crate) significance: f64,
     /// Whether a number of the effect stands on a bound.
     pub(crate) on_bound: bool,
 }
@@ -121,16 +132,37 @@ impl Rival {
             }
             effect
         };
-        let base = current.fitted.structure.clone().started_at(&current.fitted.values);
+        let nominal = &current.fitted.structure;
+        let near = nominal.clone().started_at(&current.fitted.values);
+        let at_size = |scale: f64| -> Effect {
+            let mut effect = tried.plain.clone();
+            for (place, size) in &tried.sizes {
+                let parameter = &effect.id().info().parameters[*place];
+                let (least, most) = parameter.bounds();
+                let _ = effect.set(parameter.key(geometry), (scale * size).clamp(least, most));
+            }
+            effect
+        };
+        let mut trials: Vec<(&Structure, Effect)> =
+            starts(tried.plain.id()).iter().map(|scale| (&near, start_at(*scale))).collect();
+        if current.fitted.objective > POOR_PER_SAMPLE * train.samples() as f64 {
+            // damage and tolerances have been bent to fit what they cannot: start without them
+            trials.extend(SIZES.map(|scale| (nominal, at_size(scale))));
+        }
+        let known = &current.fitted.sensitivities;
         let mut best: Option<Fitted> = None;
-        for scale in starts(tried.plain.id()) {
-            let effect = start_at(*scale);
+        for (base, effect) in trials {
             let numbers = numbers(&effect, &tried.sizes, &shapes, travel);
-            let structure = base.with_effect(effect, &numbers);
-            let fitted = fit(train, structure, whitener)?;
+            let fitted = fit(train, base.with_effect(effect, &numbers), whitener, known)?;
             if best.as_ref().is_none_or(|b| fitted.objective < b.objective) {
                 best = Some(fitted);
             }
+        }
+        if best.as_ref().is_none_or(|b| b.objective > current.fitted.objective) {
+            // from too far off: once more from nearly nothing
+            let effect = at_size(1.0);
+            let numbers = numbers(&effect, &tried.sizes, &shapes, travel);
+            best = Some(fit(train, near.with_effect(effect, &numbers), whitener, known)?);
         }
         let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };
         let fall = current.fitted.objective - fitted.objective;
@@ -139,19 +171,14 @@ impl Rival {
             if family.looked_at > family.shapes.len() as f64 { family.looked_at } else { 1.0 };
         let log_p = (log_tail(2.0 * fall, dims) + libm::log(looked * questions)).min(0.0);
         let place = fitted.structure.effects.len() - 1;
-        let covariance = sandwich(&fitted, train, whitener);
         let places = fitted.structure.places_of_effect(place);
         let sizes = places.iter().take(tried.sizes.len());
-        let significance = sizes
-            .clone()
-            .map(|&p| fitted.values[p].abs() / libm::sqrt(covariance[(p, p)]).max(1e-300))
-            .fold(0.0, f64::max);
         let bound = |&p: &usize| {
             let free = &fitted.structure.free[p];
             let near = 1e-3 * (free.most - free.least).min(fitted.values[p].abs().max(free.step));
             fitted.values[p] - free.least <= near || free.most - fitted.values[p] <= near
         };
-        let on_bound = sizes.clone().any(bound);
+        let on_bound = sizes.into_iter().any(bound);
         let judged = Judged::new(fitted, train, holdout)?;
         let (gain, gain_std) = judged.gain_over(current);
         let evidence = judged.evidence_over(current, train.samples()) - libm::log(looked);
@@ -164,11 +191,15 @@ impl Rival {
             gain,
             gain_std,
             evidence,
-            significance,
             on_bound,
         })
     }
 }
+
+/// Half the mean square of the whitened residual from which a fit is poor.
+const POOR_PER_SAMPLE: f64 = 5.0;
+/// Multiples of the size tried from which a fit starts where the model without it is poor.
+const SIZES: [f64; 2] = [3.0, 30.0];
 
 /// Multiples of the linear estimate from which a fit starts: more than one where the effect is
 /// far from linear in its size.

@@ -74,18 +74,17 @@ pub(crate) fn try_all(
     scales: &Scales,
 ) -> Result<Vec<Tried>, GreyboxError> {
     struct Attempt {
-        family: usize,
         plain: Effect,
         place: usize,
         size: f64,
     }
     let geometry = problem.machine.geometry();
     let mut attempts = Vec::new();
-    for (number, family) in families.iter().enumerate() {
+    for family in families {
         for plain in &family.shapes {
             for &place in &family.sizes {
                 let size = first_size(&plain.id().info().parameters[place], geometry, scales);
-                attempts.push(Attempt { family: number, plain: plain.clone(), place, size });
+                attempts.push(Attempt { plain: plain.clone(), place, size });
             }
         }
     }
@@ -319,7 +318,7 @@ fn one_sided(plain: &Effect, sizes: &[(usize, f64)]) -> f64 {
 
 /// Logarithm of the upper tail of the chi-squared distribution.
 pub(crate) fn log_tail(statistic: f64, degrees: usize) -> f64 {
-    if !(statistic > 0.0) || degrees == 0 {
+    if statistic.is_nan() || statistic <= 0.0 || degrees == 0 {
         return 0.0;
     }
     let d = degrees as f64;

@@ -25,8 +25,8 @@ pub(crate) struct Free {
     pub(crate) most: f64,
     /// Difference with which derivatives are taken.
     pub(crate) step: f64,
-    /// What is known of it beforehand: standard deviation about the start.
-    pub(crate) prior_std: Option<f64>,
+    /// What is known of it beforehand: mean and standard deviation.
+    pub(crate) prior: Option<(f64, f64)>,
 }
 
 /// A hypothesis on what the machine does: effects, and what is free.
@@ -50,7 +50,7 @@ impl Structure {
             most: rough.value + rough.half_width,
             step: 0.1 * rough.half_width,
             // of the uniform distribution over the tolerance
-            prior_std: Some(rough.half_width / libm::sqrt(3.0)),
+            prior: Some((rough.value, rough.half_width / libm::sqrt(3.0))),
         });
         let faults = machine.fault_coordinates().into_iter().map(|place| Free {
             target: Target::Fault(place),
@@ -59,7 +59,7 @@ impl Structure {
             least: if place < 5 { 0.0 } else { -1.0 },
             most: 1.0,
             step: FAULT_STEP,
-            prior_std: None,
+            prior: None,
         });
         let free = rough.chain(faults).filter(|free| free.most > free.least).collect();
         Self { effects: Vec::new(), free }
@@ -81,38 +81,17 @@ impl Structure {
                 least: least.max(number.least),
                 most: most.min(number.most),
                 step: number.step,
-                prior_std: None,
+                prior: None,
             });
         }
         structure.effects.push(effect);
         structure
     }
 
-    /// The same without one of its effects.
-    pub(crate) fn without_effect(&self, effect: usize) -> Self {
-        let mut structure = self.clone();
-        structure.effects.remove(effect);
-        structure.free.retain(|f| !matches!(f.target, Target::Effect(e, _) if e == effect));
-        for free in &mut structure.free {
-            if let Target::Effect(place, _) = &mut free.target
-                && *place > effect
-            {
-                *place -= 1;
-            }
-        }
-        structure
-    }
-
-    pub(crate) fn starts(&self) -> Vec<f64> {
-        self.free.iter().map(|free| free.start).collect()
-    }
-
     /// Starts a fit from found values.
     pub(crate) fn started_at(mut self, values: &[f64]) -> Self {
         for (free, value) in self.free.iter_mut().zip(values) {
-            if free.prior_std.is_none() {
-                free.start = *value;
-            }
+            free.start = *value;
         }
         self
     }
