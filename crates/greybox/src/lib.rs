@@ -1,4 +1,17 @@
-//! What a simulation of a machine leaves out, found from recordings: see [`explain`].
+//! What a simulation of a servo machine leaves out, found from recordings in closed loop.
+//!
+//! ```text
+//! recordings ─▶ Problem ─▶ fit ─▶ scan ─▶ rivals ─▶ verdict
+//!                 ▲         │ noise   ▲ catalogue of ema-sim
+//!                 └─ Machine (model, rough numbers, damage, effects)
+//! ```
+//!
+//! The steps are in `docs/models/greybox.md`; [`explain`] is the whole chain.
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod error;
 mod explain;
 mod fit;
