@@ -5,7 +5,7 @@ use crate::{
     fault::PhysicalFaults,
     params::Actuator,
     phase::PerPhase,
-    probe::{Circuit, Probe},
+    probe::{Circuit, Probe, SurfaceSegment},
     series::value,
     winding::Segment,
 };
@@ -13,7 +13,8 @@ use crate::{
 /// Energies of a run, J.
 ///
 /// ```text
-/// Σ supply = Σ copper + friction + viscous + gear + load + impact + magnetic + kinetic
+/// Σ supply = Σ copper + friction + viscous + gear + damping + load + impact
+///          + magnetic + kinetic + elastic
 /// ```
 ///
 /// Every term is integrated from its own power; [`residual_j`](Self::residual_j) is what the
@@ -32,6 +33,8 @@ pub struct EnergyLedger {
     pub viscous_j: f64,
     /// Heat of the gear's teeth: what the load costs at the motor beyond its own work.
     pub gear_j: f64,
+    /// Heat in an elastic shaft: of its damping, and of what is left in it when it lets go.
+    pub damping_j: f64,
     /// Work done on the load.
     pub load_j: f64,
     /// Kinetic energy lost at the end stops.
@@ -40,13 +43,16 @@ pub struct EnergyLedger {
     pub magnetic_j: f64,
     /// Gain of the moving masses, `½·J·ω²`.
     pub kinetic_j: f64,
+    /// Gain of an elastic shaft, `½·K·d²`.
+    pub elastic_j: f64,
 }
 
 impl EnergyLedger {
     /// All that came in less all that went somewhere.
     pub fn residual_j(&self) -> f64 {
         let supplied = self.supply_j.iter().sum::<f64>() + self.diode_supply_j;
-        supplied - self.dissipated_j() - self.load_j - self.magnetic_j - self.kinetic_j
+        let stored = self.magnetic_j + self.kinetic_j + self.elastic_j;
+        supplied - self.dissipated_j() - self.load_j - stored
     }
 
     /// All that became heat.
@@ -55,6 +61,7 @@ impl EnergyLedger {
             + self.friction_j
             + self.viscous_j
             + self.gear_j
+            + self.damping_j
             + self.impact_j
     }
 }
@@ -99,7 +106,8 @@ impl EnergyProbe {
         let roles = [(at.positive, positive_a), (at.negative, negative_a), (at.idle, idle_a)];
         let ledger = &mut self.ledger;
         for (phase, current_a) in roles {
-            ledger.copper_j[phase] += for_s * self.resistance_ohm[phase] * current_a * current_a;
+            let resistance_ohm = self.resistance_ohm[phase] * circuit.warmth_ratio;
+            ledger.copper_j[phase] += for_s * resistance_ohm * current_a * current_a;
         }
         ledger.supply_j[at.positive] += for_s * circuit.legs_v.0 * positive_a;
         ledger.supply_j[at.negative] += for_s * circuit.legs_v.1 * negative_a;
@@ -153,6 +161,29 @@ impl Probe for EnergyProbe {
             .sum();
         let w = end.speed_rad_per_s;
         self.ledger.kinetic_j = 0.5 * train.inertia_kg_m2 * w * w;
+    }
+
+    fn surface(&mut self, s: &SurfaceSegment, span_s: f64) {
+        let (r, ledger) = (s.per_gear_ratio, &mut self.ledger);
+        for (place, weight) in GAUSS {
+            let at = |series| value(series, place * span_s);
+            let (motor, speed, torque) = (r * at(&s.motor_speed), at(&s.speed), at(&s.torque));
+            let for_s = weight * span_s;
+            ledger.gear_j += for_s * s.gear_loss_ratio * torque * motor;
+            ledger.load_j += for_s * s.load_n_m * speed;
+            if torque != 0.0 {
+                let rate = motor - speed;
+                ledger.damping_j += for_s * s.damping_n_m_s_per_rad * rate * rate;
+            }
+        }
+        let speed = value(&s.speed, span_s);
+        ledger.kinetic_j += 0.5 * s.inertia_kg_m2 * speed * speed;
+        ledger.elastic_j = 0.5 * s.stiffness_n_m_per_rad * s.beyond_rad * s.beyond_rad;
+    }
+
+    fn released(&mut self, energy_j: f64) {
+        self.ledger.damping_j += energy_j;
+        self.ledger.elastic_j -= energy_j;
     }
 
     fn impact(&mut self, lost_j: f64) {

@@ -5,7 +5,11 @@
 //! the shaft follow a Taylor series (`winding`).
 
 mod dead_time;
+mod elastic;
+mod electric;
 mod three_legs;
+
+use elastic::Flank;
 
 use crate::{
     controller::Measured,
@@ -20,9 +24,10 @@ use crate::{
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
-    series::{Series, less, root, value},
+    series::{Series, less, reach, root, value},
     trace::HighFidelityTrace,
-    winding::{AirGap, Coupling, RotorAngle, SectorWinding, Segment, Shaft, Winding},
+    waveform::Corners,
+    winding::{AirGap, Coupling, CubicTerms, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
 
 /// Turn after which the air gap's series is centred anew, should a tick bring more.
@@ -41,6 +46,10 @@ enum Event {
     Sector(i64),
     /// The play closes, or a stop is met.
     Bound,
+    /// The back-EMF of a phase comes to a corner within the sector.
+    Corner(i64),
+    /// A flank of the play before an elastic shaft takes hold or lets go.
+    Flank(Flank),
     /// The idle phase's current ends.
     FreewheelEnd,
     /// The current of a phase leaves its comparator's band.
@@ -84,6 +93,21 @@ pub(crate) struct Run<P> {
     sector_rad: (f64, f64),
     /// Motor angles from the start between which neither sector nor contact changes.
     window_rad: (f64, f64),
+    /// Angle of the rotor by which effects make the commutation early.
+    lead_rad: f64,
+    /// Corners of the back-EMF that are not where sectors end, and where the next ones are.
+    corners: Option<Corners>,
+    corner_rad: (f64, f64),
+    /// Resistance of the winding over that of the cold one.
+    warmth_ratio: f64,
+    /// Whether effects make the circuit of a segment depend on its current, or the surface move
+    /// on its own.
+    own_circuit: bool,
+    /// Which flank holds the surface, where it moves on its own behind an elastic shaft.
+    flank: Option<Flank>,
+    gear_ratio: f64,
+    /// What the sensor of the current shows besides it.
+    sensor_error_a: f64,
     /// What the electronics see at the last seam of two carrier periods.
     pub(crate) sample: Sample,
     /// Potentials of the legs while all three are connected.
@@ -100,6 +124,8 @@ struct Step {
     coupling: Coupling,
     /// Sign of the idle phase's current through its diodes, 0 when none conducts.
     diode: f64,
+    /// Potentials of the legs of the positive and the negative phase.
+    pair_v: (f64, f64),
     /// Potential of the idle leg while it is connected.
     idle_v: f64,
 }
@@ -147,6 +173,12 @@ fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
 /// Length of the edges of a carrier period.
 fn edge_s(duty: f64, period_s: f64) -> f64 {
     0.25 * (1.0 - duty.abs()) * period_s
+}
+
+/// Angle and speed of the motor, and the heat of the cold winding, at an instant.
+struct Mark {
+    shaft: (f64, f64),
+    heat_w: f64,
 }
 
 /// State at the end of a span.
@@ -200,6 +232,14 @@ impl<P: Probe> Run<P> {
             winding,
             sector_rad: (0.0, 0.0),
             window_rad: (0.0, 0.0),
+            lead_rad: 0.0,
+            corners: None,
+            corner_rad: (f64::NEG_INFINITY, f64::INFINITY),
+            warmth_ratio: 1.0,
+            own_circuit: false,
+            flank: None,
+            gear_ratio: actuator.transmission.gear_ratio,
+            sensor_error_a: 0.0,
             sample: Sample::default(),
             legs_v: [1.0, -1.0, -1.0].map(|sign| sign * 0.5 * actuator.inverter.bus_voltage_v),
             whole_turn: connected && actuator.motor.back_emf_shape != BackEmfShape::Trapezoid,
@@ -235,6 +275,7 @@ impl<P: Probe> Run<P> {
         };
         self.extension = Extension::of(effects, &machine, &mut self.train, 1.0);
         if self.extension.is_some() {
+            self.rewire();
             self.renew();
         }
     }
@@ -258,8 +299,9 @@ impl<P: Probe> Run<P> {
     /// What the position sensor shows of the sample, once a tick.
     pub(crate) fn show_surface(&mut self) {
         if let Some(extension) = &mut self.extension {
-            let motor_rad = self.start_angle_rad + self.train.angle_rad;
-            self.sample.surface_rad = extension.shown_position_rad(&self.train, motor_rad);
+            let motor_rad = self.start_angle_rad + self.sample.angle_rad;
+            let surface_rad = self.sample.surface_rad;
+            self.sample.surface_rad = extension.read_position_rad(surface_rad, motor_rad);
         }
     }
 
@@ -285,23 +327,39 @@ impl<P: Probe> Run<P> {
         let span_s = span_s.min(extension.longest_s(speed));
         let motor_rad = self.start_angle_rad + self.train.angle_rad;
         let coupling = self.coupling(motor_rad, self.along(self.train.angle_rad));
-        let motor_n_m = coupling.torque_now_n_m(self.positive_a, self.idle_a);
+        let saturation = extension.saturation_ratio(self.amplitude_a(self.positive_a, self.idle_a));
+        let motor_n_m = saturation * coupling.torque_now_n_m(self.positive_a, self.idle_a);
         let drag_n_m = self.shaft.viscous_n_m_s_per_rad * speed;
         let rate = (motor_n_m + self.shaft.external_n_m - drag_n_m) * self.shaft.per_inertia[0];
         let instant = Instant { motor_rad, speed_rad_per_s: speed, motor_n_m };
         let reach_s = if speed_rad_per_s.is_some() { 0.0 } else { span_s };
         extension.burden(&mut self.train, &instant, rate, reach_s);
+        let warmth_ratio = extension.warmth_ratio_in(0.5 * reach_s, self.copper_w());
+        if warmth_ratio != self.warmth_ratio {
+            self.warmth_ratio = warmth_ratio;
+            self.at = self.winding.sector(self.sector).warmed(warmth_ratio);
+        }
         self.extension = Some(extension);
         self.shaft = self.train.shaft();
         span_s
     }
 
+    /// Where the machine stands before a segment.
+    #[inline]
+    fn mark(&self) -> Mark {
+        let heat_w = if self.extension.is_some() { self.copper_w() } else { 0.0 };
+        Mark { shaft: (self.train.angle_rad, self.train.speed_rad_per_s), heat_w }
+    }
+
     /// Goes on in time with the effects.
     #[inline]
-    fn advance_effects(&mut self, span_s: f64, from: (f64, f64)) {
-        if let Some(extension) = &mut self.extension {
+    fn advance_effects(&mut self, span_s: f64, from: &Mark) {
+        if self.extension.is_some() {
+            let heat_w = 0.5 * (from.heat_w + self.copper_w());
             let to = (self.train.angle_rad, self.train.speed_rad_per_s);
-            extension.advance(span_s, from, to, 0.0);
+            if let Some(extension) = &mut self.extension {
+                extension.advance(span_s, from.shaft, to, heat_w);
+            }
         }
     }
 
@@ -343,7 +401,13 @@ impl<P: Probe> Run<P> {
     fn sample_now(&self) -> Sample {
         let (positive_a, idle_a) = (self.positive_a, self.idle_a);
         let speed_rad_per_s = self.train.speed_rad_per_s;
-        self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 })
+        let mut sample =
+            self.sample_at(&End { positive_a, idle_a, speed_rad_per_s, turn_rad: 0.0 });
+        if let Some(extension) = &self.extension {
+            let motor_rad = self.start_angle_rad + self.train.angle_rad;
+            sample.surface_rad = extension.position_rad(&self.train, motor_rad);
+        }
+        sample
     }
 
     /// The sample in a segment without events; a shaft at rest has no speed and no turn in it.
@@ -362,7 +426,7 @@ impl<P: Probe> Run<P> {
     pub(crate) fn record(&self, command_rad: f64, trace: &mut HighFidelityTrace) {
         let sample = &self.sample;
         trace.command_rad.push(command_rad);
-        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(sample.currents_a) {
+        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(self.shown_a()) {
             channel.push(current_a);
         }
         trace.motor_angle_rad.push(self.start_angle_rad + sample.angle_rad);
@@ -404,13 +468,16 @@ impl<P: Probe> Run<P> {
         let currents_a = self.phases_a(self.positive_a, self.idle_a);
         self.sector = sector;
         self.at = *self.winding.sector(sector);
+        if self.warmth_ratio != 1.0 {
+            self.at = self.at.warmed(self.warmth_ratio);
+        }
         self.begins_with_negative = sector.place().is_multiple_of(2);
         self.positive_a = currents_a[self.at.positive];
         self.idle_a = currents_a[self.at.idle];
         self.sector_rad = if self.whole_turn {
             (f64::NEG_INFINITY, f64::INFINITY)
         } else {
-            sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad)
+            sector.span_rad(self.winding.pole_pairs(), self.start_angle_rad + self.lead_rad)
         };
         self.renew();
     }
@@ -420,6 +487,10 @@ impl<P: Probe> Run<P> {
         self.shaft = self.train.shaft();
         let bound = self.train.bounds_rad();
         self.window_rad = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
+        if self.corners.is_some() {
+            let (window, corner) = (self.window_rad, self.corner_rad);
+            self.window_rad = (window.0.max(corner.0), window.1.min(corner.1));
+        }
     }
 
     /// One carrier period from the end of its first edge on: the legs of the positive and the
@@ -448,11 +519,11 @@ impl<P: Probe> Run<P> {
         let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
         // with effects the sample is taken between two segments
         if span_s <= self.longest_s && self.extension.is_none() {
-            let (step, end) = self.solve(span_s, legs_v);
-            if !self.interrupted(&step, &end, span_s) {
+            let (step, end) = self.solve::<false>(span_s, legs_v);
+            if !self.interrupted::<false>(&step, &end, span_s) {
                 let seam = End::of(&step.segment, before_s);
                 self.sample = self.sample_at(&seam);
-                self.observe(&step, span_s, legs_v);
+                self.observe::<false>(&step, span_s);
                 self.commit(&end);
                 return;
             }
@@ -464,23 +535,39 @@ impl<P: Probe> Run<P> {
 
     /// Holds the legs of the positive and the negative phase at their potentials for a time.
     fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
+        if self.own_circuit {
+            self.hold_own(span_s, legs_v);
+        } else {
+            self.hold_as::<false>(span_s, legs_v);
+        }
+    }
+
+    #[cold]
+    fn hold_own(&mut self, span_s: f64, legs_v: (f64, f64)) {
+        self.hold_as::<true>(span_s, legs_v);
+    }
+
+    /// The same; `OWN` where effects make the circuit depend on its current or free the surface.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
+    fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
         let mut left_s = span_s;
         while left_s > 0.0 {
             let span_s = self.take_burden(left_s.min(self.longest_s));
-            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
-            let (step, mut end) = self.solve(span_s, legs_v);
-            if self.interrupted(&step, &end, span_s) {
+            let from = self.mark();
+            let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
+            if self.interrupted::<OWN>(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
                 end = End::of(&step.segment, at_s);
-                self.observe(&step, at_s, legs_v);
+                self.observe::<OWN>(&step, at_s);
                 self.commit(&end);
-                self.advance_effects(at_s, from);
+                self.advance_effects(at_s, &from);
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
                 left_s -= at_s;
             } else {
-                self.observe(&step, span_s, legs_v);
+                self.observe::<OWN>(&step, span_s);
                 self.commit(&end);
-                self.advance_effects(span_s, from);
+                self.advance_effects(span_s, &from);
                 left_s -= span_s;
             }
         }
@@ -489,42 +576,74 @@ impl<P: Probe> Run<P> {
     /// The solution from now, and the state that it reaches after a span if nothing happens.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+    fn solve<const OWN: bool>(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+        if OWN {
+            return self.solve_own_circuit(span_s, legs_v);
+        }
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
-        let along = self.along(angle_rad);
-        let coupling = self.coupling(start_rad + angle_rad, along);
-        let diode = self.diode(&coupling, legs_v);
+        let coupling = self.coupling(start_rad + angle_rad, self.along(angle_rad));
+        self.solve_with(coupling, self.half_bus_v, span_s, legs_v)
+    }
+
+    /// The same with a given coupling and supply.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
+    fn solve_with(
+        &self,
+        coupling: Coupling,
+        half_bus_v: f64,
+        span_s: f64,
+        legs_v: (f64, f64),
+    ) -> (Step, End) {
+        let diode = self.diode(&coupling, half_bus_v, legs_v);
         let speed = self.train.speed_rad_per_s;
         let segment = if diode == 0.0 {
             let state = (self.positive_a, speed);
             Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
         } else {
-            let idle_v = -diode * self.half_bus_v;
+            let idle_v = -diode * half_bus_v;
             let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
             let state = (self.positive_a, self.idle_a, speed);
             Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
         };
         let end = End::of(&segment, span_s);
-        (Step { segment, coupling, diode, idle_v: -diode * self.half_bus_v }, end)
+        (Step { segment, coupling, diode, pair_v: legs_v, idle_v: -diode * half_bus_v }, end)
     }
 
     #[inline]
-    fn observe(&mut self, step: &Step, span_s: f64, legs_v: (f64, f64)) {
-        let circuit = Circuit { legs_v, idle_v: step.idle_v, connected: false, at: &self.at };
+    fn observe<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
+        let Step { pair_v, idle_v, .. } = *step;
+        let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
+        let circuit = Circuit { legs_v: pair_v, idle_v, connected: false, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
+        if OWN {
+            self.move_surface(step, span_s);
+        }
     }
 
     #[inline]
-    fn observe_connected(&mut self, step: &Step, span_s: f64) {
-        let legs_v = (self.legs_v[self.at.positive], self.legs_v[self.at.negative]);
-        let circuit = Circuit { legs_v, idle_v: step.idle_v, connected: true, at: &self.at };
+    fn observe_connected<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
+        let Step { pair_v, idle_v, .. } = *step;
+        let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
+        let circuit = Circuit { legs_v: pair_v, idle_v, connected: true, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
+        if OWN {
+            self.move_surface(step, span_s);
+        }
     }
 
     /// One tick under hysteresis control: every leg by its comparator.
     pub(crate) fn comparators(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
+        if self.own_circuit {
+            self.comparators_as::<true>(reference_a, half_band_a, span_s);
+        } else {
+            self.comparators_as::<false>(reference_a, half_band_a, span_s);
+        }
+    }
+
+    fn comparators_as<const OWN: bool>(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
             let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
@@ -535,11 +654,11 @@ impl<P: Probe> Run<P> {
                 }
             }
             let span_s = self.take_burden(left_s.min(self.longest_s));
-            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
-            let step = self.solve_connected();
+            let from = self.mark();
+            let step = self.solve_connected::<OWN>(span_s);
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
-            if self.interrupted(&step, &end, span_s) {
+            if self.interrupted::<OWN>(&step, &end, span_s) {
                 (event, at_s) = self.first_event(&step, &end, span_s);
             }
             let ends_a = errors_a(
@@ -558,9 +677,9 @@ impl<P: Probe> Run<P> {
                 }
             }
             end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
-            self.observe_connected(&step, at_s);
+            self.observe_connected::<OWN>(&step, at_s);
             self.commit(&end);
-            self.advance_effects(at_s, from);
+            self.advance_effects(at_s, &from);
             if event != Event::Switching {
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
             }
@@ -571,25 +690,48 @@ impl<P: Probe> Run<P> {
     /// The solution from now with all three legs connected.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve_connected(&self) -> Step {
-        let SectorWinding { positive, negative, idle, .. } = self.at;
+    fn solve_connected<const OWN: bool>(&self, span_s: f64) -> Step {
+        if OWN {
+            return self.solve_own_connected(span_s);
+        }
+        let (coupling, cubic) = self.connected_coupling();
+        self.solve_connected_with(coupling, cubic, self.legs_v)
+    }
+
+    /// The coupling while all legs are connected.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the coupling is large and would be copied")]
+    fn connected_coupling(&self) -> (Coupling, Option<CubicTerms>) {
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
         let motor_rad = start_rad + angle_rad;
-        let (coupling, cubic) = if self.whole_turn {
+        if self.whole_turn {
             let rotor = (&self.gap, &self.electrical);
             let (coupling, cubic) = self.winding.smooth_coupling(&self.at, rotor, motor_rad);
             (coupling, Some(cubic))
         } else {
             (self.coupling(motor_rad, self.along(angle_rad)), None)
-        };
-        let low_v = self.legs_v[negative];
-        let loops_v = (self.legs_v[positive] - low_v, self.legs_v[idle] - low_v);
+        }
+    }
+
+    /// The solution from now with all three legs connected at given potentials.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
+    fn solve_connected_with(
+        &self,
+        coupling: Coupling,
+        cubic: Option<CubicTerms>,
+        legs_v: PerPhase,
+    ) -> Step {
+        let SectorWinding { positive, negative, idle, .. } = self.at;
+        let low_v = legs_v[negative];
+        let loops_v = (legs_v[positive] - low_v, legs_v[idle] - low_v);
         let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
         let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
         if let Some(cubic) = cubic {
             segment.bend(&self.at, &self.shaft, (&coupling, cubic));
         }
-        Step { segment, coupling, diode: 0.0, idle_v: self.legs_v[idle] }
+        let pair_v = (legs_v[positive], low_v);
+        Step { segment, coupling, diode: 0.0, pair_v, idle_v: legs_v[idle] }
     }
 
     #[inline]
@@ -610,15 +752,15 @@ impl<P: Probe> Run<P> {
     /// A current that flows goes on; without one, a diode begins to conduct where the open
     /// terminal would leave the rails.
     #[inline]
-    fn diode(&self, coupling: &Coupling, legs_v: (f64, f64)) -> f64 {
+    fn diode(&self, coupling: &Coupling, half_bus_v: f64, legs_v: (f64, f64)) -> f64 {
         if self.idle_a != 0.0 {
             return self.idle_a.signum();
         }
         let speed = self.train.speed_rad_per_s;
         let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
-        if open_v > self.half_bus_v {
+        if open_v > half_bus_v {
             -1.0
-        } else if open_v < -self.half_bus_v {
+        } else if open_v < -half_bus_v {
             1.0
         } else {
             0.0
@@ -627,19 +769,26 @@ impl<P: Probe> Run<P> {
 
     /// Whether anything happens before the end of a span.
     #[inline]
-    fn interrupted(&self, step: &Step, end: &End, span_s: f64) -> bool {
+    fn interrupted<const OWN: bool>(&self, step: &Step, end: &End, span_s: f64) -> bool {
         let freewheel_ends = end.idle_a * step.diode < 0.0;
         let shaft_changes = if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
-            let torque = value(&step.coupling.torque_at_rest(&step.segment), span_s);
-            torque > forward || torque < backward
+            let torque = step.coupling.torque_at_rest(&step.segment);
+            if OWN {
+                let [to_back, to_forth] = self.less_spring(&torque, &step.segment);
+                value(&to_forth, span_s) > forward || value(&to_back, span_s) < backward
+            } else {
+                let torque = value(&torque, span_s);
+                torque > forward || torque < backward
+            }
         } else {
             let to_rad = self.train.angle_rad + end.turn_rad;
             end.speed_rad_per_s * self.train.direction.sign() <= 0.0
                 || to_rad > self.window_rad.1
                 || to_rad < self.window_rad.0
         };
-        freewheel_ends || shaft_changes
+        let flank_changes = OWN && self.flank_event(&step.segment, span_s).is_some();
+        freewheel_ends || shaft_changes || flank_changes
     }
 
     /// The first event within a span, and when.
@@ -655,17 +804,23 @@ impl<P: Probe> Run<P> {
         if end.idle_a * step.diode < 0.0 {
             offer(Event::FreewheelEnd, root(&segment.idle, span_s));
         }
+        if self.flank.is_some()
+            && let Some((event, at_s)) = self.flank_event(segment, span_s)
+        {
+            offer(event, at_s);
+        }
         if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
             let torque = step.coupling.torque_at_rest(segment);
-            let reached = value(&torque, span_s);
-            if reached > forward {
+            let [to_back, to_forth] =
+                if self.flank.is_some() { self.less_spring(&torque, segment) } else { [torque; 2] };
+            if value(&to_forth, span_s) > forward {
                 // without dry friction the start itself may be the instant
-                let beyond = less(&torque, forward);
+                let beyond = less(&to_forth, forward);
                 let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Forward), at_s);
-            } else if reached < backward {
-                let beyond = less(&torque, backward);
+            } else if value(&to_back, span_s) < backward {
+                let beyond = less(&to_back, backward);
                 let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
                 offer(Event::Breakaway(Direction::Backward), at_s);
             }
@@ -678,6 +833,19 @@ impl<P: Probe> Run<P> {
         for (crossing, at_s) in self.train.crossings(&segment.turn, to_rad, self.sector_rad, span_s)
         {
             offer(crossing.into(), at_s);
+        }
+        if self.corners.is_some() {
+            let (step, by_rad) = if to_rad > self.corner_rad.1 {
+                (1, self.corner_rad.1 - self.train.angle_rad)
+            } else {
+                (-1, self.corner_rad.0 - self.train.angle_rad)
+            };
+            if to_rad > self.corner_rad.1 || to_rad < self.corner_rad.0 {
+                // where a sector has just ended at the corner, rounding may have passed it
+                let ahead = by_rad * step as f64 > 0.0;
+                let at_s = if ahead { reach(&segment.turn, by_rad, span_s) } else { 0.0 };
+                offer(Event::Corner(step), at_s);
+            }
         }
         first
     }
@@ -708,6 +876,13 @@ impl<P: Probe> Run<P> {
                 self.train.angle_rad = if step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
                 self.enter(self.sector.shifted(step));
             }
+            Event::Corner(step) => {
+                let at_rad = if step > 0 { self.corner_rad.1 } else { self.corner_rad.0 };
+                let bound = self.train.bounds_rad();
+                let (low, high) = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
+                self.train.angle_rad = at_rad.clamp(low, high);
+                self.turn_corner(step);
+            }
             Event::Bound => {
                 let (low, high) = self.train.bounds_rad();
                 let forward = self.train.direction == Direction::Forward;
@@ -716,6 +891,7 @@ impl<P: Probe> Run<P> {
                 self.train.reach_bound(torque_n_m);
                 self.probe.impact(before_j - self.train.kinetic_j());
             }
+            Event::Flank(flank) => self.change_flank(flank),
             Event::FreewheelEnd => self.idle_a = 0.0,
             Event::Comparator(phase) => self.legs_v[phase] = -self.legs_v[phase],
         }

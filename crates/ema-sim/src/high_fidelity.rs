@@ -13,7 +13,7 @@ use crate::{
     fault::PhysicalFaults,
     field_oriented::FieldOriented,
     load::{Load, LoadRun},
-    params::{Actuator, Commutation},
+    params::{Actuator, BackEmfShape, Commutation},
     phase::PerPhase,
     probe::Probe,
     scenario::Scenario,
@@ -77,20 +77,15 @@ pub struct HighFidelity {
 }
 
 const NAME: &str = "the high-fidelity model";
-const CONSTANT_WINDING: &str = "the winding's constants do not change with current and heat";
-const OWN_COMMUTATION: &str = "the model has its own commutation and shape of back-EMF";
+const OWN_COMMUTATION: &str = "what commutation takes is a part of the model already";
+const OWN_INDUCTANCE: &str = "its winding has an inductance of its own; the eddy loss alone acts";
+const OWN_SHAPE: &str = "the machine has a shape of back-EMF of its own";
+const NO_CARRIER: &str = "without a carrier that switches, its legs have no dead time";
+const NO_CURRENT_LOOP: &str = "the comparators see the phases themselves, not this sensor";
+const LONG_DEAD_TIME: &str = "the voltage is lost by a dead time longer than a tenth of a period";
 
-/// Effects on torques, transmission, position and control act; the electrical ones do not yet.
-const REFUSED: [(EffectId, &str); 8] = [
-    (EffectId::Saturation, CONSTANT_WINDING),
-    (EffectId::ResistanceDrift, CONSTANT_WINDING),
-    (EffectId::DeadTime, "its legs have a dead time of their own, `inverter.dead-time-s`"),
-    (EffectId::BusSag, "the supply of the inverter is ideal"),
-    (EffectId::CurrentSensor, "a phase's sensor is one of `PhaseSensors`"),
-    (EffectId::BackEmfShape, OWN_COMMUTATION),
-    (EffectId::CommutationOverlap, OWN_COMMUTATION),
-    (EffectId::HallOffset, OWN_COMMUTATION),
-];
+/// What the model has already.
+const REFUSED: [(EffectId, &str); 1] = [(EffectId::CommutationOverlap, OWN_COMMUTATION)];
 
 impl HighFidelity {
     /// Prepares a test.
@@ -118,13 +113,52 @@ impl HighFidelity {
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
         Host::of_actuator(NAME, &self.actuator, &REFUSED).check(effects)?;
-        if effects.iter().any(|e| e.get("inductance_henry").is_some_and(|henry| henry != 0.0)) {
-            let (effect, model) = (EffectId::InductanceEddy, NAME);
-            let reason = "its winding has an inductance of its own; the eddy loss alone acts";
-            return Err(EffectError::NotInModel { effect, model, reason }.into());
-        }
         self.effects = effects.to_vec();
+        self.check_effects()?;
         Ok(self)
+    }
+
+    /// Refuses effects that have no place in this drive.
+    fn check_effects(&self) -> Result<(), EffectError> {
+        let (inverter, shape) = (&self.actuator.inverter, self.actuator.motor.back_emf_shape);
+        for effect in &self.effects {
+            let reason = match (effect.id(), self.control) {
+                (EffectId::InductanceEddy, _) if effect.values()[0] != 0.0 => OWN_INDUCTANCE,
+                (EffectId::BackEmfShape, _) if shape != BackEmfShape::Trapezoid => OWN_SHAPE,
+                (EffectId::DeadTime, CurrentControl::Carrier) => {
+                    if self.dead_time_s() <= 0.1 / inverter.carrier_hz {
+                        continue;
+                    }
+                    LONG_DEAD_TIME
+                }
+                (EffectId::DeadTime, _) => NO_CARRIER,
+                (EffectId::CurrentSensor, CurrentControl::Hysteresis { .. })
+                    if effect.values()[3] > 0.5 =>
+                {
+                    NO_CURRENT_LOOP
+                }
+                _ => continue,
+            };
+            return Err(EffectError::NotInModel { effect: effect.id(), model: NAME, reason });
+        }
+        Ok(())
+    }
+
+    /// The legs' dead time, with the one that loses the voltage of E17 on average.
+    ///
+    /// Each of the two legs of a six-step drive loses `V_dc·t_d·f_c`; with three sinusoidal
+    /// phases the equivalent machine loses `6/π` of what a leg does.
+    fn dead_time_s(&self) -> f64 {
+        let inverter = &self.actuator.inverter;
+        let legs = match inverter.commutation {
+            Commutation::SixStep => 2.0,
+            Commutation::FieldOriented => 6.0 / core::f64::consts::PI,
+        };
+        let mut dead_s = inverter.dead_time_s;
+        for effect in self.effects.iter().filter(|effect| effect.id() == EffectId::DeadTime) {
+            dead_s += effect.values()[0] / (legs * inverter.bus_voltage_v * inverter.carrier_hz);
+        }
+        dead_s
     }
 
     /// The same test with a load besides the constant one.
@@ -164,6 +198,7 @@ impl HighFidelity {
             _ => {}
         }
         self.control = control;
+        self.check_effects()?;
         Ok(self)
     }
 
@@ -282,6 +317,7 @@ impl HighFidelity {
                         run.comparators(reference_a, half_band_a, share * tick_s);
                     }
                     run.take_sample();
+                    run.read_sensor(tick_s);
                 });
             }
             (Commutation::SixStep, _) => self.six_step(&mut run, &mut trace),
@@ -294,19 +330,20 @@ impl HighFidelity {
     fn six_step<P: Probe>(&self, run: &mut Run<P>, trace: &mut HighFidelityTrace) {
         let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
         let (periods, period_s) = (self.periods(), current_loop.period_s);
-        let dead_s = self.actuator.inverter.dead_time_s;
+        let dead_s = self.dead_time_s();
         if dead_s == 0.0 {
             run.first_edge(period_s);
         }
         self.ticks(run, trace, |run, references| {
             for period in 0..periods {
                 let reference_a = reference_in(period, periods, &references);
-                let duty = current_loop.step(reference_a, run.sample.feedback_a);
+                let duty = current_loop.step(reference_a, run.seen().feedback_a);
                 if dead_s == 0.0 {
                     run.carrier_period(duty, current_loop.pending_duty, period_s);
                 } else {
                     run.pair_dead_period(duty, (dead_s, period_s));
                 }
+                run.read_sensor(period_s);
             }
         });
     }
@@ -319,9 +356,8 @@ impl HighFidelity {
         self.ticks(run, trace, |run, references| {
             for period in 0..periods {
                 let reference_a = reference_in(period, periods, &references);
-                let sample = &run.sample;
-                let motor_rad = self.scenario.start_angle_rad + sample.angle_rad;
-                let duties = current_loop.step(reference_a, &sample.currents_a, motor_rad);
+                let motor_rad = self.scenario.start_angle_rad + run.sample.angle_rad;
+                let duties = current_loop.step(reference_a, &run.seen().currents_a, motor_rad);
                 self.apply(run, (&duties, &current_loop.pending), period_s);
             }
         });
@@ -330,7 +366,7 @@ impl HighFidelity {
     /// What comes before the first period with all legs connected.
     fn begin<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
         let switched = self.control != CurrentControl::Averaged;
-        if switched && self.actuator.inverter.dead_time_s == 0.0 {
+        if switched && self.dead_time_s() == 0.0 {
             run.first_three_leg_edge(duties, period_s);
         }
     }
@@ -342,7 +378,7 @@ impl HighFidelity {
         (duties, next_duties): (&PerPhase, &PerPhase),
         period_s: f64,
     ) {
-        let dead_s = self.actuator.inverter.dead_time_s;
+        let dead_s = self.dead_time_s();
         if self.control == CurrentControl::Averaged {
             run.averaged_period(duties, period_s);
         } else if dead_s == 0.0 {
@@ -350,6 +386,7 @@ impl HighFidelity {
         } else {
             run.three_leg_dead_period(duties, (dead_s, period_s));
         }
+        run.read_sensor(period_s);
     }
 
     /// The machine, with its effects, at the start of the test.

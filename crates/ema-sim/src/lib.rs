@@ -59,6 +59,8 @@ mod servo_axis;
 mod servo_control;
 mod shape_function;
 mod trace;
+mod valid_range;
+mod waveform;
 mod winding;
 
 pub use axis_parameter::AxisParameter;
@@ -90,3 +92,4 @@ pub use servo_axis::{
 };
 pub use servo_control::{AxisController, Drive, Feedback};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
+pub use valid_range::{Departure, RangeOf, ValidRange, VisitedRange};

@@ -2,6 +2,7 @@
 
 use crate::{
     drive_train::DriveTrain,
+    series::Series,
     winding::{SectorWinding, Segment},
 };
 
@@ -15,6 +16,26 @@ pub(crate) struct Circuit<'a> {
     /// Whether the idle phase's leg is switched as the others are.
     pub(crate) connected: bool,
     pub(crate) at: &'a SectorWinding,
+    /// Resistance of the winding over that of the cold one.
+    pub(crate) warmth_ratio: f64,
+}
+
+/// The surface during a segment, where an elastic shaft drives it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceSegment {
+    pub(crate) motor_speed: Series,
+    pub(crate) speed: Series,
+    /// Torque of the shaft on the surface.
+    pub(crate) torque: Series,
+    pub(crate) per_gear_ratio: f64,
+    /// What the gear takes besides that torque, over it.
+    pub(crate) gear_loss_ratio: f64,
+    pub(crate) load_n_m: f64,
+    pub(crate) inertia_kg_m2: f64,
+    pub(crate) stiffness_n_m_per_rad: f64,
+    pub(crate) damping_n_m_s_per_rad: f64,
+    /// Twist of the shaft at the end, beyond the play; zero where no flank holds.
+    pub(crate) beyond_rad: f64,
 }
 
 /// An observer; the one that sees nothing is `()` and costs nothing.
@@ -30,6 +51,12 @@ pub(crate) trait Probe {
 
     /// Kinetic energy is lost at a stop.
     fn impact(&mut self, lost_j: f64);
+
+    /// The surface in the segment that was just seen.
+    fn surface(&mut self, _: &SurfaceSegment, _: f64) {}
+
+    /// A flank lets go of a twist.
+    fn released(&mut self, _energy_j: f64) {}
 
     /// Factor on the longest segment; below one, segments are cut finer.
     fn longest_segment_ratio(&self) -> f64 {

@@ -20,6 +20,7 @@ use crate::{
     params::{BackEmfShape, Motor},
     phase::{PerPhase, Sector},
     series::{RECIPROCALS, Series, value},
+    waveform::Waveform,
 };
 
 /// A quantity near an angle, `c_0 + c_1·δ + c_2·δ²` for a turn by δ of the rotor.
@@ -34,6 +35,8 @@ enum Shape {
     Trapezoid,
     Sinusoid,
     Tabulated(Spline),
+    /// A trapezoid that effects have reshaped, near an electrical angle between its corners.
+    Waved(Waveform, f64),
 }
 
 impl Shape {
@@ -137,6 +140,39 @@ impl AirGap {
 }
 
 impl SectorWinding {
+    /// The same winding at another temperature.
+    pub(crate) fn warmed(mut self, ratio: f64) -> Self {
+        self.pair_ohm *= ratio;
+        self.negative_ohm *= ratio;
+        self.idle_ohm *= ratio;
+        self
+    }
+
+    /// The next coefficient of the loops' currents, from the last one and what drives it; of an
+    /// open idle phase zero.
+    pub(crate) fn loop_rates(
+        &self,
+        (u, v): (f64, f64),
+        (x, y): (f64, f64),
+        (m, open): (usize, bool),
+    ) -> (f64, f64) {
+        let u = u - self.pair_ohm * x - self.negative_ohm * y;
+        if open {
+            return (u * self.pair_per_henry[m], 0.0);
+        }
+        let v = v - self.negative_ohm * x - self.idle_ohm * y;
+        let (cx, cxy, cy) = self.per_henry;
+        ((cx * u + cxy * v) * RECIPROCALS[m], (cxy * u + cy * v) * RECIPROCALS[m])
+    }
+
+    /// Heat of the currents of the positive and the idle phase, `Σ R_j·i_j²`.
+    pub(crate) fn copper_w(&self, positive_a: f64, idle_a: f64) -> f64 {
+        let negative_a = positive_a + idle_a;
+        (self.pair_ohm - self.negative_ohm) * positive_a * positive_a
+            + self.negative_ohm * negative_a * negative_a
+            + (self.idle_ohm - self.negative_ohm) * idle_a * idle_a
+    }
+
     fn new(place: usize, resistance: &PerPhase, inductance: &PerPhase, peak: &PerPhase) -> Self {
         let sector = Sector::from_place(place);
         let (positive, negative, idle) =
@@ -194,6 +230,23 @@ impl Winding {
             eccentricity_cos: 0.0,
             eccentricity_sin: 0.0,
             eccentric: false,
+        }
+    }
+
+    /// Whether the back-EMF is a trapezoid as it is built.
+    pub(crate) fn is_trapezoidal(&self) -> bool {
+        matches!(self.shape, Shape::Trapezoid)
+    }
+
+    /// Takes another wave for the back-EMF, on the pieces that hold an electrical angle.
+    pub(crate) fn reshape(&mut self, wave: Waveform, between_rad: f64) {
+        self.shape = Shape::Waved(wave, between_rad);
+    }
+
+    /// Takes the pieces of the wave that hold another electrical angle.
+    pub(crate) fn move_wave(&mut self, to_rad: f64) {
+        if let Shape::Waved(_, between_rad) = &mut self.shape {
+            *between_rad = to_rad;
         }
     }
 
@@ -269,6 +322,12 @@ impl Winding {
             return self
                 .smooth(at, &g, |phase| spline.near(electrical_rad - TAU / 3.0 * phase as f64));
         }
+        if let Shape::Waved(wave, between_rad) = &self.shape {
+            return self.smooth(at, &g, |phase| {
+                let shift_rad = TAU / 3.0 * phase as f64;
+                wave.near(electrical_rad - shift_rad, between_rad - shift_rad)
+            });
+        }
         let angles = PhaseAngles::near(electrical, electrical_rad);
         self.smooth(at, &g, |phase| {
             let (s, c) = (angles.sin[phase], angles.cos[phase]);
@@ -315,10 +374,32 @@ pub(crate) struct Coupling {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CubicTerms(f64, f64);
 
+impl CubicTerms {
+    /// The same with torque and back-EMF at a share of themselves.
+    pub(crate) fn scaled(&self, ratio: f64) -> Self {
+        Self(ratio * self.0, ratio * self.1)
+    }
+
+    /// Of the pair and of the idle phase.
+    pub(crate) fn loops(&self) -> (f64, f64) {
+        (self.0, self.1)
+    }
+}
+
 impl Coupling {
     /// Motor torque of the currents of the positive and the idle phase.
     pub(crate) fn torque_now_n_m(&self, positive_a: f64, idle_a: f64) -> f64 {
         self.pair[0] * positive_a + self.idle[0] * idle_a
+    }
+
+    /// Of the conducting pair, and of the idle phase.
+    pub(crate) fn loops(&self) -> [&LocalQuadratic; 2] {
+        [&self.pair, &self.idle]
+    }
+
+    /// The same with torque and back-EMF at a share of themselves.
+    pub(crate) fn scaled(&self, ratio: f64) -> Self {
+        Self { pair: self.pair.map(|k| ratio * k), idle: self.idle.map(|k| ratio * k) }
     }
 
     /// Motor torque at a time of a segment.
@@ -385,7 +466,7 @@ pub(crate) struct Segment {
 
 /// Coefficient of `t³` in `k(δ(t))`.
 #[inline]
-fn third(k: &LocalQuadratic, cubic: f64, turn: &Series) -> f64 {
+pub(crate) fn third(k: &LocalQuadratic, cubic: f64, turn: &Series) -> f64 {
     let d1 = turn[1];
     k[1] * turn[3] + 2.0 * k[2] * d1 * turn[2] + cubic * d1 * d1 * d1
 }

@@ -4,17 +4,24 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    ColumnMap, Experiment, ExperimentError, Recording,
-    ema_sim::{FaultId, SimulationError},
+    AxisTest, ColumnMap, Experiment, ExperimentError, Recording,
+    ema_sim::{
+        Geometry, SimulationError,
+        model_file::{AxisModel, Model},
+    },
     read_model,
 };
 
 use crate::args::TestArgs;
 
-/// The actuator that the options name, in its test, and the faults that it can have.
-pub(crate) fn experiment(args: &TestArgs) -> Result<(Experiment, Vec<FaultId>)> {
-    let mut model = read_model(&args.model)?;
-    let name = model.name.take().context("a model that is read has a name")?;
+/// The actuator that the options name, in its test.
+pub(crate) fn experiment(args: &TestArgs) -> Result<Experiment> {
+    experiment_of(&read_model(&args.model)?, args)
+}
+
+/// An actuator in the test that the options name.
+pub(crate) fn experiment_of(model: &Model, args: &TestArgs) -> Result<Experiment> {
+    let name = model.name.clone().context("a model that is read has a name")?;
     let mut test = match args.command.as_str() {
         "chirp" => Experiment::chirp(),
         "sine" => Experiment::sine(),
@@ -24,11 +31,33 @@ pub(crate) fn experiment(args: &TestArgs) -> Result<(Experiment, Vec<FaultId>)> 
         test.scenario.load_n_m = load_n_m;
     }
     test.scenario.start_angle_rad = args.start_angle_rad;
-    let experiment = test.of_model(&name, &model).map_err(|error| {
+    test.of_model(&name, model).map_err(|error| {
         let blamed = if of_the_command(&error) { &args.command } else { &args.model };
         anyhow::Error::new(error).context(blamed.clone())
-    })?;
-    Ok((experiment, model.faults))
+    })
+}
+
+/// The test of a servo axis that the options name.
+pub(crate) fn axis_test(model: &AxisModel, args: &TestArgs) -> Result<AxisTest> {
+    let geometry = model.axis.geometry;
+    if args.start_angle_rad != 0.0 {
+        bail!("`--start-angle-rad`: a servo axis has no rotor that commutates");
+    }
+    if args.load_n_m.is_some() && geometry == Geometry::Linear {
+        bail!("`--load-n-m`: {} slides, its load would be a force", args.model);
+    }
+    let mut test = match args.command.as_str() {
+        "chirp" => {
+            bail!("`--command chirp`: a test of actuators; a servo axis has `sine`, or a recording")
+        }
+        "sine" => AxisTest::sine(),
+        file => {
+            let (named, recording) = recording_of(Path::new(file))?;
+            AxisTest::of_recording(&recording, geometry).with_context(|| named)?
+        }
+    };
+    test.scenario.load = args.load_n_m.unwrap_or(0.0);
+    Ok(test)
 }
 
 /// Whether it is the command's fault that the test cannot be run.
@@ -44,10 +73,16 @@ fn of_the_command(error: &ExperimentError) -> bool {
 
 /// The test of a recording.
 fn recorded(path: &Path) -> Result<Experiment> {
-    let named = || path.display().to_string();
+    let (named, recording) = recording_of(path)?;
+    Experiment::of_recording(&recording).with_context(|| named)
+}
+
+/// A recording of a command, with its name.
+fn recording_of(path: &Path) -> Result<(String, Recording)> {
+    let named = path.display().to_string();
     if path.extension().is_none() {
-        bail!("{}: neither a command (`chirp`, `sine`) nor a recording", named());
+        bail!("{named}: neither a command (`chirp`, `sine`) nor a recording");
     }
-    let recording = Recording::read(path, &ColumnMap::default()).with_context(named)?;
-    Experiment::of_recording(&recording).with_context(named)
+    let recording = Recording::read(path, &ColumnMap::default()).with_context(|| named.clone())?;
+    Ok((named, recording))
 }

@@ -2,8 +2,12 @@
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
-    ema_sim::{Converter, FaultId, HealthState, Imperfections, PhaseSensors},
+    CsvFormat, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
+    ema_sim::{
+        Converter, FaultId, Geometry, HealthState, Imperfections, PhaseSensors, VisitedRange,
+        model_file::{AxisModel, EffectBlock, MachineModel, Model},
+    },
+    read_machine,
 };
 
 use crate::{
@@ -11,9 +15,33 @@ use crate::{
     experiment,
 };
 
-/// The recording that the options ask for.
-pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Recording> {
-    let (experiment, faults) = experiment::experiment(&args.test)?;
+/// A simulated recording, with what is to be said of it.
+pub(crate) struct Simulated {
+    pub(crate) recording: Recording,
+    pub(crate) format: CsvFormat,
+    pub(crate) notices: Vec<String>,
+}
+
+/// What the options ask for.
+pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated> {
+    let machine = read_machine(&args.test.model)?;
+    check_faults(args, machine.faults())?;
+    let mut format = CsvFormat::default();
+    if machine.geometry() == Geometry::Linear {
+        // encoders of a linear axis resolve nanometres
+        format.value_decimals = 9;
+    }
+    let (recording, visited) = match &machine {
+        MachineModel::Actuator(model) => actuator(args, model, seed)?,
+        MachineModel::ServoAxis(model) => axis(args, model)?,
+        _ => bail!("{}: a machine that is not simulated", args.test.model),
+    };
+    let notices = departures(machine.effects(), machine.geometry(), &visited);
+    Ok(Simulated { recording, format, notices })
+}
+
+/// Refuses faults that the model does not list.
+fn check_faults(args: &SimulateArgs, faults: &[FaultId]) -> Result<()> {
     // k7 is the direction of k6 and no damage of its own
     for fault in FaultId::ALL.into_iter().take(FaultId::EccentricityPhase.index()) {
         if args.faults.0[fault.index()] > 0.0 && !faults.contains(&fault) {
@@ -21,6 +49,32 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Recording>
             bail!("`--faults {symbol}=…`: `faults` of {model} does not list {symbol}");
         }
     }
+    Ok(())
+}
+
+/// A servo axis; it has no phases, and one model.
+fn axis(args: &SimulateArgs, model: &AxisModel) -> Result<(Recording, VisitedRange)> {
+    for (given, option, why) in [
+        (args.noise_a > 0.0, "--noise-a", "has no phases to measure"),
+        (args.adc_bits.is_some(), "--adc-bits", "has no phases to digitise"),
+        (args.rate_hz.is_some(), "--rate-hz", "is recorded at the rate of its controller"),
+        (args.fidelity == FidelityArg::Low, "--fidelity low", "has one model"),
+    ] {
+        if given {
+            bail!("`{option}`: {} is a servo axis, which {why}", args.test.model);
+        }
+    }
+    let test = experiment::axis_test(model, &args.test)?;
+    Ok(test.record(model, &HealthState::new(args.faults.0)?, "simulated")?)
+}
+
+/// An actuator with three phases.
+fn actuator(
+    args: &SimulateArgs,
+    model: &Model,
+    seed: RootSeed,
+) -> Result<(Recording, VisitedRange)> {
+    let experiment = experiment::experiment_of(model, &args.test)?;
     let controller = &experiment.actuator.controller;
     let range_a = args.adc_range_a.unwrap_or(controller.current_limit_a);
     let converter = args.adc_bits.map(|bits| Converter { bits: u32::from(bits), range_a });
@@ -35,7 +89,25 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Recording>
         content: RecordedContent::Phases,
     };
     Ok(match args.fidelity {
-        FidelityArg::High => simulated.record(&experiment, "simulated")?,
-        FidelityArg::Low => simulated.record_low_fidelity(&experiment, "simulated")?,
+        FidelityArg::High => simulated.record_visited(&experiment, "simulated")?,
+        FidelityArg::Low => simulated.record_low_fidelity_visited(&experiment, "simulated")?,
     })
+}
+
+/// Effects whose valid range the simulation left.
+fn departures(effects: &[EffectBlock], geometry: Geometry, visited: &VisitedRange) -> Vec<String> {
+    let of = |block: &EffectBlock| {
+        let left = block.valid_range().unwrap_or_default().left_by(visited);
+        let (symbol, known) = (block.effect.id().info().symbol, block.effect.id().info().name);
+        let name = block.name.clone().unwrap_or_else(|| known.to_owned());
+        left.into_iter().map(move |departure| {
+            let ([from, to], [least, most]) = (departure.valid, departure.visited);
+            let (what, unit) = (departure.of.name(), departure.of.unit(geometry));
+            format!(
+                "effect {symbol} ({name}) is known for a {what} from {from} to {to} {unit}, and \
+                 the simulation goes from {least:.4} to {most:.4}"
+            )
+        })
+    };
+    effects.iter().flat_map(of).collect()
 }

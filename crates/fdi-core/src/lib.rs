@@ -75,6 +75,7 @@ mod scalar_search;
 mod schema;
 mod seed;
 mod simulated;
+mod simulated_axis;
 pub mod store;
 
 pub use artefact::{dataset_from_bytes, dataset_to_bytes};
@@ -110,3 +111,4 @@ pub use recorded_test::RecordedTestError;
 pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
+pub use simulated_axis::AxisTest;

@@ -34,6 +34,12 @@ pub enum ReadModelError {
         /// Line and key.
         reason: ModelFileError,
     },
+    /// A servo axis where only an actuator will do.
+    #[error("{}: a servo axis, where an actuator is expected", path.display())]
+    ServoAxis {
+        /// The file.
+        path: PathBuf,
+    },
     /// Files stand on one another without end.
     #[error("{}: `base` leads through more than {most} files", path.display())]
     TooManyBases {
@@ -44,8 +50,8 @@ pub enum ReadModelError {
     },
 }
 
-/// Reads a model: the preset of that name, or the file. The `base` of a file is a preset or
-/// another file, beside it unless its path is absolute.
+/// Reads a model of an actuator: the preset of that name, or the file. The `base` of a file is a
+/// preset or another file, beside it unless its path is absolute.
 ///
 /// The model always has a name: its own, or else that of preset or file.
 ///
@@ -53,37 +59,39 @@ pub enum ReadModelError {
 ///
 /// [`ReadModelError`], which names the file.
 pub fn read_model(source: &str) -> Result<Model, ReadModelError> {
-    let mut model = read(Path::new(source), 0)?;
-    let stem = Path::new(source).file_stem();
-    let fallback = stem.map_or_else(|| source.to_owned(), |stem| stem.to_string_lossy().into());
-    model.name.get_or_insert(fallback);
-    Ok(model)
+    match read_machine(source)? {
+        MachineModel::Actuator(model) => Ok(model),
+        _ => Err(ReadModelError::ServoAxis { path: source.into() }),
+    }
 }
 
-/// Reads a model of either kind: an actuator as [`read_model`] does, or the file of a servo axis.
+/// Reads a model of either kind, as [`read_model`] does.
 ///
 /// # Errors
 ///
 /// [`ReadModelError`], which names the file.
 pub fn read_machine(source: &str) -> Result<MachineModel, ReadModelError> {
-    let path = Path::new(source);
-    if preset(path).is_none()
-        && let Ok(text) = fs::read_to_string(path)
-    {
-        let wrong = |reason| ReadModelError::Text { path: path.to_owned(), reason };
-        if model_file::base_of(&text).map_err(wrong)?.is_none() {
-            let machine = model_file::parse_machine(&text).map_err(wrong)?;
-            if matches!(machine, MachineModel::ServoAxis(_)) {
-                return Ok(machine);
-            }
-        }
+    let mut model = read(Path::new(source), 0)?;
+    let stem = Path::new(source).file_stem();
+    let fallback = stem.map_or_else(|| source.to_owned(), |stem| stem.to_string_lossy().into());
+    if let Some(name) = name_of(&mut model) {
+        name.get_or_insert(fallback);
     }
-    read_model(source).map(MachineModel::Actuator)
+    Ok(model)
 }
 
-fn read(path: &Path, depth: usize) -> Result<Model, ReadModelError> {
+/// What the owner of a machine calls it.
+fn name_of(model: &mut MachineModel) -> Option<&mut Option<String>> {
+    match model {
+        MachineModel::Actuator(model) => Some(&mut model.name),
+        MachineModel::ServoAxis(model) => Some(&mut model.name),
+        _ => None,
+    }
+}
+
+fn read(path: &Path, depth: usize) -> Result<MachineModel, ReadModelError> {
     if let Some(preset) = preset(path) {
-        return Ok(preset);
+        return Ok(MachineModel::Actuator(preset));
     }
     if depth > MOST_BASES {
         return Err(ReadModelError::TooManyBases { path: path.to_owned(), most: MOST_BASES });
@@ -96,11 +104,14 @@ fn read(path: &Path, depth: usize) -> Result<Model, ReadModelError> {
     let parsed = match model_file::base_of(&text).map_err(wrong)? {
         Some(base) if preset(Path::new(&base)).is_none() => {
             let beside = path.parent().unwrap_or(Path::new("")).join(base);
+            let mut base = read(&beside, depth + 1)?;
             // what a machine is called is not inherited
-            let base = Model { name: None, ..read(&beside, depth + 1)? };
-            model_file::parse_onto(&text, &base)
+            if let Some(name) = name_of(&mut base) {
+                *name = None;
+            }
+            model_file::parse_machine_onto(&text, &base)
         }
-        _ => model_file::parse(&text),
+        _ => model_file::parse_machine(&text),
     };
     parsed.map_err(wrong)
 }

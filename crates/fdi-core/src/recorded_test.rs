@@ -12,12 +12,22 @@ pub enum RecordedTestError {
     /// No command in it.
     #[error("no column `command_rad`, which holds the command")]
     NoCommand,
+    /// Neither command of a servo axis in it.
+    #[error("no column `{position}` or `{speed}`, which hold the command of a servo axis")]
+    NoAxisCommand {
+        /// Column of a commanded position.
+        position: &'static str,
+        /// Column of a commanded speed.
+        speed: &'static str,
+    },
     /// Samples that do not stand on a uniform grid.
     #[error(
-        "`command_rad` is sampled irregularly: a sample is {deviation_s:.2e} s off its grid, \
+        "`{column}` is sampled irregularly: a sample is {deviation_s:.2e} s off its grid, \
          expected at most {tolerance_s:.2e} s"
     )]
     Irregular {
+        /// The command's column.
+        column: &'static str,
         /// Largest distance from the grid.
         deviation_s: f64,
         /// Distance that rounding explains.
@@ -49,17 +59,23 @@ impl Experiment {
     pub fn of_recording(recording: &Recording) -> Result<Self, RecordedTestError> {
         let channel = recording.channel(ChannelName::Command);
         let channel = channel.ok_or(RecordedTestError::NoCommand)?;
-        let sampling = channel.sampling()?;
-        if !sampling.is_uniform() {
-            let (deviation_s, tolerance_s) = (sampling.deviation_s, sampling.tolerance_s);
-            return Err(RecordedTestError::Irregular { deviation_s, tolerance_s });
-        }
-        let mut experiment = Self::recorded(channel.values().to_vec(), sampling.rate_hz);
+        let mut experiment = Self::recorded(channel.values().to_vec(), even_rate_hz(channel)?);
         if let Some(load) = recording.channel(ChannelName::Load) {
             experiment.scenario.load_n_m = constant_n_m(load)?;
         }
         Ok(experiment)
     }
+}
+
+/// The rate of a command.
+pub(crate) fn even_rate_hz(channel: &Channel) -> Result<f64, RecordedTestError> {
+    let sampling = channel.sampling()?;
+    if sampling.is_uniform() {
+        return Ok(sampling.rate_hz);
+    }
+    let (deviation_s, tolerance_s) = (sampling.deviation_s, sampling.tolerance_s);
+    let column = channel.name().column();
+    Err(RecordedTestError::Irregular { column, deviation_s, tolerance_s })
 }
 
 /// The one value of a load.

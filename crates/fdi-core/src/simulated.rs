@@ -2,6 +2,7 @@
 
 use ema_sim::{
     FaultCoordinates, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError,
+    VisitedRange,
 };
 
 use crate::{
@@ -65,10 +66,24 @@ impl SimulatedRecording {
         experiment: &Experiment,
         name: &str,
     ) -> Result<Recording, SimulatedRecordingError> {
+        self.record_visited(experiment, name).map(|(recording, _)| recording)
+    }
+
+    /// As [`record`](Self::record), with where the machine has been.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record_visited(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<(Recording, VisitedRange), SimulatedRecordingError> {
         let model = experiment
             .high_fidelity(self.start_angle_rad, self.imperfections)?
             .with_seed(self.controller_seed);
         let mut trace = model.simulate(&PhysicalFaults::from(&self.faults));
+        let visited = trace.visited_range(experiment.scenario.load_n_m);
         if let Some(rate_hz) = self.phase_rate_hz {
             for channel in &mut trace.phase_currents_a {
                 *channel = resampled(channel, trace.rate_hz, rate_hz);
@@ -100,13 +115,15 @@ impl SimulatedRecording {
                 let command_rad = trace.command_rad;
                 channels.push(Channel::uniform(ChannelName::Command, 0.0, rate_hz, command_rad)?);
             }
-            return Ok(Recording::new(name, metadata, channels)?);
+            return Ok((Recording::new(name, metadata, channels)?, visited));
         }
         let pole_pairs = experiment.actuator.motor.pole_pairs;
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
         let start_angle_rad =
             (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);
-        envelope_recording(experiment, name, (&envelope_a, rate_hz), start_angle_rad)
+        let recording =
+            envelope_recording(experiment, name, (&envelope_a, rate_hz), start_angle_rad)?;
+        Ok((recording, visited))
     }
 
     /// Runs the low-fidelity model and records its current as the envelope; noise and converter
@@ -120,6 +137,19 @@ impl SimulatedRecording {
         experiment: &Experiment,
         name: &str,
     ) -> Result<Recording, SimulatedRecordingError> {
+        self.record_low_fidelity_visited(experiment, name).map(|(recording, _)| recording)
+    }
+
+    /// As [`record_low_fidelity`](Self::record_low_fidelity), with where the machine has been.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record_low_fidelity_visited(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<(Recording, VisitedRange), SimulatedRecordingError> {
         let scenario = Scenario {
             imperfections: self.imperfections,
             seed: self.controller_seed,
@@ -127,11 +157,14 @@ impl SimulatedRecording {
         };
         let model = experiment.low_fidelity(&scenario.turned_to(self.start_angle_rad))?;
         let trace = model.simulate(&PhysicalFaults::from(&self.faults));
+        let visited = trace.visited_range(experiment.scenario.load_n_m);
         let rate_hz = self.phase_rate_hz.unwrap_or(trace.rate_hz);
         let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);
         let [current_a, ..] =
             self.sensors.measure([&current_a, &current_a, &current_a], self.sensor_seed);
-        envelope_recording(experiment, name, (&current_a, rate_hz), Some(self.start_angle_rad))
+        let envelope = (&current_a[..], rate_hz);
+        let recording = envelope_recording(experiment, name, envelope, Some(self.start_angle_rad))?;
+        Ok((recording, visited))
     }
 }
 

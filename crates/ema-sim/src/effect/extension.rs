@@ -14,6 +14,7 @@ use crate::{
     controller::quantised,
     drive_train::{Direction, DriveTrain},
     params::{self, Actuator, PositionSensor},
+    waveform::Waveform,
     winding::LocalQuadratic,
 };
 
@@ -171,15 +172,17 @@ impl Presliding {
 
 /// The surface behind an elastic shaft; angles at the surface.
 #[derive(Clone, Copy, Debug)]
-struct Compliant {
-    stiffness: f64,
-    damping: f64,
-    inertia: f64,
-    half_play_rad: f64,
-    efficiency_ratio: f64,
-    angle_rad: f64,
-    speed_rad_per_s: f64,
-    load_n_m: f64,
+pub(crate) struct Compliant {
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) inertia: f64,
+    pub(crate) half_play_rad: f64,
+    pub(crate) efficiency_ratio: f64,
+    pub(crate) angle_rad: f64,
+    pub(crate) speed_rad_per_s: f64,
+    pub(crate) load_n_m: f64,
+    /// Whether the machine moves the surface itself.
+    followed: bool,
 }
 
 impl Compliant {
@@ -254,9 +257,7 @@ pub(crate) struct Circuit {
 /// Effects on commutation and the shape of the back-EMF.
 #[derive(Clone, Copy, Debug)]
 struct Commutation {
-    flat_loss_rad: f64,
-    fifth: f64,
-    seventh: f64,
+    wave: Waveform,
     offset_rad: f64,
     dip_ratio: f64,
     dip_s: f64,
@@ -373,7 +374,7 @@ impl Extension {
                 let c = self.commutation.get_or_insert(Commutation::NONE);
                 match effect.id() {
                     EffectId::BackEmfShape => {
-                        (c.flat_loss_rad, c.fifth, c.seventh) = (v[0], v[1], v[2]);
+                        c.wave = Waveform { flat_loss_rad: v[0], fifth: v[1], seventh: v[2] };
                     }
                     EffectId::CommutationOverlap => (c.dip_ratio, c.dip_s) = (v[0], v[1]),
                     _ => c.offset_rad = v[0],
@@ -425,17 +426,20 @@ impl Extension {
         let stiffness = stiffness.min(fastest * fastest / per_mass);
         let swing = sqrt(stiffness * per_mass);
         self.longest_s = self.longest_s.min(LONGEST_SWING_RAD / swing);
+        let damping = v[1].min(LONGEST_DECAY / (SHORTEST_RATIO * machine.tick_s * per_mass));
+        self.longest_s = self.longest_s.min(LONGEST_DECAY / (damping * per_mass).max(1e-9));
         let angle_rad = train.surface_rad();
         let load_n_m = train.set_free(motor_inertia) / machine.per_gear_ratio;
         self.compliant = Some(Compliant {
             stiffness,
-            damping: v[1],
+            damping,
             inertia,
             half_play_rad: machine.half_play_rad,
             efficiency_ratio: machine.efficiency_ratio,
             angle_rad,
             speed_rad_per_s: train.speed_rad_per_s * machine.per_gear_ratio,
             load_n_m,
+            followed: false,
         });
     }
 
@@ -453,6 +457,26 @@ impl Extension {
     /// Whether the surface moves on its own.
     pub(crate) fn is_compliant(&self) -> bool {
         self.compliant.is_some()
+    }
+
+    /// The elastic shaft.
+    pub(crate) fn compliant(&self) -> Option<&Compliant> {
+        self.compliant.as_ref()
+    }
+
+    /// Leaves the motion of an elastic shaft to the machine; whether there is one.
+    pub(crate) fn hand_over_surface(&mut self) -> bool {
+        if let Some(compliant) = &mut self.compliant {
+            compliant.followed = true;
+        }
+        self.is_compliant()
+    }
+
+    /// Where the machine has moved the surface to.
+    pub(crate) fn put_surface(&mut self, angle_rad: f64, speed_rad_per_s: f64) {
+        if let Some(compliant) = &mut self.compliant {
+            (compliant.angle_rad, compliant.speed_rad_per_s) = (angle_rad, speed_rad_per_s);
+        }
     }
 
     /// Angle of the surface.
@@ -586,7 +610,9 @@ impl Extension {
             burden.against_n_m += bristles.torque_n_m(turn_rad, middle.speed_rad_per_s);
             (burden.kinetic_n_m, burden.static_n_m) = ([0.0; 2], [0.0; 2]);
         }
-        if let Some(c) = &self.compliant {
+        if let Some(c) = &self.compliant
+            && !c.followed
+        {
             let r = self.per_gear_ratio;
             let angle_rad = train.angle_rad;
             let from = (angle_rad * r, now.speed_rad_per_s * r);
@@ -604,6 +630,20 @@ impl Extension {
                 }
             }
         }
+        if let Some(c) = &self.compliant
+            && c.followed
+            && span_s == 0.0
+            && now.speed_rad_per_s == 0.0
+        {
+            // what holds a shaft that has just come to rest
+            let r = self.per_gear_ratio;
+            let motor = (train.angle_rad * r, 0.0);
+            let passed = c.passed_n_m(motor, (c.angle_rad, c.speed_rad_per_s));
+            let felt = [-1.0, 1.0].map(|sign| c.felt_n_m(passed, sign) * r);
+            burden.against_n_m += passed * r;
+            burden.static_n_m[0] += passed * r - felt[0];
+            burden.static_n_m[1] += felt[1] - passed * r;
+        }
         train.carry(burden);
     }
 
@@ -614,7 +654,9 @@ impl Extension {
         if let Some(bristles) = &mut self.presliding {
             bristles.deflection_rad = bristles.turned(turn_rad, 0.5 * (from.1 + to.1));
         }
-        if let Some(c) = &mut self.compliant {
+        if let Some(c) = &mut self.compliant
+            && !c.followed
+        {
             let r = self.per_gear_ratio;
             c.advance((from.0 * r, from.1 * r), (to.0 * r, to.1 * r), span_s);
         }
@@ -644,7 +686,7 @@ impl Extension {
     ) -> Option<Circuit> {
         let w = &self.winding;
         w.any.then(|| Circuit {
-            resistance_ohm: resistance_ohm * (1.0 + w.rise_per_k * w.warm_k),
+            resistance_ohm: resistance_ohm * self.warmth_ratio(),
             inductive_ohm: w.inductance_henry / span_s,
             source_ohm: w.source_ohm,
             dead_v: if w.dead_v > 0.0 { w.dead_v * tanh(current_a / w.dead_a) } else { 0.0 },
@@ -656,6 +698,48 @@ impl Extension {
         self.winding.inductance_henry > 0.0
     }
 
+    /// What a current leaves of the torque constant.
+    pub(crate) fn saturation_ratio(&self, current_a: f64) -> f64 {
+        let mut ratio = 1.0;
+        for effect in &self.effects {
+            if effect.id() == EffectId::Saturation {
+                ratio *= (1.0 - effect.values[0] * current_a * current_a).max(0.1);
+            }
+        }
+        ratio
+    }
+
+    /// Resistance of the winding over that of the cold one.
+    pub(crate) fn warmth_ratio(&self) -> f64 {
+        1.0 + self.winding.rise_per_k * self.winding.warm_k
+    }
+
+    /// The same a time ahead, under a heat.
+    pub(crate) fn warmth_ratio_in(&self, ahead_s: f64, heat_w: f64) -> f64 {
+        let w = &self.winding;
+        if w.rise_per_k == 0.0 {
+            return 1.0;
+        }
+        let rate = (w.kelvin_per_w * heat_w - w.warm_k) / w.thermal_s;
+        1.0 + w.rise_per_k * (w.warm_k + rate * ahead_s)
+    }
+
+    /// Resistance of the supply.
+    pub(crate) fn source_ohm(&self) -> f64 {
+        self.winding.source_ohm
+    }
+
+    /// Whether the circuit of a segment depends on its current.
+    pub(crate) fn has_own_circuit(&self) -> bool {
+        let saturates = self.effects.iter().any(|effect| effect.id() == EffectId::Saturation);
+        saturates || self.winding.source_ohm > 0.0
+    }
+
+    /// The back-EMF's wave, where effects move it or the sectors.
+    pub(crate) fn waveform(&self) -> Option<Waveform> {
+        self.commutation.filter(|c| c.shaped).map(|c| c.wave)
+    }
+
     /// The coupling with saturation and the shape of the back-EMF.
     pub(crate) fn coupling(
         &self,
@@ -663,15 +747,10 @@ impl Extension {
         current_a: f64,
         shape: impl Fn(&dyn Fn(f64) -> f64) -> [f64; 2],
     ) -> LocalQuadratic {
-        let mut factor = 1.0;
-        for effect in &self.effects {
-            if effect.id() == EffectId::Saturation {
-                factor *= (1.0 - effect.values[0] * current_a * current_a).max(0.1);
-            }
-        }
+        let factor = self.saturation_ratio(current_a);
         let mut coupling = coupling.map(|k| factor * k);
         if let Some(c) = self.commutation.filter(|c| c.shaped) {
-            let [ratio, slope] = shape(&|x| c.wave(x));
+            let [ratio, slope] = shape(&|x| c.wave.at(x));
             // a product of two local series, the ratio's second power left out
             coupling = [
                 coupling[0] * ratio,
@@ -682,13 +761,23 @@ impl Extension {
         coupling
     }
 
-    /// What the current sensor shows.
+    /// What the current sensor shows, once a tick.
     #[cold]
     pub(crate) fn shown_current_a(&mut self, current_a: f64) -> f64 {
+        self.read_current_a(current_a, self.tick_s)
+    }
+
+    /// Whether the current's sensor errs, and whether the current loop uses it.
+    pub(crate) fn current_sensor(&self) -> Option<bool> {
+        self.current_sensor.map(|[_, _, _, in_loop, _]| in_loop > 0.5)
+    }
+
+    /// What the current sensor shows a period after it was read last.
+    pub(crate) fn read_current_a(&mut self, current_a: f64, period_s: f64) -> f64 {
         let Some([gain, offset, lag, ..]) = self.current_sensor else { return current_a };
         let seen = (1.0 + gain) * current_a + offset;
         let before = self.shown_a.unwrap_or(seen);
-        let shown = lagging(before, seen, lag, self.tick_s);
+        let shown = lagging(before, seen, lag, period_s);
         self.shown_a = Some(shown);
         shown
     }
@@ -707,6 +796,11 @@ impl Extension {
     #[cold]
     pub(crate) fn shown_position_rad(&mut self, train: &DriveTrain, motor_rad: f64) -> f64 {
         let position = self.position_in(train, 0.0) + self.error_rad(motor_rad);
+        self.read_position_rad(position, motor_rad)
+    }
+
+    /// What the position sensor shows of a position, a tick after it was read last.
+    pub(crate) fn read_position_rad(&mut self, position: f64, motor_rad: f64) -> f64 {
         let Some([lag, a, b, step, _]) = self.position_sensor else { return position };
         let seen = position + a * sin(motor_rad) + b * cos(motor_rad);
         let before = self.lagged_rad.unwrap_or(seen);
@@ -747,6 +841,8 @@ const LONGEST_PHASE_RAD: f64 = 0.15;
 const SHORTEST_RATIO: f64 = 1e-3;
 /// Phase of the elastic shaft's swing that a segment covers at most.
 const LONGEST_SWING_RAD: f64 = 0.05;
+/// Share of the elastic shaft's time of decay that a segment covers at most.
+const LONGEST_DECAY: f64 = 0.2;
 
 /// A first-order lag over a tick; without lag the input itself.
 fn lagging(before: f64, input: f64, lag_s: f64, tick_s: f64) -> f64 {
@@ -755,31 +851,13 @@ fn lagging(before: f64, input: f64, lag_s: f64, tick_s: f64) -> f64 {
 
 impl Commutation {
     const NONE: Self = Self {
-        flat_loss_rad: 0.0,
-        fifth: 0.0,
-        seventh: 0.0,
+        wave: Waveform { flat_loss_rad: 0.0, fifth: 0.0, seventh: 0.0 },
         offset_rad: 0.0,
         dip_ratio: 0.0,
         dip_s: 1.0,
         since_s: f64::MAX,
         shaped: false,
     };
-
-    /// The back-EMF of a phase with unit peak, at an electrical angle.
-    fn wave(&self, x: f64) -> f64 {
-        use core::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
-        let turned = x - TAU * floor(x / TAU);
-        // by symmetry the rising flank about 0 is enough
-        let from = if turned < FRAC_PI_2 {
-            turned
-        } else if turned < PI + FRAC_PI_2 {
-            PI - turned
-        } else {
-            turned - TAU
-        };
-        let top = (from / (FRAC_PI_6 + self.flat_loss_rad)).clamp(-1.0, 1.0);
-        top + self.fifth * sin(5.0 * x) + self.seventh * sin(7.0 * x)
-    }
 }
 
 /// The machine's numbers with what effects make of them: gains, limit, torque constant.

@@ -157,7 +157,11 @@ impl<P: Probe> Run<P> {
 
     /// When the current of an open leg comes to zero; the whole span if it does not.
     fn end_of_conduction_s(&self, legs: [Leg; 2], legs_v: (f64, f64), span_s: f64) -> f64 {
-        let (step, _) = self.solve(span_s, legs_v);
+        let (step, _) = if self.own_circuit {
+            self.solve::<true>(span_s, legs_v)
+        } else {
+            self.solve::<false>(span_s, legs_v)
+        };
         let positive = step.segment.positive;
         let negative: Series = core::array::from_fn(|m| -(positive[m] + step.segment.idle[m]));
         let mut first_s = span_s;

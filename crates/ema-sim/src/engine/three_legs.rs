@@ -55,11 +55,11 @@ impl<P: Probe> Run<P> {
         let span_s = before_s + after_s;
         // with effects the sample is taken between two segments
         if span_s <= self.longest_s && self.extension.is_none() {
-            let step = self.solve_connected();
+            let step = self.solve_connected::<false>(span_s);
             let end = End::of(&step.segment, span_s);
-            if !self.interrupted(&step, &end, span_s) {
+            if !self.interrupted::<false>(&step, &end, span_s) {
                 self.sample = self.sample_at(&End::of(&step.segment, before_s));
-                self.observe_connected(&step, span_s);
+                self.observe_connected::<false>(&step, span_s);
                 self.commit(&end);
                 return;
             }
@@ -79,20 +79,35 @@ impl<P: Probe> Run<P> {
 
     /// Holds all three legs at their potentials for a time.
     pub(super) fn hold_connected(&mut self, span_s: f64) {
+        if self.own_circuit {
+            self.hold_connected_own(span_s);
+        } else {
+            self.hold_connected_as::<false>(span_s);
+        }
+    }
+
+    #[cold]
+    fn hold_connected_own(&mut self, span_s: f64) {
+        self.hold_connected_as::<true>(span_s);
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
+    fn hold_connected_as<const OWN: bool>(&mut self, span_s: f64) {
         let mut left_s = span_s;
         while left_s > 0.0 {
             let span_s = self.take_burden(left_s.min(self.longest_s));
-            let from = (self.train.angle_rad, self.train.speed_rad_per_s);
-            let step = self.solve_connected();
+            let from = self.mark();
+            let step = self.solve_connected::<OWN>(span_s);
             let mut end = End::of(&step.segment, span_s);
             let (mut event, mut at_s) = (Event::Switching, span_s);
-            if self.interrupted(&step, &end, span_s) {
+            if self.interrupted::<OWN>(&step, &end, span_s) {
                 (event, at_s) = self.first_event(&step, &end, span_s);
                 end = End::of(&step.segment, at_s);
             }
-            self.observe_connected(&step, at_s);
+            self.observe_connected::<OWN>(&step, at_s);
             self.commit(&end);
-            self.advance_effects(at_s, from);
+            self.advance_effects(at_s, &from);
             if event != Event::Switching {
                 self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
             }

@@ -3,7 +3,10 @@
 use toml::{Spanned, de::DeValue};
 
 use super::{ModelFileError, Reader, line_of, string};
-use crate::effect::{Coordinate, Curve, CurveKind, Effect, EffectId, Geometry};
+use crate::{
+    effect::{Coordinate, Curve, CurveKind, Effect, EffectId, Geometry},
+    valid_range::{RangeOf, ValidRange},
+};
 
 /// An effect as a model file holds it.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +18,8 @@ pub struct EffectBlock {
     /// 95 % intervals of its numbers, by the key of the effect's parameter.
     pub interval_95: Vec<(String, [f64; 2])>,
     /// What else the file says, in order: `status`, `alternatives`, `valid-range`, `evidence`,
-    /// `faults`, `provenance`. It is kept and written back, and not looked at.
+    /// `faults`, `provenance`. It is kept and written back; of it only
+    /// [`valid_range`](Self::valid_range) is looked at.
     pub annotations: Vec<(String, Annotation)>,
 }
 
@@ -45,6 +49,27 @@ const KNOWN: &str = "id, name, port, parameters, curve, interval-95, status, alt
 impl From<Effect> for EffectBlock {
     fn from(effect: Effect) -> Self {
         Self { effect, name: None, interval_95: Vec::new(), annotations: Vec::new() }
+    }
+}
+
+impl EffectBlock {
+    /// Where the effect is known to hold: what `valid-range` says of `speed`, `position` and
+    /// `load`.
+    pub fn valid_range(&self) -> Option<ValidRange> {
+        let (_, range) = self.annotations.iter().find(|(key, _)| key == "valid-range")?;
+        let Annotation::Table(entries) = range else { return None };
+        let of = |of: RangeOf| {
+            let (_, pair) = entries.iter().find(|(key, _)| key == of.name())?;
+            match pair {
+                Annotation::List(pair) => match &pair[..] {
+                    [Annotation::Number(low), Annotation::Number(high)] => Some([*low, *high]),
+                    _ => None,
+                },
+                _ => None,
+            }
+        };
+        let (speed, position) = (of(RangeOf::Speed), of(RangeOf::Position));
+        Some(ValidRange { speed, position, load: of(RangeOf::Load) })
     }
 }
 
@@ -102,6 +127,10 @@ impl Reader<'_> {
                 }
                 "parameters" => self.parameters(value, &mut block.effect)?,
                 "interval-95" => block.interval_95 = self.intervals(value, &block.effect)?,
+                "valid-range" => {
+                    self.valid_range(value)?;
+                    block.annotations.push(("valid-range".to_owned(), self.annotation(value)?));
+                }
                 carried if CARRIED.contains(&carried) => {
                     block.annotations.push((carried.to_owned(), self.annotation(value)?));
                 }
@@ -112,6 +141,24 @@ impl Reader<'_> {
             }
         }
         Ok(block)
+    }
+
+    /// Refuses a range of something else, or one that is empty.
+    fn valid_range(&self, value: &Spanned<DeValue<'_>>) -> Result<(), ModelFileError> {
+        let key = "effect.valid-range";
+        for (of, range) in self.table(key, value)? {
+            let name = of.get_ref();
+            if !RangeOf::ALL.iter().any(|known| known.name() == name.as_ref()) {
+                let found = format!("`{name}`");
+                return Err(self.wrong(key, "speed, position or load", range, found));
+            }
+            let [low, high] = self.pair(key, range)?;
+            if low > high {
+                let found = format!("{low} to {high}");
+                return Err(self.wrong(key, "the least and the largest value", range, found));
+            }
+        }
+        Ok(())
     }
 
     fn parameters(

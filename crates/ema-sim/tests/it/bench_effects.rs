@@ -7,7 +7,7 @@ use ema_sim::{
     presets::{BENCH, EMA_48},
 };
 
-use super::effects::{difference, examples};
+use super::effects::{LIMITS_ONLY, difference, examples};
 
 fn healthy() -> PhysicalFaults {
     (&HealthState::HEALTHY).into()
@@ -39,10 +39,7 @@ fn refused(with: impl Fn(&[Effect]) -> Result<Vec<f64>, SimulationError>) -> Vec
 #[test]
 fn what_the_bench_has_no_place_for_is_refused() {
     assert_eq!(refused(low), ["E08", "E20", "E23", "E24", "E25"]);
-    assert_eq!(
-        refused(|effects| high(&BENCH, effects)),
-        ["E08", "E13", "E15", "E17", "E18", "E19", "E20", "E23", "E24", "E25"]
-    );
+    assert_eq!(refused(|effects| high(&BENCH, effects)), ["E08", "E20", "E23", "E24", "E25"]);
     let error = low(&[Effect::new(EffectId::PositionSensor, Geometry::Rotary)]).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -65,7 +62,7 @@ fn scaled(mut effect: Effect, share: f64) -> Effect {
 
 /// What the segments of the path with effects, cut at the seams of the carrier, differ by from
 /// those without, and what is left of sizes a hundred-thousandth of the examples'.
-const VANISHING_REL: f64 = 3e-5;
+const VANISHING_REL: f64 = 1e-6;
 
 /// Every way of switching three legs, and both dead times, come back to the base model.
 #[test]
@@ -109,6 +106,9 @@ fn both_fidelities_show_an_effect_alike() {
     let mut compared = 0;
     for mut effect in examples() {
         let id = effect.id();
+        if LIMITS_ONLY.contains(&id) {
+            continue;
+        }
         if id == EffectId::InductanceEddy {
             effect.set("inductance_henry", 0.0).unwrap();
         }
@@ -121,7 +121,7 @@ fn both_fidelities_show_an_effect_alike() {
         assert!((ratio - 1.0).abs() < ALIKE_SIZE_REL, "{id:?}: {ratio}");
         compared += 1;
     }
-    assert_eq!(compared, 16);
+    assert_eq!(compared, 18);
 }
 
 #[test]

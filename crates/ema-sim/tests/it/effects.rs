@@ -3,9 +3,10 @@
 use core::f64::consts::{PI, TAU};
 
 use ema_sim::{
-    Actuator, Command, Coordinate, Curve, CurveKind, Effect, EffectId, Envelope, EnvelopeFilter,
-    Geometry, HealthState, HighFidelity, HingeMoment, Load, LowFidelity, LowFidelityTrace,
-    PhysicalFaults, Role, Scenario, SimulationError, Tone, presets::EMA_48,
+    Actuator, BackEmfShape, Command, Coordinate, CurrentControl, Curve, CurveKind, Effect,
+    EffectId, Envelope, EnvelopeFilter, Geometry, HealthState, HighFidelity, HingeMoment, Load,
+    LowFidelity, LowFidelityTrace, PhysicalFaults, Role, Scenario, SimulationError, Tone,
+    presets::{BENCH, EMA_48},
 };
 use libm::{cos, exp, pow, sin};
 
@@ -100,6 +101,10 @@ pub(super) fn difference(a: &[f64], b: &[f64]) -> f64 {
     (apart / b.iter().copied().map(square).sum::<f64>()).sqrt()
 }
 
+/// What shows in low fidelity where the voltage is used up alone.
+pub(super) const LIMITS_ONLY: [EffectId; 3] =
+    [EffectId::ResistanceDrift, EffectId::DeadTime, EffectId::BusSag];
+
 #[test]
 fn every_example_changes_something_and_stays_finite() {
     let base = run(&EMA_48, &scenario(), &[]);
@@ -108,10 +113,7 @@ fn every_example_changes_something_and_stays_finite() {
         let trace = run(&EMA_48, &scenario(), &[effect]);
         assert!(trace.current_a.iter().all(|i| i.is_finite()), "{id:?}");
         let apart = difference(&trace.current_a, &base.current_a);
-        // resistance, dead time and supply show where the voltage is used up alone
-        let electrical =
-            [EffectId::ResistanceDrift, EffectId::DeadTime, EffectId::BusSag].contains(&id);
-        assert_eq!(apart < 1e-12, electrical, "{id:?}: {apart:e}");
+        assert_eq!(apart < 1e-12, LIMITS_ONLY.contains(&id), "{id:?}: {apart:e}");
         assert!(apart < 0.5, "{id:?}: {apart}");
     }
 }
@@ -585,11 +587,14 @@ fn law_in_high_fidelity_an_effect_without_size_changes_nothing() {
     }
 }
 
-/// The two fidelities differ by commutation and ripple, which an effect moves too: 0.943 for the
-/// small transmission error, 0.973 for the controller's delay, from 0.98 to 0.999 for the rest.
-const ALIKE_COSINE: f64 = 0.94;
-/// 13 % for the delay, 9 % for the transmission error, at most 4 % for the rest.
-const ALIKE_SIZE_REL: f64 = 0.14;
+/// The two fidelities differ by commutation and ripple, which an effect moves too: 0.950 for the
+/// small transmission error, 0.975 for the controller's delay, from 0.98 to 1 for the rest.
+const ALIKE_COSINE: f64 = 0.945;
+/// 11.2 % for the delay, 6.9 % for the transmission error, at most 3 % for the rest.
+const ALIKE_SIZE_REL: f64 = 0.12;
+/// What shows in high fidelity otherwise: E25 moves the commutation's transients, which in low
+/// fidelity are none, more than the 0.3 % of the torque that it costs there.
+const UNLIKE: [EffectId; 1] = [EffectId::HallOffset];
 
 /// What an effect does to the envelope in both fidelities, where both have it.
 #[test]
@@ -606,6 +611,9 @@ fn both_fidelities_show_an_effect_alike() {
     let mut compared = 0;
     for effect in examples() {
         let id = effect.id();
+        if LIMITS_ONLY.contains(&id) || UNLIKE.contains(&id) {
+            continue;
+        }
         let mut effect = effect;
         if id == EffectId::InductanceEddy {
             effect.set("inductance_henry", 0.0).unwrap();
@@ -619,7 +627,84 @@ fn both_fidelities_show_an_effect_alike() {
         assert!((ratio - 1.0).abs() < ALIKE_SIZE_REL, "{id:?}: {ratio}");
         compared += 1;
     }
-    assert_eq!(compared, 18);
+    assert_eq!(compared, 21);
+}
+
+/// Dead time has its own place in the inverter: two legs of a six-step drive, and of a
+/// field-oriented one what the equivalent machine loses.
+#[test]
+fn law_dead_time_is_the_inverters_own() {
+    let scenario = Scenario { duration_s: 0.05, ..Scenario::chirp() };
+    for (preset, legs) in [(EMA_48, 2.0), (BENCH, 6.0 / PI)] {
+        let inverter = &preset.inverter;
+        let lost_v = legs * inverter.bus_voltage_v * 1e-6 * inverter.carrier_hz;
+        let mut dead = preset;
+        dead.inverter.dead_time_s = 1e-6;
+        let effects = |v| [effect(EffectId::DeadTime, &[("dead_time_v", v)])];
+        let plain = HighFidelity::new(&preset, &scenario).unwrap();
+        let lossy = plain.clone().with_effects(&effects(lost_v)).unwrap();
+        let (lossy, plain_trace) = (lossy.simulate(&healthy()), plain.simulate(&healthy()));
+        let own = HighFidelity::new(&dead, &scenario).unwrap().simulate(&healthy());
+        // with effects a segment is cut at the seam of two carrier periods
+        let apart = |n: usize| difference(&lossy.phase_currents_a[n], &own.phase_currents_a[n]);
+        let moved = difference(&lossy.phase_currents_a[0], &plain_trace.phase_currents_a[0]);
+        assert!((0..3).all(|n| apart(n) < 1e-6) && moved > 1e-4, "{} {moved}", apart(0));
+        let error = plain.with_effects(&effects(6.0 * lost_v)).unwrap_err().to_string();
+        assert!(error.ends_with("longer than a tenth of a period"), "{error}");
+    }
+}
+
+#[test]
+fn effects_without_a_place_in_a_drive_are_refused() {
+    let refuses = |model: Result<HighFidelity, SimulationError>, end: &str| {
+        let error = model.unwrap_err().to_string();
+        assert!(error.ends_with(end), "{error}");
+    };
+    let scenario = Scenario { duration_s: 0.05, ..Scenario::chirp() };
+    let model = HighFidelity::new(&EMA_48, &scenario).unwrap();
+    let with = |effect: &Effect| model.clone().with_effects(core::slice::from_ref(effect));
+    refuses(with(&example(EffectId::CommutationOverlap)), "takes is a part of the model already");
+    refuses(with(&example(EffectId::InductanceEddy)), "the eddy loss alone acts");
+    let in_loop = effect(EffectId::CurrentSensor, &[("offset_a", 0.1), ("in_loop", 1.0)]);
+    for (effect, end) in
+        [(example(EffectId::DeadTime), "its legs have no dead time"), (in_loop, "not this sensor")]
+    {
+        let hysteresis = CurrentControl::Hysteresis { half_band_a: 0.15 };
+        refuses(with(&effect).unwrap().with_current_control(hysteresis), end);
+        let comparators = model.clone().with_current_control(hysteresis).unwrap();
+        refuses(comparators.with_effects(&[effect]), end);
+    }
+    let mut sinusoidal = EMA_48;
+    sinusoidal.motor.back_emf_shape = BackEmfShape::Sinusoid;
+    let sinusoidal = HighFidelity::new(&sinusoidal, &scenario).unwrap();
+    let shape = [example(EffectId::BackEmfShape)];
+    refuses(sinusoidal.clone().with_effects(&shape), "a shape of back-EMF of its own");
+    let early = sinusoidal.clone().with_effects(&[example(EffectId::HallOffset)]).unwrap();
+    assert_ne!(early.simulate(&healthy()), sinusoidal.simulate(&healthy()));
+}
+
+/// The comparators of hysteresis control see saturation, heat and a supply that sags, too.
+#[test]
+fn effects_act_under_hysteresis_control() {
+    let scenario = Scenario { duration_s: 0.05, ..Scenario::chirp() };
+    let hysteresis = CurrentControl::Hysteresis { half_band_a: 0.15 };
+    let model = HighFidelity::new(&EMA_48, &scenario).unwrap();
+    let model = model.with_current_control(hysteresis).unwrap();
+    let (_, base) = model.simulate_with_ledger(&healthy());
+    for id in [
+        EffectId::Saturation,
+        EffectId::ResistanceDrift,
+        EffectId::BusSag,
+        EffectId::BackEmfShape,
+        EffectId::HallOffset,
+        EffectId::Compliance,
+    ] {
+        let model = model.clone().with_effects(&[example(id)]).unwrap();
+        let (trace, energy) = model.simulate_with_ledger(&healthy());
+        let off = energy.residual_j() / energy.dissipated_j();
+        assert!(off.abs() < 1e-6 && energy != base, "{id:?}: {off:e}");
+        assert!(trace.motor_angle_rad.iter().all(|x| x.is_finite()));
+    }
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! Energy: everything that comes in goes somewhere.
 
+use super::effects::examples;
 use ema_sim::{
-    Command, CurrentControl, Envelope, EnvelopeFilter, HealthState, HighFidelity, PhysicalFaults,
-    Scenario, presets::EMA_48,
+    Command, CurrentControl, EffectId, Envelope, EnvelopeFilter, HealthState, HighFidelity,
+    PhysicalFaults, Scenario, presets::EMA_48,
 };
 
 /// What the fourth-order series may lose, over the energy dissipated.
@@ -91,4 +92,23 @@ fn law_energy_is_balanced_under_hysteresis_control() {
     let size: f64 = b.iter().map(|b| b * b).sum();
     assert!((gap / size).sqrt() < 0.03, "{}", (gap / size).sqrt());
     assert!(carrier.with_current_control(CurrentControl::Hysteresis { half_band_a: 0.0 }).is_err());
+}
+
+/// With effects too: torques that they add count as friction, an elastic shaft keeps its own
+/// account, and torque and back-EMF go on sharing one constant.
+#[test]
+fn law_energy_is_balanced_with_effects() {
+    let scenario = Scenario { duration_s: 0.3, ..Scenario::chirp() };
+    let mut balanced = 0;
+    for effect in examples() {
+        let id = effect.id();
+        let model = HighFidelity::new(&EMA_48, &scenario).unwrap();
+        let Ok(model) = model.with_effects(&[effect]) else { continue };
+        let (_, energy) = model.simulate_with_ledger(&worn());
+        let off = energy.residual_j() / energy.dissipated_j();
+        assert!(off.abs() < BALANCE_REL, "{id:?}: {off:e} {energy:?}");
+        assert_eq!(energy.damping_j > 1e-6, id == EffectId::Compliance, "{energy:?}");
+        balanced += 1;
+    }
+    assert_eq!(balanced, 24);
 }

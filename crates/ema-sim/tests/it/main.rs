@@ -6,6 +6,7 @@ mod bench;
 mod bench_effects;
 mod brute_force;
 mod dead_time;
+mod effect_table;
 mod effects;
 mod energy;
 mod measured;

@@ -1,8 +1,8 @@
 //! Model files against presets, and what they refuse.
 
 use ema_sim::{
-    Actuator, BackEmfShape, Effect, EffectId, FaultId, Geometry, HealthState, LowFidelity,
-    Parameter, Scenario,
+    Actuator, BackEmfShape, Effect, EffectId, FaultId, Geometry, HealthState, HighFidelity,
+    LowFidelity, Parameter, RangeOf, Scenario, VisitedRange,
     model_file::{self, Model, ModelFileError},
     presets::{BENCH, EMA_48},
 };
@@ -194,8 +194,38 @@ fn effects_are_read_and_written_back() {
     for key in ["status", "alternatives", "valid-range", "evidence", "faults", "provenance"] {
         assert!(keys.contains(&key), "{key}");
     }
-    assert_eq!(unknown.effect.get("scale_ratio"), Some(0.5));
+    let speed = cogging.valid_range().unwrap();
+    assert_eq!((speed.speed, speed.position, speed.load), (Some([-55.0, 55.0]), None, None));
+    assert_eq!((unknown.valid_range(), unknown.effect.get("scale_ratio")), (None, Some(0.5)));
     assert_eq!(unknown.effect.curve().unwrap().at(0.0), 1e-3);
+}
+
+#[test]
+fn a_simulation_says_where_it_has_been() {
+    let model = model_file::parse(WITH_EFFECTS).unwrap();
+    let known = model.effects[0].valid_range().unwrap();
+    let scenario = Scenario::chirp();
+    let healthy = (&HealthState::HEALTHY).into();
+    let low = LowFidelity::new(&EMA_48, &scenario).unwrap().simulate(&healthy).visited_range(0.5);
+    let high = HighFidelity::new(&EMA_48, &scenario).unwrap().simulate(&healthy).visited_range(0.5);
+    for visited in [low, high] {
+        let [left] = &known.left_by(&visited)[..] else { panic!("{visited:?}") };
+        assert_eq!((left.of, left.valid), (RangeOf::Speed, [-55.0, 55.0]));
+        assert!(left.visited[0] < -55.0 && left.visited[1] > 55.0, "{left:?}");
+        assert_eq!(visited.load, [0.5; 2]);
+        let slow = VisitedRange { speed: [-55.0, 55.0], ..visited };
+        assert_eq!(known.left_by(&slow), []);
+    }
+    for (range, found) in [
+        ("velocity = [0.0, 1.0]", "is `velocity`, expected speed, position or load"),
+        ("speed = [1.0, 0.0]", "is 1 to 0, expected the least and the largest value"),
+        ("speed = 1.0", "expected a list of two numbers"),
+    ] {
+        let text =
+            format!("base = \"ema-48\"\n[[effect]]\nid = \"E11\"\nvalid-range = {{ {range} }}\n");
+        let error = model_file::parse(&text).unwrap_err().to_string();
+        assert!(error.starts_with("line 4: ") && error.contains(found), "{error}");
+    }
 }
 
 #[test]

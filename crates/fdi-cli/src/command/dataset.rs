@@ -21,7 +21,7 @@ pub(crate) fn dataset(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let path = global.output.as_deref().context("`--output FILE` says where the dataset goes")?;
-    let (experiment, _) = experiment::experiment(&args.test)?;
+    let experiment = experiment::experiment(&args.test)?;
     check(args, &experiment)?;
     let jobs = global.jobs.map_or_else(
         || thread::available_parallelism().map_or(1, NonZeroUsize::get),

@@ -1,9 +1,12 @@
 //! `fdi simulate`.
 
 use anyhow::Result;
-use fdi_core::CsvFormat;
 
-use crate::{ExitStatus, GlobalArgs, Streams, args::SimulateArgs, simulator};
+use crate::{
+    ExitStatus, GlobalArgs, Streams,
+    args::SimulateArgs,
+    simulator::{self, Simulated},
+};
 
 /// Simulates a recording and writes it; compressed if the file ends in `.csv.gz`.
 pub(crate) fn simulate(
@@ -11,8 +14,12 @@ pub(crate) fn simulate(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    let recording = simulator::simulate(args, global.root_seed())?;
-    let format = CsvFormat::default();
+    let Simulated { recording, format, notices } = simulator::simulate(args, global.root_seed())?;
+    if !global.quiet {
+        for notice in notices {
+            streams.say(format_args!("notice: {notice}"));
+        }
+    }
     if let Some(path) = &global.output {
         recording.write(path, format)?;
         return Ok(ExitStatus::Done);

@@ -343,12 +343,14 @@ fn effects_of_a_model_are_simulated_and_kept() {
         assert_eq!(simulated("e.toml", fidelity), simulated("m.toml", fidelity));
     }
     with("E13", "saturation-per-a2 = 0.001");
+    assert_ne!(simulated("e.toml", "high"), simulated("m.toml", "high"));
+    with("E24", "commutation-dip-ratio = 0.1");
     assert_ne!(simulated("e.toml", "low"), simulated("m.toml", "low"));
     let of = ["--model", "e.toml", "--command", "c.csv", "-o", "d"];
     for command in ["dataset", "simulate"] {
         let error = refused(&folder, &[&[command], &of[..]].concat());
         assert!(
-            error.contains("effect E13 (torque constant saturation) does not act in the high"),
+            error.contains("effect E24 (commutation overlap) does not act in the high"),
             "{error}"
         );
     }
@@ -359,4 +361,36 @@ fn effects_of_a_model_are_simulated_and_kept() {
     let bundle = fdi_core::Bundle::from_bytes(&fs::read(folder.path().join("b")).unwrap()).unwrap();
     let [cogging] = &bundle.experiment.effects[..] else { panic!() };
     assert_eq!(cogging.get("cogging_sin_n_m"), Some(0.02));
+}
+
+#[test]
+fn a_simulation_beyond_what_an_effect_is_known_for_is_told() {
+    let folder = bench();
+    let simulated = |range: &str, options: &[&str]| {
+        let block = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.02 }\n";
+        let text = format!("base = \"m.toml\"\n{block}valid-range = {{ {range} }}\n");
+        write(&folder, "e.toml", &text);
+        let of = ["--model", "e.toml", "--command", "c.csv", "-o", "r.csv"];
+        fdi_in(&folder, &[&["simulate"], &of[..], options].concat())
+    };
+    let wide = "speed = [-1e4, 1e4], position = [-1.0, 1.0], load = [2.0, 2.0]";
+    assert_eq!(simulated(wide, &[]), (0, String::new()));
+    let narrow = "speed = [-1e4, 1e4], position = [-0.001, 1.0], load = [0.0, 1.5]";
+    for fidelity in ["high", "low"] {
+        let (code, told) = simulated(narrow, &["--fidelity", fidelity]);
+        let lines: Vec<_> = told.lines().collect();
+        assert_eq!((code, lines.len()), (0, 2), "{told}");
+        let position = "notice: effect E11 (cogging) is known for a position from -0.001 to 1 \
+                        rad, and the simulation goes from ";
+        assert!(lines[0].starts_with(position), "{told}");
+        assert_eq!(
+            lines[1],
+            "notice: effect E11 (cogging) is known for a load from 0 to 1.5 N·m, and the \
+             simulation goes from 2.0000 to 2.0000"
+        );
+    }
+    assert_eq!(simulated(narrow, &["--quiet"]), (0, String::new()));
+    let (code, told) = simulated("velocity = [0.0, 1.0]", &[]);
+    assert_eq!(code, 2);
+    assert!(told.contains("is `velocity`, expected speed, position or load"), "{told}");
 }

@@ -13,4 +13,5 @@ mod bundle;
 mod diagnosis;
 mod reference;
 mod schema;
+mod servo_axis;
 mod stand_in;

@@ -1,0 +1,237 @@
+//! What effects make of winding, supply, commutation and the current's sensor.
+
+use super::{
+    End, Run, Step,
+    elastic::{Flank, Loops, Spring},
+};
+use crate::{
+    field_oriented::PhaseAngles,
+    phase::{PerPhase, Sector},
+    probe::Probe,
+    series::value,
+    waveform::Corners,
+    winding::{Coupling, Segment},
+};
+
+/// What the current of an instant makes of the circuit.
+#[derive(Clone, Copy)]
+struct Shares {
+    /// Torque constant over that without current.
+    coupling_ratio: f64,
+    /// Supply over that without load.
+    supply_ratio: f64,
+}
+
+/// What the current loop sees of the currents.
+#[derive(Clone, Copy)]
+pub(crate) struct Seen {
+    pub(crate) feedback_a: f64,
+    pub(crate) currents_a: PerPhase,
+}
+
+impl<P: Probe> Run<P> {
+    /// Takes over what effects change for good: circuit, sectors, the wave of the back-EMF.
+    #[cold]
+    pub(super) fn rewire(&mut self) {
+        let Some(extension) = &mut self.extension else { return };
+        self.flank = extension.hand_over_surface().then_some(Flank::Loose);
+        self.own_circuit = self.flank.is_some() || extension.has_own_circuit();
+        let pole_pairs = self.winding.pole_pairs();
+        if let Some(wave) = extension.waveform() {
+            self.lead_rad = extension.commutation_lead_rad(pole_pairs);
+            let electrical_rad = pole_pairs * (self.start_angle_rad + self.train.angle_rad);
+            if self.winding.is_trapezoidal() {
+                self.corners = Some(Corners::about(&wave, electrical_rad));
+                self.winding.reshape(wave, electrical_rad);
+                self.turn_corner(0);
+            }
+            let led_rad = electrical_rad + pole_pairs * self.lead_rad;
+            self.enter(Sector::of_electrical_angle(led_rad));
+        }
+        self.take_sample();
+        self.read_sensor(0.0);
+    }
+
+    /// Goes on by a corner of the back-EMF's wave.
+    pub(super) fn turn_corner(&mut self, step: i64) {
+        let Some(corners) = &mut self.corners else { return };
+        corners.cross(step);
+        let (low_rad, high_rad) = corners.span_rad();
+        self.winding.move_wave(0.5 * (low_rad + high_rad));
+        let pole_pairs = self.winding.pole_pairs();
+        let from_start = |electrical_rad: f64| electrical_rad / pole_pairs - self.start_angle_rad;
+        self.corner_rad = (from_start(low_rad), from_start(high_rad));
+    }
+
+    /// Amplitude of the phases' currents: of a conducting pair that of both, of three sinusoidal
+    /// ones their peak.
+    pub(super) fn amplitude_a(&self, positive_a: f64, idle_a: f64) -> f64 {
+        let negative_a = positive_a + idle_a;
+        let squares = positive_a * positive_a + negative_a * negative_a + idle_a * idle_a;
+        libm::sqrt(if self.whole_turn { 2.0 / 3.0 } else { 0.5 } * squares)
+    }
+
+    /// Heat of the winding were it cold.
+    pub(super) fn copper_w(&self) -> f64 {
+        self.winding.sector(self.sector).copper_w(self.positive_a, self.idle_a)
+    }
+
+    /// Torque constant and supply with currents of the positive and the idle phase and the
+    /// potentials of all three legs.
+    ///
+    /// ```text
+    /// V = V_dc − R_b·Σ d_j·i_j        d_j the leg's share of the upper rail
+    /// ```
+    fn shares(&self, (positive_a, idle_a): (f64, f64), legs_v: [f64; 3]) -> Shares {
+        let Some(extension) = &self.extension else {
+            return Shares { coupling_ratio: 1.0, supply_ratio: 1.0 };
+        };
+        let [positive_v, negative_v, idle_v] = legs_v;
+        let power_w =
+            positive_v * positive_a - negative_v * (positive_a + idle_a) + idle_v * idle_a;
+        let bus_v = 2.0 * self.half_bus_v;
+        let drop_v = extension.source_ohm() * power_w / bus_v;
+        Shares {
+            coupling_ratio: extension.saturation_ratio(self.amplitude_a(positive_a, idle_a)),
+            supply_ratio: (1.0 - drop_v / bus_v).max(0.0),
+        }
+    }
+
+    /// The solution with the circuit as the current in the middle of the span makes it.
+    #[cold]
+    pub(super) fn solve_own_circuit(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
+        let coupling = self.coupling(start_rad + angle_rad, self.along(angle_rad));
+        let solve = |currents: (f64, f64)| {
+            let idle_v = -self.half_bus_v * currents.1.signum() * f64::from(currents.1 != 0.0);
+            let shares = self.shares(currents, [legs_v.0, legs_v.1, idle_v]);
+            let coupling = coupling.scaled(shares.coupling_ratio);
+            let half_bus_v = shares.supply_ratio * self.half_bus_v;
+            // a floating terminal is at no rail
+            let on_rail = |leg_v: f64| {
+                let at_rail = leg_v.abs() >= (1.0 - 1e-12) * self.half_bus_v;
+                if at_rail { shares.supply_ratio * leg_v } else { leg_v }
+            };
+            let legs_v = (on_rail(legs_v.0), on_rail(legs_v.1));
+            match self.spring() {
+                None => self.solve_with(coupling, half_bus_v, span_s, legs_v),
+                Some(spring) => self.solve_sprung(&spring, coupling, half_bus_v, span_s, legs_v),
+            }
+        };
+        let (first, _) = solve((self.positive_a, self.idle_a));
+        solve(first.middle_a(span_s))
+    }
+
+    /// As [`solve_with`](Self::solve_with), with the surface behind an elastic shaft.
+    fn solve_sprung(
+        &self,
+        spring: &Spring,
+        coupling: Coupling,
+        half_bus_v: f64,
+        span_s: f64,
+        legs_v: (f64, f64),
+    ) -> (Step, End) {
+        let diode = self.diode(&coupling, half_bus_v, legs_v);
+        let idle_v = -diode * half_bus_v;
+        let volts = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
+        let loops = Loops { volts, open: diode == 0.0, cubic: None };
+        let segment = self.sprung_segment(spring, &coupling, &loops);
+        let end = End::of(&segment, span_s);
+        (Step { segment, coupling, diode, pair_v: legs_v, idle_v }, end)
+    }
+
+    fn sprung_segment(&self, spring: &Spring, coupling: &Coupling, loops: &Loops) -> Segment {
+        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
+        spring.solve((&self.at, &self.shaft), coupling, loops, state)
+    }
+
+    /// The same with all three legs connected.
+    #[cold]
+    pub(super) fn solve_own_connected(&self, span_s: f64) -> Step {
+        let (coupling, cubic) = self.connected_coupling();
+        let legs_v = [self.at.positive, self.at.negative, self.at.idle].map(|j| self.legs_v[j]);
+        let solve = |currents: (f64, f64)| {
+            let shares = self.shares(currents, legs_v);
+            let cubic = cubic.map(|cubic| cubic.scaled(shares.coupling_ratio));
+            let legs_v = self.legs_v.map(|v| shares.supply_ratio * v);
+            let coupling = coupling.scaled(shares.coupling_ratio);
+            match self.spring() {
+                None => self.solve_connected_with(coupling, cubic, legs_v),
+                Some(spring) => {
+                    let [pair_v, low_v, idle_v] =
+                        [self.at.positive, self.at.negative, self.at.idle].map(|j| legs_v[j]);
+                    let volts = (pair_v - low_v, idle_v - low_v);
+                    let loops = Loops { volts, open: false, cubic };
+                    let segment = self.sprung_segment(&spring, &coupling, &loops);
+                    Step { segment, coupling, diode: 0.0, pair_v: (pair_v, low_v), idle_v }
+                }
+            }
+        };
+        let first = solve((self.positive_a, self.idle_a));
+        solve(first.middle_a(span_s))
+    }
+
+    /// The current that the drive regulates, and its pattern over the phases, at the sample.
+    fn regulated(&self) -> (f64, PerPhase) {
+        let sample = &self.sample;
+        let motor_rad = self.start_angle_rad + sample.angle_rad;
+        let electrical_rad = self.winding.pole_pairs() * (motor_rad + self.lead_rad);
+        if self.whole_turn {
+            let angles = PhaseAngles::of(electrical_rad);
+            return (angles.axes_of(&sample.currents_a).1, angles.sin);
+        }
+        (sample.feedback_a, Sector::of_electrical_angle(electrical_rad).pattern())
+    }
+
+    /// Reads the current's sensor at the sample, a period after it was read last.
+    #[inline]
+    pub(crate) fn read_sensor(&mut self, period_s: f64) {
+        if self.extension.as_ref().is_some_and(|e| e.current_sensor().is_some()) {
+            self.read_wrong_sensor(period_s);
+        }
+    }
+
+    #[cold]
+    fn read_wrong_sensor(&mut self, period_s: f64) {
+        let (current_a, _) = self.regulated();
+        if let Some(extension) = &mut self.extension {
+            self.sensor_error_a = extension.read_current_a(current_a, period_s) - current_a;
+        }
+    }
+
+    /// The phases as the sensor shows them: its error in the pattern of the regulated current.
+    pub(super) fn shown_a(&self) -> PerPhase {
+        let mut shown_a = self.sample.currents_a;
+        if self.sensor_error_a != 0.0 {
+            let (_, pattern) = self.regulated();
+            for (current_a, share) in shown_a.iter_mut().zip(pattern) {
+                *current_a += share * self.sensor_error_a;
+            }
+        }
+        shown_a
+    }
+
+    /// What the current loop sees.
+    #[inline]
+    pub(crate) fn seen(&self) -> Seen {
+        let (feedback_a, currents_a) = (self.sample.feedback_a, self.sample.currents_a);
+        if self.sensor_error_a == 0.0 {
+            return Seen { feedback_a, currents_a };
+        }
+        let in_loop = self.extension.as_ref().is_some_and(|e| e.current_sensor() == Some(true));
+        if in_loop {
+            let feedback_a = feedback_a + self.sensor_error_a;
+            Seen { feedback_a, currents_a: self.shown_a() }
+        } else {
+            Seen { feedback_a, currents_a }
+        }
+    }
+}
+
+impl Step {
+    /// Currents of the positive and the idle phase in the middle of a span.
+    fn middle_a(&self, span_s: f64) -> (f64, f64) {
+        let at_s = 0.5 * span_s;
+        (value(&self.segment.positive, at_s), value(&self.segment.idle, at_s))
+    }
+}
