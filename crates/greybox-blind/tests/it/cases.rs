@@ -1,14 +1,17 @@
 //! Cases as they are drawn, written and sealed.
 
+use std::fmt::Write;
+
 use greybox_blind::{Case, Class, Machine, RATE_HZ, Role, TIED_LAMBDA, VISIBLE_LAMBDA, sha256_hex};
 
 fn columns(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-    let names: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    let names: Vec<String> =
+        lines.next().expect("a header").split(',').map(str::to_owned).collect();
     let mut values = vec![Vec::new(); names.len()];
     for line in lines {
         for (column, field) in values.iter_mut().zip(line.split(',')) {
-            column.push(field.parse().unwrap());
+            column.push(field.parse().expect("a number"));
         }
     }
     (names, values)
@@ -154,7 +157,7 @@ fn a_proposed_command_is_recorded_with_the_same_machine() {
         let mut command = String::from("time_s,command_rad\n");
         for n in 0..=400 {
             let t = f64::from(n) * 0.01;
-            command.push_str(&format!("{t},{}\n", origin + size * (2.0 * t).sin()));
+            writeln!(command, "{t},{}", origin + size * (2.0 * t).sin()).unwrap();
         }
         let file = case.record_for(&command).unwrap();
         assert_eq!(column(&file.text, "time_s").len(), 8001);
