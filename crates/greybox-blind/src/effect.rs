@@ -351,8 +351,9 @@ pub(crate) struct Here {
     /// Position of the surface.
     pub(crate) position: f64,
     pub(crate) torque: f64,
-    /// Load carried, on the motor's side.
+    /// Load carried, on the motor's side and at the surface.
     pub(crate) load: f64,
+    pub(crate) surface_load: f64,
     /// Since the last commutation.
     pub(crate) commutated_s: f64,
 }
@@ -418,7 +419,9 @@ impl Hidden {
                 let cold = 0.6 * exp(-here.time_s / fast_s) + 0.4 * exp(-here.time_s / slow_s);
                 burden.factor *= 1.0 - a * (1.0 - cold);
             }
-            Form::GearError(wave) => burden.against += a * wave.slope(here.motor) * here.load,
+            Form::GearError(wave) => {
+                burden.against += a * wave.slope(here.motor) * here.surface_load
+            }
             Form::Pendulum { phase } => burden.against += a * sin(here.position + phase),
             Form::Spring { travel, hardening } => {
                 let x = here.position / travel;
