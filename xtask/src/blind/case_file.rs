@@ -48,6 +48,9 @@ pub(crate) struct Answer {
     pub(crate) absorbed: Vec<Value>,
     pub(crate) holdout: Option<HoldOut>,
     pub(crate) faults: BTreeMap<String, Fault>,
+    /// All else that it says, kept for those who read the results.
+    #[serde(flatten)]
+    pub(crate) more: serde_json::Map<String, Value>,
 }
 
 /// An effect of an answer.
@@ -55,6 +58,9 @@ pub(crate) struct Answer {
 #[serde(default)]
 pub(crate) struct Named {
     pub(crate) id: String,
+    /// All else that is said of it.
+    #[serde(flatten)]
+    pub(crate) more: serde_json::Map<String, Value>,
 }
 
 /// The residual on the held-out recording.
@@ -156,6 +162,9 @@ mod tests {
           "faults": { "k1": { "before": 0.256, "after": 0.174, "std_after": 0.001 }, "k2": { "before": null, "after": null } },
           "sensitivity": [ { "id": "E11", "smallest_named_90": 0.0006, "unit": "n_m" } ] }"#;
         let answer: Answer = serde_json::from_str(text).unwrap();
+        let kept = serde_json::to_value(&answer).unwrap();
+        assert_eq!(kept["effects"][0]["holdout_gain_nats"], 597.0);
+        assert_eq!(kept["sensitivity"][0]["id"], "E11");
         assert_eq!(answer.first(), Some("E03"));
         assert_eq!(answer.set(), ["E03", "E19"]);
         assert_eq!(answer.absorbed_ids(), ["E14", "E12"]);

@@ -312,7 +312,9 @@ mod tests {
     use crate::blind::case_file::{Fault, Hidden, Named, Truth};
 
     fn line(class: &str, hidden: &[&str], verdict: &str, effects: &[&str]) -> Line {
-        let named = |ids: &[&str]| ids.iter().map(|id| Named { id: (*id).to_owned() }).collect();
+        let named = |ids: &[&str]| {
+            ids.iter().map(|id| Named { id: (*id).to_owned(), ..Named::default() }).collect()
+        };
         Line {
             class: class.to_owned(),
             truth: Truth {
@@ -363,7 +365,8 @@ mod tests {
     #[test]
     fn singles_are_counted_over_all_visible_ones() {
         let mut tied = line("single", &["E01"], "one-of", &["E02"]);
-        tied.answer.as_mut().unwrap().alternatives = vec![Named { id: "E01".to_owned() }];
+        tied.answer.as_mut().unwrap().alternatives =
+            vec![Named { id: "E01".to_owned(), ..Named::default() }];
         let mut invisible = line("single", &["E01"], "named", &["E11"]);
         invisible.truth.hidden[0].visible = false;
         let mut silent = line("single", &["E01"], "", &[]);
@@ -389,7 +392,8 @@ mod tests {
     #[test]
     fn two_effects_need_two_names() {
         let mut swapped = line("double", &["E01", "E11"], "one-of", &["E01"]);
-        swapped.answer.as_mut().unwrap().alternatives = vec![Named { id: "E11".to_owned() }];
+        swapped.answer.as_mut().unwrap().alternatives =
+            vec![Named { id: "E11".to_owned(), ..Named::default() }];
         let lines = [
             line("double", &["E01", "E11"], "named", &["E11", "E01"]),
             line("double", &["E01", "E11"], "named", &["E11"]),
@@ -404,8 +408,12 @@ mod tests {
         let tied = |second: &[&str]| {
             let mut line = line("tied", &["E11"], "one-of", &["E12"]);
             line.truth.tied_with = vec!["E12".to_owned()];
-            line.answer.as_mut().unwrap().alternatives = vec![Named { id: "E11".to_owned() }];
-            let named = second.iter().map(|id| Named { id: (*id).to_owned() }).collect();
+            line.answer.as_mut().unwrap().alternatives =
+                vec![Named { id: "E11".to_owned(), ..Named::default() }];
+            let named = second
+                .iter()
+                .map(|id| Named { id: (*id).to_owned(), ..Named::default() })
+                .collect();
             let verdict = "named".to_owned();
             line.second = Some(Answer { verdict, effects: named, ..Answer::default() });
             line
