@@ -532,11 +532,11 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Smallest size that the integrator follows.
+/// Smallest size: none to speak of, but for what puts other physics in place of the machine's
+/// even where it is small, whose size is as drawn.
 fn least(form: &Form, most: f64) -> f64 {
     match form {
-        Form::FourElements { .. } | Form::Dahl { .. } => most / 300.0,
-        Form::Elastic { .. } => most / 2500.0,
+        Form::FourElements { .. } | Form::Dahl { .. } | Form::Elastic { .. } => most,
         _ => 1e-6 * most,
     }
 }

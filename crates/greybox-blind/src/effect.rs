@@ -163,7 +163,7 @@ impl Scale {
                 current: 3.0,
                 orders: [12.0, 18.0, 24.0, 36.0],
                 ripple_orders: [24.0, 12.0],
-                deflection: (1e-3, 0.06),
+                deflection: (4e-3, 0.04),
             },
             Machine::Servo => Self {
                 speed: 15.0,
@@ -173,13 +173,14 @@ impl Scale {
                 current: 2.0,
                 orders: [6.0, 12.0, 18.0, 24.0],
                 ripple_orders: [24.0, 18.0],
-                deflection: (2e-3, 0.15),
+                deflection: (8e-3, 0.08),
             },
         }
     }
 }
 
-/// Draws the form of an effect, and the largest size that is physical.
+/// Draws the form of an effect, and the largest size that is physical: of an elastic shaft and of
+/// motion before sliding the size itself.
 pub(crate) fn draw(symbol: &str, numbers: &Numbers, chance: &mut Chance) -> (Form, f64) {
     let machine = numbers.machine;
     let scale = Scale::of(machine);
@@ -231,7 +232,7 @@ fn rubbing(symbol: &str, scale: &Scale, chance: &mut Chance) -> (Form, f64) {
             } else {
                 Form::Dahl { damping, fall_speed }
             };
-            (form, scale.deflection.1)
+            (form, chance.log_between(scale.deflection.0, scale.deflection.1))
         }
         "E06" => {
             let cosine = chance.chance(0.6);
@@ -258,14 +259,10 @@ fn moving(symbol: &str, scale: &Scale, numbers: &Numbers, chance: &mut Chance) -
         "E08" => {
             let load_share = chance.between(0.3, 0.6);
             let (damping_ratio, hardening) = (chance.between(0.03, 0.1), chance.between(0.0, 0.3));
-            // a resonance of 40 Hz and more
             let inertia = numbers.inertia();
             let both = load_share * (1.0 - load_share) * inertia;
-            let slowest = TAU * 40.0;
-            (
-                Form::Elastic { load_share, damping_ratio, hardening },
-                1.0 / (both * slowest * slowest),
-            )
+            let swing = TAU * chance.log_between(80.0, 400.0);
+            (Form::Elastic { load_share, damping_ratio, hardening }, 1.0 / (both * swing * swing))
         }
         "E09" => {
             let order =
@@ -351,8 +348,9 @@ pub(crate) struct Here {
     /// Position of the surface.
     pub(crate) position: f64,
     pub(crate) torque: f64,
-    /// Load carried, on the motor's side.
+    /// Load carried, on the motor's side and at the surface.
     pub(crate) load: f64,
+    pub(crate) surface_load: f64,
     /// Since the last commutation.
     pub(crate) commutated_s: f64,
 }
@@ -418,7 +416,9 @@ impl Hidden {
                 let cold = 0.6 * exp(-here.time_s / fast_s) + 0.4 * exp(-here.time_s / slow_s);
                 burden.factor *= 1.0 - a * (1.0 - cold);
             }
-            Form::GearError(wave) => burden.against += a * wave.slope(here.motor) * here.load,
+            Form::GearError(wave) => {
+                burden.against += a * wave.slope(here.motor) * here.surface_load;
+            }
             Form::Pendulum { phase } => burden.against += a * sin(here.position + phase),
             Form::Spring { travel, hardening } => {
                 let x = here.position / travel;

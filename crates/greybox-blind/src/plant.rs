@@ -576,6 +576,7 @@ impl<'a> Run<'a> {
             position: self.position(x),
             torque,
             load,
+            surface_load: load * self.subject.numbers.gear,
             commutated_s: self.time + tau - self.commutated,
         };
         burden.against += self.disturbance;

@@ -95,9 +95,10 @@ mod tests {
     #[test]
     fn the_generator_and_the_simulator_have_the_same_nominal_machines() {
         let checks = run().unwrap();
-        for c in &checks {
-            eprintln!("{} {} {:e}", c.machine.name(), c.command.name(), c.worst_rms_a);
-        }
+        assert_eq!(checks.len(), 16);
         judge(&checks).unwrap();
+        let mut apart = checks;
+        apart[3].worst_rms_a = 0.11 * LOWEST_NOISE_A;
+        assert!(judge(&apart).is_err());
     }
 }
