@@ -11,12 +11,15 @@ const LEAVES: [&str; 3] = ["ema-sim", "reduction", "gp-bayesopt"];
 
 /// What each crate of the workspace may use of the workspace; a new edge comes with
 /// a page in `docs/decisions/`.
-const EDGES: [(&str, &[&str]); 5] = [
+const EDGES: [(&str, &[&str]); 7] = [
     ("ema-sim", &[]),
     ("reduction", &[]),
     ("gp-bayesopt", &[]),
     ("fdi-core", &LEAVES),
-    ("fdi-cli", &["fdi-core"]),
+    ("greybox", &["ema-sim"]),
+    ("fdi-cli", &["fdi-core", "greybox"]),
+    // hides effects, and so knows nothing of the catalogue
+    ("greybox-blind", &[]),
 ];
 
 /// Packages that may use anything, and that nothing may use.

@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod experiment;
+mod explain;
 mod report;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
@@ -16,6 +17,7 @@ use crate::config::ResolvedSetting;
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
+pub use explain::ExplainArgs;
 pub use report::{FleetArgs, ReportArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
@@ -166,6 +168,8 @@ pub enum Command {
     Bundle(BundleCommand),
     /// The paper's experiments: how well faults are found
     Evaluate(EvaluateArgs),
+    /// What the simulation gets wrong, its cause, the extended model and the gain
+    Explain(ExplainArgs),
     /// What a recording holds, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording

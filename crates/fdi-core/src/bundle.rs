@@ -263,9 +263,9 @@ impl Bundle {
             }
         }
         let shape = CovarianceShape::tapered(1);
-        let surfaces = [Trend::Quadratic, Trend::Linear].into_iter().map(|trend| {
-            ErrorModel::learn(&signals, &coordinates, trend, shape, None)
-        });
+        let surfaces = [Trend::Quadratic, Trend::Linear]
+            .into_iter()
+            .map(|trend| ErrorModel::learn(&signals, &coordinates, trend, shape, None));
         Ok(surfaces.filter_map(Result::ok).next())
     }
 

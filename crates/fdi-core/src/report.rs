@@ -4,6 +4,13 @@
 //! compute are free to change and are converted into these. Numbers are always
 //! finite; what is not determined is `null`.
 
+mod explanation;
+
+pub use explanation::{
+    CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
+    FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, Sensitivity,
+};
+
 use std::{collections::BTreeMap, fmt};
 
 use schemars::JsonSchema;

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, generate::SchemaSettings};
 use crate::{
     ChannelName,
     record::KEY_TABLE,
-    report::{BundleSummary, Diagnosis, Evaluation, Fleet},
+    report::{BundleSummary, Diagnosis, Evaluation, Explanation, Fleet},
 };
 
 /// A form that the tool reads or writes.
@@ -22,14 +22,22 @@ pub enum Schema {
     Bundle,
     /// The JSON of one of the paper's experiments.
     Evaluation,
+    /// The JSON of what a model misses.
+    Explanation,
     /// The JSON of the trends beside a report.
     Fleet,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 5] =
-        [Self::Recording, Self::Diagnosis, Self::Bundle, Self::Evaluation, Self::Fleet];
+    pub const ALL: [Self; 6] = [
+        Self::Recording,
+        Self::Diagnosis,
+        Self::Bundle,
+        Self::Evaluation,
+        Self::Explanation,
+        Self::Fleet,
+    ];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -38,6 +46,7 @@ impl Schema {
             Self::Diagnosis => "diagnosis",
             Self::Bundle => "bundle",
             Self::Evaluation => "evaluation",
+            Self::Explanation => "explanation",
             Self::Fleet => "fleet",
         }
     }
@@ -49,6 +58,7 @@ impl Schema {
             Self::Diagnosis => json_schema::<Diagnosis>(),
             Self::Bundle => json_schema::<BundleSummary>(),
             Self::Evaluation => json_schema::<Evaluation>(),
+            Self::Explanation => json_schema::<Explanation>(),
             Self::Fleet => json_schema::<Fleet>(),
         }
     }

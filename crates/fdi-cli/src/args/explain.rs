@@ -1,0 +1,30 @@
+//! Options of `fdi explain`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::MapArgs;
+
+/// Options of `fdi explain`.
+#[derive(Clone, Debug, Args)]
+pub struct ExplainArgs {
+    /// Model that is compared with the recordings: a preset or a model file
+    #[arg(long, value_name = "MODEL", default_value = "ema-48")]
+    pub model: String,
+    /// Recordings that are fitted, of one machine in one state of health
+    #[arg(long, required = true, num_args = 1.., value_name = "REC")]
+    pub train: Vec<PathBuf>,
+    /// Recordings of other commands that are judged on and never fitted [default: the last of those to train on]
+    #[arg(long, num_args = 1.., value_name = "REC")]
+    pub holdout: Vec<PathBuf>,
+    /// Repetitions of recordings to train on, for the noise
+    #[arg(long, num_args = 1.., value_name = "REC")]
+    pub repeat: Vec<PathBuf>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub map: MapArgs,
+    /// Exit with 1 when the model misses something
+    #[arg(long)]
+    pub exit_code: bool,
+}

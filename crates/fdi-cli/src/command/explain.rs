@@ -1,0 +1,93 @@
+//! `fdi explain`.
+
+mod compared;
+mod document;
+mod sentences;
+
+use std::{num::NonZeroUsize, path::PathBuf, thread, time::Instant};
+
+use anyhow::{Context, Result, bail};
+use fdi_core::{ColumnMap, Recording, read_machine, report::ExplanationVerdict};
+use greybox::{Explained, Options, Recordings};
+
+use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::ExplainArgs};
+
+/// Says what a model misses in recordings, and writes the extended model.
+#[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
+pub(crate) fn explain(
+    args: &ExplainArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    if global.output_format == OutputFormat::Csv {
+        bail!("no CSV form: `--output-format human|json|jsonl`");
+    }
+    let start = Instant::now();
+    let model = read_machine(&args.model)?;
+    let map = ColumnMap::new(&args.map.map)?;
+    let explained = match recordings(args, &map, &model)? {
+        Ok(recordings) => {
+            let options = Options {
+                seed: global.seed,
+                jobs: global.jobs.map_or_else(
+                    || thread::available_parallelism().map_or(1, NonZeroUsize::get),
+                    NonZeroUsize::get,
+                ),
+                ..Options::default()
+            };
+            greybox::explain(&model, &recordings, &options)?
+        }
+        Err(missing) => Explained::inconclusive(missing),
+    };
+    if global.verbose {
+        for line in &explained.log {
+            streams.say(format_args!("{line}"));
+        }
+    }
+    let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
+    let answer = document::document(&explained, &model, global, elapsed_s);
+    let text = match global.output_format {
+        OutputFormat::Json => serde_json::to_string_pretty(&answer)? + "\n",
+        OutputFormat::Jsonl => serde_json::to_string(&answer)? + "\n",
+        OutputFormat::Human | OutputFormat::Csv => sentences::human(&answer),
+    };
+    streams.product(None, |out| out.write_all(text.as_bytes()))?;
+    if let Some(path) = &global.output {
+        let extended = explained.extend(&model).write();
+        streams.product(Some(path), |out| out.write_all(extended.as_bytes()))?;
+    }
+    let missed = !matches!(
+        answer.verdict,
+        ExplanationVerdict::Adequate
+            | ExplanationVerdict::Absorbed
+            | ExplanationVerdict::Inconclusive
+    );
+    Ok(if args.exit_code && missed { ExitStatus::Found } else { ExitStatus::Done })
+}
+
+/// The recordings by their use, or what they lack.
+fn recordings(
+    args: &ExplainArgs,
+    map: &ColumnMap,
+    model: &fdi_core::ema_sim::model_file::MachineModel,
+) -> Result<Result<Recordings, String>> {
+    let mut missing = None;
+    let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
+        let mut records = Vec::new();
+        for path in paths {
+            let named = || path.display().to_string();
+            let recording = Recording::read(path, map).with_context(named)?;
+            match compared::compared(&recording, model).with_context(named)? {
+                Ok(record) => records.push(record),
+                Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),
+            }
+        }
+        Ok(records)
+    };
+    let recordings = Recordings {
+        train: read(&args.train)?,
+        holdout: read(&args.holdout)?,
+        repeat: read(&args.repeat)?,
+    };
+    Ok(missing.map_or(Ok(recordings), Err))
+}

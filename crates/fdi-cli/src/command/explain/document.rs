@@ -1,0 +1,188 @@
+//! The answer as JSON.
+
+use std::collections::BTreeMap;
+
+use fdi_core::{
+    ema_sim::{EffectClass, model_file::MachineModel},
+    report::{
+        CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
+        FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, SCHEMA_VERSION,
+        Sensitivity,
+    },
+};
+use greybox::{Explained, Finding, Use, Verdict};
+
+use super::sentences;
+use crate::{GlobalArgs, stamp};
+
+pub(super) fn document(
+    explained: &Explained,
+    model: &MachineModel,
+    global: &GlobalArgs,
+    elapsed_s: Option<f64>,
+) -> Explanation {
+    let verdict = match explained.verdict {
+        Verdict::Adequate => ExplanationVerdict::Adequate,
+        Verdict::Named => ExplanationVerdict::Named,
+        Verdict::NamedWithRemainder => ExplanationVerdict::NamedWithRemainder,
+        Verdict::OneOf => ExplanationVerdict::OneOf,
+        Verdict::Unknown => ExplanationVerdict::Unknown,
+        Verdict::Absorbed => ExplanationVerdict::Absorbed,
+        Verdict::Inconclusive => ExplanationVerdict::Inconclusive,
+    };
+    let holdout = explained.holdout_rms.zip(explained.noise_floor).map(
+        |([rms_before, rms_after], (noise_floor, _))| {
+            let gap = rms_before - noise_floor;
+            Holdout {
+                rms_before,
+                rms_after,
+                noise_floor,
+                gap_closed_frac: (gap > 0.02 * noise_floor).then(|| (rms_before - rms_after) / gap),
+                unit: explained.drive_unit.to_owned(),
+            }
+        },
+    );
+    let mut answer = Explanation {
+        schema_version: SCHEMA_VERSION,
+        tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+        model: model.name().unwrap_or("unnamed").to_owned(),
+        verdict,
+        sentence: String::new(),
+        effects: explained.effects.iter().map(finding).collect(),
+        alternatives: explained.alternatives.iter().map(finding).collect(),
+        absorbed: explained.absorbed.iter().map(|id| id.info().symbol.to_owned()).collect(),
+        holdout,
+        faults: explained
+            .faults
+            .iter()
+            .map(|f| {
+                let change = FaultBeforeAfter {
+                    before: f.before,
+                    std_before: f.std_before,
+                    after: f.after,
+                    std_after: f.std_after,
+                };
+                (f.key.clone(), change)
+            })
+            .collect(),
+        nominal: explained
+            .rough
+            .iter()
+            .map(|(key, nominal, fitted)| {
+                (key.clone(), NominalChange { nominal: *nominal, fitted: *fitted })
+            })
+            .collect(),
+        records: explained.records.iter().map(record).collect(),
+        remainder: explained.remainder.as_ref().map(|remainder| Remainder {
+            shares: remainder
+                .shares
+                .iter()
+                .map(|(coordinate, share)| CoordinateShare {
+                    coordinate: (*coordinate).to_owned(),
+                    share: *share,
+                })
+                .collect(),
+            curve: remainder.curve.clone(),
+            kurtosis: remainder.kurtosis,
+        }),
+        sensitivity: explained
+            .smallest_named_90
+            .iter()
+            .map(|(id, key, size)| Sensitivity {
+                id: id.info().symbol.to_owned(),
+                parameter: key.clone(),
+                smallest_named_90: *size,
+                unit: unit_of(key).to_owned(),
+            })
+            .collect(),
+        elapsed_s,
+    };
+    answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());
+    answer
+}
+
+fn record((role, before, after): &(Use, greybox::RecordFit, greybox::RecordFit)) -> RecordFit {
+    let role = match role {
+        Use::Train => "train",
+        Use::Holdout => "holdout",
+        Use::Repeat => "repeat",
+    };
+    RecordFit {
+        recording: before.record.clone(),
+        role: role.to_owned(),
+        rms_before: before.rms,
+        rms_after: after.rms,
+        fit_percent_before: before.fit_percent,
+        fit_percent_after: after.fit_percent,
+        whiteness_p: after.whiteness_p,
+    }
+}
+
+fn finding(finding: &Finding) -> EffectFinding {
+    let (effect, info) = (&finding.effect, finding.effect.id().info());
+    let mut parameters = BTreeMap::new();
+    for (parameter, value) in info.parameters.iter().zip(effect.values()) {
+        let key = parameter.key(effect.geometry());
+        let interval = finding.interval_95.iter().find(|(fitted, _)| fitted == key);
+        let number = EffectNumber { value: *value, interval_95: interval.map(|(_, i)| *i) };
+        parameters.insert(key.to_owned(), number);
+    }
+    EffectFinding {
+        id: info.symbol.to_owned(),
+        name: info.name.to_owned(),
+        port: info.port.name().to_owned(),
+        class: class_name(info.class).to_owned(),
+        parameters,
+        p_familywise: finding.p_familywise,
+        holdout_gain_nats: finding.holdout_gain_nats,
+        holdout_gain_se: finding.holdout_gain_se,
+        separated_by: info.separated_by.to_owned(),
+    }
+}
+
+/// The class in words.
+fn class_name(class: EffectClass) -> &'static str {
+    match class {
+        EffectClass::FrictionSpeed => "friction-speed",
+        EffectClass::Asymmetry => "asymmetry",
+        EffectClass::Load => "load",
+        EffectClass::MicroMotion => "micro-motion",
+        EffectClass::Position => "position",
+        EffectClass::Time => "time",
+        EffectClass::Transmission => "transmission",
+        EffectClass::AnglePeriodic => "angle-periodic",
+        EffectClass::Current => "current",
+        EffectClass::Gain => "gain",
+        EffectClass::Electrical => "electrical",
+        EffectClass::Sensor => "sensor",
+        EffectClass::Controller => "controller",
+        EffectClass::TimePeriodic => "time-periodic",
+        _ => "unknown",
+    }
+}
+
+/// The unit that ends a key.
+fn unit_of(key: &str) -> &str {
+    const UNITS: [&str; 16] = [
+        "n_m_s_per_rad",
+        "n_s_per_m",
+        "n_m_per_rad",
+        "n_per_m",
+        "rad_per_n_m",
+        "m_per_n",
+        "per_a2",
+        "per_k",
+        "n_m",
+        "rad",
+        "ratio",
+        "henry",
+        "ohm",
+        "n",
+        "m",
+        "s",
+    ];
+    let ends = |unit: &&&str| key.strip_suffix(**unit).is_some_and(|rest| rest.ends_with('_'));
+    UNITS.iter().find(ends).copied().unwrap_or_else(|| key.rsplit('_').next().unwrap_or(key))
+}

@@ -1,0 +1,131 @@
+//! The answer in words.
+
+use std::fmt::Write;
+
+use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict};
+
+/// The answer in one sentence.
+pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
+    let names = |effects: &[EffectFinding]| {
+        let each: Vec<_> = effects.iter().map(|e| format!("{} ({})", e.name, e.id)).collect();
+        each.join(" and ")
+    };
+    let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
+        let unit = holdout.unit.to_uppercase();
+        let [before, after, floor] = [holdout.rms_before, holdout.rms_after, holdout.noise_floor]
+            .map(|rms| super_short(rms));
+        format!(
+            "; on recordings it has not seen the residual falls from {before} to {after} {unit} \
+             (noise {floor} {unit})"
+        )
+    });
+    match answer.verdict {
+        ExplanationVerdict::Adequate => {
+            "The model explains the recordings to the noise; no effect of the catalogue is visible."
+                .to_owned()
+        }
+        ExplanationVerdict::Named => format!("The model misses {}{gain}.", names(&answer.effects)),
+        ExplanationVerdict::NamedWithRemainder => format!(
+            "The model misses {}{gain}, and something else is left that nothing in the catalogue \
+             explains.",
+            names(&answer.effects)
+        ),
+        ExplanationVerdict::OneOf => {
+            let all: Vec<_> = answer.effects.iter().chain(&answer.alternatives).collect();
+            let each: Vec<_> = all.iter().map(|e| format!("{} ({})", e.name, e.id)).collect();
+            format!(
+                "The model misses one of {}: these recordings cannot tell which{gain}. To tell \
+                 them apart: {}.",
+                each.join(", "),
+                answer.effects.first().map_or("", |e| e.separated_by.as_str())
+            )
+        }
+        ExplanationVerdict::Unknown => {
+            let leading = answer.remainder.as_ref().and_then(|r| r.shares.first());
+            let follows = leading.map_or_else(String::new, |share| {
+                format!(
+                    "; it follows the {} most ({:.0} % of its variance)",
+                    share.coordinate,
+                    100.0 * share.share
+                )
+            });
+            format!("The model misses something that no effect of the catalogue explains{follows}.")
+        }
+        ExplanationVerdict::Absorbed => format!(
+            "What these recordings show as damage or tolerance may as well be {}: they cannot tell.",
+            answer.absorbed.join(" or ")
+        ),
+        ExplanationVerdict::Inconclusive => {
+            format!("No conclusion: {}.", reason.unwrap_or("the recordings do not suffice"))
+        }
+    }
+}
+
+fn super_short(value: f64) -> String {
+    format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
+}
+
+/// The answer for people.
+pub(super) fn human(answer: &Explanation) -> String {
+    let mut text = format!("{}\n", answer.sentence);
+    let mut line = |content: String| {
+        text.push_str(&content);
+        text.push('\n');
+    };
+    for (title, effects) in [("Found", &answer.effects), ("As likely", &answer.alternatives)] {
+        for effect in effects {
+            line(format!("\n{title}: {} {}, port {}", effect.id, effect.name, effect.port));
+            for (key, number) in &effect.parameters {
+                let mut row = format!("  {key:<34} {:>12}", super_short(number.value));
+                if let Some([from, to]) = number.interval_95 {
+                    let _ = write!(row, "   95 % {} to {}", super_short(from), super_short(to));
+                }
+                line(row);
+            }
+            line(format!(
+                "  chance of as much from noise {}; gain held out {:.1} ± {:.1} nats",
+                effect.p_familywise, effect.holdout_gain_nats, effect.holdout_gain_se
+            ));
+        }
+    }
+    if !answer.faults.is_empty() {
+        line("\nFault levels             nominal model          with what was found".to_owned());
+        for (key, f) in &answer.faults {
+            line(format!(
+                "  {key:<10} {:>12.4} ± {:<8.4} {:>12.4} ± {:<8.4}",
+                f.before, f.std_before, f.after, f.std_after
+            ));
+        }
+    }
+    if !answer.records.is_empty() {
+        line(
+            "\nRecording                                   use       fit %  before   after"
+                .to_owned(),
+        );
+        for record in &answer.records {
+            line(format!(
+                "  {:<40} {:<10} {:>13.2} {:>7.2}",
+                record.recording, record.role, record.fit_percent_before, record.fit_percent_after
+            ));
+        }
+    }
+    if let Some(remainder) = &answer.remainder {
+        let shares: Vec<_> = remainder
+            .shares
+            .iter()
+            .map(|s| format!("{} {:.0} %", s.coordinate, 100.0 * s.share))
+            .collect();
+        line(format!(
+            "\nWhat is left follows: {}; kurtosis {:.1}",
+            shares.join(", "),
+            remainder.kurtosis
+        ));
+    }
+    if !answer.absorbed.is_empty() {
+        line(format!(
+            "\nNot to be told from damage or tolerance by these recordings: {}",
+            answer.absorbed.join(", ")
+        ));
+    }
+    text
+}

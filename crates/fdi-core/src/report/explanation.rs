@@ -1,0 +1,191 @@
+//! What a model misses in recordings, as JSON.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a model misses in recordings of one machine, and what that did to its fault levels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Explanation {
+    /// Version of this form.
+    pub schema_version: u32,
+    /// Name and version of the program, `fdi 0.1.0`.
+    pub tool: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// When it was made, RFC 3339; only with `--stamp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<String>,
+    /// What the model calls itself.
+    pub model: String,
+    /// The answer in a word.
+    pub verdict: ExplanationVerdict,
+    /// The answer in a sentence.
+    pub sentence: String,
+    /// What was found, strongest first.
+    pub effects: Vec<EffectFinding>,
+    /// What explains the recordings as well as the first of `effects`.
+    pub alternatives: Vec<EffectFinding>,
+    /// Catalogue identifiers of effects that these recordings cannot tell from damage or from
+    /// what the model file calls roughly known.
+    pub absorbed: Vec<String>,
+    /// Residual of the recordings that were not fitted.
+    pub holdout: Option<Holdout>,
+    /// Fault levels without and with what was found; `k6` in two coordinates.
+    pub faults: BTreeMap<String, FaultBeforeAfter>,
+    /// Numbers of the model that are roughly known, as fitted.
+    pub nominal: BTreeMap<String, NominalChange>,
+    /// How well each recording is explained without and with the effects.
+    pub records: Vec<RecordFit>,
+    /// What is left unexplained, described; where something is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remainder: Option<Remainder>,
+    /// Smallest size of each effect that would have been named nine times in ten.
+    pub sensitivity: Vec<Sensitivity>,
+    /// Wall time, s; left out with `--stable`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elapsed_s: Option<f64>,
+}
+
+/// The answer in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExplanationVerdict {
+    /// The model explains the recordings to the noise.
+    Adequate,
+    /// It does with the effects named.
+    Named,
+    /// Effects are named, and something is left.
+    NamedWithRemainder,
+    /// One of several effects that explain the recordings equally well.
+    OneOf,
+    /// Something is left that nothing in the catalogue explains.
+    Unknown,
+    /// What looks like damage or tolerance may be an effect: the recordings cannot tell.
+    Absorbed,
+    /// The recordings do not suffice; `sentence` says what is missing.
+    Inconclusive,
+}
+
+/// An effect that was found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct EffectFinding {
+    /// Catalogue identifier, `E03`.
+    pub id: String,
+    /// What an engineer calls it.
+    pub name: String,
+    /// Where it acts.
+    pub port: String,
+    /// Effects of one class differ in the form of the same curve.
+    pub class: String,
+    /// Its numbers, by keys that carry the unit.
+    pub parameters: BTreeMap<String, EffectNumber>,
+    /// Chance that noise alone makes any effect of the catalogue score as much.
+    pub p_familywise: f64,
+    /// Gain in log-likelihood on recordings that were not fitted.
+    pub holdout_gain_nats: f64,
+    /// Its standard error.
+    pub holdout_gain_se: f64,
+    /// What tells it from its look-alikes.
+    pub separated_by: String,
+}
+
+/// A number of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct EffectNumber {
+    /// Its value.
+    pub value: f64,
+    /// 95 % interval, where it was fitted.
+    pub interval_95: Option<[f64; 2]>,
+}
+
+/// Residual of recordings that were not fitted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Holdout {
+    /// Root mean square with the nominal model.
+    pub rms_before: f64,
+    /// With the effects.
+    pub rms_after: f64,
+    /// Of the noise.
+    pub noise_floor: f64,
+    /// Share of the gap to the noise that the effects close, where there is a gap.
+    pub gap_closed_frac: Option<f64>,
+    /// Unit of the three, `a` or `v`.
+    pub unit: String,
+}
+
+/// A fault level without and with what was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FaultBeforeAfter {
+    /// With the nominal model.
+    pub before: f64,
+    /// Its standard deviation.
+    pub std_before: f64,
+    /// With the effects.
+    pub after: f64,
+    /// Its standard deviation.
+    pub std_after: f64,
+}
+
+/// A roughly known number of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NominalChange {
+    /// In the model file.
+    pub nominal: f64,
+    /// Fitted together with the effects.
+    pub fitted: f64,
+}
+
+/// How well a recording is explained.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecordFit {
+    /// The path as it was given.
+    pub recording: String,
+    /// What it was used for: `train`, `holdout` or `repeat`.
+    pub role: String,
+    /// Root mean square of measured less nominal model.
+    pub rms_before: f64,
+    /// Of measured less model with effects.
+    pub rms_after: f64,
+    /// `100·(1 − |residual|/|measured − mean|)`, nominal.
+    pub fit_percent_before: f64,
+    /// The same with effects.
+    pub fit_percent_after: f64,
+    /// Chance that white noise is as little white as the residual with effects.
+    pub whiteness_p: f64,
+}
+
+/// What is left unexplained.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Remainder {
+    /// Share of what is left beyond the noise that each coordinate explains alone, largest
+    /// first.
+    pub shares: Vec<CoordinateShare>,
+    /// The leading curve: mean residual over that coordinate.
+    pub curve: Vec<[f64; 2]>,
+    /// Kurtosis of the residual, 3 for normal noise: above, it comes in bursts.
+    pub kurtosis: f64,
+}
+
+/// How much a coordinate explains.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CoordinateShare {
+    /// `time`, `speed`, `motor-angle`, `position`, `load`, `drive`, `direction`.
+    pub coordinate: String,
+    /// Share of the variance.
+    pub share: f64,
+}
+
+/// Smallest size of an effect that would have been named.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Sensitivity {
+    /// Catalogue identifier.
+    pub id: String,
+    /// Its number.
+    pub parameter: String,
+    /// The size that is named nine times in ten.
+    pub smallest_named_90: f64,
+    /// Unit of the size, from the key.
+    pub unit: String,
+}

@@ -1,0 +1,4 @@
+//! Tests of the blind cases from outside.
+
+mod alone;
+mod cases;

@@ -1,0 +1,46 @@
+//! What can go wrong.
+
+use ema_sim::SimulationError;
+
+/// Why recordings could not be compared with a model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GreyboxError {
+    /// Nothing to fit.
+    #[error("no recording to train on")]
+    NoTraining,
+    /// A recording of no use.
+    #[error("{record}: {reason}")]
+    Record {
+        /// Which.
+        record: String,
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
+    /// The rates of controller and recording do not fit.
+    #[error(
+        "{record}: sampled at {rate_hz} Hz, which the controller's {sample_hz} Hz is no multiple of"
+    )]
+    Rate {
+        /// Which recording.
+        record: String,
+        /// Its rate.
+        rate_hz: f64,
+        /// The controller's.
+        sample_hz: f64,
+    },
+    /// The model cannot be run on a recording's command.
+    #[error("{record}: {reason}")]
+    Simulation {
+        /// Which recording.
+        record: String,
+        /// What the simulation says.
+        reason: SimulationError,
+    },
+    /// A simulation that has no finite answer.
+    #[error("{record}: the model's answer is not finite")]
+    NotFinite {
+        /// Which recording.
+        record: String,
+    },
+}

@@ -1,0 +1,706 @@
+//! The whole chain: fit, scan, refit, judge, decide.
+
+use ema_sim::{
+    Effect, EffectId,
+    model_file::{Annotation, EffectBlock, MachineModel},
+};
+
+use crate::{
+    error::GreyboxError,
+    fit::{Fitted, fit, sandwich},
+    floor::{Excess, Floor, NoiseSource, pairs},
+    hypothesis::{Family, Leads, Scales, families},
+    machine::{Machine, Prediction},
+    noise::{Whitener, rms},
+    problem::{PerRecord, Problem},
+    record::{Record, Recordings},
+    response::{leads, travel},
+    rival::{Judged, Rival},
+    scan::{Scan, Tried, score, try_all},
+    show::{RecordFit, Remainder, record_fits, remainder},
+    structure::Structure,
+};
+
+/// What decides, with the defaults that every report states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Seed of the draws of noise.
+    pub seed: u64,
+    /// Threads.
+    pub jobs: usize,
+    /// Family-wise chance of a name where there is nothing.
+    pub false_alarm_rate: f64,
+    /// Most effects looked for.
+    pub most_effects: usize,
+    /// Effects that are refitted in a round.
+    pub refitted: usize,
+    /// Standard errors by which the held-out likelihood has to rise.
+    pub gain_std_errors: f64,
+    /// Family-wise chance below which half of that is enough.
+    pub sure_rate: f64,
+    /// Nats by which the evidence has to rise.
+    pub evidence_nats: f64,
+    /// Nats, beside the standard errors, within which rivals are tied.
+    pub tie_nats: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            jobs: 1,
+            false_alarm_rate: 0.01,
+            most_effects: 3,
+            refitted: 6,
+            gain_std_errors: 2.0,
+            sure_rate: 1e-6,
+            evidence_nats: 3.0,
+            tie_nats: 5.0,
+        }
+    }
+}
+
+/// The answer in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model explains the recordings to the noise.
+    Adequate,
+    /// It does with one effect more.
+    Named,
+    /// An effect is there, and something else is left.
+    NamedWithRemainder,
+    /// One of several effects that explain the recordings equally well.
+    OneOf,
+    /// Something is left that no effect of the catalogue explains.
+    Unknown,
+    /// What the recordings show as damage or tolerance may be an effect: they cannot tell.
+    Absorbed,
+    /// The recordings do not suffice.
+    Inconclusive,
+}
+
+/// An effect that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// With its numbers.
+    pub effect: Effect,
+    /// 95 % intervals of the numbers that were fitted, by key.
+    pub interval_95: Vec<(String, [f64; 2])>,
+    /// Family-wise chance of such a score from noise alone.
+    pub p_familywise: f64,
+    /// Gain in log-likelihood on recordings not fitted, nats.
+    pub holdout_gain_nats: f64,
+    /// Its standard error.
+    pub holdout_gain_se: f64,
+    /// Gain in evidence, nats.
+    pub evidence_nats: f64,
+}
+
+/// A fault level without and with what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaultChange {
+    /// Coordinate of damage: `k1`, `k6_cos`.
+    pub key: String,
+    /// With the nominal model.
+    pub before: f64,
+    /// Its standard deviation.
+    pub std_before: f64,
+    /// With the effects found.
+    pub after: f64,
+    /// Its standard deviation.
+    pub std_after: f64,
+}
+
+/// What a recording was used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// Fitted.
+    Train,
+    /// Held out.
+    Holdout,
+    /// Repetition of a training recording.
+    Repeat,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explained {
+    /// In a word.
+    pub verdict: Verdict,
+    /// Why it is no more than that, where it is not.
+    pub reason: Option<String>,
+    /// What was found, strongest first.
+    pub effects: Vec<Finding>,
+    /// What explains the recordings as well as the first of them.
+    pub alternatives: Vec<Finding>,
+    /// Effects that could hide in damage or tolerances.
+    pub absorbed: Vec<EffectId>,
+    /// Root mean square of the residual held out: nominal, and with the effects.
+    pub holdout_rms: Option<[f64; 2]>,
+    /// Root mean square of the noise, and where that is from.
+    pub noise_floor: Option<(f64, NoiseSource)>,
+    /// Unit of the signal compared, `a` or `v`.
+    pub drive_unit: &'static str,
+    /// Fault levels.
+    pub faults: Vec<FaultChange>,
+    /// Numbers of the data sheet: nominal and fitted with the effects.
+    pub rough: Vec<(String, f64, f64)>,
+    /// Smallest size of each effect's first number that would have been named nine times in ten.
+    pub smallest_named_90: Vec<(EffectId, String, f64)>,
+    /// How well each recording is explained: training, held out, repeated; nominal and with
+    /// the effects.
+    pub records: Vec<(Use, RecordFit, RecordFit)>,
+    /// What is left, where something is.
+    pub remainder: Option<Remainder>,
+    /// Trace of the rounds, for who wants to know.
+    pub log: Vec<String>,
+}
+
+/// Says what a model misses in recordings of a machine in one state of health.
+///
+/// # Errors
+///
+/// [`GreyboxError`].
+pub fn explain(
+    model: &MachineModel,
+    recordings: &Recordings,
+    options: &Options,
+) -> Result<Explained, GreyboxError> {
+    recordings.check()?;
+    let machine = Machine::new(model);
+    let recordings = with_holdout(recordings);
+    if let Some(reason) = insufficient(&machine, &recordings) {
+        return Ok(Explained::inconclusive(reason));
+    }
+    Session::new(&machine, &recordings, options).run()
+}
+
+impl Explained {
+    /// No answer, and why.
+    pub fn inconclusive(reason: String) -> Self {
+        Self {
+            verdict: Verdict::Inconclusive,
+            reason: Some(reason),
+            effects: Vec::new(),
+            alternatives: Vec::new(),
+            absorbed: Vec::new(),
+            holdout_rms: None,
+            noise_floor: None,
+            drive_unit: "a",
+            faults: Vec::new(),
+            rough: Vec::new(),
+            smallest_named_90: Vec::new(),
+            records: Vec::new(),
+            remainder: None,
+            log: Vec::new(),
+        }
+    }
+
+    /// The model with the effects found; without them it is the model given, bit for bit.
+    pub fn extend(&self, model: &MachineModel) -> MachineModel {
+        let mut extended = model.clone();
+        let status = match self.verdict {
+            Verdict::OneOf => "one-of",
+            _ => "named",
+        };
+        for (place, finding) in self.effects.iter().enumerate() {
+            let mut block = EffectBlock::from(finding.effect.clone());
+            block.interval_95.clone_from(&finding.interval_95);
+            let text = |text: &str| Annotation::Text(text.to_owned());
+            block.annotations.push(("status".to_owned(), text(status)));
+            if place == 0 && !self.alternatives.is_empty() {
+                let symbols = self.alternatives.iter().map(|f| text(f.effect.id().info().symbol));
+                block
+                    .annotations
+                    .push(("alternatives".to_owned(), Annotation::List(symbols.collect())));
+            }
+            let mut evidence = vec![
+                ("p-familywise".to_owned(), Annotation::Number(finding.p_familywise)),
+                ("holdout-gain-nats".to_owned(), Annotation::Number(finding.holdout_gain_nats)),
+                ("holdout-gain-se".to_owned(), Annotation::Number(finding.holdout_gain_se)),
+            ];
+            if let (Some([before, after]), Some((floor, _))) = (self.holdout_rms, self.noise_floor)
+            {
+                evidence.push(("holdout-rms-before".to_owned(), Annotation::Number(before)));
+                evidence.push(("holdout-rms-after".to_owned(), Annotation::Number(after)));
+                evidence.push(("noise-floor".to_owned(), Annotation::Number(floor)));
+            }
+            block.annotations.push(("evidence".to_owned(), Annotation::Table(evidence)));
+            extended.effects_mut().push(block);
+        }
+        extended
+    }
+}
+
+/// What the recordings lack, where they cannot answer.
+fn insufficient(machine: &Machine, recordings: &Recordings) -> Option<String> {
+    if recordings.holdout.is_empty() {
+        return Some(
+            "one recording alone cannot be fitted and judged on: give a second one, of another \
+             command, with `--holdout`"
+                .to_owned(),
+        );
+    }
+    for record in recordings.all() {
+        let name = &record.name;
+        if record.position.is_none() {
+            return Some(format!(
+                "{name}: no position of the motor: causes cannot be told apart by the current alone"
+            ));
+        }
+        let most = record.drive.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let at_most = record.drive.iter().filter(|x| x.abs() >= 0.999 * most).count();
+        if at_most as f64 > CLIPPED_SHARE * record.drive.len() as f64 {
+            let percent = 100.0 * at_most as f64 / record.drive.len() as f64;
+            let unit = machine.drive_unit().to_uppercase();
+            return Some(format!(
+                "{name}: {percent:.0} % of the samples stand at {most} {unit}: the signal is clipped"
+            ));
+        }
+    }
+    None
+}
+
+/// Share of samples at the largest value from which a signal counts as clipped.
+const CLIPPED_SHARE: f64 = 0.05;
+
+/// Without a recording held out the last of several is.
+fn with_holdout(recordings: &Recordings) -> Recordings {
+    let mut recordings = recordings.clone();
+    if recordings.holdout.is_empty() && recordings.train.len() > 1 {
+        recordings.holdout.extend(recordings.train.pop());
+    }
+    recordings
+}
+
+/// Share of an effect below which damage and tolerances imitate it.
+const ABSORBED_SHARE: f64 = 0.15;
+
+struct Session<'a> {
+    machine: &'a Machine,
+    options: &'a Options,
+    train: Problem<'a>,
+    holdout: Problem<'a>,
+    repeat: Problem<'a>,
+    pairs: Vec<(usize, usize)>,
+}
+
+/// Everything that one scan made.
+struct Round {
+    families: Vec<Family>,
+    tried: Vec<Tried>,
+    scan: Scan,
+}
+
+impl<'a> Session<'a> {
+    fn new(machine: &'a Machine, recordings: &'a Recordings, options: &'a Options) -> Self {
+        let problem = |records: &'a [Record]| Problem::new(machine, records, options.jobs);
+        Self {
+            machine,
+            options,
+            train: problem(&recordings.train),
+            holdout: problem(&recordings.holdout),
+            repeat: problem(&recordings.repeat),
+            pairs: pairs(recordings),
+        }
+    }
+
+    fn run(&self) -> Result<Explained, GreyboxError> {
+        let nominal = Structure::nominal(self.machine);
+        let (floor, fitted) = self.floor(nominal)?;
+        let whitener = &floor.whitener;
+        let before = Judged::new(fitted, &self.train, &self.holdout)?;
+        let scales = self.scales(&before.fitted)?;
+        let mut log = vec![format!(
+            "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
+            before.holdout_rms,
+            floor.rms,
+            floor.source,
+            whitener.order()
+        )];
+        let mut current = before.clone();
+        let mut found: Vec<Rival> = Vec::new();
+        let mut ties: Vec<Rival> = Vec::new();
+        let mut p_values = Vec::new();
+        let mut first_round = None;
+        for round_number in 0..self.options.most_effects {
+            let alpha = self.options.false_alarm_rate / f64::from(1_u32 << round_number);
+            let round = self.scan(&current, whitener, &scales)?;
+            let p_familywise = round.scan.p_familywise;
+            for s in round.scan.scored.iter().take(6) {
+                let f = &round.families[s.family];
+                log.push(format!(
+                    "  {} {:?}: log p {:.1}, share {:.2}, cosine {:.2}",
+                    f.id.info().symbol,
+                    f.sizes,
+                    s.log_p,
+                    s.visible_share,
+                    s.raw_cosine
+                ));
+            }
+            let rivals = if p_familywise <= alpha {
+                self.rivals(&round, &current, whitener, &scales)?
+            } else {
+                Vec::new()
+            };
+            for r in &rivals {
+                log.push(format!(
+                    "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, bound {}, rms {:.5}",
+                    r.id.info().symbol, round.families[r.family].sizes, r.fall, r.gain, r.gain_std, r.evidence, r.on_bound, r.judged.holdout_rms
+                ));
+            }
+            first_round.get_or_insert(round);
+            let accepted: Vec<Rival> =
+                rivals.into_iter().filter(|rival| self.accepts(rival, alpha)).collect();
+            let Some(winner) = accepted.iter().max_by(|a, b| a.score().total_cmp(&b.score()))
+            else {
+                break;
+            };
+            let winner = winner.clone();
+            ties = self.tied(&winner, &accepted);
+            log.push(format!("round {round_number}: {}", winner.id.info().symbol));
+            current = winner.judged.clone();
+            p_values.push(p_familywise);
+            found.push(winner);
+            if found.len() > 1 {
+                ties.clear();
+            }
+        }
+        let excess = Excess::of_pairs(
+            &current.fitted.structure,
+            &current.fitted.values,
+            &current.fitted.residuals,
+            &self.repeat,
+            (&self.pairs, whitener),
+        )?;
+        log.push(format!("excess {excess:?}"));
+        let something_left =
+            excess.map_or_else(|| current.holdout_rms > 1.05 * floor.rms, Excess::is_there);
+        let verdict = match (found.is_empty(), something_left) {
+            (true, false) => Verdict::Adequate,
+            (true, true) => Verdict::Unknown,
+            (false, _) if !ties.is_empty() => Verdict::OneOf,
+            (false, false) => Verdict::Named,
+            (false, true) => Verdict::NamedWithRemainder,
+        };
+        let findings = self.findings(&current, whitener, &found, &p_values);
+        let alternatives = ties
+            .iter()
+            .map(|rival| {
+                let last = rival.judged.fitted.structure.effects.len() - 1;
+                self.finding(
+                    &rival.judged,
+                    whitener,
+                    last,
+                    rival,
+                    p_values.last().copied().unwrap_or(1.0),
+                )
+            })
+            .collect();
+        let absorbed = first_round.as_ref().map_or_else(Vec::new, absorbed);
+        let smallest = first_round.as_ref().map_or_else(Vec::new, |round| self.smallest(round));
+        let rough = self
+            .machine
+            .rough()
+            .iter()
+            .zip(&current.fitted.values)
+            .map(|(rough, value)| (rough.key.clone(), rough.value, *value))
+            .collect();
+        let records = self.record_fits(&before.fitted, &current.fitted, whitener)?;
+        let state = current.fitted.structure.state(self.machine, &current.fitted.values);
+        let remainder =
+            if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
+        Ok(Explained {
+            records,
+            remainder,
+            verdict,
+            reason: None,
+            effects: findings,
+            alternatives,
+            absorbed,
+            holdout_rms: Some([before.holdout_rms, current.holdout_rms]),
+            noise_floor: Some((floor.rms, floor.source)),
+            drive_unit: self.machine.drive_unit(),
+            faults: self.fault_changes(&before, &current, whitener),
+            rough,
+            smallest_named_90: smallest,
+            log,
+        })
+    }
+
+    fn record_fits(
+        &self,
+        before: &Fitted,
+        after: &Fitted,
+        whitener: &Whitener,
+    ) -> Result<Vec<(Use, RecordFit, RecordFit)>, GreyboxError> {
+        let state = |fitted: &Fitted| fitted.structure.state(self.machine, &fitted.values);
+        let mut fits = Vec::new();
+        for (role, problem) in
+            [(Use::Train, &self.train), (Use::Holdout, &self.holdout), (Use::Repeat, &self.repeat)]
+        {
+            let nominal = record_fits(problem, &state(before), whitener)?;
+            let extended = record_fits(problem, &state(after), whitener)?;
+            fits.extend(nominal.into_iter().zip(extended).map(|(a, b)| (role, a, b)));
+        }
+        Ok(fits)
+    }
+
+    /// The nominal fit and the noise.
+    fn floor(&self, nominal: Structure) -> Result<(Floor, Fitted), GreyboxError> {
+        if let Some(floor) = Floor::of_pairs(&self.train, &self.repeat, &self.pairs) {
+            let fitted = fit(&self.train, nominal, &floor.whitener, &[])?;
+            return Ok((floor, fitted));
+        }
+        let guess = Whitener::white(rough_noise(&self.train));
+        let fitted = fit(&self.train, nominal.clone(), &guess, &[])?;
+        let scales = self.scales(&fitted)?;
+        let drive = self.drive(&fitted)?;
+        let leads = self.leads(&fitted, &guess, &scales)?;
+        let families = families(self.machine.geometry(), &leads, self.machine.is_axis());
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let tried = try_all(&self.train, &state, &drive, &families, &guess, &scales)?;
+        let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
+        columns.extend(tried.iter().flat_map(|t| &t.columns));
+        let floor = Floor::of_saturated(&fitted.residuals, &columns);
+        let fitted = fit(&self.train, nominal, &floor.whitener, &[])?;
+        Ok((floor, fitted))
+    }
+
+    fn drive(&self, fitted: &Fitted) -> Result<PerRecord, GreyboxError> {
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        Ok(self.train.drives(&[state])?.remove(0))
+    }
+
+    fn scales(&self, fitted: &Fitted) -> Result<Scales, GreyboxError> {
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let predictions: Vec<Prediction> = self.train.predictions(&state)?;
+        let all = |of: fn(&Prediction) -> &Vec<f64>| -> f64 {
+            let squares: f64 = predictions.iter().flat_map(|p| of(p).iter().map(|x| x * x)).sum();
+            let count: usize = predictions.iter().map(|p| of(p).len()).sum();
+            libm::sqrt(squares / count.max(1) as f64)
+        };
+        let drive = all(|p| &p.drive);
+        Ok(Scales {
+            torque: drive * self.machine.constant(),
+            drive,
+            speed: all(|p| &p.speed),
+            travel: travel(&predictions, |p| &p.surface).1,
+            motor_travel: travel(&predictions, |p| &p.motor).1,
+            sample_s: 1.0 / self.train.records[0].record.rate_hz,
+        })
+    }
+
+    fn leads(
+        &self,
+        fitted: &Fitted,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Leads, GreyboxError> {
+        let known =
+            fitted.sensitivities.iter().map(|c| crate::fit::whitened(whitener, c)).collect();
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        leads(&self.train, &state, (&fitted.residuals, known), whitener, scales)
+    }
+
+    fn scan(
+        &self,
+        current: &Judged,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Round, GreyboxError> {
+        let fitted = &current.fitted;
+        let leads = self.leads(fitted, whitener, scales)?;
+        let families = families(self.machine.geometry(), &leads, self.machine.is_axis());
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let drive = self.drive(fitted)?;
+        let tried = try_all(&self.train, &state, &drive, &families, whitener, scales)?;
+        let scan = score(&families, &tried, fitted, whitener, self.options.seed);
+        Ok(Round { families, tried, scan })
+    }
+
+    /// The best of a scan, and the best by plain likeness among the rest, refitted.
+    fn rivals(
+        &self,
+        round: &Round,
+        current: &Judged,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Vec<Rival>, GreyboxError> {
+        let scored = &round.scan.scored;
+        let questions = round.families.len() as f64;
+        let alone = libm::log(self.options.false_alarm_rate);
+        let worth = scored.iter().filter(|s| s.log_p <= alone).count();
+        let by_score: Vec<usize> = (0..worth.min(self.options.refitted)).collect();
+        let mut by_likeness: Vec<usize> = (by_score.len()..scored.len()).collect();
+        by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
+        // where the model is far off the linear picture may be wrong
+        let far_off = current.fitted.objective > self.train.samples() as f64;
+        by_likeness.truncate(if far_off { 3 } else { 0 });
+        let chosen = by_score.into_iter().chain(by_likeness);
+        let mut rivals = Vec::new();
+        for place in chosen {
+            let scored = &scored[place];
+            if scored.visible_share < 0.01 || scored.energy <= 0.0 {
+                continue;
+            }
+            let family = &round.families[scored.family];
+            let outcome = Rival::new(
+                (scored, &round.tried[scored.tried], family),
+                current,
+                (&self.train, &self.holdout),
+                whitener,
+                (scales.travel, questions),
+            );
+            match outcome {
+                Ok(rival) => rivals.push(rival),
+                // at such sizes the machine cannot be run: no explanation
+                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(rivals)
+    }
+
+    fn accepts(&self, rival: &Rival, alpha: f64) -> bool {
+        rival.log_p <= libm::log(alpha)
+            && rival.gain > self.wanted_std_errors(rival) * rival.gain_std
+            && rival.evidence > self.options.evidence_nats
+            && !rival.on_bound
+    }
+
+    /// Where chance is out of the question in what was fitted, less is asked of what was not.
+    fn wanted_std_errors(&self, rival: &Rival) -> f64 {
+        let sure = rival.log_p <= libm::log(self.options.sure_rate);
+        self.options.gain_std_errors * if sure { 0.5 } else { 1.0 }
+    }
+
+    /// Rivals of another kind that explain as much as the winner.
+    fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
+        let as_good = |rival: &&Rival| {
+            let (lead, std) = winner.judged.gain_over(&rival.judged);
+            rival.id != winner.id
+                && lead < self.options.gain_std_errors * std
+                && winner.score() - rival.score() < self.options.tie_nats
+        };
+        let mut ties: Vec<Rival> = accepted.iter().filter(as_good).cloned().collect();
+        ties.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        let mut seen = Vec::new();
+        ties.retain(|rival| {
+            let new = !seen.contains(&rival.id);
+            seen.push(rival.id);
+            new
+        });
+        ties
+    }
+
+    fn findings(
+        &self,
+        current: &Judged,
+        whitener: &Whitener,
+        found: &[Rival],
+        p_values: &[f64],
+    ) -> Vec<Finding> {
+        let of = |(place, rival): (usize, &Rival)| {
+            self.finding(current, whitener, place, rival, p_values[place])
+        };
+        found.iter().enumerate().map(of).collect()
+    }
+
+    fn finding(
+        &self,
+        judged: &Judged,
+        whitener: &Whitener,
+        place: usize,
+        rival: &Rival,
+        p_familywise: f64,
+    ) -> Finding {
+        let fitted = &judged.fitted;
+        let effect = fitted.structure.effects_at(self.machine, &fitted.values).swap_remove(place);
+        let covariance = sandwich(fitted, &self.train, whitener);
+        let interval = |p: usize| {
+            let (value, std) = (fitted.values[p], libm::sqrt(covariance[(p, p)].max(0.0)));
+            (fitted.structure.free[p].key.clone(), [value - 1.96 * std, value + 1.96 * std])
+        };
+        Finding {
+            effect,
+            interval_95: fitted
+                .structure
+                .places_of_effect(place)
+                .into_iter()
+                .map(interval)
+                .collect(),
+            p_familywise,
+            holdout_gain_nats: rival.gain,
+            holdout_gain_se: rival.gain_std,
+            evidence_nats: rival.evidence,
+        }
+    }
+
+    fn fault_changes(
+        &self,
+        before: &Judged,
+        after: &Judged,
+        whitener: &Whitener,
+    ) -> Vec<FaultChange> {
+        let own_before = sandwich(&before.fitted, &self.train, before.own_noise());
+        let own_after = sandwich(&after.fitted, &self.train, whitener);
+        let places = before.fitted.structure.free.iter().enumerate();
+        let is_fault = |free: &crate::structure::Free| {
+            matches!(free.target, crate::structure::Target::Fault(_))
+        };
+        places
+            .filter(|(_, free)| is_fault(free))
+            .map(|(p, free)| FaultChange {
+                key: free.key.clone(),
+                before: before.fitted.values[p],
+                std_before: libm::sqrt(own_before[(p, p)].max(0.0)),
+                after: after.fitted.values[p],
+                std_after: libm::sqrt(own_after[(p, p)].max(0.0)),
+            })
+            .collect()
+    }
+
+    /// The size at which an effect would have been named nine times in ten: its projected
+    /// energy exceeds the threshold of the scan by 1.28 standard deviations.
+    fn smallest(&self, round: &Round) -> Vec<(EffectId, String, f64)> {
+        let geometry = self.machine.geometry();
+        let chance = self.options.false_alarm_rate / round.families.len().max(1) as f64;
+        let threshold = libm::sqrt(-2.0 * libm::log(chance));
+        let of = |scored: &crate::scan::Scored| {
+            let tried = &round.tried[scored.tried];
+            let &(place, size) = tried.sizes.first()?;
+            if scored.energy <= 0.0 {
+                return None;
+            }
+            let id = tried.plain.id();
+            let key = id.info().parameters[place].key(geometry).to_owned();
+            let smallest = size.abs() * (threshold + 1.2816) / libm::sqrt(scored.energy);
+            Some((id, key, smallest))
+        };
+        round.scan.scored.iter().filter_map(of).collect()
+    }
+}
+
+fn absorbed(round: &Round) -> Vec<EffectId> {
+    let mut ids: Vec<EffectId> = round
+        .scan
+        .scored
+        .iter()
+        .filter(|scored| scored.visible_share < ABSORBED_SHARE && scored.visible_share > 0.0)
+        .map(|scored| round.families[scored.family].id)
+        .collect();
+    ids.sort();
+    ids.dedup();
+    ids
+}
+
+/// Noise by second differences of the measured signals: a first guess.
+fn rough_noise(problem: &Problem<'_>) -> f64 {
+    let differences: Vec<f64> = problem
+        .records
+        .iter()
+        .flat_map(|r| r.measured.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / libm::sqrt(6.0)))
+        .collect();
+    rms(&differences).max(1e-9)
+}

@@ -1,0 +1,140 @@
+//! The noise that no model can explain: from repetitions of a recording, or from what is left
+//! when everything that the catalogue can do is taken away.
+
+use crate::{
+    error::GreyboxError,
+    gram::dot,
+    machine::Machine,
+    noise::{Whitener, rms},
+    problem::{PerRecord, Problem},
+    record::{Record, Recordings},
+    response::orthonormal,
+    structure::Structure,
+};
+
+/// Where the noise level is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseSource {
+    /// The difference of two recordings of the same command.
+    Repeat,
+    /// What is left of the residual beside all that the catalogue can do.
+    Saturated,
+}
+
+/// Noise of the drive signal.
+#[derive(Clone, Debug)]
+pub(crate) struct Floor {
+    pub(crate) source: NoiseSource,
+    pub(crate) whitener: Whitener,
+    pub(crate) rms: f64,
+}
+
+/// Pairs of places in `train` and `repeat` that are of one command.
+pub(crate) fn pairs(recordings: &Recordings) -> Vec<(usize, usize)> {
+    let of = |(place, repeat): (usize, &Record)| {
+        let twin = recordings.train.iter().position(|train| train.repeats(repeat))?;
+        Some((twin, place))
+    };
+    recordings.repeat.iter().enumerate().filter_map(of).collect()
+}
+
+impl Floor {
+    /// From pairs of recordings; `None` without any.
+    pub(crate) fn of_pairs(
+        train: &Problem<'_>,
+        repeat: &Problem<'_>,
+        pairs: &[(usize, usize)],
+    ) -> Option<Self> {
+        let half = libm::sqrt(0.5);
+        let differences: Vec<Vec<f64>> = pairs
+            .iter()
+            .map(|&(a, b)| {
+                let pair = train.records[a].measured.iter().zip(&repeat.records[b].measured);
+                pair.map(|(x, y)| (x - y) * half).collect()
+            })
+            .collect();
+        if differences.is_empty() {
+            return None;
+        }
+        let stretches: Vec<&[f64]> = differences.iter().map(Vec::as_slice).collect();
+        let all: Vec<f64> = differences.iter().flatten().copied().collect();
+        let whitener = Whitener::fit(&stretches, 0);
+        Some(Self { source: NoiseSource::Repeat, whitener, rms: rms(&all) })
+    }
+
+    /// From a residual beside columns that may explain it.
+    pub(crate) fn of_saturated(residuals: &PerRecord, columns: &[&PerRecord]) -> Self {
+        let joined: Vec<Vec<f64>> = columns.iter().map(|column| column.concat()).collect();
+        let basis = orthonormal(joined);
+        let mut rest = residuals.concat();
+        for column in &basis {
+            let share = dot(column, &rest);
+            for (x, c) in rest.iter_mut().zip(column) {
+                *x -= share * c;
+            }
+        }
+        let mut from = 0;
+        let mut stretches = Vec::new();
+        for residual in residuals {
+            stretches.push(&rest[from..from + residual.len()]);
+            from += residual.len();
+        }
+        let whitener = Whitener::fit(&stretches, basis.len());
+        let n = rest.len() as f64;
+        let level = rms(&rest) * libm::sqrt(n / (n - basis.len() as f64).max(1.0));
+        Self { source: NoiseSource::Saturated, whitener, rms: level }
+    }
+}
+
+/// How much more than noise is left of recordings that were repeated: the energy of the mean of
+/// two residuals over that of half their difference, both whitened. A model that explains all
+/// gives 1 within [`Excess::std`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Excess {
+    pub(crate) ratio: f64,
+    pub(crate) std: f64,
+}
+
+/// Samples beyond so many standard deviations count as so many: one burst decides nothing.
+const MOST_DEVIATION: f64 = 3.5;
+
+impl Excess {
+    pub(crate) fn of_pairs(
+        structure: &Structure,
+        values: &[f64],
+        residuals: &PerRecord,
+        repeat: &Problem<'_>,
+        (pairs, whitener): (&[(usize, usize)], &Whitener),
+    ) -> Result<Option<Self>, GreyboxError> {
+        if pairs.is_empty() {
+            return Ok(None);
+        }
+        let machine: &Machine = repeat.machine;
+        let drives = repeat.drives(&[structure.state(machine, values)])?;
+        let repeated = repeat.residuals(&drives[0]);
+        let (mut common, mut noise) = (Vec::new(), Vec::new());
+        for &(a, b) in pairs {
+            let pair = || residuals[a].iter().zip(&repeated[b]);
+            let half = libm::sqrt(0.5);
+            common.extend(whitener.apply(&pair().map(|(x, y)| (x + y) * half).collect::<Vec<_>>()));
+            noise.extend(whitener.apply(&pair().map(|(x, y)| (x - y) * half).collect::<Vec<_>>()));
+        }
+        let level = clipped_energy(&noise);
+        let ratio = clipped_energy(&common) / level;
+        Ok(Some(Self { ratio, std: libm::sqrt(4.0 / noise.len() as f64) }))
+    }
+
+    /// Whether more than noise is left.
+    pub(crate) fn is_there(self) -> bool {
+        self.ratio > 1.02 + 3.0 * self.std
+    }
+}
+
+/// Mean square with deviations clipped.
+fn clipped_energy(white: &[f64]) -> f64 {
+    let clipped = |z: &f64| {
+        let z = z.clamp(-MOST_DEVIATION, MOST_DEVIATION);
+        z * z
+    };
+    (white.iter().map(clipped).sum::<f64>() / white.len().max(1) as f64).max(f64::MIN_POSITIVE)
+}

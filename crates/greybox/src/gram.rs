@@ -1,0 +1,141 @@
+//! Inner products of whitened columns, and columns with others projected off.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Share of a column's energy below which nothing of it is left.
+const NOTHING_LEFT: f64 = 1e-9;
+
+/// Inner products of a set of columns with one another.
+#[derive(Clone, Debug)]
+pub(crate) struct Gram {
+    products: DMatrix<f64>,
+}
+
+impl Gram {
+    /// Of columns of equal length.
+    pub(crate) fn new(columns: &[Vec<f64>]) -> Self {
+        let n = columns.len();
+        let mut products = DMatrix::zeros(n, n);
+        for (i, a) in columns.iter().enumerate() {
+            for (j, b) in columns[..=i].iter().enumerate() {
+                let product = dot(a, b);
+                products[(i, j)] = product;
+                products[(j, i)] = product;
+            }
+        }
+        Self { products }
+    }
+
+    pub(crate) fn get(&self, a: usize, b: usize) -> f64 {
+        self.products[(a, b)]
+    }
+
+    /// All columns with some of them projected off; those become zero.
+    ///
+    /// A column of `off` that the others of `off` make up already is passed over.
+    pub(crate) fn without(&self, off: &[usize]) -> Self {
+        let mut products = self.products.clone();
+        let n = products.nrows();
+        let before: Vec<f64> = (0..n).map(|i| products[(i, i)]).collect();
+        for &pivot in off {
+            let size = products[(pivot, pivot)];
+            if size > NOTHING_LEFT * before[pivot] {
+                let column: DVector<f64> = products.column(pivot).into_owned();
+                for j in 0..n {
+                    let share = column[j] / size;
+                    for i in 0..n {
+                        products[(i, j)] -= column[i] * share;
+                    }
+                }
+            }
+            products.row_mut(pivot).fill(0.0);
+            products.column_mut(pivot).fill(0.0);
+        }
+        for (i, size) in before.iter().enumerate() {
+            if products[(i, i)] < NOTHING_LEFT * size {
+                products.row_mut(i).fill(0.0);
+                products.column_mut(i).fill(0.0);
+            }
+        }
+        Self { products }
+    }
+
+    /// Energy of a column that some others explain, and their weights: least squares.
+    pub(crate) fn explained(&self, target: usize, by: &[usize]) -> (f64, Vec<f64>) {
+        let b = DVector::from_iterator(by.len(), by.iter().map(|&i| self.products[(i, target)]));
+        let weights = solve(&self.block(by), &b);
+        (b.dot(&weights), weights.iter().copied().collect())
+    }
+
+    /// The products among some columns.
+    pub(crate) fn block(&self, of: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(of.len(), of.len(), |i, j| self.products[(of[i], of[j])])
+    }
+}
+
+/// Inner product.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(x, y)| x * y).sum();
+    let mut sums = [0.0; 4];
+    for (x, y) in a.zip(b) {
+        for lane in 0..4 {
+            sums[lane] += x[lane] * y[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Solves a symmetric positive semidefinite system; what has no size gets no weight.
+pub(crate) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    let n = right.len();
+    let scale: Vec<f64> = (0..n)
+        .map(|i| if matrix[(i, i)] > 0.0 { 1.0 / libm::sqrt(matrix[(i, i)]) } else { 0.0 })
+        .collect();
+    let scaled = DMatrix::from_fn(n, n, |i, j| {
+        let jitter = if i != j {
+            0.0
+        } else if scale[i] > 0.0 {
+            1e-10
+        } else {
+            1.0
+        };
+        matrix[(i, j)] * scale[i] * scale[j] + jitter
+    });
+    let b = DVector::from_fn(n, |i, _| right[i] * scale[i]);
+    match scaled.cholesky() {
+        Some(factor) => {
+            let solution = factor.solve(&b);
+            DVector::from_fn(n, |i, _| solution[i] * scale[i])
+        }
+        None => DVector::zeros(n),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_projected_off_explains_nothing_any_more() {
+        let s = vec![1.0, 1.0, 1.0, 1.0, 1.0];
+        let c = vec![1.0, 2.0, 3.0, 4.0, 5.0];
+        let e = vec![3.0, 5.0, 7.0, 9.0, 11.0];
+        let gram = Gram::new(&[s, c, e]);
+        let rest = gram.without(&[0]);
+        assert_eq!(rest.get(0, 2), 0.0);
+        let (energy, weights) = rest.explained(2, &[1]);
+        assert!((weights[0] - 2.0).abs() < 1e-8, "{weights:?}");
+        assert!((energy - 40.0).abs() < 1e-6, "{energy}");
+        // both together explain all
+        assert!(gram.without(&[0, 1]).get(2, 2).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_column_that_others_make_up_has_nothing_left() {
+        let gram = Gram::new(&[vec![1.0, 2.0, 0.0], vec![2.0, 4.0, 0.0], vec![0.0, 1.0, 1.0]]);
+        let rest = gram.without(&[0, 1]);
+        assert!(rest.get(2, 2) > 0.1);
+        assert_eq!(gram.without(&[0]).get(1, 1), 0.0);
+    }
+}

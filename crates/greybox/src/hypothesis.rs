@@ -1,0 +1,245 @@
+//! The catalogue as questions: which sizes of which effect, with which shapes.
+
+use ema_sim::{Effect, EffectId, EffectParameter, Geometry, Role};
+
+use crate::structure::Number;
+
+/// Sizes of one effect that belong together, and its shapes worth trying.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Family {
+    pub(crate) id: EffectId,
+    /// Places of the sizes.
+    pub(crate) sizes: Vec<usize>,
+    /// The effect with each shape; sizes zero.
+    pub(crate) shapes: Vec<Effect>,
+    /// Shapes among which these were chosen: what chance had to choose from.
+    pub(crate) looked_at: f64,
+}
+
+impl Family {
+    /// Numbers of shape that a fit may move.
+    pub(crate) fn free_shapes(&self) -> Vec<usize> {
+        let parameters = self.id.info().parameters.iter().enumerate();
+        let moves = |parameter: &EffectParameter| match parameter.role() {
+            Role::Shape(multiples) => multiples.len() > 1,
+            Role::Place | Role::Frequency => true,
+            _ => false,
+        };
+        parameters.filter(|(_, p)| moves(p)).map(|(place, _)| place).collect()
+    }
+}
+
+/// Sizes of an effect that are asked for together; each group is a question of its own.
+fn groups(id: EffectId) -> &'static [&'static [usize]] {
+    match id {
+        EffectId::LoadFriction | EffectId::DirectionalFriction | EffectId::InductanceEddy => {
+            &[&[0], &[1]]
+        }
+        EffectId::TransmissionError
+        | EffectId::Cogging
+        | EffectId::CurrentRipple
+        | EffectId::Vibration => &[&[0, 1]],
+        EffectId::Imbalance => &[&[0, 1], &[2]],
+        EffectId::CurrentSensor | EffectId::BackEmfShape => &[&[0], &[1], &[2]],
+        EffectId::PositionSensor => &[&[0], &[1, 2], &[3]],
+        EffectId::ControllerMismatch => &[&[0], &[1], &[2], &[3], &[4]],
+        EffectId::Tabulated => &[],
+        _ => &[&[0]],
+    }
+}
+
+/// Where shapes are to be looked for: the recordings' speeds, places, orders and frequencies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Leads {
+    /// Orders of the motor's angle that the residual shows, best first, for a torque and for a
+    /// ripple of torque.
+    pub(crate) orders: Vec<f64>,
+    pub(crate) ripple_orders: Vec<f64>,
+    pub(crate) orders_looked_at: f64,
+    pub(crate) frequencies_hz: Vec<f64>,
+    pub(crate) frequencies_looked_at: f64,
+    /// Centre and width of a region of the travel.
+    pub(crate) regions: Vec<(f64, f64)>,
+    pub(crate) regions_looked_at: f64,
+    /// Typical speed.
+    pub(crate) speed: f64,
+    /// Inertia or mass of the machine.
+    pub(crate) inertia: f64,
+}
+
+/// All questions that the catalogue has for a machine.
+pub(crate) fn families(geometry: Geometry, leads: &Leads, is_axis: bool) -> Vec<Family> {
+    let mut families = Vec::new();
+    for id in EffectId::ALL {
+        let plain = Effect::new(id, geometry);
+        let (shapes, looked_at) = shapes(&plain, leads, is_axis);
+        for sizes in groups(id) {
+            if shapes.is_empty() {
+                continue;
+            }
+            let (sizes, shapes) = (sizes.to_vec(), shapes.clone());
+            families.push(Family { id, sizes, shapes, looked_at });
+        }
+    }
+    families
+}
+
+/// The shapes of an effect that are tried, and how many were looked at to find them.
+fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
+    let id = plain.id();
+    let with = |places: &[(usize, f64)]| {
+        let mut effect = plain.clone();
+        for (place, value) in places {
+            let parameter = &id.info().parameters[*place];
+            let (least, most) = parameter.bounds();
+            effect.set(parameter.key(plain.geometry()), value.clamp(least, most)).ok()?;
+        }
+        Some(effect)
+    };
+    let speed = leads.speed.max(1e-9);
+    match id {
+        EffectId::Cogging | EffectId::TransmissionError => {
+            let found = leads.orders.iter().filter_map(|n| with(&[(2, *n)]));
+            (found.collect(), leads.orders_looked_at)
+        }
+        EffectId::CurrentRipple => {
+            let found = leads.ripple_orders.iter().filter_map(|n| with(&[(2, *n)]));
+            (found.collect(), leads.orders_looked_at)
+        }
+        EffectId::Vibration => {
+            let found = leads.frequencies_hz.iter().filter_map(|f| with(&[(2, *f)]));
+            (found.collect(), leads.frequencies_looked_at)
+        }
+        EffectId::WornRegion => {
+            let found = leads.regions.iter().filter_map(|(c, w)| with(&[(1, *c), (2, *w)]));
+            (found.collect(), leads.regions_looked_at)
+        }
+        EffectId::Stribeck => {
+            let ratios = [0.02, 0.05, 0.15, 0.4];
+            let found = ratios.iter().filter_map(|r| with(&[(1, r * speed), (2, 1.0)]));
+            (found.collect(), ratios.len() as f64)
+        }
+        EffectId::NonlinearViscous => {
+            let exponents = [0.5, 1.5, 2.0, 2.5];
+            let found = exponents.iter().filter_map(|n| with(&[(1, speed), (2, *n)]));
+            (found.collect(), exponents.len() as f64)
+        }
+        EffectId::Presliding => {
+            let found = [0.05, 0.3].iter().filter_map(|r| with(&[(2, r * speed)]));
+            (found.collect(), 2.0)
+        }
+        EffectId::Compliance if is_axis => {
+            let shares = [0.3, 0.6];
+            let found = shares.iter().filter_map(|r| with(&[(2, r * leads.inertia)]));
+            (found.collect(), shares.len() as f64)
+        }
+        _ => {
+            let mut found = vec![plain.clone()];
+            for (place, parameter) in id.info().parameters.iter().enumerate() {
+                let grid = parameter.grid(plain.geometry());
+                if grid.len() > 1 {
+                    let key = parameter.key(plain.geometry());
+                    found = found
+                        .iter()
+                        .flat_map(|effect| {
+                            grid.iter().filter_map(|v| effect.clone().with(key, *v).ok())
+                        })
+                        .collect();
+                    debug_assert!(place > 0, "shapes follow sizes");
+                }
+            }
+            let looked_at = found.len() as f64;
+            (found, looked_at)
+        }
+    }
+}
+
+/// Sizes of things in the recordings, from which a first size of an effect is guessed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scales {
+    /// Root mean square of the motor's torque or force.
+    pub(crate) torque: f64,
+    /// Of its current or voltage.
+    pub(crate) drive: f64,
+    /// Of the speed.
+    pub(crate) speed: f64,
+    /// Half the travel of the surface or axis.
+    pub(crate) travel: f64,
+    /// Half the travel of the motor.
+    pub(crate) motor_travel: f64,
+    /// Time between two samples of the recording.
+    pub(crate) sample_s: f64,
+}
+
+/// A first size, small against what the machine does: it is scaled to what the noise lets one see.
+pub(crate) fn first_size(parameter: &EffectParameter, geometry: Geometry, scales: &Scales) -> f64 {
+    let key = parameter.key(geometry);
+    let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| key.ends_with(suffix));
+    let guess = if key.starts_with("viscous_asymmetry") || key.starts_with("eddy") {
+        0.03 * scales.torque / scales.speed.max(1e-12)
+    } else if key.starts_with("compliance") {
+        // a twist of a thousandth of the travel under the usual torque
+        1e-3 * scales.travel / scales.torque.max(1e-12)
+    } else if key.starts_with("spring") {
+        0.03 * scales.torque / scales.travel.max(1e-12)
+    } else if key.starts_with("presliding") {
+        3e-3 * scales.motor_travel
+    } else if ends(&["_n_m", "_n"]) {
+        0.03 * scales.torque
+    } else if ends(&["_per_a2"]) {
+        0.01 / (scales.drive * scales.drive).max(1e-12)
+    } else if ends(&["_per_k"]) {
+        1e-3
+    } else if ends(&["_ratio"]) {
+        0.01
+    } else if ends(&["_s"]) {
+        0.3 * scales.sample_s
+    } else if ends(&["_rad", "_m"]) {
+        if key.starts_with("flat") || key.starts_with("hall") { 0.05 } else { 3e-4 * scales.travel }
+    } else if ends(&["_a"]) {
+        0.03 * scales.drive
+    } else if ends(&["_v"]) {
+        0.1
+    } else if ends(&["_ohm"]) {
+        0.05
+    } else if ends(&["_henry"]) {
+        1e-4
+    } else {
+        0.01
+    };
+    let (least, most) = parameter.bounds();
+    guess.clamp(least.max(-most), most)
+}
+
+/// Effects whose size is a softness: the smaller, the shorter the steps of the simulation.
+pub(crate) fn is_stiff(id: EffectId) -> bool {
+    matches!(id, EffectId::Presliding | EffectId::Compliance)
+}
+
+/// Places of numbers with the steps of a fit: sizes by the size tried, shapes by a share of
+/// their value.
+pub(crate) fn numbers(
+    effect: &Effect,
+    sizes: &[(usize, f64)],
+    shapes: &[usize],
+    travel: f64,
+) -> Vec<Number> {
+    let size = |&(place, step): &(usize, f64)| Number {
+        place,
+        step: if is_stiff(effect.id()) { 0.1 * step } else { step },
+        least: if is_stiff(effect.id()) { 0.2 * step } else { f64::NEG_INFINITY },
+        most: f64::INFINITY,
+    };
+    let shape = |&place: &usize| {
+        let value = effect.values()[place];
+        match effect.id().info().parameters[place].role() {
+            Role::Place => {
+                let half = 0.15 * travel;
+                Number { place, step: 0.01 * travel, least: value - half, most: value + half }
+            }
+            Role::Frequency => Number { place, step: 1e-3, least: value - 0.2, most: value + 0.2 },
+            _ => Number { place, step: 0.03 * value, least: 0.2 * value, most: 5.0 * value },
+        }
+    };
+    sizes.iter().map(size).chain(shapes.iter().map(shape)).collect()
+}

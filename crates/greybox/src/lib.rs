@@ -1,0 +1,39 @@
+//! What a simulation of a servo machine leaves out, found from recordings in closed loop.
+//!
+//! ```text
+//! recordings ─▶ Problem ─▶ fit ─▶ scan ─▶ rivals ─▶ verdict
+//!                 ▲         │ noise   ▲ catalogue of ema-sim
+//!                 └─ Machine (model, rough numbers, damage, effects)
+//! ```
+//!
+//! The steps are in `docs/models/greybox.md`; [`explain`] is the whole chain.
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+mod error;
+mod explain;
+mod fit;
+mod floor;
+mod gram;
+mod hypothesis;
+mod machine;
+mod noise;
+mod parallel;
+mod problem;
+mod random;
+mod record;
+mod response;
+mod rival;
+mod scan;
+mod show;
+mod structure;
+
+pub use error::GreyboxError;
+pub use explain::{Explained, FaultChange, Finding, Options, Use, Verdict, explain};
+pub use floor::NoiseSource;
+pub use machine::Prediction;
+pub use noise::{Whitener, rms};
+pub use record::{CommandKind, Record, Recordings};
+pub use show::{RecordFit, Remainder};

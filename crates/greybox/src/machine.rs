@@ -1,0 +1,291 @@
+//! The nominal machine with free numbers, damage and effects, run on the command of a recording.
+
+use ema_sim::{
+    Actuator, AxisInput, AxisScenario, AxisStart, Command, ControlMode, Drive, Effect,
+    EnvelopeFilter, FaultCoordinates, FaultId, Geometry, Load, LowFidelity, PhysicalFaults,
+    Scenario, ServoAxisSimulation, SimulationError,
+    model_file::{AxisModel, MachineModel, Model},
+};
+
+use crate::{
+    error::GreyboxError,
+    record::{CommandKind, Record},
+};
+
+/// Signals that the model gives for a recording, at its rate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Prediction {
+    /// What drives the machine, as its sensor shows it: A, or V.
+    pub drive: Vec<f64>,
+    /// Angle of the motor, or position of the axis.
+    pub motor: Vec<f64>,
+    /// Speed of the same.
+    pub speed: Vec<f64>,
+    /// Position of the surface, or of the axis.
+    pub surface: Vec<f64>,
+}
+
+/// A number of the machine that a data sheet knows only roughly.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Rough {
+    pub(crate) key: String,
+    pub(crate) value: f64,
+    pub(crate) half_width: f64,
+}
+
+/// What of the machine is not nominal.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct State {
+    /// Values of [`Machine::rough`].
+    pub(crate) rough: Vec<f64>,
+    pub(crate) faults: FaultCoordinates,
+    pub(crate) effects: Vec<Effect>,
+}
+
+/// A model that recordings are compared with.
+#[derive(Clone, Debug)]
+pub(crate) struct Machine {
+    model: MachineModel,
+    built_in: Vec<Effect>,
+}
+
+impl Machine {
+    pub(crate) fn new(model: &MachineModel) -> Self {
+        Self { built_in: model.switched_on(), model: model.clone() }
+    }
+
+    pub(crate) fn geometry(&self) -> Geometry {
+        self.model.geometry()
+    }
+
+    /// Coordinates of damage that it can have.
+    pub(crate) fn fault_coordinates(&self) -> Vec<usize> {
+        let mut places = Vec::new();
+        for fault in self.model.faults() {
+            match fault {
+                FaultId::Eccentricity => places.extend([5, 6]),
+                FaultId::EccentricityPhase => {}
+                other => places.push(other.index()),
+            }
+        }
+        places
+    }
+
+    /// What is known only roughly, in the order of the file.
+    pub(crate) fn rough(&self) -> Vec<Rough> {
+        let rough = |key: String, value: f64, frac: f64| Rough {
+            key,
+            value,
+            half_width: frac * value.abs(),
+        };
+        match &self.model {
+            MachineModel::Actuator(model) => {
+                let all = model.tolerance.iter();
+                all.map(|t| {
+                    let value = t.parameter.get(&model.actuator);
+                    rough(t.parameter.key().to_owned(), value, t.half_width_frac)
+                })
+                .collect()
+            }
+            MachineModel::ServoAxis(model) => {
+                let (geometry, drive) = (model.axis.geometry, model.axis.drive);
+                let all = model.tolerance.iter();
+                all.map(|t| {
+                    let key = t.parameter.key(geometry, drive);
+                    rough(key, t.parameter.get(&model.axis), t.half_width_frac)
+                })
+                .collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The model with its rough numbers replaced.
+    pub(crate) fn with_rough(&self, values: &[f64]) -> MachineModel {
+        let mut model = self.model.clone();
+        match &mut model {
+            MachineModel::Actuator(model) => {
+                for (tolerance, value) in model.tolerance.clone().iter().zip(values) {
+                    tolerance.parameter.set(&mut model.actuator, *value);
+                }
+                // a static friction below the kinetic one is no machine
+                let t = &mut model.actuator.transmission;
+                t.static_friction_n_m = t.static_friction_n_m.max(t.kinetic_friction_n_m);
+            }
+            MachineModel::ServoAxis(model) => {
+                for (tolerance, value) in model.tolerance.clone().iter().zip(values) {
+                    tolerance.parameter.set(&mut model.axis, *value);
+                }
+                model.axis.static_friction =
+                    model.axis.static_friction.max(model.axis.kinetic_friction);
+            }
+            _ => {}
+        }
+        model
+    }
+
+    /// Torque, or force, over the drive signal; for scales.
+    pub(crate) fn constant(&self) -> f64 {
+        match &self.model {
+            MachineModel::Actuator(model) => 2.0 * model.actuator.motor.back_emf_v_s_per_rad,
+            MachineModel::ServoAxis(model) => model.axis.force_constant,
+            _ => 1.0,
+        }
+    }
+
+    /// Inertia or mass that the motor moves.
+    pub(crate) fn inertia(&self) -> f64 {
+        match &self.model {
+            MachineModel::Actuator(model) => model.actuator.total_inertia_kg_m2(),
+            MachineModel::ServoAxis(model) => model.axis.inertia,
+            _ => 1.0,
+        }
+    }
+
+    /// Periods of the current in a turn of the motor.
+    pub(crate) fn pole_pairs(&self) -> f64 {
+        match &self.model {
+            MachineModel::Actuator(model) => f64::from(model.actuator.motor.pole_pairs),
+            _ => 1.0,
+        }
+    }
+
+    /// Whether it is a machine with one shaft and no commutation.
+    pub(crate) fn is_axis(&self) -> bool {
+        matches!(self.model, MachineModel::ServoAxis(_))
+    }
+
+    /// Whether its drive signal is a voltage.
+    pub(crate) fn drive_unit(&self) -> &'static str {
+        match &self.model {
+            MachineModel::ServoAxis(model) if model.axis.drive == Drive::Amplifier => "v",
+            _ => "a",
+        }
+    }
+
+    /// Runs the command of a recording.
+    pub(crate) fn simulate(
+        &self,
+        state: &State,
+        record: &Record,
+    ) -> Result<Prediction, GreyboxError> {
+        let mut effects = self.built_in.clone();
+        effects.extend(state.effects.iter().cloned());
+        let faults = PhysicalFaults::from(&state.faults);
+        let prediction = match self.with_rough(&state.rough) {
+            MachineModel::Actuator(model) => of_actuator(&model, &faults, &effects, record)?,
+            MachineModel::ServoAxis(model) => of_axis(&model, &faults, &effects, record)?,
+            _ => Prediction::default(),
+        };
+        if prediction.drive.iter().all(|x| x.is_finite()) {
+            Ok(prediction)
+        } else {
+            Err(GreyboxError::NotFinite { record: record.name.clone() })
+        }
+    }
+}
+
+/// Ticks of the controller for a sample of the recording.
+fn ticks_per_sample(record: &Record, sample_hz: f64) -> Result<usize, GreyboxError> {
+    let ratio = sample_hz / record.rate_hz;
+    let whole = libm::round(ratio);
+    if whole >= 1.0 && (ratio - whole).abs() < 1e-4 * whole {
+        return Ok(whole as usize);
+    }
+    let (name, rate_hz) = (record.name.clone(), record.rate_hz);
+    Err(GreyboxError::Rate { record: name, rate_hz, sample_hz })
+}
+
+fn recorded_load(record: &Record) -> Load {
+    match &record.load {
+        Some(values) => Load::Recorded { values_n_m: values.clone(), rate_hz: record.rate_hz },
+        None => Load::None,
+    }
+}
+
+fn refused(record: &Record) -> impl Fn(SimulationError) -> GreyboxError {
+    |reason| GreyboxError::Simulation { record: record.name.clone(), reason }
+}
+
+fn every(values: &[f64], step: usize, samples: usize) -> Vec<f64> {
+    values.iter().step_by(step).take(samples).copied().collect()
+}
+
+fn of_actuator(
+    model: &Model,
+    faults: &PhysicalFaults,
+    effects: &[Effect],
+    record: &Record,
+) -> Result<Prediction, GreyboxError> {
+    let actuator: &Actuator = &model.actuator;
+    let step = ticks_per_sample(record, actuator.controller.sample_hz)?;
+    let start_angle_rad = record.position.as_ref().map_or(0.0, |angle| angle[0]);
+    let scenario = Scenario {
+        command: Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz },
+        mode: match record.kind {
+            CommandKind::Position => ControlMode::Position,
+            CommandKind::Speed => ControlMode::Speed,
+        },
+        load_n_m: 0.0,
+        duration_s: record.duration_s(),
+        start_angle_rad,
+        ..Scenario::chirp()
+    };
+    let simulation = LowFidelity::new(actuator, &scenario)
+        .and_then(|model| model.with_effects(effects))
+        .and_then(|model| model.with_load(recorded_load(record)))
+        .map_err(refused(record))?;
+    let trace = simulation.simulate(faults);
+    let samples = record.drive.len();
+    let drive = match record.filter_hz {
+        Some(corner_hz) => EnvelopeFilter { corner_hz, output_hz: record.rate_hz }
+            .apply(&trace.current_a, trace.rate_hz),
+        None => every(&trace.current_a, step, samples),
+    };
+    Ok(Prediction {
+        drive,
+        motor: every(&trace.motor_angle_rad, step, samples),
+        speed: every(&trace.motor_speed_rad_per_s, step, samples),
+        surface: every(&trace.surface_angle_rad, step, samples),
+    })
+}
+
+fn of_axis(
+    model: &AxisModel,
+    faults: &PhysicalFaults,
+    effects: &[Effect],
+    record: &Record,
+) -> Result<Prediction, GreyboxError> {
+    let axis = &model.axis;
+    let step = ticks_per_sample(record, axis.controller.sample_hz)?;
+    let command = Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz };
+    let position = record.position.as_ref();
+    let scenario = AxisScenario {
+        input: match record.kind {
+            CommandKind::Position => AxisInput::Position(command),
+            CommandKind::Speed => AxisInput::Speed(command),
+        },
+        load: 0.0,
+        duration_s: record.duration_s(),
+        start: AxisStart {
+            position: position.map_or(record.command[0], |position| position[0]),
+            ..AxisStart::default()
+        },
+    };
+    let simulation = ServoAxisSimulation::new(axis, &scenario)
+        .and_then(|axis| axis.with_effects(effects))
+        .and_then(|axis| axis.with_load(recorded_load(record)))
+        .map_err(refused(record))?;
+    let trace = simulation.simulate(faults);
+    let samples = record.drive.len();
+    let shown = match axis.drive {
+        Drive::Amplifier => &trace.output,
+        _ => &trace.current,
+    };
+    Ok(Prediction {
+        drive: every(shown, step, samples),
+        motor: every(&trace.position, step, samples),
+        speed: every(&trace.speed, step, samples),
+        surface: every(&trace.position, step, samples),
+    })
+}

@@ -1,0 +1,126 @@
+//! Recordings as this crate takes them: equally long channels at one rate.
+
+use crate::error::GreyboxError;
+
+/// What the command of a recording asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CommandKind {
+    /// A position: rad, of a linear axis m.
+    #[default]
+    Position,
+    /// A speed: rad/s or m/s.
+    Speed,
+}
+
+/// One recording of a machine in closed loop.
+///
+/// All channels have one sample at each multiple of `1/rate_hz`, beginning at zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// What answers call it.
+    pub name: String,
+    /// Rate of all channels.
+    pub rate_hz: f64,
+    /// What was asked for.
+    pub command: Vec<f64>,
+    /// Whether that is a position or a speed.
+    pub kind: CommandKind,
+    /// What drives the machine, as measured: current in A, or of an amplifier or winding its
+    /// voltage in V.
+    pub drive: Vec<f64>,
+    /// Measured position of the motor (of an axis its own): rad or m.
+    pub position: Option<Vec<f64>>,
+    /// Load against positive motion, on the surface or the axis: N·m or N.
+    pub load: Option<Vec<f64>>,
+    /// Corner of the two first-order low-passes behind `drive`, where it was filtered.
+    pub filter_hz: Option<f64>,
+}
+
+/// Fewest samples of a recording.
+const LEAST_SAMPLES: usize = 200;
+
+impl Record {
+    /// Refuses a recording whose channels differ in length, are not finite, or are too short.
+    ///
+    /// # Errors
+    ///
+    /// [`GreyboxError::Record`], naming recording and channel.
+    pub fn check(&self) -> Result<(), GreyboxError> {
+        let refuse = |reason: String| GreyboxError::Record { record: self.name.clone(), reason };
+        if !(self.rate_hz.is_finite() && self.rate_hz > 0.0) {
+            return Err(refuse(format!("a rate of {} Hz", self.rate_hz)));
+        }
+        let samples = self.drive.len();
+        if samples < LEAST_SAMPLES {
+            return Err(refuse(format!("{samples} samples, expected at least {LEAST_SAMPLES}")));
+        }
+        let channels = [
+            ("command", Some(&self.command)),
+            ("drive", Some(&self.drive)),
+            ("position", self.position.as_ref()),
+            ("load", self.load.as_ref()),
+        ];
+        for (name, channel) in channels.iter().filter_map(|(name, c)| c.map(|c| (name, c))) {
+            if channel.len() != samples {
+                let found = channel.len();
+                return Err(refuse(format!("{found} samples of {name}, {samples} of the drive")));
+            }
+            if let Some(index) = channel.iter().position(|value| !value.is_finite()) {
+                return Err(refuse(format!("sample {index} of {name} is not finite")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Length in seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.drive.len() as f64 / self.rate_hz
+    }
+
+    /// Whether another recording is of the same command under the same load.
+    pub(crate) fn repeats(&self, other: &Self) -> bool {
+        let same = |a: &[f64], b: &[f64]| {
+            let range = a.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            a.len() == b.len()
+                && a.iter().zip(b).all(|(x, y)| (x - y).abs() <= 1e-6 * range.max(1e-12))
+        };
+        let loads = match (&self.load, &other.load) {
+            (Some(a), Some(b)) => same(a, b),
+            (a, b) => a.is_none() == b.is_none(),
+        };
+        self.kind == other.kind
+            && self.rate_hz == other.rate_hz
+            && loads
+            && same(&self.command, &other.command)
+    }
+}
+
+/// Recordings of one machine in one state of health, by what they are for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recordings {
+    /// Fitted.
+    pub train: Vec<Record>,
+    /// Neither fitted nor chosen on: another command than those fitted.
+    pub holdout: Vec<Record>,
+    /// Repetitions of recordings of `train`, for the noise.
+    pub repeat: Vec<Record>,
+}
+
+impl Recordings {
+    /// Refuses sets without a recording to fit, and recordings of no use.
+    ///
+    /// # Errors
+    ///
+    /// [`GreyboxError`].
+    pub fn check(&self) -> Result<(), GreyboxError> {
+        if self.train.is_empty() {
+            return Err(GreyboxError::NoTraining);
+        }
+        self.all().try_for_each(Record::check)
+    }
+
+    /// All of them, those to fit first.
+    pub fn all(&self) -> impl Iterator<Item = &Record> {
+        self.train.iter().chain(&self.holdout).chain(&self.repeat)
+    }
+}

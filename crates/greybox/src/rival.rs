@@ -1,0 +1,211 @@
+//! An explanation among others: fitted to the recordings for it, judged on those that are not.
+
+use ema_sim::{Effect, EffectId};
+
+use crate::{
+    error::GreyboxError,
+    fit::{Fitted, fit},
+    hypothesis::{Family, numbers},
+    noise::{Whitener, rms},
+    problem::{PerRecord, Problem},
+    scan::{Scored, Tried, log_tail},
+    structure::Structure,
+};
+
+/// Length of the blocks whose likelihoods are compared, s.
+const BLOCK_S: f64 = 0.5;
+
+/// A block's gain counts as no more than so many times that of the median block.
+const MOST_MEDIANS: f64 = 3.0;
+
+/// A fitted structure with its noise and its record on what was not fitted.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    pub(crate) fitted: Fitted,
+    /// Noise of its own residual: each rival is judged with its own.
+    own: Whitener,
+    /// Log-likelihood of each block of the recordings held out.
+    blocks: Vec<f64>,
+    /// Log-likelihood of what was fitted.
+    train: f64,
+    /// Root mean square of the residual held out.
+    pub(crate) holdout_rms: f64,
+}
+
+impl Judged {
+    pub(crate) fn new(
+        fitted: Fitted,
+        train: &Problem<'_>,
+        holdout: &Problem<'_>,
+    ) -> Result<Self, GreyboxError> {
+        let stretches: Vec<&[f64]> = fitted.residuals.iter().map(Vec::as_slice).collect();
+        let own = Whitener::fit(&stretches, 0);
+        let state = fitted.structure.state(train.machine, &fitted.values);
+        let residuals = holdout.residuals(&holdout.drives(&[state])?[0]);
+        let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
+            let of = |(prepared, residual): (&crate::problem::Prepared<'_>, &Vec<f64>)| {
+                let block = libm::round(BLOCK_S * prepared.rate_hz()) as usize;
+                own.log_likelihoods(residual, block)
+            };
+            problem.records.iter().zip(residuals).flat_map(of).collect()
+        };
+        let blocks = likelihoods(holdout, &residuals);
+        let train = likelihoods(train, &fitted.residuals).iter().sum();
+        let holdout_rms = rms(&residuals.concat());
+        Ok(Self { fitted, own, blocks, train, holdout_rms })
+    }
+
+    /// Gain in log-likelihood over another on what neither was fitted to, and its standard
+    /// error from the scatter of the blocks (Vuong 1989, Diebold and Mariano 1995).
+    pub(crate) fn gain_over(&self, other: &Self) -> (f64, f64) {
+        let mut gains: Vec<f64> =
+            self.blocks.iter().zip(&other.blocks).map(|(a, b)| a - b).collect();
+        // a few blocks where the effect shows most do not make the others' gain less sure
+        let mut sorted = gains.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        if median > 0.0 {
+            for gain in &mut gains {
+                *gain = gain.min(MOST_MEDIANS * median);
+            }
+        }
+        let n = gains.len().max(1) as f64;
+        let mean = gains.iter().sum::<f64>() / n;
+        let variance =
+            gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n - 1.0).max(1.0);
+        (mean * n, libm::sqrt(variance * n))
+    }
+
+    /// Gain in evidence over another: log-likelihood of what was fitted less half a logarithm of
+    /// the number of samples for each number more (Bayesian information criterion).
+    pub(crate) fn evidence_over(&self, other: &Self, samples: usize) -> f64 {
+        let numbers = self.fitted.values.len() as f64 - other.fitted.values.len() as f64;
+        self.train - other.train - 0.5 * numbers * libm::log(samples as f64)
+    }
+
+    pub(crate) fn own_noise(&self) -> &Whitener {
+        &self.own
+    }
+}
+
+/// One more effect, fitted and judged.
+#[derive(Clone, Debug)]
+pub(crate) struct Rival {
+    pub(crate) id: EffectId,
+    pub(crate) family: usize,
+    pub(crate) judged: Judged,
+    /// Fall of the objective against the structure without it, nats.
+    pub(crate) fall: f64,
+    /// Logarithm of the chance of that fall, for all questions of the catalogue together.
+    pub(crate) log_p: f64,
+    pub(crate) gain: f64,
+    pub(crate) gain_std: f64,
+    pub(crate) evidence: f64,
+    /// Whether a number of the effect stands on a bound.
+    pub(crate) on_bound: bool,
+}
+
+impl Rival {
+    /// What speaks for it, in nats: held out and fitted together.
+    pub(crate) fn score(&self) -> f64 {
+        self.gain + self.evidence
+    }
+
+    /// Fits a scored effect on top of a fitted structure, from its shape and size in the scan.
+    pub(crate) fn new(
+        (scored, tried, family): (&Scored, &Tried, &Family),
+        current: &Judged,
+        (train, holdout): (&Problem<'_>, &Problem<'_>),
+        whitener: &Whitener,
+        (travel, questions): (f64, f64),
+    ) -> Result<Self, GreyboxError> {
+        let geometry = train.machine.geometry();
+        let shapes = family.free_shapes();
+        let start_at = |scale: f64| -> Effect {
+            let mut effect = tried.plain.clone();
+            for ((place, size), found) in tried.sizes.iter().zip(&scored.sizes) {
+                let parameter = &effect.id().info().parameters[*place];
+                let (least, most) = parameter.bounds();
+                let found = if *found <= least { *size } else { *found };
+                let key = parameter.key(geometry);
+                let _ = effect.set(key, (scale * found).clamp(least, most));
+            }
+            effect
+        };
+        let nominal = &current.fitted.structure;
+        let near = nominal.clone().started_at(&current.fitted.values);
+        let at_size = |scale: f64| -> Effect {
+            let mut effect = tried.plain.clone();
+            for (place, size) in &tried.sizes {
+                let parameter = &effect.id().info().parameters[*place];
+                let (least, most) = parameter.bounds();
+                let _ = effect.set(parameter.key(geometry), (scale * size).clamp(least, most));
+            }
+            effect
+        };
+        let mut trials: Vec<(&Structure, Effect)> =
+            starts(tried.plain.id()).iter().map(|scale| (&near, start_at(*scale))).collect();
+        if current.fitted.objective > POOR_PER_SAMPLE * train.samples() as f64 {
+            // damage and tolerances have been bent to fit what they cannot: start without them
+            trials.extend(SIZES.map(|scale| (nominal, at_size(scale))));
+        }
+        let known = &current.fitted.sensitivities;
+        let mut best: Option<Fitted> = None;
+        for (base, effect) in trials {
+            let numbers = numbers(&effect, &tried.sizes, &shapes, travel);
+            let fitted = fit(train, base.with_effect(effect, &numbers), whitener, known)?;
+            if best.as_ref().is_none_or(|b| fitted.objective < b.objective) {
+                best = Some(fitted);
+            }
+        }
+        if best.as_ref().is_none_or(|b| b.objective > current.fitted.objective) {
+            // from too far off: once more from nearly nothing
+            let effect = at_size(1.0);
+            let numbers = numbers(&effect, &tried.sizes, &shapes, travel);
+            best = Some(fit(train, near.with_effect(effect, &numbers), whitener, known)?);
+        }
+        let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };
+        let fall = current.fitted.objective - fitted.objective;
+        let dims = tried.sizes.len() + shapes.len();
+        let looked =
+            if family.looked_at > family.shapes.len() as f64 { family.looked_at } else { 1.0 };
+        let log_p = (log_tail(2.0 * fall, dims) + libm::log(looked * questions)).min(0.0);
+        let place = fitted.structure.effects.len() - 1;
+        let places = fitted.structure.places_of_effect(place);
+        let sizes = places.iter().take(tried.sizes.len());
+        let bound = |&p: &usize| {
+            let free = &fitted.structure.free[p];
+            let near = 1e-3 * (free.most - free.least).min(fitted.values[p].abs().max(free.step));
+            fitted.values[p] - free.least <= near || free.most - fitted.values[p] <= near
+        };
+        let on_bound = sizes.into_iter().any(bound);
+        let judged = Judged::new(fitted, train, holdout)?;
+        let (gain, gain_std) = judged.gain_over(current);
+        let evidence = judged.evidence_over(current, train.samples()) - libm::log(looked);
+        Ok(Self {
+            id: tried.plain.id(),
+            family: scored.family,
+            judged,
+            fall,
+            log_p,
+            gain,
+            gain_std,
+            evidence,
+            on_bound,
+        })
+    }
+}
+
+/// Half the mean square of the whitened residual from which a fit is poor.
+const POOR_PER_SAMPLE: f64 = 5.0;
+/// Multiples of the size tried from which a fit starts where the model without it is poor.
+const SIZES: [f64; 2] = [3.0, 30.0];
+
+/// Multiples of the linear estimate from which a fit starts: more than one where the effect is
+/// far from linear in its size.
+fn starts(id: EffectId) -> &'static [f64] {
+    match id {
+        EffectId::Presliding | EffectId::Compliance => &[0.3, 3.0],
+        _ => &[1.0],
+    }
+}

@@ -1,0 +1,346 @@
+//! The score scan: how much of the residual each effect of the catalogue explains that neither
+//! damage nor rough numbers can.
+
+use nalgebra::DVector;
+use rand::RngExt;
+use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use ema_sim::Effect;
+
+use crate::{
+    error::GreyboxError,
+    fit::{Fitted, whitened},
+    gram::Gram,
+    hypothesis::{Family, Scales, first_size, is_stiff},
+    machine::State,
+    noise::Whitener,
+    problem::{PerRecord, Problem},
+    random::normal,
+};
+
+/// Draws of noise that the largest score is compared with.
+pub(crate) const DRAWS: usize = 999;
+/// Change, in units of the noise, that a size tried is to make.
+const WANTED_CHANGE: (f64, f64) = (5.0, 60.0);
+
+/// One effect with its shapes, switched on a little.
+#[derive(Clone, Debug)]
+pub(crate) struct Tried {
+    /// Which question.
+    pub(crate) family: usize,
+    /// The effect with all sizes zero.
+    pub(crate) plain: Effect,
+    /// Places and values of the sizes tried.
+    pub(crate) sizes: Vec<(usize, f64)>,
+    /// What each does to the prediction.
+    pub(crate) columns: Vec<PerRecord>,
+}
+
+/// How well one explains the residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Scored {
+    pub(crate) family: usize,
+    /// Place among those tried.
+    pub(crate) tried: usize,
+    /// Natural logarithm of the chance that noise scores as much, for this one alone.
+    pub(crate) log_p: f64,
+    /// Share of what the effect does that damage and rough numbers cannot imitate.
+    pub(crate) visible_share: f64,
+    /// Energy of the effect, at the sizes tried, that is left after projection.
+    pub(crate) energy: f64,
+    /// Cosine of residual and effect before projection.
+    pub(crate) raw_cosine: f64,
+    /// Sizes by least squares.
+    pub(crate) sizes: Vec<f64>,
+}
+
+/// The outcome of a scan.
+#[derive(Clone, Debug)]
+pub(crate) struct Scan {
+    /// The best shape of each question, best question first.
+    pub(crate) scored: Vec<Scored>,
+    /// Chance that noise alone reaches the best score of the whole catalogue.
+    pub(crate) p_familywise: f64,
+}
+
+/// Switches each effect on a little.
+pub(crate) fn try_all(
+    problem: &Problem<'_>,
+    state: &State,
+    drive: &PerRecord,
+    families: &[Family],
+    whitener: &Whitener,
+    scales: &Scales,
+) -> Result<Vec<Tried>, GreyboxError> {
+    struct Attempt {
+        plain: Effect,
+        place: usize,
+        size: f64,
+    }
+    let geometry = problem.machine.geometry();
+    let mut attempts = Vec::new();
+    for family in families {
+        for plain in &family.shapes {
+            for &place in &family.sizes {
+                let size = first_size(&plain.id().info().parameters[place], geometry, scales);
+                attempts.push(Attempt { plain: plain.clone(), place, size });
+            }
+        }
+    }
+    let change = |plain: &Effect,
+                  place: usize,
+                  size: f64|
+     -> Result<Option<PerRecord>, GreyboxError> {
+        let parameter = &plain.id().info().parameters[place];
+        let Ok(effect) = plain.clone().with(parameter.key(geometry), size) else { return Ok(None) };
+        let mut on = state.clone();
+        on.effects.push(effect);
+        let mut columns = Vec::new();
+        for (prepared, off) in problem.records.iter().zip(drive) {
+            match problem.machine.simulate(&on, prepared.record) {
+                Ok(prediction) => {
+                    let with = prepared.reduce(&prediction.drive);
+                    columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
+                }
+                // an effect that this machine, or this machine with the others, cannot have
+                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {
+                    return Ok(None);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Some(columns))
+    };
+    let norm = |columns: &PerRecord| {
+        libm::sqrt(whitened(whitener, columns).iter().map(|x| x * x).sum::<f64>())
+    };
+    let sized = |attempt: &Attempt| -> Result<Option<(f64, PerRecord)>, GreyboxError> {
+        let (place, mut size) = (attempt.place, attempt.size);
+        let parameter = &attempt.plain.id().info().parameters[place];
+        let (least, most) = parameter.bounds();
+        let Some(mut columns) = change(&attempt.plain, place, size)? else { return Ok(None) };
+        for _ in 0..2 {
+            let seen = norm(&columns);
+            let (lower, upper) = WANTED_CHANGE;
+            if (lower..=upper).contains(&seen) || !seen.is_finite() {
+                break;
+            }
+            let factor =
+                if seen > 0.0 { (0.5 * (lower + upper) / seen).clamp(1e-3, 1e2) } else { 1e2 };
+            // smaller sizes of what is stiff cost time and change little
+            let factor = if is_stiff(attempt.plain.id()) { factor.max(1.0) } else { factor };
+            let next = (size * factor).clamp(least, most);
+            if next == size {
+                break;
+            }
+            size = next;
+            match change(&attempt.plain, place, size)? {
+                Some(next) => columns = next,
+                None => return Ok(None),
+            }
+        }
+        Ok(Some((size, columns)))
+    };
+    let outcomes = crate::parallel::map(&attempts, problem.jobs, sized);
+    let mut tried: Vec<Tried> = Vec::new();
+    let mut outcomes = attempts.into_iter().zip(outcomes);
+    for (number, family) in families.iter().enumerate() {
+        for plain in &family.shapes {
+            let mut entry = Tried {
+                family: number,
+                plain: plain.clone(),
+                sizes: Vec::new(),
+                columns: Vec::new(),
+            };
+            for (attempt, outcome) in outcomes.by_ref().take(family.sizes.len()) {
+                if let Some((size, columns)) = outcome? {
+                    entry.sizes.push((attempt.place, size));
+                    entry.columns.push(columns);
+                }
+            }
+            if entry.sizes.len() == family.sizes.len() {
+                tried.push(entry);
+            }
+        }
+    }
+    Ok(tried)
+}
+
+/// Scores all that was tried against the residual of a fit.
+pub(crate) fn score(
+    families: &[Family],
+    tried: &[Tried],
+    fitted: &Fitted,
+    whitener: &Whitener,
+    seed: u64,
+) -> Scan {
+    let mut columns: Vec<Vec<f64>> =
+        fitted.sensitivities.iter().map(|column| whitened(whitener, column)).collect();
+    let known: Vec<usize> = (0..columns.len()).collect();
+    let mut places = Vec::new();
+    for entry in tried {
+        let from = columns.len();
+        columns.extend(entry.columns.iter().map(|column| whitened(whitener, column)));
+        places.push((from..columns.len()).collect::<Vec<usize>>());
+    }
+    let target = columns.len();
+    columns.push(whitened(whitener, &fitted.residuals));
+    let raw = Gram::new(&columns);
+    let rest = raw.without(&known);
+
+    let mut scored: Vec<Scored> = tried
+        .iter()
+        .zip(&places)
+        .enumerate()
+        .map(|(number, (entry, places))| {
+            let (statistic, weights) = rest.explained(target, places);
+            let allowed = sign_allowed(&entry.plain, &entry.sizes, &weights);
+            let sum = |gram: &Gram| places.iter().map(|&p| gram.get(p, p)).sum::<f64>();
+            let raw_energy = raw.explained(target, places).0;
+            Scored {
+                family: entry.family,
+                tried: number,
+                log_p: if allowed {
+                    log_tail(statistic, places.len()) + one_sided(&entry.plain, &entry.sizes)
+                } else {
+                    0.0
+                },
+                visible_share: libm::sqrt(sum(&rest) / sum(&raw).max(f64::MIN_POSITIVE)),
+                energy: sum(&rest),
+                raw_cosine: libm::sqrt(
+                    (raw_energy / raw.get(target, target).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
+                ),
+                sizes: weights.iter().zip(&entry.sizes).map(|(w, (_, s))| w * s).collect(),
+            }
+        })
+        .collect();
+    let looked = |s: &Scored| libm::log(screened(&families[s.family]));
+    let observed = scored.iter().map(|s| s.log_p + looked(s)).fold(0.0, f64::min);
+    let p_familywise = familywise(families, tried, &places, &rest, observed, seed);
+    scored.sort_by(|a, b| (a.log_p + looked(a)).total_cmp(&(b.log_p + looked(b))));
+    let mut seen = Vec::new();
+    scored.retain(|s| {
+        let new = !seen.contains(&s.family);
+        seen.push(s.family);
+        new
+    });
+    Scan { scored, p_familywise }
+}
+
+/// Shapes that were looked at beside those tried; one where all were tried.
+fn screened(family: &Family) -> f64 {
+    let tried = family.shapes.len() as f64;
+    if family.looked_at > tried { family.looked_at } else { 1.0 }
+}
+
+/// Chance that noise scores `observed` somewhere in the catalogue: draws of the projected
+/// scores, and a uniform chance for each question whose shapes were screened.
+fn familywise(
+    families: &[Family],
+    tried: &[Tried],
+    places: &[Vec<usize>],
+    rest: &Gram,
+    observed: f64,
+    seed: u64,
+) -> f64 {
+    let all: Vec<usize> =
+        places.iter().flatten().copied().filter(|&p| rest.get(p, p) > 0.0).collect();
+    let block = rest.block(&all);
+    let scale: Vec<f64> = (0..all.len()).map(|i| libm::sqrt(block[(i, i)])).collect();
+    let correlation = nalgebra::DMatrix::from_fn(all.len(), all.len(), |i, j| {
+        block[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-6 } else { 0.0 }
+    });
+    let Some(factor) = correlation.cholesky() else { return 1.0 };
+    let lower = factor.l();
+    let within: Vec<(usize, Vec<usize>)> = places
+        .iter()
+        .enumerate()
+        .map(|(number, columns)| {
+            let of = |c: &usize| all.iter().position(|p| p == c);
+            (number, columns.iter().filter_map(of).collect())
+        })
+        .collect();
+    let blocks: Vec<nalgebra::DMatrix<f64>> = within
+        .iter()
+        .map(|(_, at)| {
+            let block = nalgebra::DMatrix::from_fn(at.len(), at.len(), |i, j| {
+                let pair: f64 = lower.row(at[i]).dot(&lower.row(at[j]));
+                pair + if i == j { 1e-9 } else { 0.0 }
+            });
+            block.clone().cholesky().map_or(block, |c| c.inverse())
+        })
+        .collect();
+    let free: usize = families.iter().filter(|family| screened(family) > 1.0).count();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut reached = 0;
+    for _ in 0..DRAWS {
+        let z = DVector::from_fn(all.len(), |_, _| normal(&mut random));
+        let scores = &lower * z;
+        let mut least = 0.0_f64;
+        for ((number, at), inverse) in within.iter().zip(&blocks) {
+            let entry = &tried[*number];
+            if at.is_empty() || screened(&families[entry.family]) > 1.0 {
+                continue;
+            }
+            let w = DVector::from_fn(at.len(), |i, _| scores[at[i]]);
+            let statistic = (inverse * &w).dot(&w);
+            let sign = w.iter().copied().collect::<Vec<_>>();
+            if sign_allowed(&entry.plain, &entry.sizes, &sign) {
+                let log_p = log_tail(statistic, at.len()) + one_sided(&entry.plain, &entry.sizes);
+                least = least.min(log_p);
+            }
+        }
+        for _ in 0..free {
+            least = least.min(libm::log(random.random::<f64>().max(f64::MIN_POSITIVE)));
+        }
+        if least <= observed {
+            reached += 1;
+        }
+    }
+    (1.0 + f64::from(reached)) / (DRAWS as f64 + 1.0)
+}
+
+/// Whether a size can only have the sign tried.
+fn is_signed(plain: &Effect, place: usize) -> bool {
+    plain.id().info().parameters[place].bounds().0 >= 0.0
+}
+
+fn sign_allowed(plain: &Effect, sizes: &[(usize, f64)], weights: &[f64]) -> bool {
+    sizes.len() > 1
+        || weights.iter().zip(sizes).all(|(w, (p, _))| *w > 0.0 || !is_signed(plain, *p))
+}
+
+/// Half the chance where only one sign can be.
+fn one_sided(plain: &Effect, sizes: &[(usize, f64)]) -> f64 {
+    if sizes.len() == 1 && is_signed(plain, sizes[0].0) { -core::f64::consts::LN_2 } else { 0.0 }
+}
+
+/// Logarithm of the upper tail of the chi-squared distribution.
+pub(crate) fn log_tail(statistic: f64, degrees: usize) -> f64 {
+    if statistic.is_nan() || statistic <= 0.0 || degrees == 0 {
+        return 0.0;
+    }
+    let d = degrees as f64;
+    if statistic < 500.0
+        && let Ok(distribution) = ChiSquared::new(d)
+    {
+        return libm::log(distribution.sf(statistic).max(f64::MIN_POSITIVE)).min(0.0);
+    }
+    let half = 0.5 * statistic;
+    ((0.5 * d - 1.0) * libm::log(half) - half - libm::lgamma(0.5 * d)).min(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_are_those_of_the_tables() {
+        assert!((log_tail(3.841_458_820_694_124, 1) - 0.05_f64.ln()).abs() < 1e-9);
+        assert!((log_tail(9.210_340_371_976_18, 2) - 0.01_f64.ln()).abs() < 1e-9);
+        // the series beyond and the distribution within meet
+        assert!((log_tail(499.0, 2) - log_tail(501.0, 2) - 1.0).abs() < 1e-6);
+        assert_eq!(log_tail(0.0, 2), 0.0);
+    }
+}

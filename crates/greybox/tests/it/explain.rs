@@ -1,0 +1,144 @@
+//! Naming: what is hidden is found, what is not there is not.
+
+use ema_sim::{Effect, EffectId, Geometry};
+use greybox::{CommandKind, Explained, Options, Record, Recordings, Verdict, explain};
+
+use crate::bench_top::{Truth, model, recordings};
+
+fn answer(truth: &Truth) -> Explained {
+    explain(&model(), &recordings(truth), &Options::default()).expect("the recordings are good")
+}
+
+fn effect(id: EffectId, numbers: &[(&str, f64)]) -> Effect {
+    numbers.iter().fold(Effect::new(id, Geometry::Rotary), |effect, (key, value)| {
+        effect.with(key, *value).expect("a number of the effect")
+    })
+}
+
+#[test]
+fn a_worn_machine_as_modelled_is_adequate() {
+    let truth = Truth { k1: 0.03, rough: [0.07, -0.15], seed: 1, ..Truth::default() };
+    let answer = answer(&truth);
+    assert_eq!(answer.verdict, Verdict::Adequate, "{:?}", answer.log);
+    assert!(answer.effects.is_empty());
+    let friction = &answer.faults[0];
+    assert!((friction.after - 0.03).abs() < 4.0 * friction.std_after, "{friction:?}");
+    // the base model comes back bit for bit
+    assert_eq!(answer.extend(&model()), model());
+}
+
+#[test]
+fn what_is_hidden_is_named_with_its_size_and_no_longer_read_as_damage() {
+    let hidden = [
+        effect(EffectId::Stribeck, &[("stribeck_n_m", 0.006), ("stribeck_speed_rad_per_s", 1.0)]),
+        effect(EffectId::DirectionalFriction, &[("viscous_asymmetry_n_m_s_per_rad", 5e-4)]),
+        effect(EffectId::LoadFriction, &[("load_share_ratio", 0.1)]),
+        effect(EffectId::Cogging, &[("cogging_sin_n_m", 0.003), ("order", 12.0)]),
+        effect(EffectId::CurrentSensor, &[("gain_error_ratio", 0.05)]),
+    ];
+    for (seed, hidden) in hidden.into_iter().enumerate() {
+        let id = hidden.id();
+        let truth = Truth {
+            effects: vec![hidden.clone()],
+            k1: 0.02,
+            rough: [0.05, 0.1],
+            seed: 10 + seed as u64,
+        };
+        let answer = answer(&truth);
+        assert_eq!(answer.verdict, Verdict::Named, "{id:?}: {:#?}", answer.log);
+        let found = &answer.effects[0];
+        assert_eq!(found.effect.id(), id);
+        let (key, [least, most]) = &found.interval_95[0];
+        let (size, width) = (hidden.get(key).expect("the same number"), most - least);
+        assert!(size > least - width && size < most + width, "{id:?}: {found:?}");
+        let friction = &answer.faults[0];
+        assert!((friction.after - 0.02).abs() < 4.0 * friction.std_after, "{id:?}: {friction:?}");
+        let [before, after] = answer.holdout_rms.expect("judged");
+        let (floor, _) = answer.noise_floor.expect("judged");
+        assert!(before > 1.05 * floor && after < 1.05 * floor, "{id:?}: {before} {after} {floor}");
+    }
+}
+
+#[test]
+fn the_answer_does_not_depend_on_the_number_of_threads() {
+    let hidden = effect(EffectId::Cogging, &[("cogging_sin_n_m", 0.003), ("order", 12.0)]);
+    let truth = Truth { effects: vec![hidden], seed: 3, ..Truth::default() };
+    let of = |jobs: usize| {
+        let options = Options { jobs, ..Options::default() };
+        explain(&model(), &recordings(&truth), &options).expect("the recordings are good")
+    };
+    assert_eq!(of(1), of(2));
+}
+
+#[test]
+fn another_seed_of_the_draws_changes_the_chance_and_not_the_name() {
+    let hidden = effect(EffectId::Imbalance, &[("spring_n_m_per_rad", 0.001)]);
+    let truth = Truth { effects: vec![hidden], seed: 4, ..Truth::default() };
+    let of = |seed: u64| {
+        let options = Options { seed, ..Options::default() };
+        explain(&model(), &recordings(&truth), &options).expect("the recordings are good")
+    };
+    let ids = |answer: &Explained| -> Vec<EffectId> {
+        answer.effects.iter().map(|found| found.effect.id()).collect()
+    };
+    assert_eq!(ids(&of(0)), ids(&of(1)));
+}
+
+#[test]
+fn without_the_gates_noise_is_given_a_name() {
+    // the calibration is live: where it is switched off, false alarms come
+    let open = Options {
+        false_alarm_rate: 1.0,
+        gain_std_errors: -10.0,
+        evidence_nats: -1e3,
+        ..Options::default()
+    };
+    let truth = Truth { seed: 5, ..Truth::default() };
+    let answer = explain(&model(), &recordings(&truth), &open).expect("the recordings are good");
+    assert!(!answer.effects.is_empty(), "{:?}", answer.log);
+}
+
+#[test]
+fn recordings_that_do_not_suffice_are_told_so() {
+    let truth = Truth::default();
+    let explained = |change: &dyn Fn(&mut Recordings)| {
+        let mut recordings = recordings(&truth);
+        change(&mut recordings);
+        explain(&model(), &recordings, &Options::default())
+    };
+    let one =
+        explained(&|r| *r = Recordings { train: vec![r.train.remove(0)], ..Default::default() });
+    let one = one.expect("an answer");
+    assert_eq!(one.verdict, Verdict::Inconclusive);
+    assert!(one.reason.is_some_and(|reason| reason.starts_with("one recording alone")));
+
+    let blind = explained(&|r| r.train[0].position = None).expect("an answer");
+    assert!(blind.reason.is_some_and(|reason| reason.contains("no position of the motor")));
+
+    let clipped = explained(&|r| {
+        for x in &mut r.holdout[0].drive {
+            *x = x.clamp(-0.05, 0.05);
+        }
+    });
+    let clipped = clipped.expect("an answer");
+    assert!(clipped.reason.is_some_and(|reason| reason.contains("the signal is clipped")));
+
+    let none = explained(&|r| r.train.clear()).expect_err("nothing to fit");
+    assert_eq!(none.to_string(), "no recording to train on");
+}
+
+#[test]
+fn a_channel_of_another_length_is_named() {
+    let record = Record {
+        name: "short.csv".to_owned(),
+        rate_hz: 1000.0,
+        command: vec![0.0; 300],
+        kind: CommandKind::Position,
+        drive: vec![0.0; 300],
+        position: Some(vec![0.0; 299]),
+        load: None,
+        filter_hz: None,
+    };
+    let error = record.check().expect_err("one sample too few");
+    assert_eq!(error.to_string(), "short.csv: 299 samples of position, 300 of the drive");
+}

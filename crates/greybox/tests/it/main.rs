@@ -1,0 +1,5 @@
+//! The whole chain on machines of this workspace's own simulation; machines that were written
+//! apart are in `crates/greybox-blind`.
+
+mod bench_top;
+mod explain;

@@ -1,0 +1,222 @@
+//! The page of the scored set.
+
+use std::{collections::BTreeSet, fmt::Write};
+
+use super::{
+    bound::Rate,
+    case_file::Line,
+    null_check::NullCheck,
+    score::{self, Bar, Kind, Measured},
+};
+
+/// Where a run comes from.
+pub(crate) struct Origin {
+    pub(crate) set: &'static str,
+    pub(crate) commit: String,
+    /// What the seeds come from.
+    pub(crate) root: String,
+    /// Cases of the whole set.
+    pub(crate) planned: usize,
+    /// Cases that the generator could not draw.
+    pub(crate) not_drawn: usize,
+}
+
+/// Heading of the part that people write and a new run keeps.
+const WHY: &str = "## Why bars are missed";
+
+/// The page; what stands under [`WHY`] in an earlier one is kept.
+pub(crate) fn page(lines: &[Line], checks: &[NullCheck], origin: &Origin, earlier: &str) -> String {
+    let mut text = String::from(
+        "# Blind tests\n\nMade by `cargo xtask blind`; what is hidden, and how, is in `docs/models/blind-test.md`.\n\n",
+    );
+    let seconds: f64 = lines.iter().map(|line| line.elapsed_s).sum();
+    let _ = writeln!(
+        text,
+        "Set: {}, {} of {} cases, {} not drawn. Commit {}, seeds from `{}`. {:.1} s a case, one job each.\n",
+        origin.set,
+        lines.len(),
+        origin.planned,
+        origin.not_drawn,
+        origin.commit,
+        origin.root,
+        seconds / lines.len().max(1) as f64,
+    );
+    bars(&mut text, &score::bars(lines));
+    verdicts(&mut text, lines);
+    power(&mut text, lines);
+    faults(&mut text, lines);
+    confusion(&mut text, lines);
+    nulls(&mut text, checks);
+    let why = earlier.split_once(WHY).map_or("\n\nNothing is written here yet.\n", |(_, why)| why);
+    let _ = write!(text, "{WHY}{why}");
+    text
+}
+
+fn percent(rate: &Rate) -> String {
+    if rate.of == 0 {
+        return "-".to_owned();
+    }
+    format!("{:.1} % ({} of {})", 100.0 * rate.value(), rate.hits, rate.of)
+}
+
+fn bars(text: &mut String, bars: &[Bar]) {
+    text.push_str("| what | found | 95 % bound | asked | met |\n| --- | --- | --- | --- | --- |\n");
+    for bar in bars {
+        let (found, bound) = match (bar.measured, bar.kind) {
+            (Measured::Figure { value, of }, _) => {
+                (format!("{value:.3} (of {of})"), "-".to_owned())
+            }
+            (Measured::Rate(rate), Kind::AtMost { .. }) => {
+                (percent(&rate), format!("≤ {:.1} %", 100.0 * rate.at_most()))
+            }
+            (Measured::Rate(rate), _) => {
+                (percent(&rate), format!("≥ {:.1} %", 100.0 * rate.at_least()))
+            }
+        };
+        let asked = match bar.kind {
+            Kind::AtMost { rate, bound } => {
+                format!("≤ {:.0} %, bound ≤ {:.0} %", 100.0 * rate, 100.0 * bound)
+            }
+            Kind::AtLeast { rate } => {
+                format!("≥ {:.0} %, bound ≥ {:.0} %", 100.0 * rate, 100.0 * rate - 5.0)
+            }
+            Kind::Within { from, to } => format!("{:.0} to {:.0} %", 100.0 * from, 100.0 * to),
+            Kind::Figure { most } => format!("≤ {most}"),
+        };
+        let met = match bar.met() {
+            None => "not measured".to_owned(),
+            Some(true) => "yes".to_owned(),
+            Some(false) => format!("**no**{}", missed(bar)),
+        };
+        let _ = writeln!(text, "| {} | {found} | {bound} | {asked} | {met} |", bar.name);
+    }
+    text.push_str("\nRates are over all cases of the class; `inconclusive` and no answer are misses. A bound is one-sided, Clopper and Pearson's. Visible: lambda of 30 or more.\n\n");
+}
+
+/// By how much a bar is missed.
+fn missed(bar: &Bar) -> String {
+    let points = |value: f64| format!(" by {:.1} points", 100.0 * value);
+    match (bar.kind, bar.measured) {
+        (Kind::AtMost { rate, .. }, Measured::Rate(found)) if found.value() > rate => {
+            points(found.value() - rate)
+        }
+        (Kind::AtMost { bound, .. }, Measured::Rate(found)) => {
+            format!(", its bound{}", points(found.at_most() - bound))
+        }
+        (Kind::AtLeast { rate }, Measured::Rate(found)) if found.value() < rate => {
+            points(rate - found.value())
+        }
+        (Kind::AtLeast { rate }, Measured::Rate(found)) => {
+            format!(", its bound{}", points(rate - 0.05 - found.at_least()))
+        }
+        (Kind::Within { from, to }, Measured::Rate(found)) => {
+            points((from - found.value()).max(found.value() - to))
+        }
+        (Kind::Figure { most }, Measured::Figure { value, .. }) => {
+            format!(" by {:.3}", value - most)
+        }
+        _ => String::new(),
+    }
+}
+
+fn verdicts(text: &mut String, lines: &[Line]) {
+    let counts = score::verdicts(lines);
+    let said: BTreeSet<&str> = counts.keys().map(|(_, said)| said.as_str()).collect();
+    let classes: BTreeSet<&str> = counts.keys().map(|(class, _)| class.as_str()).collect();
+    text.push_str("## Verdicts\n\n");
+    grid(text, "class", &classes, &said, |class, said| {
+        counts.get(&(class.to_owned(), said.to_owned())).copied().unwrap_or(0)
+    });
+}
+
+fn grid<'a>(
+    text: &mut String,
+    corner: &str,
+    rows: &BTreeSet<&'a str>,
+    columns: &BTreeSet<&'a str>,
+    count: impl Fn(&str, &str) -> usize,
+) {
+    let names: Vec<&str> = columns.iter().copied().collect();
+    let _ = writeln!(text, "| {corner} | {} |", names.join(" | "));
+    let _ = writeln!(text, "| --- |{}", " ---: |".repeat(names.len()));
+    for row in rows {
+        let cells: Vec<String> = names
+            .iter()
+            .map(|column| count(row, column))
+            .map(|n| if n == 0 { String::new() } else { n.to_string() })
+            .collect();
+        let _ = writeln!(text, "| {row} | {} |", cells.join(" | "));
+    }
+    text.push('\n');
+}
+
+fn power(text: &mut String, lines: &[Line]) {
+    text.push_str("## Power\n\nSingles by severity, the square root of lambda / 15: 1 is what is found half of the time at best, 1.414 visible.\n\n");
+    text.push_str("| severity | right effect | wrong name |\n| --- | --- | --- |\n");
+    for (from, to, right, wrong) in score::power(lines) {
+        let _ = writeln!(text, "| {from} to {to} | {} | {} |", percent(&right), percent(&wrong));
+    }
+    text.push('\n');
+}
+
+fn faults(text: &mut String, lines: &[Line]) {
+    let visible = score::visible_singles(lines);
+    text.push_str("## Faults, visible singles\n\n| fault | median error before | after | intervals that hold the truth | not given |\n| --- | ---: | ---: | --- | ---: |\n");
+    for only in [None, Some("k1"), Some("k2"), Some("k3"), Some("k4"), Some("k5"), Some("k6")] {
+        let errors = score::fault_errors(&visible, only);
+        let _ = writeln!(
+            text,
+            "| {} | {:.5} | {:.5} | {} | {} |",
+            only.unwrap_or("all"),
+            score::median(&errors.before),
+            score::median(&errors.after),
+            percent(&errors.covered),
+            errors.missing,
+        );
+    }
+    text.push('\n');
+}
+
+fn confusion(text: &mut String, lines: &[Line]) {
+    let counts = score::confusion(lines);
+    let rows: BTreeSet<&str> = counts.keys().map(|(truth, _)| truth.as_str()).collect();
+    let columns: BTreeSet<&str> = counts.keys().map(|(_, said)| said.as_str()).collect();
+    text.push_str("## Confusion, visible singles\n\nTrue effects down, first answers across.\n\n");
+    grid(text, "true", &rows, &columns, |truth, said| {
+        counts.get(&(truth.to_owned(), said.to_owned())).copied().unwrap_or(0)
+    });
+}
+
+fn nulls(text: &mut String, checks: &[NullCheck]) {
+    text.push_str("## Null check\n\nNominal machines of generator and simulator, without noise: largest rms difference of the current over eight draws, healthy and faulty, with and without steps of the load. Asked: a tenth of the lowest noise, 0.0005 A.\n\n");
+    text.push_str("| machine | command | rms, A |\n| --- | --- | ---: |\n");
+    for check in checks {
+        let (machine, command) = (check.machine.name(), check.command.name());
+        let _ = writeln!(text, "| {machine} | {command} | {:.1e} |", check.worst_rms_a);
+    }
+    text.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_keeps_what_people_wrote() {
+        let origin = Origin {
+            set: "dev",
+            commit: "abc".to_owned(),
+            root: "development".to_owned(),
+            planned: 1900,
+            not_drawn: 0,
+        };
+        let first = page(&[], &[], &origin, "");
+        assert!(
+            first.contains("| tie stated | - | ≥ 0.0 % | ≥ 90 %, bound ≥ 85 % | not measured |")
+        );
+        let written = first.replace("Nothing is written here yet.", "Because.");
+        assert!(
+            page(&[], &[], &origin, &written).ends_with("## Why bars are missed\n\nBecause.\n")
+        );
+    }
+}

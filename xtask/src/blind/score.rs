@@ -1,0 +1,478 @@
+//! What counts as what, and the bars.
+
+use ema_sim::EffectId;
+
+use super::{
+    bound::Rate,
+    case_file::{Answer, Line},
+};
+
+/// A bar with what was counted.
+#[derive(Clone, Debug)]
+pub(crate) struct Bar {
+    pub(crate) name: &'static str,
+    pub(crate) kind: Kind,
+    pub(crate) measured: Measured,
+}
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// A rate at most this, its bound from above at most a multiple of it.
+    AtMost { rate: f64, bound: f64 },
+    /// A rate at least this, its bound from below at least 5 points less.
+    AtLeast { rate: f64 },
+    /// A rate within two values.
+    Within { from: f64, to: f64 },
+    /// A figure at most this.
+    Figure { most: f64 },
+}
+
+/// What was found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Measured {
+    Rate(Rate),
+    Figure { value: f64, of: usize },
+}
+
+/// Points by which a lower bound may stay behind its bar.
+const BEHIND: f64 = 0.05;
+
+impl Bar {
+    /// Whether the bar is met; none where nothing was counted.
+    pub(crate) fn met(&self) -> Option<bool> {
+        match (self.kind, self.measured) {
+            (_, Measured::Rate(Rate { of: 0, .. }) | Measured::Figure { of: 0, .. }) => None,
+            (Kind::AtMost { rate, bound }, Measured::Rate(found)) => {
+                Some(found.value() <= rate && found.at_most() <= bound)
+            }
+            (Kind::AtLeast { rate }, Measured::Rate(found)) => {
+                Some(found.value() >= rate && found.at_least() >= rate - BEHIND)
+            }
+            (Kind::Within { from, to }, Measured::Rate(found)) => {
+                Some((from..=to).contains(&found.value()))
+            }
+            (Kind::Figure { most }, Measured::Figure { value, .. }) => Some(value <= most),
+            _ => None,
+        }
+    }
+
+    fn at_most(name: &'static str, rate: f64, found: Rate) -> Self {
+        let bound = if rate <= 0.01 { 3.0 * rate } else { 2.0 * rate };
+        Self { name, kind: Kind::AtMost { rate, bound }, measured: Measured::Rate(found) }
+    }
+
+    fn at_least(name: &'static str, rate: f64, found: Rate) -> Self {
+        Self { name, kind: Kind::AtLeast { rate }, measured: Measured::Rate(found) }
+    }
+}
+
+/// An answer of a case; one that gave none counts as inconclusive.
+fn answer(line: &Line) -> Answer {
+    line.answer
+        .clone()
+        .unwrap_or_else(|| Answer { verdict: "inconclusive".to_owned(), ..Answer::default() })
+}
+
+/// Whether something is claimed where nothing is hidden.
+fn alarms(line: &Line) -> bool {
+    let answer = answer(line);
+    answer.names() || answer.verdict == "unknown"
+}
+
+fn true_id(line: &Line) -> &str {
+    line.truth.hidden.first().map_or("", |hidden| hidden.id.as_str())
+}
+
+fn same_class(a: &str, b: &str) -> bool {
+    let class = |id: &str| EffectId::find(id).map(|id| id.info().class);
+    class(a).is_some() && class(a) == class(b)
+}
+
+fn wrong_name(line: &Line) -> bool {
+    let answer = answer(line);
+    answer.names() && !answer.set().contains(&true_id(line))
+}
+
+/// Whether the answer says that the truth is tied with its partner.
+fn states_tie(line: &Line) -> bool {
+    let answer = answer(line);
+    let partner_in =
+        |ids: &[&str]| line.truth.tied_with.iter().any(|partner| ids.contains(&partner.as_str()));
+    let (set, absorbed) = (answer.set(), answer.absorbed_ids());
+    match answer.verdict.as_str() {
+        "one-of" => set.contains(&true_id(line)) && partner_in(&set),
+        "absorbed" => absorbed.contains(&true_id(line)) && partner_in(&absorbed),
+        _ => false,
+    }
+}
+
+/// Whether the proposed recording leaves the truth and not its partner.
+fn breaks_tie(line: &Line) -> bool {
+    let Some(second) = &line.second else { return false };
+    let set = second.set();
+    second.first() == Some(true_id(line))
+        && !line.truth.tied_with.iter().any(|partner| set.contains(&partner.as_str()))
+}
+
+fn finds_both(line: &Line) -> bool {
+    let answer = answer(line);
+    let set = answer.set();
+    answer.effects.len() >= 2 && line.truth.hidden.iter().all(|h| set.contains(&h.id.as_str()))
+}
+
+/// Errors of fault levels before and after, and whether the interval holds the truth; `k7` is a
+/// direction and left out.
+pub(crate) struct FaultErrors {
+    pub(crate) before: Vec<f64>,
+    pub(crate) after: Vec<f64>,
+    pub(crate) covered: Rate,
+    /// Fault levels that the answers do not give.
+    pub(crate) missing: usize,
+}
+
+/// Two-sided 95 % of a normal.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// Pools the fault errors of cases.
+pub(crate) fn fault_errors(lines: &[&Line], only: Option<&str>) -> FaultErrors {
+    let mut all =
+        FaultErrors { before: Vec::new(), after: Vec::new(), covered: Rate::default(), missing: 0 };
+    for line in lines {
+        let answer = answer(line);
+        let wanted = |id: &str| id != "k7" && only.is_none_or(|only| only == id);
+        for (id, truth) in line.truth.faults.iter().filter(|(id, _)| wanted(id)) {
+            let fault = answer.faults.get(id).cloned().unwrap_or_default();
+            all.covered.of += 1;
+            let (Some(before), Some(after)) = (fault.before, fault.after) else {
+                all.missing += 1;
+                continue;
+            };
+            all.before.push((before - truth).abs());
+            all.after.push((after - truth).abs());
+            let interval = fault.interval_95.or_else(|| {
+                fault.std_after.map(|s| [after - NORMAL_95 * s, after + NORMAL_95 * s])
+            });
+            if interval.is_some_and(|[low, high]| low <= *truth && *truth <= high) {
+                all.covered.hits += 1;
+            }
+        }
+    }
+    all
+}
+
+/// The middle of some values; NaN of none.
+pub(crate) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => sorted[n / 2],
+        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
+    }
+}
+
+/// The cases of a class.
+pub(crate) fn of_class<'a>(lines: &'a [Line], class: &str) -> Vec<&'a Line> {
+    lines.iter().filter(|line| line.class == class).collect()
+}
+
+/// Singles whose effect is visible.
+pub(crate) fn visible_singles(lines: &[Line]) -> Vec<&Line> {
+    let singles = of_class(lines, "single").into_iter();
+    singles.filter(|line| line.truth.hidden.iter().all(|h| h.visible)).collect()
+}
+
+/// Excess from which what is outside the catalogue must be told.
+const TOLD_EXCESS: f64 = 1.3;
+
+/// All bars.
+pub(crate) fn bars(lines: &[Line]) -> Vec<Bar> {
+    let count =
+        |class: &str, test: fn(&Line) -> bool| Rate::of(&of_class(lines, class), |line| test(line));
+    let visible = visible_singles(lines);
+    let rate = |test: fn(&Line) -> bool| Rate::of(&visible, |line| test(line));
+    let sizes: Vec<f64> = visible
+        .iter()
+        .map(|line| answer(line))
+        .filter(Answer::names)
+        .map(|answer| answer.set().len() as f64)
+        .collect();
+    let outside = of_class(lines, "outside");
+    let loud: Vec<&Line> =
+        outside.iter().filter(|line| line.truth.excess >= TOLD_EXCESS).copied().collect();
+    let errors = fault_errors(&visible, None);
+    vec![
+        Bar::at_most("false alarm, Gaussian nulls", 0.01, count("null", alarms)),
+        Bar::at_most("false alarm, unusual noise", 0.03, count("unusual-null", alarms)),
+        Bar::at_most("fault called an effect", 0.02, count("fault-only", alarms)),
+        Bar::at_least(
+            "right class, visible singles",
+            0.95,
+            rate(|line| answer(line).first().is_some_and(|id| same_class(id, true_id(line)))),
+        ),
+        Bar::at_least(
+            "right effect, visible singles",
+            0.90,
+            rate(|line| answer(line).first() == Some(true_id(line))),
+        ),
+        Bar::at_most("wrong name, visible singles", 0.04, rate(wrong_name)),
+        Bar::at_least(
+            "truth in the answered set, visible singles",
+            0.97,
+            rate(|line| answer(line).set().contains(&true_id(line))),
+        ),
+        Bar {
+            name: "mean size of the answered set",
+            kind: Kind::Figure { most: 1.5 },
+            measured: Measured::Figure {
+                value: sizes.iter().sum::<f64>() / sizes.len() as f64,
+                of: sizes.len(),
+            },
+        },
+        Bar::at_most(
+            "outside the catalogue, named without a remainder",
+            0.03,
+            Rate::of(&outside, |line| {
+                let answer = answer(line);
+                answer.names() && answer.verdict != "named-with-remainder"
+            }),
+        ),
+        Bar::at_least(
+            "outside, told where the excess is 1.3 or more",
+            0.95,
+            Rate::of(&loud, |line| {
+                matches!(answer(line).verdict.as_str(), "unknown" | "named-with-remainder")
+            }),
+        ),
+        Bar::at_least("two effects, both found", 0.70, count("double", finds_both)),
+        Bar::at_least("tie stated", 0.90, count("tied", states_tie)),
+        Bar::at_least("tie broken by the proposed recording", 0.90, count("tied", breaks_tie)),
+        Bar {
+            name: "median fault error after / before, visible singles",
+            kind: Kind::Figure { most: 0.2 },
+            measured: Measured::Figure {
+                value: median(&errors.after) / median(&errors.before),
+                of: errors.after.len(),
+            },
+        },
+        Bar {
+            name: "95 % intervals of k that hold the truth, visible singles",
+            kind: Kind::Within { from: 0.90, to: 0.98 },
+            measured: Measured::Rate(errors.covered),
+        },
+    ]
+}
+
+/// Counts of the answered against the true effect of visible singles; an answer without a name
+/// stands under its verdict.
+pub(crate) fn confusion(lines: &[Line]) -> std::collections::BTreeMap<(String, String), usize> {
+    let mut counts = std::collections::BTreeMap::new();
+    for line in visible_singles(lines) {
+        let answer = answer(line);
+        let said = answer.first().map_or(answer.verdict.clone(), str::to_owned);
+        *counts.entry((true_id(line).to_owned(), said)).or_insert(0) += 1;
+    }
+    counts
+}
+
+/// Bounds of the severities in the power curve.
+pub(crate) const SEVERITIES: [f64; 8] = [0.0, 0.5, 1.0, 1.414, 2.0, 4.0, 8.0, f64::INFINITY];
+
+/// Share of singles that are named, and rightly, by severity.
+pub(crate) fn power(lines: &[Line]) -> Vec<(f64, f64, Rate, Rate)> {
+    let singles = of_class(lines, "single");
+    let bounds = SEVERITIES.windows(2);
+    bounds
+        .map(|pair| {
+            let within = |line: &&&Line| {
+                let severity = line.truth.hidden.first().map_or(0.0, |h| h.severity);
+                severity >= pair[0] && severity < pair[1]
+            };
+            let part: Vec<&Line> = singles.iter().filter(within).copied().collect();
+            let right = Rate::of(&part, |line| answer(line).first() == Some(true_id(line)));
+            (pair[0], pair[1], right, Rate::of(&part, |line| wrong_name(line)))
+        })
+        .collect()
+}
+
+/// Cases by class and verdict.
+pub(crate) fn verdicts(lines: &[Line]) -> std::collections::BTreeMap<(String, String), usize> {
+    let mut counts = std::collections::BTreeMap::new();
+    for line in lines {
+        let said = line.answer.as_ref().map_or("no answer".to_owned(), |a| a.verdict.clone());
+        *counts.entry((line.class.clone(), said)).or_insert(0) += 1;
+    }
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blind::case_file::{Fault, Hidden, Named, Truth};
+
+    fn line(class: &str, hidden: &[&str], verdict: &str, effects: &[&str]) -> Line {
+        let named = |ids: &[&str]| {
+            ids.iter().map(|id| Named { id: (*id).to_owned(), ..Named::default() }).collect()
+        };
+        Line {
+            class: class.to_owned(),
+            truth: Truth {
+                class: class.to_owned(),
+                hidden: hidden
+                    .iter()
+                    .map(|id| Hidden { id: (*id).to_owned(), visible: true, ..Hidden::default() })
+                    .collect(),
+                excess: 1.5,
+                faults: [("k1".to_owned(), 0.02), ("k7".to_owned(), 0.5)].into(),
+                ..Truth::default()
+            },
+            answer: Some(Answer {
+                verdict: verdict.to_owned(),
+                effects: named(effects),
+                ..Answer::default()
+            }),
+            ..Line::default()
+        }
+    }
+
+    fn rate(lines: &[Line], name: &str) -> Rate {
+        let bar = bars(lines).into_iter().find(|bar| bar.name == name).unwrap();
+        match bar.measured {
+            Measured::Rate(rate) => rate,
+            Measured::Figure { .. } => panic!("{name} is a figure"),
+        }
+    }
+
+    #[test]
+    fn unknown_is_a_false_alarm_and_inconclusive_is_none() {
+        for (class, name) in [
+            ("null", "false alarm, Gaussian nulls"),
+            ("unusual-null", "false alarm, unusual noise"),
+            ("fault-only", "fault called an effect"),
+        ] {
+            let lines: Vec<Line> =
+                ["adequate", "unknown", "inconclusive", "absorbed", "named", "one-of"]
+                    .map(|verdict| {
+                        let names = ["named", "one-of"].contains(&verdict);
+                        line(class, &[], verdict, if names { &["E01"] } else { &[] })
+                    })
+                    .to_vec();
+            assert_eq!(rate(&lines, name), Rate { hits: 3, of: 6 });
+        }
+    }
+
+    #[test]
+    fn singles_are_counted_over_all_visible_ones() {
+        let mut tied = line("single", &["E01"], "one-of", &["E02"]);
+        tied.answer.as_mut().unwrap().alternatives =
+            vec![Named { id: "E01".to_owned(), ..Named::default() }];
+        let mut invisible = line("single", &["E01"], "named", &["E11"]);
+        invisible.truth.hidden[0].visible = false;
+        let mut silent = line("single", &["E01"], "", &[]);
+        silent.answer = None;
+        let lines = [
+            line("single", &["E01"], "named", &["E01"]),
+            tied,
+            line("single", &["E01"], "named", &["E11"]),
+            line("single", &["E01"], "inconclusive", &[]),
+            invisible,
+            silent,
+        ];
+        assert_eq!(rate(&lines, "right effect, visible singles"), Rate { hits: 1, of: 5 });
+        // E01 and E02 are both friction against speed
+        assert_eq!(rate(&lines, "right class, visible singles"), Rate { hits: 2, of: 5 });
+        assert_eq!(rate(&lines, "wrong name, visible singles"), Rate { hits: 1, of: 5 });
+        let set = "truth in the answered set, visible singles";
+        assert_eq!(rate(&lines, set), Rate { hits: 2, of: 5 });
+        let sizes = bars(&lines).into_iter().find(|b| b.name.starts_with("mean size")).unwrap();
+        assert!(matches!(sizes.measured, Measured::Figure { value, of: 3 } if value == 4.0 / 3.0));
+    }
+
+    #[test]
+    fn two_effects_need_two_names() {
+        let mut swapped = line("double", &["E01", "E11"], "one-of", &["E01"]);
+        swapped.answer.as_mut().unwrap().alternatives =
+            vec![Named { id: "E11".to_owned(), ..Named::default() }];
+        let lines = [
+            line("double", &["E01", "E11"], "named", &["E11", "E01"]),
+            line("double", &["E01", "E11"], "named", &["E11"]),
+            line("double", &["E01", "E11"], "named", &["E11", "E02"]),
+            swapped,
+        ];
+        assert_eq!(rate(&lines, "two effects, both found"), Rate { hits: 1, of: 4 });
+    }
+
+    #[test]
+    fn a_tie_is_stated_with_its_partner_and_broken_without() {
+        let tied = |second: &[&str]| {
+            let mut line = line("tied", &["E11"], "one-of", &["E12"]);
+            line.truth.tied_with = vec!["E12".to_owned()];
+            line.answer.as_mut().unwrap().alternatives =
+                vec![Named { id: "E11".to_owned(), ..Named::default() }];
+            let named = second
+                .iter()
+                .map(|id| Named { id: (*id).to_owned(), ..Named::default() })
+                .collect();
+            let verdict = "named".to_owned();
+            line.second = Some(Answer { verdict, effects: named, ..Answer::default() });
+            line
+        };
+        let mut alone = line("tied", &["E11"], "named", &["E11"]);
+        alone.truth.tied_with = vec!["E12".to_owned()];
+        let lines = [tied(&["E11"]), tied(&["E12"]), tied(&["E11", "E12"]), alone];
+        assert_eq!(rate(&lines, "tie stated"), Rate { hits: 3, of: 4 });
+        let broken = "tie broken by the proposed recording";
+        assert_eq!(rate(&lines, broken), Rate { hits: 1, of: 4 });
+    }
+
+    #[test]
+    fn outside_the_catalogue_a_name_needs_a_remainder() {
+        let mut quiet = line("outside", &["X1"], "adequate", &[]);
+        quiet.truth.excess = 1.1;
+        let lines = [
+            line("outside", &["X1"], "named", &["E01"]),
+            line("outside", &["X1"], "one-of", &["E01"]),
+            line("outside", &["X1"], "named-with-remainder", &["E01"]),
+            line("outside", &["X1"], "unknown", &[]),
+            quiet,
+        ];
+        let named = "outside the catalogue, named without a remainder";
+        assert_eq!(rate(&lines, named), Rate { hits: 2, of: 5 });
+        let told = "outside, told where the excess is 1.3 or more";
+        assert_eq!(rate(&lines, told), Rate { hits: 2, of: 4 });
+    }
+
+    #[test]
+    fn fault_errors_are_pooled_and_what_is_missing_is_not_covered() {
+        let mut good = line("single", &["E01"], "named", &["E01"]);
+        let fault = Fault {
+            before: Some(0.12),
+            after: Some(0.03),
+            std_after: Some(0.01),
+            interval_95: None,
+        };
+        good.answer.as_mut().unwrap().faults = [("k1".to_owned(), fault)].into();
+        let lines = [good, line("single", &["E01"], "inconclusive", &[])];
+        let errors = fault_errors(&lines.iter().collect::<Vec<_>>(), None);
+        assert!((errors.before[0] - 0.1).abs() < 1e-12 && (errors.after[0] - 0.01).abs() < 1e-12);
+        assert_eq!((errors.covered, errors.missing), (Rate { hits: 1, of: 2 }, 1));
+        let ratio = bars(&lines).into_iter().find(|b| b.name.starts_with("median")).unwrap();
+        assert_eq!(ratio.met(), Some(true));
+    }
+
+    #[test]
+    fn bars_ask_for_the_bound_too() {
+        let alarms = |hits, of| Bar::at_most("x", 0.01, Rate { hits, of }).met();
+        assert_eq!(
+            (alarms(0, 60), alarms(0, 400), alarms(4, 400)),
+            (Some(false), Some(true), Some(true))
+        );
+        assert_eq!((alarms(5, 400), alarms(0, 0)), (Some(false), None));
+        let right = |hits, of| Bar::at_least("x", 0.90, Rate { hits, of }).met();
+        assert_eq!(
+            (right(270, 300), right(9, 10), right(267, 300)),
+            (Some(true), Some(false), Some(false))
+        );
+    }
+}
