@@ -11,7 +11,7 @@ use fdi_core::{Encoding, RootSeed, Schema, report::Method};
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
-pub use explain::ExplainArgs;
+pub use explain::{CalibrateArgs, ExplainArgs, RecordArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -134,6 +134,8 @@ pub enum Command {
     Bundle(BundleCommand),
     /// The paper's experiments: how well faults are found
     Evaluate(EvaluateArgs),
+    /// The numbers of a machine of your own from healthy recordings
+    Calibrate(CalibrateArgs),
     /// What the simulation gets wrong, its cause, the extended model and the gain
     Explain(ExplainArgs),
     /// What a recording holds, and how to map its columns

@@ -11,6 +11,7 @@ mod batch;
 mod binary;
 mod bundle;
 mod diagnosis;
+mod explain;
 mod reference;
 mod schema;
 mod servo_axis;
