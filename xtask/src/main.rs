@@ -15,7 +15,6 @@ const TASKS: &str = "\
 cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
 cargo xtask blind [FLAG...]             the scored hidden-effect cases
-cargo xtask budget                      the 25 s and 6 s inference budgets, guarded
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
 cargo xtask tidy                        dependency edges, paths named in docs, licences
@@ -26,7 +25,6 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
         ["blind", flags @ ..] => blind::run(&root, flags),
-        ["budget"] => budget::run(&root),
         ["budget"] => budget::run(),
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),

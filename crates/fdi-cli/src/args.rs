@@ -17,8 +17,12 @@ use crate::config::ResolvedSetting;
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
+<<<<<<< HEAD
 pub use explain::ExplainArgs;
 pub use report::{FleetArgs, ReportArgs};
+=======
+pub use explain::{CalibrateArgs, ExplainArgs, RecordArgs};
+>>>>>>> grey
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -168,6 +172,8 @@ pub enum Command {
     Bundle(BundleCommand),
     /// The paper's experiments: how well faults are found
     Evaluate(EvaluateArgs),
+    /// The numbers of a machine of your own from healthy recordings
+    Calibrate(CalibrateArgs),
     /// What the simulation gets wrong, its cause, the extended model and the gain
     Explain(ExplainArgs),
     /// What a recording holds, and how to map its columns

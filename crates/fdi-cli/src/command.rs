@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod bundle;
+mod calibrate;
 mod dataset;
 mod diagnose;
 mod evaluate;
@@ -11,6 +12,7 @@ mod schema;
 mod simulate;
 
 pub(crate) use bundle::{build, show};
+pub(crate) use calibrate::calibrate;
 pub(crate) use dataset::dataset;
 pub use diagnose::diagnose_with;
 pub(crate) use evaluate::evaluate_protocol;

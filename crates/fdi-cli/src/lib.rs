@@ -45,6 +45,7 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
         Command::Bundle(BundleCommand::Build(args)) => command::build(args, &cli.global, streams),
         Command::Bundle(BundleCommand::Show(args)) => command::show(args, &cli.global, streams),
         Command::Evaluate(args) => command::evaluate_protocol(args, &cli.global, streams),
+        Command::Calibrate(args) => command::calibrate(args, &cli.global, streams),
         Command::Explain(args) => command::explain(args, &cli.global, streams),
         Command::Schema(args) => command::schema(args, &cli.global, streams),
         Command::Completions(args) => command::completions(args, &cli.global, streams),

@@ -4,8 +4,10 @@
 //! compute are free to change and are converted into these. Numbers are always
 //! finite; what is not determined is `null`.
 
+mod calibration;
 mod explanation;
 
+pub use calibration::{CalibratedParameter, Calibration};
 pub use explanation::{
     CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
     FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, Sensitivity,

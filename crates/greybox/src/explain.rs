@@ -6,6 +6,7 @@ use ema_sim::{
 };
 
 use crate::{
+    elsewhere::elsewhere,
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
     floor::{Excess, Floor, NoiseSource, pairs},
@@ -434,14 +435,18 @@ impl<'a> Session<'a> {
         after: &Fitted,
         whitener: &Whitener,
     ) -> Result<Vec<(Use, RecordFit, RecordFit)>, GreyboxError> {
-        let state = |fitted: &Fitted| fitted.structure.state(self.machine, &fitted.values);
         let mut fits = Vec::new();
-        for (role, problem) in
-            [(Use::Train, &self.train), (Use::Holdout, &self.holdout), (Use::Repeat, &self.repeat)]
-        {
-            let nominal = record_fits(problem, &state(before), whitener)?;
-            let extended = record_fits(problem, &state(after), whitener)?;
-            fits.extend(nominal.into_iter().zip(extended).map(|(a, b)| (role, a, b)));
+        let mut add = |role: Use, problem: &Problem<'_>, nominal: &PerRecord, found: &PerRecord| {
+            let pairs = record_fits(problem, nominal, whitener)
+                .into_iter()
+                .zip(record_fits(problem, found, whitener));
+            fits.extend(pairs.map(|(a, b)| (role, a, b)));
+        };
+        add(Use::Train, &self.train, &before.residuals, &after.residuals);
+        for (role, problem) in [(Use::Holdout, &self.holdout), (Use::Repeat, &self.repeat)] {
+            let of =
+                |fitted: &Fitted| elsewhere(problem, &fitted.structure, &fitted.values, whitener);
+            add(role, problem, &of(before)?, &of(after)?);
         }
         Ok(fits)
     }

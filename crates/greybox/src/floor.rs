@@ -2,9 +2,9 @@
 //! when everything that the catalogue can do is taken away.
 
 use crate::{
+    elsewhere::elsewhere,
     error::GreyboxError,
     gram::dot,
-    machine::Machine,
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
@@ -109,9 +109,7 @@ impl Excess {
         if pairs.is_empty() {
             return Ok(None);
         }
-        let machine: &Machine = repeat.machine;
-        let drives = repeat.drives(&[structure.state(machine, values)])?;
-        let repeated = repeat.residuals(&drives[0]);
+        let repeated = elsewhere(repeat, structure, values, whitener)?;
         let (mut common, mut noise) = (Vec::new(), Vec::new());
         for &(a, b) in pairs {
             let pair = || residuals[a].iter().zip(&repeated[b]);

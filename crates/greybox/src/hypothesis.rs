@@ -216,6 +216,11 @@ pub(crate) fn is_stiff(id: EffectId) -> bool {
     matches!(id, EffectId::Presliding | EffectId::Compliance)
 }
 
+/// Effects whose sizes are others in each recording: a vibration has no phase of its own.
+pub(crate) fn differs_by_record(id: EffectId) -> bool {
+    id == EffectId::Vibration
+}
+
 /// Places of numbers with the steps of a fit: sizes by the size tried, shapes by a share of
 /// their value.
 pub(crate) fn numbers(
@@ -226,6 +231,7 @@ pub(crate) fn numbers(
 ) -> Vec<Number> {
     let size = |&(place, step): &(usize, f64)| Number {
         place,
+        in_record: None,
         step: if is_stiff(effect.id()) { 0.1 * step } else { step },
         least: if is_stiff(effect.id()) { 0.2 * step } else { f64::NEG_INFINITY },
         most: f64::INFINITY,
@@ -235,10 +241,24 @@ pub(crate) fn numbers(
         match effect.id().info().parameters[place].role() {
             Role::Place => {
                 let half = 0.15 * travel;
-                Number { place, step: 0.01 * travel, least: value - half, most: value + half }
+                Number {
+                    place,
+                    in_record: None,
+                    step: 0.01 * travel,
+                    least: value - half,
+                    most: value + half,
+                }
             }
-            Role::Frequency => Number { place, step: 1e-3, least: value - 0.2, most: value + 0.2 },
-            _ => Number { place, step: 0.03 * value, least: 0.2 * value, most: 5.0 * value },
+            Role::Frequency => {
+                Number { place, in_record: None, step: 1e-3, least: value - 0.2, most: value + 0.2 }
+            }
+            _ => Number {
+                place,
+                in_record: None,
+                step: 0.03 * value,
+                least: 0.2 * value,
+                most: 5.0 * value,
+            },
         }
     };
     sizes.iter().map(size).chain(shapes.iter().map(shape)).collect()

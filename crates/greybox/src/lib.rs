@@ -12,6 +12,8 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod calibrate;
+mod elsewhere;
 mod error;
 mod explain;
 mod fit;
@@ -30,6 +32,7 @@ mod scan;
 mod show;
 mod structure;
 
+pub use calibrate::{Calibrated, CalibratedNumber, calibrate};
 pub use error::GreyboxError;
 pub use explain::{Explained, FaultChange, Finding, Options, Use, Verdict, explain};
 pub use floor::NoiseSource;

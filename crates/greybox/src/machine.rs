@@ -1,10 +1,10 @@
 //! The nominal machine with free numbers, damage and effects, run on the command of a recording.
 
 use ema_sim::{
-    Actuator, AxisInput, AxisScenario, AxisStart, Command, ControlMode, Drive, Effect,
-    EnvelopeFilter, FaultCoordinates, FaultId, Geometry, Load, LowFidelity, PhysicalFaults,
-    Scenario, ServoAxisSimulation, SimulationError,
-    model_file::{AxisModel, MachineModel, Model},
+    Actuator, AxisInput, AxisParameter, AxisScenario, AxisStart, Command, ControlMode, Drive,
+    Effect, EnvelopeFilter, FaultCoordinates, FaultId, Geometry, Load, LowFidelity, Parameter,
+    PhysicalFaults, Scenario, ServoAxisSimulation, SimulationError,
+    model_file::{AxisModel, AxisTolerance, MachineModel, Model, Tolerance},
 };
 
 use crate::{
@@ -26,11 +26,41 @@ pub struct Prediction {
 }
 
 /// A number of the machine that a data sheet knows only roughly.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Rough {
     pub(crate) key: String,
     pub(crate) value: f64,
     pub(crate) half_width: f64,
+    knob: Knob,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Knob {
+    Actuator(&'static Parameter),
+    Axis(&'static AxisParameter),
+}
+
+impl Rough {
+    fn of_actuator(parameter: &'static Parameter, model: &Model, half_width_frac: f64) -> Self {
+        let value = parameter.get(&model.actuator);
+        let half_width = half_width_frac * value.abs();
+        Self { key: parameter.key().to_owned(), value, half_width, knob: Knob::Actuator(parameter) }
+    }
+
+    fn of_axis(parameter: &'static AxisParameter, model: &AxisModel, half_width_frac: f64) -> Self {
+        let value = parameter.get(&model.axis);
+        let half_width = half_width_frac * value.abs();
+        let key = parameter.key(model.axis.geometry, model.axis.drive);
+        Self { key, value, half_width, knob: Knob::Axis(parameter) }
+    }
+
+    /// Least and largest value that any machine has.
+    pub(crate) fn bounds(&self) -> (f64, f64) {
+        match self.knob {
+            Knob::Actuator(parameter) => parameter.bounds(),
+            Knob::Axis(parameter) => parameter.bounds(),
+        }
+    }
 }
 
 /// What of the machine is not nominal.
@@ -40,6 +70,18 @@ pub(crate) struct State {
     pub(crate) rough: Vec<f64>,
     pub(crate) faults: FaultCoordinates,
     pub(crate) effects: Vec<Effect>,
+    /// The effects of each recording, where they differ between recordings.
+    pub(crate) in_record: Vec<Vec<Effect>>,
+}
+
+impl State {
+    /// Lets one more effect act.
+    pub(crate) fn add(&mut self, effect: &Effect) {
+        self.effects.push(effect.clone());
+        for effects in &mut self.in_record {
+            effects.push(effect.clone());
+        }
+    }
 }
 
 /// A model that recordings are compared with.
@@ -47,11 +89,23 @@ pub(crate) struct State {
 pub(crate) struct Machine {
     model: MachineModel,
     built_in: Vec<Effect>,
+    rough: Vec<Rough>,
 }
 
 impl Machine {
     pub(crate) fn new(model: &MachineModel) -> Self {
-        Self { built_in: model.switched_on(), model: model.clone() }
+        let rough = match model {
+            MachineModel::Actuator(model) => {
+                let of = |t: &Tolerance| Rough::of_actuator(t.parameter, model, t.half_width_frac);
+                model.tolerance.iter().map(of).collect()
+            }
+            MachineModel::ServoAxis(model) => {
+                let of = |t: &AxisTolerance| Rough::of_axis(t.parameter, model, t.half_width_frac);
+                model.tolerance.iter().map(of).collect()
+            }
+            _ => Vec::new(),
+        };
+        Self { built_in: model.switched_on(), model: model.clone(), rough }
     }
 
     pub(crate) fn geometry(&self) -> Geometry {
@@ -72,52 +126,64 @@ impl Machine {
     }
 
     /// What is known only roughly, in the order of the file.
-    pub(crate) fn rough(&self) -> Vec<Rough> {
-        let rough = |key: String, value: f64, frac: f64| Rough {
-            key,
-            value,
-            half_width: frac * value.abs(),
-        };
-        match &self.model {
-            MachineModel::Actuator(model) => {
-                let all = model.tolerance.iter();
-                all.map(|t| {
-                    let value = t.parameter.get(&model.actuator);
-                    rough(t.parameter.key().to_owned(), value, t.half_width_frac)
-                })
-                .collect()
-            }
-            MachineModel::ServoAxis(model) => {
-                let (geometry, drive) = (model.axis.geometry, model.axis.drive);
-                let all = model.tolerance.iter();
-                all.map(|t| {
-                    let key = t.parameter.key(geometry, drive);
-                    rough(key, t.parameter.get(&model.axis), t.half_width_frac)
-                })
-                .collect()
-            }
+    pub(crate) fn rough(&self) -> &[Rough] {
+        &self.rough
+    }
+
+    /// The same machine with what a calibration asks for known only roughly as well: inertia,
+    /// drag, dry friction and the constant of the motor.
+    pub(crate) fn to_calibrate(&self) -> Self {
+        let mut machine = self.clone();
+        let asked = |key: &str| CALIBRATED.iter().any(|start| key.starts_with(start));
+        let more: Vec<Rough> = match &self.model {
+            MachineModel::Actuator(model) => Parameter::ALL
+                .iter()
+                .filter(|parameter| asked(parameter.key()))
+                .map(|parameter| Rough::of_actuator(parameter, model, 0.0))
+                .collect(),
+            MachineModel::ServoAxis(model) => AxisParameter::ALL
+                .iter()
+                .map(|parameter| Rough::of_axis(parameter, model, 0.0))
+                .filter(|rough| asked(&rough.key))
+                .collect(),
             _ => Vec::new(),
+        };
+        for rough in more {
+            if machine.rough.iter().all(|known| known.key != rough.key) {
+                machine.rough.push(rough);
+            }
         }
+        machine
     }
 
     /// The model with its rough numbers replaced.
     pub(crate) fn with_rough(&self, values: &[f64]) -> MachineModel {
         let mut model = self.model.clone();
-        match &mut model {
-            MachineModel::Actuator(model) => {
-                for (tolerance, value) in model.tolerance.clone().iter().zip(values) {
-                    tolerance.parameter.set(&mut model.actuator, *value);
+        for (rough, value) in self.rough.iter().zip(values) {
+            match (&mut model, rough.knob) {
+                (MachineModel::Actuator(model), Knob::Actuator(parameter)) => {
+                    parameter.set(&mut model.actuator, *value);
                 }
-                // a static friction below the kinetic one is no machine
-                let t = &mut model.actuator.transmission;
-                t.static_friction_n_m = t.static_friction_n_m.max(t.kinetic_friction_n_m);
+                (MachineModel::ServoAxis(model), Knob::Axis(parameter)) => {
+                    parameter.set(&mut model.axis, *value);
+                }
+                _ => {}
             }
-            MachineModel::ServoAxis(model) => {
-                for (tolerance, value) in model.tolerance.clone().iter().zip(values) {
-                    tolerance.parameter.set(&mut model.axis, *value);
-                }
-                model.axis.static_friction =
-                    model.axis.static_friction.max(model.axis.kinetic_friction);
+        }
+        // a static friction keeps its ratio to the kinetic one; below it it is no machine's
+        match (&mut model, &self.model) {
+            (MachineModel::Actuator(model), MachineModel::Actuator(nominal)) => {
+                let (new, old) = (&mut model.actuator.transmission, &nominal.actuator.transmission);
+                new.static_friction_n_m = kept(
+                    old.static_friction_n_m,
+                    old.kinetic_friction_n_m,
+                    new.kinetic_friction_n_m,
+                );
+            }
+            (MachineModel::ServoAxis(model), MachineModel::ServoAxis(nominal)) => {
+                let (new, old) = (&mut model.axis, &nominal.axis);
+                new.static_friction =
+                    kept(old.static_friction, old.kinetic_friction, new.kinetic_friction);
             }
             _ => {}
         }
@@ -163,14 +229,15 @@ impl Machine {
         }
     }
 
-    /// Runs the command of a recording.
+    /// Runs the command of a recording, by its place among those compared.
     pub(crate) fn simulate(
         &self,
         state: &State,
         record: &Record,
+        place: usize,
     ) -> Result<Prediction, GreyboxError> {
         let mut effects = self.built_in.clone();
-        effects.extend(state.effects.iter().cloned());
+        effects.extend(state.in_record.get(place).unwrap_or(&state.effects).iter().cloned());
         let faults = PhysicalFaults::from(&state.faults);
         let prediction = match self.with_rough(&state.rough) {
             MachineModel::Actuator(model) => of_actuator(&model, &faults, &effects, record)?,
@@ -183,6 +250,29 @@ impl Machine {
             Err(GreyboxError::NotFinite { record: record.name.clone() })
         }
     }
+}
+
+/// What a calibration asks for, by the beginning of its key.
+const CALIBRATED: [&str; 10] = [
+    "motor.inertia",
+    "motor.viscous",
+    "motor.back-emf",
+    "transmission.kinetic-friction",
+    "axis.inertia",
+    "axis.mass",
+    "axis.viscous",
+    "axis.kinetic-friction",
+    "drive.force-constant",
+    "drive.torque-constant",
+];
+
+/// A static friction for a new kinetic one, in the old ratio.
+fn kept(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {
+    if kinetic == old_kinetic {
+        return old_static;
+    }
+    let ratio = if old_kinetic > 0.0 { old_static / old_kinetic } else { 1.0 };
+    kinetic * ratio.max(1.0)
 }
 
 /// Ticks of the controller for a sample of the recording.

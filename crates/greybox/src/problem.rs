@@ -20,6 +20,8 @@ pub(crate) type PerRecord = Vec<Vec<f64>>;
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared<'a> {
     pub(crate) record: &'a Record,
+    /// Its place among the recordings compared.
+    pub(crate) place: usize,
     /// Samples averaged to one.
     pub(crate) factor: usize,
     skip: usize,
@@ -27,12 +29,12 @@ pub(crate) struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(record: &'a Record) -> Self {
+    fn new((place, record): (usize, &'a Record)) -> Self {
         let factor = libm::round(record.rate_hz / COMPARED_HZ).max(1.0) as usize;
         let skip = (libm::ceil(SETTLING_S * record.rate_hz) as usize)
             .min(record.drive.len() / 4)
             .next_multiple_of(factor);
-        let mut prepared = Self { record, factor, skip, measured: Vec::new() };
+        let mut prepared = Self { record, place, factor, skip, measured: Vec::new() };
         prepared.measured = prepared.reduce(&record.drive);
         prepared
     }
@@ -64,7 +66,11 @@ impl<'a> Problem<'a> {
         records: impl IntoIterator<Item = &'a Record>,
         jobs: usize,
     ) -> Self {
-        Self { machine, records: records.into_iter().map(Prepared::new).collect(), jobs }
+        Self {
+            machine,
+            records: records.into_iter().enumerate().map(Prepared::new).collect(),
+            jobs,
+        }
     }
 
     pub(crate) fn samples(&self) -> usize {
@@ -73,7 +79,8 @@ impl<'a> Problem<'a> {
 
     /// What the machine gives for each recording, unreduced.
     pub(crate) fn predictions(&self, state: &State) -> Result<Vec<Prediction>, GreyboxError> {
-        let of = |prepared: &Prepared<'_>| self.machine.simulate(state, prepared.record);
+        let of =
+            |prepared: &Prepared<'_>| self.machine.simulate(state, prepared.record, prepared.place);
         parallel::map(&self.records, self.jobs, of).into_iter().collect()
     }
 
@@ -84,7 +91,7 @@ impl<'a> Problem<'a> {
             .flat_map(|state| self.records.iter().map(move |record| (state, record)))
             .collect();
         let of = |(state, prepared): &(&State, &Prepared<'_>)| {
-            let prediction = self.machine.simulate(state, prepared.record)?;
+            let prediction = self.machine.simulate(state, prepared.record, prepared.place)?;
             Ok(prepared.reduce(&prediction.drive))
         };
         let drives: Result<Vec<Vec<f64>>, _> =

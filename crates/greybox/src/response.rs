@@ -45,8 +45,8 @@ fn response(
         return Ok(vec![0.0; TAPS]);
     };
     let mut shaken = state.clone();
-    shaken.effects.push(Effect::tabulated(curve, problem.machine.geometry()));
-    let after = problem.machine.simulate(&shaken, first.record)?;
+    shaken.add(&Effect::tabulated(curve, problem.machine.geometry()));
+    let after = problem.machine.simulate(&shaken, first.record, first.place)?;
     let after = first.reduce(&after.drive);
     let change: Vec<f64> = after.iter().zip(&drive[0]).map(|(a, b)| a - b).collect();
     // the mean of the torque over each averaged stretch, from where the comparison begins

@@ -3,13 +3,14 @@
 use ema_sim::{Effect, EffectId};
 
 use crate::{
+    elsewhere::elsewhere,
     error::GreyboxError,
     fit::{Fitted, fit},
-    hypothesis::{Family, numbers},
+    hypothesis::{Family, differs_by_record, numbers},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     scan::{Scored, Tried, log_tail},
-    structure::Structure,
+    structure::{Number, Structure},
 };
 
 /// Length of the blocks whose likelihoods are compared, s.
@@ -40,8 +41,7 @@ impl Judged {
     ) -> Result<Self, GreyboxError> {
         let stretches: Vec<&[f64]> = fitted.residuals.iter().map(Vec::as_slice).collect();
         let own = Whitener::fit(&stretches, 0);
-        let state = fitted.structure.state(train.machine, &fitted.values);
-        let residuals = holdout.residuals(&holdout.drives(&[state])?[0]);
+        let residuals = elsewhere(holdout, &fitted.structure, &fitted.values, &own)?;
         let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
             let of = |(prepared, residual): (&crate::problem::Prepared<'_>, &Vec<f64>)| {
                 let block = libm::round(BLOCK_S * prepared.rate_hz()) as usize;
@@ -49,7 +49,13 @@ impl Judged {
             };
             problem.records.iter().zip(residuals).flat_map(of).collect()
         };
-        let blocks = likelihoods(holdout, &residuals);
+        let mut blocks = likelihoods(holdout, &residuals);
+        // numbers fitted to the recordings held out are paid for
+        let fitted_there = 2 * fitted.structure.by_record(&fitted.values).len();
+        let price = 0.5 * fitted_there as f64 * holdout.records.len() as f64;
+        if let Some(first) = blocks.first_mut() {
+            *first -= price * libm::log(holdout.samples().max(1) as f64);
+        }
         let train = likelihoods(train, &fitted.residuals).iter().sum();
         let holdout_rms = rms(&residuals.concat());
         Ok(Self { fitted, own, blocks, train, holdout_rms })
@@ -123,6 +129,9 @@ impl Rival {
         let shapes = family.free_shapes();
         let start_at = |scale: f64| -> Effect {
             let mut effect = tried.plain.clone();
+            if differs_by_record(effect.id()) {
+                return effect;
+            }
             for ((place, size), found) in tried.sizes.iter().zip(&scored.sizes) {
                 let parameter = &effect.id().info().parameters[*place];
                 let (least, most) = parameter.bounds();
@@ -132,10 +141,24 @@ impl Rival {
             }
             effect
         };
+        let numbered = |effect: &Effect, scale: f64| -> Vec<Number> {
+            let mut numbers = numbers(effect, &tried.sizes, &shapes, travel);
+            if differs_by_record(effect.id()) {
+                let records = train.records.len();
+                let sizes = numbers.iter_mut().zip(&scored.sizes).enumerate();
+                for (n, (number, found)) in sizes {
+                    number.in_record = Some((n % records, scale * found));
+                }
+            }
+            numbers
+        };
         let nominal = &current.fitted.structure;
         let near = nominal.clone().started_at(&current.fitted.values);
         let at_size = |scale: f64| -> Effect {
             let mut effect = tried.plain.clone();
+            if differs_by_record(effect.id()) {
+                return effect;
+            }
             for (place, size) in &tried.sizes {
                 let parameter = &effect.id().info().parameters[*place];
                 let (least, most) = parameter.bounds();
@@ -152,7 +175,7 @@ impl Rival {
         let known = &current.fitted.sensitivities;
         let mut best: Option<Fitted> = None;
         for (base, effect) in trials {
-            let numbers = numbers(&effect, &tried.sizes, &shapes, travel);
+            let numbers = numbered(&effect, 1.0);
             let fitted = fit(train, base.with_effect(effect, &numbers), whitener, known)?;
             if best.as_ref().is_none_or(|b| fitted.objective < b.objective) {
                 best = Some(fitted);
@@ -161,7 +184,7 @@ impl Rival {
         if best.as_ref().is_none_or(|b| b.objective > current.fitted.objective) {
             // from too far off: once more from nearly nothing
             let effect = at_size(1.0);
-            let numbers = numbers(&effect, &tried.sizes, &shapes, travel);
+            let numbers = numbered(&effect, 0.1);
             best = Some(fit(train, near.with_effect(effect, &numbers), whitener, known)?);
         }
         let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };

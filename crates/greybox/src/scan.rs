@@ -12,7 +12,7 @@ use crate::{
     error::GreyboxError,
     fit::{Fitted, whitened},
     gram::Gram,
-    hypothesis::{Family, Scales, first_size, is_stiff},
+    hypothesis::{Family, Scales, differs_by_record, first_size, is_stiff},
     machine::State,
     noise::Whitener,
     problem::{PerRecord, Problem},
@@ -95,10 +95,10 @@ pub(crate) fn try_all(
         let parameter = &plain.id().info().parameters[place];
         let Ok(effect) = plain.clone().with(parameter.key(geometry), size) else { return Ok(None) };
         let mut on = state.clone();
-        on.effects.push(effect);
+        on.add(&effect);
         let mut columns = Vec::new();
         for (prepared, off) in problem.records.iter().zip(drive) {
-            match problem.machine.simulate(&on, prepared.record) {
+            match problem.machine.simulate(&on, prepared.record, prepared.place) {
                 Ok(prediction) => {
                     let with = prepared.reduce(&prediction.drive);
                     columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
@@ -153,18 +153,34 @@ pub(crate) fn try_all(
                 sizes: Vec::new(),
                 columns: Vec::new(),
             };
+            let mut runs = 0;
             for (attempt, outcome) in outcomes.by_ref().take(family.sizes.len()) {
-                if let Some((size, columns)) = outcome? {
+                let Some((size, columns)) = outcome? else { continue };
+                runs += 1;
+                if differs_by_record(plain.id()) {
+                    for place in 0..columns.len() {
+                        entry.sizes.push((attempt.place, size));
+                        entry.columns.push(alone(&columns, place));
+                    }
+                } else {
                     entry.sizes.push((attempt.place, size));
                     entry.columns.push(columns);
                 }
             }
-            if entry.sizes.len() == family.sizes.len() {
+            if runs == family.sizes.len() {
                 tried.push(entry);
             }
         }
     }
     Ok(tried)
+}
+
+/// The signal of one recording, the others silent.
+fn alone(columns: &PerRecord, place: usize) -> PerRecord {
+    let of = |(n, column): (usize, &Vec<f64>)| {
+        if n == place { column.clone() } else { vec![0.0; column.len()] }
+    };
+    columns.iter().enumerate().map(of).collect()
 }
 
 /// Scores all that was tried against the residual of a fit.

@@ -4,7 +4,7 @@ use crate::{
     error::GreyboxError,
     machine::{Machine, Prediction, State},
     noise::{Whitener, rms},
-    problem::{Prepared, Problem},
+    problem::{PerRecord, Prepared, Problem},
     scan::log_tail,
 };
 
@@ -25,14 +25,12 @@ pub struct RecordFit {
 /// Lags of the whiteness test.
 const LAGS: usize = 20;
 
-/// The fits of the recordings of a problem in a state.
+/// The fits of the recordings of a problem with these residuals.
 pub(crate) fn record_fits(
     problem: &Problem<'_>,
-    state: &State,
+    residuals: &PerRecord,
     whitener: &Whitener,
-) -> Result<Vec<RecordFit>, GreyboxError> {
-    let drives = problem.drives(std::slice::from_ref(state))?;
-    let residuals = problem.residuals(&drives[0]);
+) -> Vec<RecordFit> {
     let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
         let measured = &prepared.measured;
         let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
@@ -44,7 +42,7 @@ pub(crate) fn record_fits(
             whiteness_p: whiteness(&whitener.apply(residual)),
         }
     };
-    Ok(problem.records.iter().zip(&residuals).map(of).collect())
+    problem.records.iter().zip(residuals).map(of).collect()
 }
 
 /// Ljung and Box: `n(n+2)·Σ r_l²/(n−l)` against the chi-squared distribution.

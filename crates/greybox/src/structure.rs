@@ -13,6 +13,8 @@ pub(crate) enum Target {
     Fault(usize),
     /// A number of an effect, by the effect's place in the structure and its own there.
     Effect(usize, usize),
+    /// The same in one recording alone.
+    InRecord { record: usize, effect: usize, place: usize },
 }
 
 /// One free number.
@@ -39,12 +41,21 @@ pub(crate) struct Structure {
 /// Difference of a fault level with which derivatives are taken.
 const FAULT_STEP: f64 = 0.01;
 
+/// Multiples of its value that a number may be off before a calibration gives it up.
+const FARTHEST: f64 = 5.0;
+
+/// A tenth of its value, for what cannot be zero.
+fn least_of(free: &Free) -> f64 {
+    let positive = free.least > 0.0 && free.least < 1e-300;
+    if positive { 0.1 * free.start } else { free.least }
+}
+
 impl Structure {
     /// The nominal machine with its rough numbers and its damage free.
     pub(crate) fn nominal(machine: &Machine) -> Self {
-        let rough = machine.rough().into_iter().enumerate().map(|(place, rough)| Free {
+        let rough = machine.rough().iter().enumerate().map(|(place, rough)| Free {
             target: Target::Rough(place),
-            key: rough.key,
+            key: rough.key.clone(),
             start: rough.value,
             least: rough.value - rough.half_width,
             most: rough.value + rough.half_width,
@@ -65,6 +76,35 @@ impl Structure {
         Self { effects: Vec::new(), free }
     }
 
+    /// A healthy machine whose rough numbers are found from recordings alone: no tolerance
+    /// holds, and none serves as a prior.
+    ///
+    /// `torque`, `speed` and `inertia` are the sizes that a number without a nominal value may
+    /// have.
+    pub(crate) fn calibration(machine: &Machine, torque: f64, speed: f64) -> Self {
+        let free = machine.rough().iter().enumerate().map(|(place, rough)| {
+            let scale = if rough.value != 0.0 {
+                rough.value.abs()
+            } else if rough.key.contains("viscous") {
+                0.3 * torque / speed.max(1e-12)
+            } else {
+                0.3 * torque
+            };
+            let (least, most) = rough.bounds();
+            Free {
+                target: Target::Rough(place),
+                key: rough.key.clone(),
+                start: rough.value,
+                least: least.max(rough.value - FARTHEST * scale),
+                most: most.min(rough.value + FARTHEST * scale),
+                step: 0.02 * scale,
+                prior: None,
+            }
+        });
+        let free = free.map(|free| Free { least: free.least.max(least_of(&free)), ..free });
+        Self { effects: Vec::new(), free: free.collect() }
+    }
+
     /// The same with one more effect, some of whose numbers are free.
     pub(crate) fn with_effect(&self, effect: Effect, numbers: &[Number]) -> Self {
         let mut structure = self.clone();
@@ -73,9 +113,14 @@ impl Structure {
         for number in numbers {
             let parameter = &info.parameters[number.place];
             let (least, most) = parameter.bounds();
-            let start = effect.values()[number.place];
+            let (target, start) = match number.in_record {
+                Some((record, start)) => {
+                    (Target::InRecord { record, effect: place, place: number.place }, start)
+                }
+                None => (Target::Effect(place, number.place), effect.values()[number.place]),
+            };
             structure.free.push(Free {
-                target: Target::Effect(place, number.place),
+                target,
                 key: parameter.key(effect.geometry()).to_owned(),
                 start,
                 least: least.max(number.least),
@@ -98,6 +143,21 @@ impl Structure {
 
     /// The state of the machine at values of the free numbers.
     pub(crate) fn state(&self, machine: &Machine, values: &[f64]) -> State {
+        let mut state = self.state_elsewhere(machine, values);
+        for (free, &value) in self.free.iter().zip(values) {
+            if let Target::InRecord { record, effect, place } = free.target {
+                while state.in_record.len() <= record {
+                    state.in_record.push(state.effects.clone());
+                }
+                set(&mut state.in_record[record][effect], place, value);
+            }
+        }
+        state
+    }
+
+    /// The same for recordings that were not fitted: what differs between recordings is not
+    /// known there and left out.
+    pub(crate) fn state_elsewhere(&self, machine: &Machine, values: &[f64]) -> State {
         let mut rough: Vec<f64> = machine.rough().iter().map(|rough| rough.value).collect();
         let mut faults = [0.0; FAULT_COUNT];
         let mut effects = self.effects.clone();
@@ -105,35 +165,63 @@ impl Structure {
             match free.target {
                 Target::Rough(place) => rough[place] = value,
                 Target::Fault(place) => faults[place] = value,
-                Target::Effect(effect, place) => {
-                    let effect = &mut effects[effect];
-                    let parameter = &effect.id().info().parameters[place];
-                    let (least, most) = parameter.bounds();
-                    let key = parameter.key(effect.geometry());
-                    // within the bounds no key of the effect's own is refused
-                    let _ = effect.set(key, value.clamp(least, most));
-                }
+                Target::Effect(effect, place) => set(&mut effects[effect], place, value),
+                Target::InRecord { .. } => {}
             }
         }
-        State { rough, faults: FaultCoordinates(faults), effects }
+        State { rough, faults: FaultCoordinates(faults), effects, in_record: Vec::new() }
     }
 
-    /// Effects with found values.
+    /// The effects that differ between recordings, each with its typical size.
+    pub(crate) fn by_record(&self, values: &[f64]) -> Vec<(usize, f64)> {
+        let mut found: Vec<(usize, f64, usize)> = Vec::new();
+        for (free, value) in self.free.iter().zip(values) {
+            let Target::InRecord { effect, .. } = free.target else { continue };
+            match found.iter_mut().find(|(known, ..)| *known == effect) {
+                Some((_, squares, count)) => {
+                    *squares += value * value;
+                    *count += 1;
+                }
+                None => found.push((effect, value * value, 1)),
+            }
+        }
+        let typical = |(effect, squares, count): (usize, f64, usize)| {
+            (effect, libm::sqrt(2.0 * squares / count as f64))
+        };
+        found.into_iter().map(typical).collect()
+    }
+
+    /// Effects with found values; of what differs between recordings those of the first.
     pub(crate) fn effects_at(&self, machine: &Machine, values: &[f64]) -> Vec<Effect> {
-        self.state(machine, values).effects
+        let mut state = self.state(machine, values);
+        if state.in_record.is_empty() { state.effects } else { state.in_record.swap_remove(0) }
     }
 
     /// Places of the free numbers of an effect.
     pub(crate) fn places_of_effect(&self, effect: usize) -> Vec<usize> {
-        let of = |free: &Free| matches!(free.target, Target::Effect(e, _) if e == effect);
+        let of = |free: &Free| match free.target {
+            Target::Effect(of, _) | Target::InRecord { effect: of, .. } => of == effect,
+            _ => false,
+        };
         (0..self.free.len()).filter(|&place| of(&self.free[place])).collect()
     }
+}
+
+/// Sets a number of an effect, within its bounds.
+pub(crate) fn set(effect: &mut Effect, place: usize, value: f64) {
+    let parameter = &effect.id().info().parameters[place];
+    let (least, most) = parameter.bounds();
+    let key = parameter.key(effect.geometry());
+    // within the bounds no key of the effect's own is refused
+    let _ = effect.set(key, value.clamp(least, most));
 }
 
 /// A number of an effect that is free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number {
     pub(crate) place: usize,
+    /// The recording and the value to start from, where each recording has its own.
+    pub(crate) in_record: Option<(usize, f64)>,
     pub(crate) step: f64,
     pub(crate) least: f64,
     pub(crate) most: f64,

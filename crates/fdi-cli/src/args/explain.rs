@@ -1,4 +1,4 @@
-//! Options of `fdi explain`.
+//! Options of `fdi explain` and `fdi calibrate`.
 
 use std::path::PathBuf;
 
@@ -6,16 +6,13 @@ use clap::Args;
 
 use super::MapArgs;
 
-/// Options of `fdi explain`.
+/// Recordings of one machine, by what they are for.
 #[derive(Clone, Debug, Args)]
-pub struct ExplainArgs {
-    /// Model that is compared with the recordings: a preset or a model file
-    #[arg(long, value_name = "MODEL", default_value = "ema-48")]
-    pub model: String,
+pub struct RecordArgs {
     /// Recordings that are fitted, of one machine in one state of health
     #[arg(long, required = true, num_args = 1.., value_name = "REC")]
     pub train: Vec<PathBuf>,
-    /// Recordings of other commands that are judged on and never fitted [default: the last of those to train on]
+    /// Recordings of other commands that are judged on and never fitted
     #[arg(long, num_args = 1.., value_name = "REC")]
     pub holdout: Vec<PathBuf>,
     /// Repetitions of recordings to train on, for the noise
@@ -24,7 +21,29 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,
+}
+
+/// Options of `fdi explain`.
+#[derive(Clone, Debug, Args)]
+pub struct ExplainArgs {
+    /// Model that is compared with the recordings: a preset or a model file
+    #[arg(long, value_name = "MODEL", default_value = "ema-48")]
+    pub model: String,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub records: RecordArgs,
     /// Exit with 1 when the model misses something
     #[arg(long)]
     pub exit_code: bool,
+}
+
+/// Options of `fdi calibrate`.
+#[derive(Clone, Debug, Args)]
+pub struct CalibrateArgs {
+    /// Model file, or preset, with the numbers of the data sheet
+    #[arg(long, value_name = "MODEL")]
+    pub model: String,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub records: RecordArgs,
 }

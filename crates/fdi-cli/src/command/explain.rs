@@ -4,13 +4,21 @@ mod compared;
 mod document;
 mod sentences;
 
+pub(super) use sentences::rounded;
+
 use std::{num::NonZeroUsize, path::PathBuf, thread, time::Instant};
 
 use anyhow::{Context, Result, bail};
-use fdi_core::{ColumnMap, Recording, read_machine, report::ExplanationVerdict};
+use fdi_core::{
+    ColumnMap, Recording, ema_sim::model_file::MachineModel, read_machine,
+    report::ExplanationVerdict,
+};
 use greybox::{Explained, Options, Recordings};
 
-use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::ExplainArgs};
+use crate::{
+    ExitStatus, GlobalArgs, OutputFormat, Streams,
+    args::{ExplainArgs, RecordArgs},
+};
 
 /// Says what a model misses in recordings, and writes the extended model.
 #[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
@@ -24,17 +32,9 @@ pub(crate) fn explain(
     }
     let start = Instant::now();
     let model = read_machine(&args.model)?;
-    let map = ColumnMap::new(&args.map.map)?;
-    let explained = match recordings(args, &map, &model)? {
+    let explained = match recordings(&args.records, &model)? {
         Ok(recordings) => {
-            let options = Options {
-                seed: global.seed,
-                jobs: global.jobs.map_or_else(
-                    || thread::available_parallelism().map_or(1, NonZeroUsize::get),
-                    NonZeroUsize::get,
-                ),
-                ..Options::default()
-            };
+            let options = Options { seed: global.seed, jobs: jobs(global), ..Options::default() };
             greybox::explain(&model, &recordings, &options)?
         }
         Err(missing) => Explained::inconclusive(missing),
@@ -65,18 +65,26 @@ pub(crate) fn explain(
     Ok(if args.exit_code && missed { ExitStatus::Found } else { ExitStatus::Done })
 }
 
+/// Threads asked for.
+pub(super) fn jobs(global: &GlobalArgs) -> usize {
+    global.jobs.map_or_else(
+        || thread::available_parallelism().map_or(1, NonZeroUsize::get),
+        NonZeroUsize::get,
+    )
+}
+
 /// The recordings by their use, or what they lack.
-fn recordings(
-    args: &ExplainArgs,
-    map: &ColumnMap,
-    model: &fdi_core::ema_sim::model_file::MachineModel,
+pub(super) fn recordings(
+    args: &RecordArgs,
+    model: &MachineModel,
 ) -> Result<Result<Recordings, String>> {
+    let map = ColumnMap::new(&args.map.map)?;
     let mut missing = None;
     let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
         let mut records = Vec::new();
         for path in paths {
             let named = || path.display().to_string();
-            let recording = Recording::read(path, map).with_context(named)?;
+            let recording = Recording::read(path, &map).with_context(named)?;
             match compared::compared(&recording, model).with_context(named)? {
                 Ok(record) => records.push(record),
                 Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),

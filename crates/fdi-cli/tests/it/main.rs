@@ -12,7 +12,11 @@ mod binary;
 mod bundle;
 mod config;
 mod diagnosis;
+<<<<<<< HEAD
 mod killed;
+=======
+mod explain;
+>>>>>>> grey
 mod reference;
 mod report;
 mod schema;

@@ -2,4 +2,5 @@
 //! apart are in `crates/greybox-blind`.
 
 mod bench_top;
+mod calibrate;
 mod explain;

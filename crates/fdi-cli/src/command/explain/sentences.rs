@@ -12,8 +12,8 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     };
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
         let unit = holdout.unit.to_uppercase();
-        let [before, after, floor] = [holdout.rms_before, holdout.rms_after, holdout.noise_floor]
-            .map(|rms| super_short(rms));
+        let [before, after, floor] =
+            [holdout.rms_before, holdout.rms_after, holdout.noise_floor].map(|rms| rounded(rms));
         format!(
             "; on recordings it has not seen the residual falls from {before} to {after} {unit} \
              (noise {floor} {unit})"
@@ -61,7 +61,8 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     }
 }
 
-fn super_short(value: f64) -> String {
+/// Four significant digits.
+pub(crate) fn rounded(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
 }
 
@@ -76,9 +77,9 @@ pub(super) fn human(answer: &Explanation) -> String {
         for effect in effects {
             line(format!("\n{title}: {} {}, port {}", effect.id, effect.name, effect.port));
             for (key, number) in &effect.parameters {
-                let mut row = format!("  {key:<34} {:>12}", super_short(number.value));
+                let mut row = format!("  {key:<34} {:>12}", rounded(number.value));
                 if let Some([from, to]) = number.interval_95 {
-                    let _ = write!(row, "   95 % {} to {}", super_short(from), super_short(to));
+                    let _ = write!(row, "   95 % {} to {}", rounded(from), rounded(to));
                 }
                 line(row);
             }

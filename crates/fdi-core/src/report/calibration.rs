@@ -1,0 +1,46 @@
+//! The numbers of a machine from recordings of it in health, as JSON.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Holdout;
+
+/// What recordings of a healthy machine say of its numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Calibration {
+    /// Version of this form.
+    pub schema_version: u32,
+    /// Name and version of the program, `fdi 0.1.0`.
+    pub tool: String,
+    /// When it was made, RFC 3339; only with `--stamp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<String>,
+    /// What the model calls itself.
+    pub model: String,
+    /// The numbers, by their keys in the model file.
+    pub parameters: BTreeMap<String, CalibratedParameter>,
+    /// Residual of recordings that were not fitted, where there are any.
+    pub holdout: Option<Holdout>,
+    /// Wall time, s; left out with `--stable`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elapsed_s: Option<f64>,
+}
+
+/// A number of the machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CalibratedParameter {
+    /// In the model file.
+    pub nominal: f64,
+    /// By the recordings.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Its 95 % interval.
+    pub interval_95: [f64; 2],
+    /// Whether the recordings determine it; if not the model keeps the nominal value.
+    pub determined: bool,
+    /// A number that these recordings cannot tell it from.
+    pub tied_to: Option<String>,
+}

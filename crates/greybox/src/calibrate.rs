@@ -1,0 +1,176 @@
+//! The numbers of a machine from recordings of it in health.
+
+use ema_sim::model_file::MachineModel;
+
+use crate::{
+    error::GreyboxError,
+    fit::{Fitted, fit, sandwich},
+    floor::{Floor, NoiseSource, pairs},
+    machine::Machine,
+    noise::{Whitener, rms},
+    problem::Problem,
+    record::{Record, Recordings},
+    structure::Structure,
+};
+
+/// A number of the machine as the recordings have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibratedNumber {
+    /// Key of the model file: `axis.inertia-kg-m2`.
+    pub key: String,
+    /// What the model file said.
+    pub nominal: f64,
+    /// What the recordings say.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Whether they say it: the standard deviation is below a fifth of the value and no bound
+    /// was reached.
+    pub determined: bool,
+    /// Another number that these recordings cannot tell it from, with the correlation.
+    pub tied_to: Option<(String, f64)>,
+}
+
+impl CalibratedNumber {
+    /// 95 % interval.
+    pub fn interval_95(&self) -> [f64; 2] {
+        [self.value - 1.96 * self.std, self.value + 1.96 * self.std]
+    }
+}
+
+/// The answer of a calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibrated {
+    /// All numbers asked for.
+    pub numbers: Vec<CalibratedNumber>,
+    /// Root mean square of the residual of the recordings held out: nominal and calibrated.
+    pub holdout_rms: Option<[f64; 2]>,
+    /// Root mean square of the noise and where that is from.
+    pub noise_floor: (f64, NoiseSource),
+    /// Unit of the signal compared, `a` or `v`.
+    pub drive_unit: &'static str,
+    /// The model with what was determined.
+    pub model: MachineModel,
+}
+
+/// Share of the value that a standard deviation may be.
+const DETERMINED_SHARE: f64 = 0.2;
+/// Correlation from which two numbers are not told apart.
+const TIED_CORRELATION: f64 = 0.98;
+
+/// Finds inertia, drag, dry friction and motor constant, and whatever else the model file calls
+/// roughly known, from recordings of a healthy machine; least squares of the closed loop's drive
+/// signal, as in `docs/models/greybox.md`.
+///
+/// What the recordings do not determine keeps its nominal value in
+/// [`model`](Calibrated::model), and all others are found with it held there.
+///
+/// # Errors
+///
+/// [`GreyboxError`].
+pub fn calibrate(
+    model: &MachineModel,
+    recordings: &Recordings,
+    jobs: usize,
+) -> Result<Calibrated, GreyboxError> {
+    recordings.check()?;
+    let machine = Machine::new(model).to_calibrate();
+    let problem = |records| Problem::new(&machine, records, jobs);
+    let (train, repeat) = (problem(&recordings.train), problem(&recordings.repeat));
+    let (torque, speed) = scales(&recordings.train, machine.constant());
+    let nominal = Structure::calibration(&machine, torque, speed);
+
+    let guess = Whitener::white(rms(&train.records[0].measured).max(1e-9));
+    let first = fit(&train, nominal.clone(), &guess, &[])?;
+    let floor = Floor::of_pairs(&train, &repeat, &pairs(recordings))
+        .unwrap_or_else(|| Floor::of_saturated(&first.residuals, &[]));
+    let all = fit(&train, nominal.clone().started_at(&first.values), &floor.whitener, &[])?;
+    let numbers = judged(&machine, &all, &train, &floor.whitener);
+
+    // what is not determined stays where the data sheet has it
+    let mut held = nominal.started_at(&all.values);
+    for (free, number) in held.free.iter_mut().zip(&numbers) {
+        if !number.determined {
+            (free.start, free.least, free.most) = (number.nominal, number.nominal, number.nominal);
+        }
+    }
+    let fitted = fit(&train, held, &floor.whitener, &[])?;
+    let mut numbers = numbers;
+    for (number, value) in numbers.iter_mut().zip(&fitted.values) {
+        if number.determined {
+            number.value = *value;
+        }
+    }
+    let holdout = problem(&recordings.holdout);
+    let holdout_rms = (!recordings.holdout.is_empty())
+        .then(|| -> Result<[f64; 2], GreyboxError> {
+            let nominal: Vec<f64> = machine.rough().iter().map(|rough| rough.value).collect();
+            let states = [nominal, fitted.values.clone()]
+                .map(|values| fitted.structure.state(&machine, &values));
+            let drives = holdout.drives(&states)?;
+            Ok([0, 1].map(|n: usize| rms(&holdout.residuals(&drives[n]).concat())))
+        })
+        .transpose()?;
+    Ok(Calibrated {
+        numbers,
+        holdout_rms,
+        noise_floor: (floor.rms, floor.source),
+        drive_unit: machine.drive_unit(),
+        model: machine.with_rough(&fitted.values),
+    })
+}
+
+/// Typical torque and speed of recordings.
+fn scales(records: &[Record], constant: f64) -> (f64, f64) {
+    let drive: Vec<f64> = records.iter().flat_map(|r| r.drive.iter().copied()).collect();
+    let speed: Vec<f64> = records
+        .iter()
+        .flat_map(|r| {
+            let motion = r.position.as_ref().unwrap_or(&r.command);
+            let step = (motion.len() / 1000).max(1);
+            let pace = r.rate_hz / step as f64;
+            motion
+                .iter()
+                .step_by(step)
+                .zip(motion.iter().skip(step).step_by(step))
+                .map(move |(a, b)| (b - a) * pace)
+                .collect::<Vec<f64>>()
+        })
+        .collect();
+    (constant * rms(&drive), rms(&speed))
+}
+
+fn judged(
+    machine: &Machine,
+    fitted: &Fitted,
+    train: &Problem<'_>,
+    whitener: &Whitener,
+) -> Vec<CalibratedNumber> {
+    let covariance = sandwich(fitted, train, whitener);
+    let free = &fitted.structure.free;
+    let std = |n: usize| libm::sqrt(covariance[(n, n)].max(0.0));
+    (0..free.len())
+        .map(|n| {
+            let (value, std_n) = (fitted.values[n], std(n));
+            let correlation =
+                |m: usize| covariance[(n, m)] / (std_n * std(m)).max(f64::MIN_POSITIVE);
+            let tied = (0..free.len())
+                .filter(|m| *m != n)
+                .max_by(|a, b| correlation(*a).abs().total_cmp(&correlation(*b).abs()));
+            let tied_to = tied
+                .filter(|m| correlation(*m).abs() > TIED_CORRELATION)
+                .map(|m| (free[m].key.clone(), correlation(m)));
+            let on_bound = value <= free[n].least || value >= free[n].most;
+            CalibratedNumber {
+                key: free[n].key.clone(),
+                nominal: machine.rough()[n].value,
+                value,
+                std: std_n,
+                determined: std_n > 0.0
+                    && std_n < DETERMINED_SHARE * value.abs()
+                    && (!on_bound || value == 0.0),
+                tied_to,
+            }
+        })
+        .collect()
+}
