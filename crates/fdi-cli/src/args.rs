@@ -17,12 +17,8 @@ use crate::config::ResolvedSetting;
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
-<<<<<<< HEAD
-pub use explain::ExplainArgs;
-pub use report::{FleetArgs, ReportArgs};
-=======
 pub use explain::{CalibrateArgs, ExplainArgs, RecordArgs};
->>>>>>> grey
+pub use report::{FleetArgs, ReportArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///

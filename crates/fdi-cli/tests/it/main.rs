@@ -12,11 +12,8 @@ mod binary;
 mod bundle;
 mod config;
 mod diagnosis;
-<<<<<<< HEAD
-mod killed;
-=======
 mod explain;
->>>>>>> grey
+mod killed;
 mod reference;
 mod report;
 mod schema;
