@@ -700,7 +700,7 @@ impl Run<'_> {
                 evaluations += 2 * slopes.len() as u64;
             }
             let fit = monitor
-                .search(from, &slopes, &likelihood, &seen_a, self.watch)
+                .search(from, &slopes, &likelihood, &seen_a, self.watch.residual)
                 .ok_or(DiagnoseError::Undetermined)?;
             evaluations += fit.evaluations;
             from = fit.estimate.clone();

@@ -27,8 +27,8 @@ pub(crate) fn explain(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    if global.output_format == OutputFormat::Csv {
-        bail!("no CSV form: `--output-format human|json|jsonl`");
+    if matches!(global.output_format, OutputFormat::Csv | OutputFormat::Parquet) {
+        bail!("no table of this: `--output-format human|json|jsonl`");
     }
     let start = Instant::now();
     let model = read_machine(&args.model)?;
@@ -49,7 +49,7 @@ pub(crate) fn explain(
     let text = match global.output_format {
         OutputFormat::Json => serde_json::to_string_pretty(&answer)? + "\n",
         OutputFormat::Jsonl => serde_json::to_string(&answer)? + "\n",
-        OutputFormat::Human | OutputFormat::Csv => sentences::human(&answer),
+        _ => sentences::human(&answer),
     };
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {

@@ -147,5 +147,5 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     assert!(err.contains("none.csv"), "{err}");
     let (code, _, err) = explain(folder.path(), &["--train", "one.csv", "--output-format", "csv"]);
     assert_eq!(code, Some(2));
-    assert!(err.contains("no CSV form"), "{err}");
+    assert!(err.contains("no table of this"), "{err}");
 }
