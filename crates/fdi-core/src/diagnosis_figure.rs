@@ -200,8 +200,7 @@ pub fn trend_figure_svg(trend: &ActuatorTrend, warning_change: f64) -> Option<St
         push_trend(&mut svg, trend, id, x, frame, warning_change);
     }
     let foot = 44.0 + TREND_HEIGHT * rows as f64 + 14.0;
-    let key = "● level   ■ level that is a warning   - - level of the reference plus the warning \
-               change   × not explained by the model, no level";
+    let key = "● level   ■ warning   - - reference plus warning change   × not explained";
     push_text(&mut svg, [16.0, foot], "", key);
     svg.push_str("</svg>\n");
     Some(svg)
