@@ -101,8 +101,7 @@ impl Budget {
     pub fn prepare(self) -> Result<BudgetCase> {
         let (file, bundle) = self.recording;
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/recordings");
-        let recording =
-            Recording::read(&folder.join(file), &ColumnMap::default()).context(file)?;
+        let recording = Recording::read(&folder.join(file), &ColumnMap::default()).context(file)?;
         let diagnoser = Diagnoser::new(Bundle::from_bytes(EMBEDDED_BUNDLES[bundle].bytes)?)?;
         Ok(BudgetCase { budget: self, diagnoser, recording })
     }

@@ -526,8 +526,7 @@ impl Diagnoser {
         let error = self.turned()?.unwrap_or(&self.incipient);
         let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
         let sector_rad = TAU / 6.0 / pole_pairs;
-        let standing =
-            |start_angle_rad| Hypothesis { error, start_angle_rad, at_own_start: false };
+        let standing = |start_angle_rad| Hypothesis { error, start_angle_rad, at_own_start: false };
         let first = standing(0.5 * sector_rad);
         let (noise, mut spent) = run.noise(&first)?;
         let mut outcomes = Vec::new();
@@ -654,9 +653,8 @@ impl Run<'_> {
         let likelihood = self.diagnoser.likelihood(error, *phase_rate_hz, noise.level_a)?;
         let electronics = bundle.datasets.first().map_or(Imperfections::NONE, |d| d.imperfections);
         let start_rad = hypothesis.start_angle_rad;
-        let monitor =
-            HighMonitor::new(&bundle.experiment, start_rad, electronics, *phase_rate_hz)
-                .map_err(BundleError::from)?;
+        let monitor = HighMonitor::new(&bundle.experiment, start_rad, electronics, *phase_rate_hz)
+            .map_err(BundleError::from)?;
         let offset_a = error.mean_at(&low.posterior.estimate);
         let seen_a: Vec<f64> = signal_a.iter().zip(&offset_a).map(|(y, m)| y - m).collect();
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);

@@ -65,7 +65,8 @@ impl HighMonitor {
         for channel in &mut trace.phase_currents_a {
             *channel = resampled(channel, trace.rate_hz, self.phase_rate_hz);
         }
-        trace.motor_angle_rad = resampled(&trace.motor_angle_rad, trace.rate_hz, self.phase_rate_hz);
+        trace.motor_angle_rad =
+            resampled(&trace.motor_angle_rad, trace.rate_hz, self.phase_rate_hz);
         trace.rate_hz = self.phase_rate_hz;
         let pole_pairs = experiment.actuator.motor.pole_pairs;
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);

@@ -186,9 +186,9 @@ impl Likelihood {
             .flat_map(|fold| {
                 let noise = self.noise_share(&fold.factor);
                 let white = fold.factor.whiten_each(fold.residuals.iter());
-                white.into_iter().map(move |white| {
-                    (dot(&white, &white) / white.len() as f64 + noise).ln()
-                })
+                white
+                    .into_iter()
+                    .map(move |white| (dot(&white, &white) / white.len() as f64 + noise).ln())
             })
             .collect();
         let count = logs.len().max(2) as f64;

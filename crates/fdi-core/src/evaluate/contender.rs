@@ -260,8 +260,13 @@ impl Arena<'_> {
         }
         let noise_a = Some(self.request.setting.noise_a());
         let max_evaluations = self.request.max_evaluations;
-        let options =
-            DiagnoseOptions { method, max_evaluations, noise_a, seed, ..DiagnoseOptions::default() };
+        let options = DiagnoseOptions {
+            method,
+            max_evaluations,
+            noise_a,
+            seed,
+            ..DiagnoseOptions::default()
+        };
         let observation = self.request.setting.observation(test.signal_a.clone());
         let (answer, posterior) =
             self.diagnoser.diagnose_watched(&observation, &options, &|residual| {
