@@ -32,6 +32,10 @@ const CURRENT_LIMIT_OVER_NOISE: f64 = 1000.0;
 /// Reference signals needed for each term of a linear trend: with fewer than two the mean leverage
 /// exceeds one half, and leave-one-out residuals tell more of the fit than of the error.
 const SIGNALS_PER_TERM: usize = 2;
+/// Most faults whose surface is quartic: fifteen terms for two, 330 would be needed for seven.
+const QUARTIC_FAULTS: usize = 2;
+/// Signals that a quartic surface needs: four a term.
+const QUARTIC_SIGNALS: usize = 60;
 /// Steps of the slopes that error models are chosen with.
 const SLOPE_STEP: f64 = 1e-3;
 
@@ -246,7 +250,8 @@ impl Bundle {
     }
 
     /// The monitor's own signal with the mean of its error, as a quadratic function of damage at
-    /// the experiment's start angle; linear, or `None`, where there are too few conditions.
+    /// the experiment's start angle, quartic for two faults; linear, or `None`, where there are
+    /// too few conditions.
     pub(crate) fn monitor_surface(
         &self,
         error: &ErrorModel,
@@ -263,10 +268,15 @@ impl Bundle {
             }
         }
         let shape = CovarianceShape::tapered(1);
-        let surfaces = [Trend::Quadratic, Trend::Linear]
-            .into_iter()
-            .map(|trend| ErrorModel::learn(&signals, &coordinates, trend, shape, None));
-        Ok(surfaces.filter_map(Result::ok).next())
+        let faults = self.experiment.sought_indices().len();
+        let surfaces = if faults <= QUARTIC_FAULTS && signals.len() >= QUARTIC_SIGNALS {
+            &[Trend::Quartic, Trend::Quadratic, Trend::Linear][..]
+        } else {
+            &[Trend::Quadratic, Trend::Linear]
+        };
+        let learnt =
+            |&trend: &Trend| ErrorModel::learn(&signals, &coordinates, trend, shape, None).ok();
+        Ok(surfaces.iter().find_map(learnt))
     }
 
     /// What is left between the reference signals and the high-fidelity model without noise: a

@@ -31,22 +31,33 @@ pub enum Trend {
     Linear,
     /// With squares and products of the coordinates too.
     Quadratic,
+    /// With all products of up to four coordinates; of a monitor's signal, not of its error.
+    Quartic,
 }
 
 impl Trend {
-    /// Every trend, from the simplest on.
+    /// Every trend of an error, from the simplest on.
     pub const ALL: [Self; 3] = [Self::Constant, Self::Linear, Self::Quadratic];
 
     /// The terms of the trend at a point away from the centre, the constant first.
     fn terms(self, away: &[f64]) -> Vec<f64> {
+        let degree = match self {
+            Self::Constant => 0,
+            Self::Linear => 1,
+            Self::Quadratic => 2,
+            Self::Quartic => 4,
+        };
         let mut terms = vec![1.0];
-        if self != Self::Constant {
-            terms.extend(away);
-        }
-        if self == Self::Quadratic {
-            for (i, a) in away.iter().enumerate() {
-                terms.extend(away[i..].iter().map(|b| a * b));
-            }
+        // products of one degree, each with the place of its last factor
+        let mut products = vec![(0, 1.0)];
+        for _ in 0..degree {
+            products = products
+                .iter()
+                .flat_map(|&(last, product)| {
+                    away.iter().enumerate().skip(last).map(move |(i, a)| (i, product * a))
+                })
+                .collect();
+            terms.extend(products.iter().map(|(_, product)| product));
         }
         terms
     }
@@ -270,7 +281,7 @@ impl ErrorModel {
     /// Derivatives of the terms at a point, one row a coordinate: central differences, exact for
     /// squares.
     pub(crate) fn slopes_at(&self, point: &[f64]) -> Vec<Vec<f64>> {
-        const STEP: f64 = 1e-2;
+        const STEP: f64 = 1e-5;
         central::differences(point, STEP, |moved| self.terms_at(moved))
     }
 
