@@ -108,9 +108,9 @@ fn batch_text(page: &mut String) -> Result<()> {
     )?;
     for (name, actuator, scenario, rounds) in [
         ("EMA-48, chirp", &EMA_48, Scenario::chirp(), 150),
-        ("EMA-48, sine", &EMA_48, Scenario::sine(), 10),
+        ("EMA-48, sine", &EMA_48, Scenario::sine(), 30),
         ("bench, chirp", &BENCH, Scenario::chirp(), 60),
-        ("bench, sine", &BENCH, Scenario::sine(), 8),
+        ("bench, sine", &BENCH, Scenario::sine(), 25),
     ] {
         let model = LowFidelity::new(actuator, &scenario)?;
         let (alone_ms, together_ms) = compare(&model, &faults, rounds);
@@ -164,6 +164,7 @@ fn events_percent(model: &LowFidelity, faults: &[PhysicalFaults]) -> f64 {
 }
 
 /// The peers' times, from the script that `benches/peers/simulate` documents.
+#[expect(clippy::disallowed_methods, reason = "where Python is, only the caller knows")]
 fn peers_text(page: &mut String, chirp_ms: f64) -> Result<()> {
     let script = "benches/peers/simulate/time_peers.py";
     let python = std::env::var("PEERS_PYTHON").unwrap_or_else(|_| "python3".to_owned());
