@@ -15,7 +15,7 @@ const RECORDINGS: usize = 40;
 const KILLED_AFTER: usize = 10;
 
 fn lines(path: &Path) -> usize {
-    fs::read(path).map_or(0, |bytes| bytes.iter().filter(|&&byte| byte == b'\n').count())
+    fs::read_to_string(path).map_or(0, |text| text.matches('\n').count())
 }
 
 /// Starts the batch with its files in a folder of its own.

@@ -13,7 +13,7 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
         let unit = holdout.unit.to_uppercase();
         let [before, after, floor] =
-            [holdout.rms_before, holdout.rms_after, holdout.noise_floor].map(|rms| rounded(rms));
+            [holdout.rms_before, holdout.rms_after, holdout.noise_floor].map(rounded);
         format!(
             "; on recordings it has not seen the residual falls from {before} to {after} {unit} \
              (noise {floor} {unit})"
