@@ -668,10 +668,10 @@ impl Run<'_> {
                 evaluations += 2 * slopes.len() as u64;
             }
             let fit = monitor
-                .search(from, &slopes, &likelihood, &seen_a, self.watch)
+                .search(&from, &slopes, &likelihood, &seen_a, self.watch)
                 .ok_or(DiagnoseError::Undetermined)?;
             evaluations += fit.evaluations;
-            from = fit.estimate.clone();
+            from.clone_from(&fit.estimate);
             let better = best.as_ref().is_none_or(|best| fit.misfit < best.misfit);
             best = if better { Some(fit) } else { best };
             if best.as_ref().is_some_and(|best| best.misfit <= limit) {
@@ -1007,13 +1007,12 @@ impl Run<'_> {
         (adequate, severe): (bool, bool),
         mut spent: u64,
     ) -> Result<Outcome, DiagnoseError> {
-        let covariance = match fit.covariance.take() {
-            Some(covariance) => covariance,
-            None => {
-                let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
-                spent += 2 * jacobian.len() as u64;
-                likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?
-            }
+        let covariance = if let Some(covariance) = fit.covariance.take() {
+            covariance
+        } else {
+            let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
+            spent += 2 * jacobian.len() as u64;
+            likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?
         };
         let cost = fit.cost(likelihood);
         Ok(Outcome {

@@ -86,14 +86,14 @@ impl HighMonitor {
     /// the answer. `None` where the slopes leave a coordinate undetermined.
     pub(crate) fn search(
         &self,
-        start: Vec<f64>,
+        start: &[f64],
         slopes: &[Vec<f64>],
         likelihood: &Likelihood,
         signal_a: &[f64],
         watch: &dyn Fn(&[f64]),
     ) -> Option<HighFit> {
         let estimator = Estimator::new(likelihood.factor(), slopes)?;
-        let mut point = start;
+        let mut point = start.to_vec();
         let mut best: Option<HighFit> = None;
         for evaluations in 1..=MOST_EVALUATIONS {
             let residual_a = self.residual(signal_a, &point);
