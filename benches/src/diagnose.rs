@@ -51,7 +51,7 @@ pub const BUDGETS: [Budget; 6] = [
     },
     Budget {
         name: "low/7-faults",
-        evaluations: 5,
+        evaluations: 20,
         limit_s: 0.025,
         recording: SEVEN,
         method: Method::Composite,
@@ -59,7 +59,7 @@ pub const BUDGETS: [Budget; 6] = [
     },
     Budget {
         name: "bench/2-faults",
-        evaluations: 3,
+        evaluations: 7,
         limit_s: 0.025,
         recording: TWO,
         method: Method::Composite,

@@ -18,7 +18,7 @@ use crate::{
     error_model::ErrorModel,
     experiment::Monitor,
     high_monitor::{HighFit, HighMonitor},
-    likelihood::Likelihood,
+    likelihood::{Estimator, Likelihood},
     noise_covariance::unit_noise_at_rate,
     observation::{Observation, ObservationError, forget_direction},
     posterior::Posterior,
@@ -810,17 +810,42 @@ impl Run<'_> {
                 return Ok((None, evaluations));
             };
             if step.iter().all(|part| part.abs() < STEP_TOLERANCE) {
-                let misfit = dot(&white, &white) / white.len() as f64;
-                let covariance = surface.covariance_at(&point);
-                let fit =
-                    FitResult { estimate: point, residual_a, misfit, evaluations, covariance };
-                return Ok((Some(fit), evaluations));
+                let fit = self.last_step(hypothesis, likelihood, &point, &residual_a)?;
+                let spent = evaluations + 2 * point.len() as u64 + 1;
+                let fit = fit.map(|fit| FitResult { evaluations: spent, ..fit });
+                return Ok((fit, spent));
             }
             for (value, part) in point.iter_mut().zip(step) {
                 *value += part;
             }
         }
         Ok((None, most))
+    }
+
+    /// One step with the monitor's own slopes, and its residual there: what a surface leaves out
+    /// is not to be read as damage. `None` where the slopes leave a coordinate undetermined.
+    fn last_step(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        likelihood: &Likelihood,
+        point: &[f64],
+        residual_a: &[f64],
+    ) -> Result<Option<FitResult>, DiagnoseError> {
+        let slopes = self.jacobian(hypothesis, point)?;
+        let Some(estimator) = Estimator::new(likelihood.factor(), &slopes) else {
+            return Ok(None);
+        };
+        let step = estimator.apply(residual_a);
+        let estimate: Vec<f64> = point.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
+        if !self.within_surface(&estimate) {
+            return Ok(None);
+        }
+        let mut monitor = self.monitor(hypothesis)?;
+        let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
+        let white = likelihood.whiten(&residual_a);
+        let misfit = dot(&white, &white) / white.len() as f64;
+        let covariance = likelihood.estimate_covariance(&slopes);
+        Ok(Some(FitResult { estimate, residual_a, misfit, evaluations: 0, covariance }))
     }
 
     /// Whether the surface is learnt at a point, and the machine can be given it.

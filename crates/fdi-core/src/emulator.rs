@@ -166,11 +166,6 @@ impl Emulator {
         Some(information.cholesky()?.solve(&gradient).as_slice().to_vec())
     }
 
-    /// Covariance of the estimate for the slopes at a point.
-    pub(crate) fn covariance_at(&self, point: &[f64]) -> Option<DMatrix<f64>> {
-        self.covariance(&self.slopes(point))
-    }
-
     /// Derivatives of the signal at a point, one row a coordinate.
     pub(crate) fn jacobian(&self, point: &[f64]) -> Vec<Vec<f64>> {
         self.model.mean_jacobian(point)
