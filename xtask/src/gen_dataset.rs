@@ -3,6 +3,7 @@
 use std::{
     fmt::Write as _,
     fs,
+    io::Read,
     path::{Path, PathBuf},
     thread,
 };
@@ -14,6 +15,7 @@ use fdi_core::{
     ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
     store,
 };
+use flate2::read::GzDecoder;
 use serde::{Deserialize, Serialize};
 
 /// Root seed of everything made here.
@@ -100,7 +102,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
                 }
                 continue;
             }
-            if found != product.bytes {
+            if content(&product.path, &found)? != content(&product.path, &product.bytes)? {
                 bail!("{}: differs from what is made now", product.path.display());
             }
         }
@@ -120,6 +122,17 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
 
 /// Ending of a bundle's file.
 const BUNDLE_EXTENSION: &str = "fdi-bundle";
+
+/// What is in a file, without its compression: the same content has other bytes with another
+/// compressor.
+fn content(path: &Path, bytes: &[u8]) -> Result<Vec<u8>> {
+    if path.extension().is_none_or(|extension| extension != "gz") {
+        return Ok(bytes.to_vec());
+    }
+    let mut content = Vec::new();
+    GzDecoder::new(bytes).read_to_end(&mut content).with_context(|| path.display().to_string())?;
+    Ok(content)
+}
 
 /// Compares a bundle with the one made now.
 ///
@@ -205,7 +218,7 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
         let name = product.path.file_name().map(|name| name.to_string_lossy().into_owned());
         manifest.recording.push(RecordingEntry {
             name: name.unwrap_or_default(),
-            sha256: store::sha256_hex(&product.bytes),
+            sha256: store::sha256_hex(&content(&product.path, &product.bytes)?),
         });
         products.push(product);
     }
