@@ -55,14 +55,16 @@ fn what_is_hidden_is_found_and_what_is_not_is_not() {
     let classes = [
         (Class::Null, 6),
         (Class::UnusualNull, 2),
-        (Class::FaultOnly, 4),
+        (Class::FaultOnly, 3),
         (Class::Single, 10),
-        (Class::Double, 2),
+        (Class::Double, 1),
     ];
-    let cases: Vec<(Class, u64)> = classes
+    // odd numbers are servos, which are quicker to explain than actuators
+    let servos = classes
         .iter()
-        .flat_map(|&(class, count)| (0..count).map(move |number| (class, number)))
-        .collect();
+        .flat_map(|&(class, count)| (0..count).map(move |number| (class, 2 * number + 1)));
+    let actuators = [(Class::Null, 0), (Class::FaultOnly, 2)];
+    let cases: Vec<(Class, u64)> = servos.chain(actuators).collect();
     let halves = [0, 1].map(|half| {
         let cases: Vec<_> = cases.iter().skip(half).step_by(2).copied().collect();
         thread::spawn(move || cases.into_iter().map(|(c, n)| answered(c, n)).collect::<Vec<_>>())
@@ -87,7 +89,7 @@ fn what_is_hidden_is_found_and_what_is_not_is_not() {
         }
         assert!(case.truth.contains(case.class.name()));
     }
-    assert_eq!(alarms, 0, "of 12 cases with nothing hidden");
+    assert_eq!(alarms, 0, "of 13 cases with nothing hidden");
     assert!(wrong <= 1, "{wrong} wrong names");
     assert!(3 * right >= 2 * visible, "{right} of {visible} visible ones");
 }
