@@ -341,7 +341,7 @@ Tests of `ema-sim` (`tests/it`) hold the rest:
 | locked rotor, unequal phases: rise of a coil's current | 7 µA of 23 A | `law_locked_rotor_current_rises_as_in_a_coil` |
 | no-load speed, supply over torque constant | 1e-3 | `law_no_load_speed_is_supply_over_torque_constant` |
 | coast-down with dry and viscous friction: speed, end, angle | 1e-9 | `law_coasting_ends_where_friction_says` |
-| free play: the surface rests until the flank touches | rounding | `the_surface_rests_while_the_play_is_open` |
+| free play: the surface rests until the flank touches | rounding | `law_the_surface_rests_while_the_play_is_open` |
 | currents sum to zero, unequal phases | 1e-14 A | `property_currents_sum_to_zero_with_unequal_phases` |
 | energy through the end stops | 1e-6 | `law_energy_is_balanced_through_the_stops` |
 | energy with a dead time of 1 µs, both drives | 1e-6 | `law_energy_is_balanced_with_a_dead_time` |
@@ -421,7 +421,7 @@ changed at the commutation, the feedback jumped by the idle phase's diode curren
 passed a sampling instant.
 
 The play (k2) shifts whole edges of the current in time, and the sampled loops answer at the next tick; two steps that
-differ by ten see different ticks. An optimiser should use steps of 1e-3 to 3e-3 in all levels, and for k2 take its
+differ by ten see different ticks. An optimiser should use steps of 1e-3 to 3e-3 in all levels (low-fidelity k1 jumps with the tick of the controller, see the limits), and for k2 take its
 derivative from the low-fidelity model.
 ";
 

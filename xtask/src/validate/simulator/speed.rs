@@ -103,7 +103,7 @@ fn batch_text(page: &mut String) -> Result<()> {
         page,
         "\n**Side by side.** {BATCH} states of health with levels up to 0.05, low fidelity, `simulate_currents` against\n\
          `simulate_current` one by one, each group of sixteen and each run the least of many. The results are the same bit for bit\n\
-         (`property_lanes_give_the_bits_of_runs_alone_up_to_full_damage`: 200 states of health with levels up to 1; `…_on_the_bench`). Bar: 4 times.\n\n\
+         (`property_lanes_give_the_bits_of_runs_alone_up_to_full_damage`: 200 states of health with levels up to 1; `…_on_the_bench`). Bar: 4 times; the bench's chirp, with most events, misses it.\n\n\
          | batch | one by one | side by side | times | lane-ticks with an event % |\n|---|--:|--:|--:|--:|"
     )?;
     for (name, actuator, scenario, rounds) in [
