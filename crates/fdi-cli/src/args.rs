@@ -5,7 +5,7 @@ mod experiment;
 mod explain;
 mod report;
 
-use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
+use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
@@ -98,6 +98,14 @@ pub struct GlobalArgs {
 }
 
 impl GlobalArgs {
+    /// Threads asked for; without a wish one for each processor.
+    pub(crate) fn threads(&self) -> usize {
+        self.jobs.map_or_else(
+            || thread::available_parallelism().map_or(1, NonZeroUsize::get),
+            NonZeroUsize::get,
+        )
+    }
+
     pub(crate) fn root_seed(&self) -> RootSeed {
         RootSeed(self.seed)
     }

@@ -4,11 +4,10 @@
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
-    gram::dot,
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
-    response::orthonormal,
+    response::{orthonormal, without},
     structure::Structure,
 };
 
@@ -66,13 +65,7 @@ impl Floor {
     pub(crate) fn of_saturated(residuals: &PerRecord, columns: &[&PerRecord]) -> Self {
         let joined: Vec<Vec<f64>> = columns.iter().map(|column| column.concat()).collect();
         let basis = orthonormal(joined);
-        let mut rest = residuals.concat();
-        for column in &basis {
-            let share = dot(column, &rest);
-            for (x, c) in rest.iter_mut().zip(column) {
-                *x -= share * c;
-            }
-        }
+        let rest = without(&basis, residuals.concat());
         let mut from = 0;
         let mut stretches = Vec::new();
         for residual in residuals {

@@ -17,6 +17,12 @@ pub(crate) struct Family {
 }
 
 impl Family {
+    /// Shapes among which those tried were chosen; one where all were tried.
+    pub(crate) fn screened(&self) -> f64 {
+        let tried = self.shapes.len() as f64;
+        if self.looked_at > tried { self.looked_at } else { 1.0 }
+    }
+
     /// Numbers of shape that a fit may move.
     pub(crate) fn free_shapes(&self) -> Vec<usize> {
         let parameters = self.id.info().parameters.iter().enumerate();

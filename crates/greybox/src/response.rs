@@ -117,7 +117,8 @@ impl Screen<'_> {
     }
 }
 
-fn without(known: &[Vec<f64>], mut column: Vec<f64>) -> Vec<f64> {
+/// What is left of a column beside orthonormal ones.
+pub(crate) fn without(known: &[Vec<f64>], mut column: Vec<f64>) -> Vec<f64> {
     for basis in known {
         let share = dot(basis, &column);
         for (x, b) in column.iter_mut().zip(basis) {

@@ -10,7 +10,7 @@ use crate::{
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     scan::{Scored, Tried, log_tail},
-    structure::{Number, Structure},
+    structure::{Number, Structure, set},
 };
 
 /// Length of the blocks whose likelihoods are compared, s.
@@ -125,7 +125,6 @@ impl Rival {
         whitener: &Whitener,
         (travel, questions): (f64, f64),
     ) -> Result<Self, GreyboxError> {
-        let geometry = train.machine.geometry();
         let shapes = family.free_shapes();
         let start_at = |scale: f64| -> Effect {
             let mut effect = tried.plain.clone();
@@ -133,11 +132,9 @@ impl Rival {
                 return effect;
             }
             for ((place, size), found) in tried.sizes.iter().zip(&scored.sizes) {
-                let parameter = &effect.id().info().parameters[*place];
-                let (least, most) = parameter.bounds();
+                let (least, _) = effect.id().info().parameters[*place].bounds();
                 let found = if *found <= least { *size } else { *found };
-                let key = parameter.key(geometry);
-                let _ = effect.set(key, (scale * found).clamp(least, most));
+                set(&mut effect, *place, scale * found);
             }
             effect
         };
@@ -160,9 +157,7 @@ impl Rival {
                 return effect;
             }
             for (place, size) in &tried.sizes {
-                let parameter = &effect.id().info().parameters[*place];
-                let (least, most) = parameter.bounds();
-                let _ = effect.set(parameter.key(geometry), (scale * size).clamp(least, most));
+                set(&mut effect, *place, scale * size);
             }
             effect
         };
@@ -190,8 +185,7 @@ impl Rival {
         let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };
         let fall = current.fitted.objective - fitted.objective;
         let dims = tried.sizes.len() + shapes.len();
-        let looked =
-            if family.looked_at > family.shapes.len() as f64 { family.looked_at } else { 1.0 };
+        let looked = family.screened();
         let log_p = (log_tail(2.0 * fall, dims) + libm::log(looked * questions)).min(0.0);
         let place = fitted.structure.effects.len() - 1;
         let places = fitted.structure.places_of_effect(place);

@@ -231,7 +231,7 @@ pub(crate) fn score(
             }
         })
         .collect();
-    let looked = |s: &Scored| libm::log(screened(&families[s.family]));
+    let looked = |s: &Scored| libm::log(families[s.family].screened());
     let observed = scored.iter().map(|s| s.log_p + looked(s)).fold(0.0, f64::min);
     let p_familywise = familywise(families, tried, &places, &rest, observed, seed);
     scored.sort_by(|a, b| (a.log_p + looked(a)).total_cmp(&(b.log_p + looked(b))));
@@ -242,12 +242,6 @@ pub(crate) fn score(
         new
     });
     Scan { scored, p_familywise }
-}
-
-/// Shapes that were looked at beside those tried; one where all were tried.
-fn screened(family: &Family) -> f64 {
-    let tried = family.shapes.len() as f64;
-    if family.looked_at > tried { family.looked_at } else { 1.0 }
 }
 
 /// Chance that noise scores `observed` somewhere in the catalogue: draws of the projected
@@ -287,7 +281,7 @@ fn familywise(
             block.clone().cholesky().map_or(block, |c| c.inverse())
         })
         .collect();
-    let free: usize = families.iter().filter(|family| screened(family) > 1.0).count();
+    let free: usize = families.iter().filter(|family| family.screened() > 1.0).count();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut reached = 0;
     for _ in 0..DRAWS {
@@ -296,7 +290,7 @@ fn familywise(
         let mut least = 0.0_f64;
         for ((number, at), inverse) in within.iter().zip(&blocks) {
             let entry = &tried[*number];
-            if at.is_empty() || screened(&families[entry.family]) > 1.0 {
+            if at.is_empty() || families[entry.family].screened() > 1.0 {
                 continue;
             }
             let w = DVector::from_fn(at.len(), |i, _| scores[at[i]]);

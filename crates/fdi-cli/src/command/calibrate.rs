@@ -6,11 +6,11 @@ use anyhow::{Result, bail};
 use fdi_core::{
     ema_sim::model_file::MachineModel,
     read_machine,
-    report::{CalibratedParameter, Calibration, Holdout, SCHEMA_VERSION},
+    report::{CalibratedParameter, Calibration, SCHEMA_VERSION},
 };
 use greybox::{Calibrated, CalibratedNumber};
 
-use super::explain::{jobs, recordings, rounded};
+use super::explain::{holdout, recordings, rounded};
 use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::CalibrateArgs, stamp};
 
 /// Finds the numbers of a machine from healthy recordings, and writes the model with them.
@@ -26,7 +26,7 @@ pub(crate) fn calibrate(
         Ok(recordings) => recordings,
         Err(missing) => bail!("{missing}"),
     };
-    let calibrated = greybox::calibrate(&model, &recordings, jobs(global))?;
+    let calibrated = greybox::calibrate(&model, &recordings, global.threads())?;
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&calibrated, &model, global, elapsed_s);
     let text = match global.output_format {
@@ -60,24 +60,14 @@ fn document(
         };
         (number.key.clone(), parameter)
     };
-    let holdout = calibrated.holdout_rms.map(|[rms_before, rms_after]| {
-        let noise_floor = calibrated.noise_floor.0;
-        let gap = rms_before - noise_floor;
-        Holdout {
-            rms_before,
-            rms_after,
-            noise_floor,
-            gap_closed_frac: (gap > 0.02 * noise_floor).then(|| (rms_before - rms_after) / gap),
-            unit: calibrated.drive_unit.to_owned(),
-        }
-    });
+    let judged = |rms| holdout(rms, calibrated.noise_floor.0, calibrated.drive_unit);
     Calibration {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
         stamp: global.stamp.then(stamp::now),
         model: model.name().unwrap_or("unnamed").to_owned(),
         parameters: calibrated.numbers.iter().map(parameter).collect(),
-        holdout,
+        holdout: calibrated.holdout_rms.map(judged),
         elapsed_s,
     }
 }

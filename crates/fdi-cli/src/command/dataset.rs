@@ -1,7 +1,5 @@
 //! `fdi dataset`.
 
-use std::{num::NonZeroUsize, thread};
-
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Dataset, DatasetRequest, Experiment, ReferenceDesign, dataset_to_bytes, ema_sim::Imperfections,
@@ -23,10 +21,7 @@ pub(crate) fn dataset(
     let path = global.output.as_deref().context("`--output FILE` says where the dataset goes")?;
     let experiment = experiment::experiment(&args.test)?;
     check(args, &experiment)?;
-    let jobs = global.jobs.map_or_else(
-        || thread::available_parallelism().map_or(1, NonZeroUsize::get),
-        NonZeroUsize::get,
-    );
+    let jobs = global.threads();
     let mut datasets = Vec::new();
     for design in &args.design {
         let request = DatasetRequest {

@@ -6,7 +6,6 @@ use std::{
     io,
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
-    thread,
     time::Instant,
 };
 
@@ -69,10 +68,7 @@ fn tell(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<Tally> {
-    let jobs = match global.jobs {
-        Some(jobs) => jobs.get(),
-        None => thread::available_parallelism().map_or(1, usize::from),
-    };
+    let jobs = global.threads();
     let head = Head {
         bundle: batch.diagnoser.bundle_sha256().to_owned(),
         seed: global.seed,

@@ -1,6 +1,6 @@
 //! `fdi evaluate`.
 
-use std::{fmt::Write, num::NonZeroUsize, thread, time::Instant};
+use std::{fmt::Write, num::NonZeroUsize, time::Instant};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
@@ -70,10 +70,7 @@ pub(crate) fn evaluate_protocol(
         largest_level: args.largest_level,
         max_evaluations: args.max_evaluations.map(NonZeroUsize::get),
         seed: global.seed,
-        jobs: global.jobs.map_or_else(
-            || thread::available_parallelism().map_or(1, NonZeroUsize::get),
-            NonZeroUsize::get,
-        ),
+        jobs: global.threads(),
         clock: if global.stable { None } else { Some(&clock) },
     };
     let result = evaluate(&request)?;

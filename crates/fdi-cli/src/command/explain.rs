@@ -4,9 +4,10 @@ mod compared;
 mod document;
 mod sentences;
 
+pub(super) use document::holdout;
 pub(super) use sentences::rounded;
 
-use std::{num::NonZeroUsize, path::PathBuf, thread, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
@@ -34,7 +35,8 @@ pub(crate) fn explain(
     let model = read_machine(&args.model)?;
     let explained = match recordings(&args.records, &model)? {
         Ok(recordings) => {
-            let options = Options { seed: global.seed, jobs: jobs(global), ..Options::default() };
+            let options =
+                Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
             greybox::explain(&model, &recordings, &options)?
         }
         Err(missing) => Explained::inconclusive(missing),
@@ -63,14 +65,6 @@ pub(crate) fn explain(
             | ExplanationVerdict::Inconclusive
     );
     Ok(if args.exit_code && missed { ExitStatus::Found } else { ExitStatus::Done })
-}
-
-/// Threads asked for.
-pub(super) fn jobs(global: &GlobalArgs) -> usize {
-    global.jobs.map_or_else(
-        || thread::available_parallelism().map_or(1, NonZeroUsize::get),
-        NonZeroUsize::get,
-    )
 }
 
 /// The recordings by their use, or what they lack.

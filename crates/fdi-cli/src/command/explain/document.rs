@@ -30,18 +30,7 @@ pub(super) fn document(
         Verdict::Absorbed => ExplanationVerdict::Absorbed,
         Verdict::Inconclusive => ExplanationVerdict::Inconclusive,
     };
-    let holdout = explained.holdout_rms.zip(explained.noise_floor).map(
-        |([rms_before, rms_after], (noise_floor, _))| {
-            let gap = rms_before - noise_floor;
-            Holdout {
-                rms_before,
-                rms_after,
-                noise_floor,
-                gap_closed_frac: (gap > 0.02 * noise_floor).then(|| (rms_before - rms_after) / gap),
-                unit: explained.drive_unit.to_owned(),
-            }
-        },
-    );
+    let judged = |(rms, (floor, _))| holdout(rms, floor, explained.drive_unit);
     let mut answer = Explanation {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
@@ -53,7 +42,7 @@ pub(super) fn document(
         effects: explained.effects.iter().map(finding).collect(),
         alternatives: explained.alternatives.iter().map(finding).collect(),
         absorbed: explained.absorbed.iter().map(|id| id.info().symbol.to_owned()).collect(),
-        holdout,
+        holdout: explained.holdout_rms.zip(explained.noise_floor).map(judged),
         faults: explained
             .faults
             .iter()
@@ -101,6 +90,19 @@ pub(super) fn document(
     };
     answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());
     answer
+}
+
+/// The residual of recordings that were not fitted, before and after; a gap within 2 % of the
+/// noise is none.
+pub(crate) fn holdout([rms_before, rms_after]: [f64; 2], noise_floor: f64, unit: &str) -> Holdout {
+    let gap = rms_before - noise_floor;
+    Holdout {
+        rms_before,
+        rms_after,
+        noise_floor,
+        gap_closed_frac: (gap > 0.02 * noise_floor).then(|| (rms_before - rms_after) / gap),
+        unit: unit.to_owned(),
+    }
 }
 
 fn record((role, before, after): &(Use, greybox::RecordFit, greybox::RecordFit)) -> RecordFit {
