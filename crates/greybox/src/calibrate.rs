@@ -81,10 +81,10 @@ pub fn calibrate(
     let nominal = Structure::calibration(&machine, torque, speed);
 
     let guess = Whitener::white(rms(&train.records[0].measured).max(1e-9));
-    let first = fit(&train, nominal.clone(), &guess, &[])?;
+    let first = fit(&train, nominal.clone(), &guess)?;
     let floor = Floor::of_pairs(&train, &repeat, &pairs(recordings))
         .unwrap_or_else(|| Floor::of_saturated(&first.residuals, &[]));
-    let all = fit(&train, nominal.clone().started_at(&first.values), &floor.whitener, &[])?;
+    let all = fit(&train, nominal.clone().started_at(&first.values), &floor.whitener)?;
     let numbers = judged(&machine, &all, &train, &floor.whitener);
 
     // what is not determined stays where the data sheet has it
@@ -94,7 +94,7 @@ pub fn calibrate(
             (free.start, free.least, free.most) = (number.nominal, number.nominal, number.nominal);
         }
     }
-    let fitted = fit(&train, held, &floor.whitener, &[])?;
+    let fitted = fit(&train, held, &floor.whitener)?;
     let mut numbers = numbers;
     for (number, value) in numbers.iter_mut().zip(&fitted.values) {
         if number.determined {

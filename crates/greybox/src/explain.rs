@@ -357,7 +357,8 @@ impl<'a> Session<'a> {
             else {
                 break;
             };
-            let winner = winner.clone();
+            let winner =
+                winner.clone().settled(&current, (&self.train, &self.holdout), whitener)?;
             ties = self.tied(&winner, &accepted);
             log.push(format!("round {round_number}: {}", winner.id.info().symbol));
             current = winner.judged.clone();
@@ -454,11 +455,11 @@ impl<'a> Session<'a> {
     /// The nominal fit and the noise.
     fn floor(&self, nominal: Structure) -> Result<(Floor, Fitted), GreyboxError> {
         if let Some(floor) = Floor::of_pairs(&self.train, &self.repeat, &self.pairs) {
-            let fitted = fit(&self.train, nominal, &floor.whitener, &[])?;
+            let fitted = fit(&self.train, nominal, &floor.whitener)?;
             return Ok((floor, fitted));
         }
         let guess = Whitener::white(rough_noise(&self.train));
-        let fitted = fit(&self.train, nominal.clone(), &guess, &[])?;
+        let fitted = fit(&self.train, nominal.clone(), &guess)?;
         let scales = self.scales(&fitted)?;
         let drive = self.drive(&fitted)?;
         let leads = self.leads(&fitted, &guess, &scales)?;
@@ -468,7 +469,7 @@ impl<'a> Session<'a> {
         let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
         columns.extend(tried.iter().flat_map(|t| &t.columns));
         let floor = Floor::of_saturated(&fitted.residuals, &columns);
-        let fitted = fit(&self.train, nominal, &floor.whitener, &[])?;
+        let fitted = fit(&self.train, nominal, &floor.whitener)?;
         Ok((floor, fitted))
     }
 
@@ -543,7 +544,8 @@ impl<'a> Session<'a> {
         let far_off = current.fitted.objective > self.train.samples() as f64;
         by_likeness.truncate(if far_off { 3 } else { 0 });
         let chosen = by_score.into_iter().chain(by_likeness);
-        let mut rivals = Vec::new();
+        let mut rivals: Vec<Rival> = Vec::new();
+        let mut bar = f64::INFINITY;
         for place in chosen {
             let scored = &scored[place];
             if scored.visible_share < 0.01 || scored.energy <= 0.0 {
@@ -556,9 +558,13 @@ impl<'a> Session<'a> {
                 (&self.train, &self.holdout),
                 whitener,
                 (scales.travel, questions),
+                bar,
             );
             match outcome {
-                Ok(rival) => rivals.push(rival),
+                Ok(rival) => {
+                    bar = bar.min(rival.judged.fitted.objective);
+                    rivals.push(rival);
+                }
                 // at such sizes the machine cannot be run: no explanation
                 Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {}
                 Err(error) => return Err(error),

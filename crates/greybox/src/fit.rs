@@ -11,11 +11,15 @@ use crate::{
 };
 
 /// Most steps.
-const MOST_STEPS: usize = 10;
+const MOST_STEPS: usize = 20;
 /// Most attempts at one step.
 const MOST_ATTEMPTS: usize = 5;
 /// Fall of the objective, in nats, that ends the search.
 const SETTLED_NATS: f64 = 0.2;
+/// Share of the way to the bar below which a step is too short to go on.
+const LEAST_APPROACH: f64 = 0.05;
+/// Share of the foretold fall from which on a step shows the sensitivities to be good enough.
+const FORETOLD_SHARE: f64 = 0.5;
 
 /// A structure fitted to recordings.
 #[derive(Clone, Debug)]
@@ -35,48 +39,148 @@ pub(crate) fn whitened(whitener: &Whitener, signals: &PerRecord) -> Vec<f64> {
     signals.iter().flat_map(|signal| whitener.apply(signal)).collect()
 }
 
-/// Fits from the starts of the structure. What the first of its free numbers do there may be
-/// known nearly: it serves for the first step.
+/// Fits from the starts of the structure, with the sensitivities taken anew at each step.
 pub(crate) fn fit(
     problem: &Problem<'_>,
     structure: Structure,
     whitener: &Whitener,
-    known: &[PerRecord],
 ) -> Result<Fitted, GreyboxError> {
-    let mut values: Vec<f64> =
-        structure.free.iter().map(|f| f.start.clamp(f.least, f.most)).collect();
-    let mut drive = problem.drives(&[structure.state(problem.machine, &values)])?.remove(0);
-    let mut residuals = problem.residuals(&drive);
-    let mut white = whitened(whitener, &residuals);
-    let mut objective = half_square(&white) + prior(&structure.free, &values);
-    let mut sensitivities = known.to_vec();
-    sensitivities.extend(problem.sensitivities(&structure, known.len(), &values, &drive)?);
-    let mut damping = 1e-4;
-    for _ in 0..MOST_STEPS {
-        let step = Normal::new(whitener, &structure.free, &values, &sensitivities, &white);
-        let mut fallen = None;
-        for _ in 0..MOST_ATTEMPTS {
-            let next = step.bounded(&structure.free, &values, damping);
-            let drive_next = problem.drives(&[structure.state(problem.machine, &next)])?.remove(0);
-            let residuals_next = problem.residuals(&drive_next);
-            let white_next = whitened(whitener, &residuals_next);
-            let objective_next = half_square(&white_next) + prior(&structure.free, &next);
-            if objective_next < objective {
-                fallen = Some(objective - objective_next);
-                (values, drive, residuals) = (next, drive_next, residuals_next);
-                (white, objective) = (white_next, objective_next);
-                damping *= 0.1;
+    Search { problem, whitener, secant: false, bar: f64::INFINITY }.run(structure, &[])
+}
+
+/// Fits where the first of the free numbers do nearly what is known of them: each step mends the
+/// sensitivities by what it showed (Broyden 1965), and they are taken anew only where a step
+/// falls short. Those of the result are rough. The search ends as well where its steps are too
+/// short to reach the `bar`, an objective that another explanation has reached.
+pub(crate) fn fit_near(
+    problem: &Problem<'_>,
+    structure: Structure,
+    whitener: &Whitener,
+    known: &[PerRecord],
+    bar: f64,
+) -> Result<Fitted, GreyboxError> {
+    Search { problem, whitener, secant: true, bar }.run(structure, known)
+}
+
+/// A search by damped Gauss-Newton steps.
+struct Search<'a> {
+    problem: &'a Problem<'a>,
+    whitener: &'a Whitener,
+    secant: bool,
+    bar: f64,
+}
+
+/// Where a search stands.
+struct Stand {
+    values: Vec<f64>,
+    drive: PerRecord,
+    residuals: PerRecord,
+    white: Vec<f64>,
+    objective: f64,
+}
+
+impl Search<'_> {
+    fn run(&self, structure: Structure, known: &[PerRecord]) -> Result<Fitted, GreyboxError> {
+        let start = structure.free.iter().map(|f| f.start.clamp(f.least, f.most)).collect();
+        let mut stand = self.stand(&structure, start)?;
+        let mut sensitivities = known.to_vec();
+        sensitivities.extend(self.problem.sensitivities(
+            &structure,
+            known.len(),
+            &stand.values,
+            &stand.drive,
+        )?);
+        let mut damping = 1e-4;
+        let mut fresh = known.is_empty();
+        for _ in 0..MOST_STEPS {
+            let (values, white) = (&stand.values, &stand.white);
+            let normal = Normal::new(self.whitener, &structure.free, values, &sensitivities, white);
+            let Some((next, foretold)) = self.lower(&structure, &stand, &normal, &mut damping)?
+            else {
+                if fresh {
+                    break;
+                }
+                sensitivities = self.anew(&structure, &stand)?;
+                (fresh, damping) = (true, 1e-4);
+                continue;
+            };
+            let fallen = stand.objective - next.objective;
+            let good = self.secant && fallen >= FORETOLD_SHARE * foretold;
+            if good {
+                mend(&mut sensitivities, &structure.free, &stand, &next);
+            }
+            stand = next;
+            let above = stand.objective - self.bar;
+            if fallen < SETTLED_NATS.max(LEAST_APPROACH * above) {
                 break;
             }
-            damping = (damping * 10.0).max(1e-3);
+            if !good {
+                sensitivities = self.anew(&structure, &stand)?;
+            }
+            fresh = !good;
         }
-        let Some(fallen) = fallen else { break };
-        if fallen < SETTLED_NATS {
-            break;
-        }
-        sensitivities = problem.sensitivities(&structure, 0, &values, &drive)?;
+        let Stand { values, residuals, objective, .. } = stand;
+        Ok(Fitted { structure, values, residuals, sensitivities, objective })
     }
-    Ok(Fitted { structure, values, residuals, sensitivities, objective })
+
+    fn stand(&self, structure: &Structure, values: Vec<f64>) -> Result<Stand, GreyboxError> {
+        let state = structure.state(self.problem.machine, &values);
+        let drive = self.problem.drives(&[state])?.remove(0);
+        let residuals = self.problem.residuals(&drive);
+        let white = whitened(self.whitener, &residuals);
+        let objective = half_square(&white) + prior(&structure.free, &values);
+        Ok(Stand { values, drive, residuals, white, objective })
+    }
+
+    fn anew(&self, structure: &Structure, stand: &Stand) -> Result<Vec<PerRecord>, GreyboxError> {
+        self.problem.sensitivities(structure, 0, &stand.values, &stand.drive)
+    }
+
+    /// The first of ever shorter steps that lowers the objective, with the fall foretold of it.
+    fn lower(
+        &self,
+        structure: &Structure,
+        stand: &Stand,
+        normal: &Normal,
+        damping: &mut f64,
+    ) -> Result<Option<(Stand, f64)>, GreyboxError> {
+        for _ in 0..MOST_ATTEMPTS {
+            let values = normal.bounded(&structure.free, &stand.values, *damping);
+            let foretold = normal.foretold(&stand.values, &values);
+            let next = self.stand(structure, values)?;
+            if next.objective < stand.objective {
+                *damping *= 0.1;
+                return Ok(Some((next, foretold)));
+            }
+            *damping = (*damping * 10.0).max(1e-3);
+        }
+        Ok(None)
+    }
+}
+
+/// Broyden's update: the sensitivities change least, in units of the steps of the free numbers,
+/// to give what the step did.
+fn mend(sensitivities: &mut [PerRecord], free: &[Free], from: &Stand, to: &Stand) {
+    let moved: Vec<f64> = to.values.iter().zip(&from.values).map(|(b, a)| b - a).collect();
+    let length: f64 = moved.iter().zip(free).map(|(d, f)| (d / f.step) * (d / f.step)).sum();
+    if length <= 0.0 {
+        return;
+    }
+    for record in 0..from.drive.len() {
+        let mut missed: Vec<f64> =
+            to.drive[record].iter().zip(&from.drive[record]).map(|(b, a)| b - a).collect();
+        for (column, d) in sensitivities.iter().zip(&moved) {
+            for (miss, slope) in missed.iter_mut().zip(&column[record]) {
+                *miss -= slope * d;
+            }
+        }
+        for ((column, d), free) in sensitivities.iter_mut().zip(&moved).zip(free) {
+            let weight = d / (free.step * free.step * length);
+            for (slope, miss) in column[record].iter_mut().zip(&missed) {
+                *slope += weight * miss;
+            }
+        }
+    }
 }
 
 fn half_square(white: &[f64]) -> f64 {
@@ -129,10 +233,20 @@ impl Normal {
         Self { curvature, descent }
     }
 
-    /// The damped step within the bounds: what would leave them is held there and the others
-    /// step without it.
+    /// Fall of the objective that a linear model foretells.
+    fn foretold(&self, from: &[f64], to: &[f64]) -> f64 {
+        let step = DVector::from_fn(from.len(), |i, _| to[i] - from[i]);
+        self.descent.dot(&step) - 0.5 * step.dot(&(&self.curvature * &step))
+    }
+
+    /// The damped step within the bounds and within reach: what would leave them is held there
+    /// and the others step without it.
     fn bounded(&self, free: &[Free], values: &[f64], damping: f64) -> Vec<f64> {
         let n = values.len();
+        let reach = |place: usize| {
+            let (free, value) = (&free[place], values[place]);
+            (free.least.max(value - free.reach), free.most.min(value + free.reach))
+        };
         let mut held = vec![None; n];
         for (place, free) in free.iter().enumerate() {
             let at_least = values[place] <= free.least && self.descent[place] < 0.0;
@@ -155,9 +269,9 @@ impl Normal {
             let step = solve(&matrix, &right);
             let mut left = false;
             for (i, &place) in open.iter().enumerate() {
-                let (next, free) = (values[place] + step[i], &free[place]);
-                if next < free.least || next > free.most {
-                    held[place] = Some(next.clamp(free.least, free.most) - values[place]);
+                let (next, (least, most)) = (values[place] + step[i], reach(place));
+                if next < least || next > most {
+                    held[place] = Some(next.clamp(least, most) - values[place]);
                     left = true;
                 }
             }

@@ -5,7 +5,7 @@ use ema_sim::{Effect, EffectId};
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
-    fit::{Fitted, fit},
+    fit::{Fitted, fit, fit_near},
     hypothesis::{Family, differs_by_record, numbers},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
@@ -117,6 +117,20 @@ impl Rival {
         self.gain + self.evidence
     }
 
+    /// The same with its fit ended by sensitivities taken anew.
+    pub(crate) fn settled(
+        self,
+        current: &Judged,
+        (train, holdout): (&Problem<'_>, &Problem<'_>),
+        whitener: &Whitener,
+    ) -> Result<Self, GreyboxError> {
+        let Fitted { structure, values, .. } = self.judged.fitted;
+        let judged =
+            Judged::new(fit(train, structure.started_at(&values), whitener)?, train, holdout)?;
+        let (gain, gain_std) = judged.gain_over(current);
+        Ok(Self { judged, gain, gain_std, ..self })
+    }
+
     /// Fits a scored effect on top of a fitted structure, from its shape and size in the scan.
     pub(crate) fn new(
         (scored, tried, family): (&Scored, &Tried, &Family),
@@ -124,6 +138,7 @@ impl Rival {
         (train, holdout): (&Problem<'_>, &Problem<'_>),
         whitener: &Whitener,
         (travel, questions): (f64, f64),
+        bar: f64,
     ) -> Result<Self, GreyboxError> {
         let shapes = family.free_shapes();
         let start_at = |scale: f64| -> Effect {
@@ -171,7 +186,12 @@ impl Rival {
         let mut best: Option<Fitted> = None;
         for (base, effect) in trials {
             let numbers = numbered(&effect, 1.0);
-            let fitted = fit(train, base.with_effect(effect, &numbers), whitener, known)?;
+            if best.as_ref().is_some_and(|b| b.objective < GOOD_PER_SAMPLE * train.samples() as f64)
+            {
+                break;
+            }
+            let structure = base.with_effect(effect, &numbers);
+            let fitted = fit_near(train, structure, whitener, known, bar)?;
             if best.as_ref().is_none_or(|b| fitted.objective < b.objective) {
                 best = Some(fitted);
             }
@@ -180,7 +200,8 @@ impl Rival {
             // from too far off: once more from nearly nothing
             let effect = at_size(1.0);
             let numbers = numbered(&effect, 0.1);
-            best = Some(fit(train, near.with_effect(effect, &numbers), whitener, known)?);
+            let structure = near.with_effect(effect, &numbers);
+            best = Some(fit_near(train, structure, whitener, known, bar)?);
         }
         let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };
         let fall = current.fitted.objective - fitted.objective;
@@ -215,6 +236,8 @@ impl Rival {
 
 /// Half the mean square of the whitened residual from which a fit is poor.
 const POOR_PER_SAMPLE: f64 = 5.0;
+/// The same at which no other start is worth trying: noise alone leaves a half.
+const GOOD_PER_SAMPLE: f64 = 0.75;
 /// Multiples of the size tried from which a fit starts where the model without it is poor.
 const SIZES: [f64; 2] = [3.0, 30.0];
 

@@ -27,6 +27,8 @@ pub(crate) struct Free {
     pub(crate) most: f64,
     /// Difference with which derivatives are taken.
     pub(crate) step: f64,
+    /// Most that one step of a search may move it.
+    pub(crate) reach: f64,
     /// What is known of it beforehand: mean and standard deviation.
     pub(crate) prior: Option<(f64, f64)>,
 }
@@ -40,6 +42,9 @@ pub(crate) struct Structure {
 
 /// Difference of a fault level with which derivatives are taken.
 const FAULT_STEP: f64 = 0.01;
+
+/// Most that a step of a search may change a fault level: what damage does bends within that.
+const FAULT_REACH: f64 = 0.1;
 
 /// Multiples of its value that a number may be off before a calibration gives it up.
 const FARTHEST: f64 = 5.0;
@@ -60,6 +65,7 @@ impl Structure {
             least: rough.value - rough.half_width,
             most: rough.value + rough.half_width,
             step: 0.1 * rough.half_width,
+            reach: f64::INFINITY,
             // of the uniform distribution over the tolerance
             prior: Some((rough.value, rough.half_width / libm::sqrt(3.0))),
         });
@@ -70,6 +76,7 @@ impl Structure {
             least: if place < 5 { 0.0 } else { -1.0 },
             most: 1.0,
             step: FAULT_STEP,
+            reach: FAULT_REACH,
             prior: None,
         });
         let free = rough.chain(faults).filter(|free| free.most > free.least).collect();
@@ -98,6 +105,7 @@ impl Structure {
                 least: least.max(rough.value - FARTHEST * scale),
                 most: most.min(rough.value + FARTHEST * scale),
                 step: 0.02 * scale,
+                reach: f64::INFINITY,
                 prior: None,
             }
         });
@@ -126,6 +134,7 @@ impl Structure {
                 least: least.max(number.least),
                 most: most.min(number.most),
                 step: number.step,
+                reach: f64::INFINITY,
                 prior: None,
             });
         }
