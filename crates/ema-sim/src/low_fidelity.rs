@@ -136,6 +136,22 @@ impl LowFidelity {
         self.run(faults, |run, _| current_a.push(run.shown_current_a()));
     }
 
+    /// What the controller asks for, A, at each tick of the test when its sensors show the
+    /// motor and the surface of a trace, simulated or recorded: the loop cut open. Of a trace of
+    /// this very test it is the current that the next tick begins with, unless the supply cannot
+    /// drive it. A trace that ends before the test is replayed to its end.
+    pub fn replayed_current_a(&self, trace: &LowFidelityTrace) -> Vec<f64> {
+        let actuator = reshaped(&self.actuator, &self.effects);
+        let mut cascade = Cascade::new(&actuator, &self.scenario);
+        let motor = trace.motor_angle_rad.iter().zip(&trace.motor_speed_rad_per_s);
+        let seen = motor.zip(&trace.surface_angle_rad);
+        let tick = |(&command_rad, ((angle_rad, &speed_rad_per_s), &surface_rad))| {
+            let motor_rad = angle_rad - self.scenario.start_angle_rad;
+            cascade.step(command_rad, &Measured { surface_rad, motor_rad, speed_rad_per_s })
+        };
+        self.command_rad.iter().zip(seen).map(tick).collect()
+    }
+
     /// Runs the test, showing state and measured surface at each tick; returns the segments
     /// taken.
     fn run(&self, faults: &PhysicalFaults, mut show: impl FnMut(&mut Run, f64)) -> u64 {

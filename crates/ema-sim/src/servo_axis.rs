@@ -355,6 +355,22 @@ impl ServoAxisSimulation {
         trace
     }
 
+    /// The controller's output at each tick of the test, A or V, when its sensors show the
+    /// position and speed of a trace, simulated or recorded: the loop cut open. Of a trace of
+    /// this very test it is its output. A trace that ends before the test is replayed to its end.
+    pub fn replayed_output(&self, trace: &AxisTrace) -> Vec<f64> {
+        let axis = self.reshaped();
+        let (law, start) = (&axis.controller, &self.scenario.start);
+        let mut cascade = AxisCascade::new(law, start.position, start.speed, start.output);
+        let seen = trace.position.iter().zip(&trace.speed);
+        let tick = |(&command, (&position, &speed))| match self.scenario.input {
+            AxisInput::Position(_) => cascade.position(command, position, speed),
+            AxisInput::Speed(_) => cascade.speed(command, position, speed),
+            AxisInput::Output(_) => command.clamp(-law.output_limit, law.output_limit),
+        };
+        self.command.iter().zip(seen).map(tick).collect()
+    }
+
     /// The machine at the start.
     fn start(&self, axis: &ServoAxis, faults: &PhysicalFaults, tick_s: f64) -> Run {
         let half_play = 0.5 * axis.backlash * faults.backlash_ratio;

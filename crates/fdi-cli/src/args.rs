@@ -17,7 +17,7 @@ use crate::config::ResolvedSetting;
 
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
-pub use explain::{CalibrateArgs, ExplainArgs, RecordArgs};
+pub use explain::{CalibrateArgs, ExplainArgs, ProposeArgs, RecordArgs};
 pub use report::{FleetArgs, ReportArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
@@ -180,6 +180,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// What the simulation gets wrong, its cause, the extended model and the gain
     Explain(ExplainArgs),
+    /// The recording to take next: which safe command tells open causes apart
+    Propose(ProposeArgs),
     /// What a recording holds, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording

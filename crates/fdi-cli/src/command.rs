@@ -8,6 +8,7 @@ mod evaluate;
 mod explain;
 mod generated;
 mod inspect;
+mod propose;
 mod schema;
 mod simulate;
 
@@ -19,5 +20,6 @@ pub(crate) use evaluate::evaluate_protocol;
 pub(crate) use explain::explain;
 pub(crate) use generated::{completions, man};
 pub(crate) use inspect::inspect;
+pub(crate) use propose::propose;
 pub(crate) use schema::schema;
 pub(crate) use simulate::simulate;

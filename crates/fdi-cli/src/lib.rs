@@ -47,6 +47,7 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
         Command::Evaluate(args) => command::evaluate_protocol(args, &cli.global, streams),
         Command::Calibrate(args) => command::calibrate(args, &cli.global, streams),
         Command::Explain(args) => command::explain(args, &cli.global, streams),
+        Command::Propose(args) => command::propose(args, &cli.global, streams),
         Command::Schema(args) => command::schema(args, &cli.global, streams),
         Command::Completions(args) => command::completions(args, &cli.global, streams),
         Command::Man => command::man(&cli.global, streams),

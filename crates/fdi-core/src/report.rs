@@ -6,12 +6,15 @@
 
 mod calibration;
 mod explanation;
+mod proposal;
 
 pub use calibration::{CalibratedParameter, Calibration};
 pub use explanation::{
     CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
     FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, Sensitivity,
 };
+
+pub use proposal::{Proposal, ProposedRecording, Separation};
 
 use std::{collections::BTreeMap, fmt};
 

@@ -1,15 +1,13 @@
 //! The whole chain: fit, scan, refit, judge, decide.
 
-use ema_sim::{
-    Effect, EffectId,
-    model_file::{Annotation, EffectBlock, MachineModel},
-};
+use ema_sim::{EffectId, model_file::MachineModel};
 
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
+    explained::{Explained, FaultChange, Finding, Use, Verdict},
     fit::{Fitted, fit, sandwich},
-    floor::{Excess, Floor, NoiseSource, pairs},
+    floor::{Excess, Floor, pairs},
     hypothesis::{Family, Leads, Scales, families},
     machine::{Machine, Prediction},
     noise::{Whitener, rms},
@@ -18,8 +16,9 @@ use crate::{
     response::{leads, travel},
     rival::{Judged, Rival},
     scan::{Scan, Tried, score, try_all},
-    show::{RecordFit, Remainder, record_fits, remainder},
+    show::{RecordFit, record_fits, remainder},
     structure::Structure,
+    through_plant::ThroughPlant,
 };
 
 /// What decides, with the defaults that every report states.
@@ -61,102 +60,6 @@ impl Default for Options {
     }
 }
 
-/// The answer in a word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The model explains the recordings to the noise.
-    Adequate,
-    /// It does with one effect more.
-    Named,
-    /// An effect is there, and something else is left.
-    NamedWithRemainder,
-    /// One of several effects that explain the recordings equally well.
-    OneOf,
-    /// Something is left that no effect of the catalogue explains.
-    Unknown,
-    /// What the recordings show as damage or tolerance may be an effect: they cannot tell.
-    Absorbed,
-    /// The recordings do not suffice.
-    Inconclusive,
-}
-
-/// An effect that was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
-    /// With its numbers.
-    pub effect: Effect,
-    /// 95 % intervals of the numbers that were fitted, by key.
-    pub interval_95: Vec<(String, [f64; 2])>,
-    /// Family-wise chance of such a score from noise alone.
-    pub p_familywise: f64,
-    /// Gain in log-likelihood on recordings not fitted, nats.
-    pub holdout_gain_nats: f64,
-    /// Its standard error.
-    pub holdout_gain_se: f64,
-    /// Gain in evidence, nats.
-    pub evidence_nats: f64,
-}
-
-/// A fault level without and with what was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FaultChange {
-    /// Coordinate of damage: `k1`, `k6_cos`.
-    pub key: String,
-    /// With the nominal model.
-    pub before: f64,
-    /// Its standard deviation.
-    pub std_before: f64,
-    /// With the effects found.
-    pub after: f64,
-    /// Its standard deviation.
-    pub std_after: f64,
-}
-
-/// What a recording was used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Use {
-    /// Fitted.
-    Train,
-    /// Held out.
-    Holdout,
-    /// Repetition of a training recording.
-    Repeat,
-}
-
-/// The answer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Explained {
-    /// In a word.
-    pub verdict: Verdict,
-    /// Why it is no more than that, where it is not.
-    pub reason: Option<String>,
-    /// What was found, strongest first.
-    pub effects: Vec<Finding>,
-    /// What explains the recordings as well as the first of them.
-    pub alternatives: Vec<Finding>,
-    /// Effects that could hide in damage or tolerances.
-    pub absorbed: Vec<EffectId>,
-    /// Root mean square of the residual held out: nominal, and with the effects.
-    pub holdout_rms: Option<[f64; 2]>,
-    /// Root mean square of the noise, and where that is from.
-    pub noise_floor: Option<(f64, NoiseSource)>,
-    /// Unit of the signal compared, `a` or `v`.
-    pub drive_unit: &'static str,
-    /// Fault levels.
-    pub faults: Vec<FaultChange>,
-    /// Numbers of the data sheet: nominal and fitted with the effects.
-    pub rough: Vec<(String, f64, f64)>,
-    /// Smallest size of each effect's first number that would have been named nine times in ten.
-    pub smallest_named_90: Vec<(EffectId, String, f64)>,
-    /// How well each recording is explained: training, held out, repeated; nominal and with
-    /// the effects.
-    pub records: Vec<(Use, RecordFit, RecordFit)>,
-    /// What is left, where something is.
-    pub remainder: Option<Remainder>,
-    /// Trace of the rounds, for who wants to know.
-    pub log: Vec<String>,
-}
-
 /// Says what a model misses in recordings of a machine in one state of health.
 ///
 /// # Errors
@@ -174,63 +77,6 @@ pub fn explain(
         return Ok(Explained::inconclusive(reason));
     }
     Session::new(&machine, &recordings, options).run()
-}
-
-impl Explained {
-    /// No answer, and why.
-    pub fn inconclusive(reason: String) -> Self {
-        Self {
-            verdict: Verdict::Inconclusive,
-            reason: Some(reason),
-            effects: Vec::new(),
-            alternatives: Vec::new(),
-            absorbed: Vec::new(),
-            holdout_rms: None,
-            noise_floor: None,
-            drive_unit: "a",
-            faults: Vec::new(),
-            rough: Vec::new(),
-            smallest_named_90: Vec::new(),
-            records: Vec::new(),
-            remainder: None,
-            log: Vec::new(),
-        }
-    }
-
-    /// The model with the effects found; without them it is the model given, bit for bit.
-    pub fn extend(&self, model: &MachineModel) -> MachineModel {
-        let mut extended = model.clone();
-        let status = match self.verdict {
-            Verdict::OneOf => "one-of",
-            _ => "named",
-        };
-        for (place, finding) in self.effects.iter().enumerate() {
-            let mut block = EffectBlock::from(finding.effect.clone());
-            block.interval_95.clone_from(&finding.interval_95);
-            let text = |text: &str| Annotation::Text(text.to_owned());
-            block.annotations.push(("status".to_owned(), text(status)));
-            if place == 0 && !self.alternatives.is_empty() {
-                let symbols = self.alternatives.iter().map(|f| text(f.effect.id().info().symbol));
-                block
-                    .annotations
-                    .push(("alternatives".to_owned(), Annotation::List(symbols.collect())));
-            }
-            let mut evidence = vec![
-                ("p-familywise".to_owned(), Annotation::Number(finding.p_familywise)),
-                ("holdout-gain-nats".to_owned(), Annotation::Number(finding.holdout_gain_nats)),
-                ("holdout-gain-se".to_owned(), Annotation::Number(finding.holdout_gain_se)),
-            ];
-            if let (Some([before, after]), Some((floor, _))) = (self.holdout_rms, self.noise_floor)
-            {
-                evidence.push(("holdout-rms-before".to_owned(), Annotation::Number(before)));
-                evidence.push(("holdout-rms-after".to_owned(), Annotation::Number(after)));
-                evidence.push(("noise-floor".to_owned(), Annotation::Number(floor)));
-            }
-            block.annotations.push(("evidence".to_owned(), Annotation::Table(evidence)));
-            extended.effects_mut().push(block);
-        }
-        extended
-    }
 }
 
 /// What the recordings lack, where they cannot answer.
@@ -266,7 +112,7 @@ fn insufficient(machine: &Machine, recordings: &Recordings) -> Option<String> {
 const CLIPPED_SHARE: f64 = 0.05;
 
 /// Without a recording held out the last of several is.
-fn with_holdout(recordings: &Recordings) -> Recordings {
+pub(crate) fn with_holdout(recordings: &Recordings) -> Recordings {
     let mut recordings = recordings.clone();
     if recordings.holdout.is_empty() && recordings.train.len() > 1 {
         recordings.holdout.extend(recordings.train.pop());
@@ -277,13 +123,41 @@ fn with_holdout(recordings: &Recordings) -> Recordings {
 /// Share of an effect below which damage and tolerances imitate it.
 const ABSORBED_SHARE: f64 = 0.15;
 
-struct Session<'a> {
+/// Causes beside the best among which a recording is to tell.
+const MOST_OPEN: usize = 3;
+
+/// Whether an effect may act twice: ripples do, of different orders.
+fn may_repeat(id: EffectId) -> bool {
+    matches!(id, EffectId::Cogging | EffectId::CurrentRipple | EffectId::TransmissionError)
+}
+
+pub(crate) struct Session<'a> {
     machine: &'a Machine,
     options: &'a Options,
     train: Problem<'a>,
     holdout: Problem<'a>,
     repeat: Problem<'a>,
     pairs: Vec<(usize, usize)>,
+}
+
+/// An effect accepted in a round.
+struct Found {
+    rival: Rival,
+    p_familywise: f64,
+}
+
+/// Where the rounds ended.
+struct Search {
+    floor: Floor,
+    before: Judged,
+    current: Judged,
+    found: Vec<Found>,
+    /// Rivals of the first effect that explain as much.
+    ties: Vec<Rival>,
+    /// Of other kinds that stood the tests in the first round.
+    runners_up: Vec<Rival>,
+    first_round: Option<Round>,
+    log: Vec<String>,
 }
 
 /// Everything that one scan made.
@@ -293,8 +167,24 @@ struct Round {
     scan: Scan,
 }
 
+impl Round {
+    /// The best of the scan in words.
+    fn lines(&self) -> impl Iterator<Item = String> {
+        self.scan.scored.iter().take(6).map(|s| {
+            let f = &self.families[s.family];
+            let (symbol, sizes) = (f.id.info().symbol, &f.sizes);
+            let (log_p, share, cosine) = (s.log_p, s.visible_share, s.raw_cosine);
+            format!("  {symbol} {sizes:?}: log p {log_p:.1}, share {share:.2}, cosine {cosine:.2}")
+        })
+    }
+}
+
 impl<'a> Session<'a> {
-    fn new(machine: &'a Machine, recordings: &'a Recordings, options: &'a Options) -> Self {
+    pub(crate) fn new(
+        machine: &'a Machine,
+        recordings: &'a Recordings,
+        options: &'a Options,
+    ) -> Self {
         let problem = |records: &'a [Record]| Problem::new(machine, records, options.jobs);
         Self {
             machine,
@@ -307,8 +197,31 @@ impl<'a> Session<'a> {
     }
 
     fn run(&self) -> Result<Explained, GreyboxError> {
-        let nominal = Structure::nominal(self.machine);
-        let (floor, fitted) = self.floor(nominal)?;
+        let search = self.search()?;
+        self.answer(search)
+    }
+
+    /// The explanations that the recordings leave open, the best first, with the noise. Without
+    /// an effect found none.
+    pub(crate) fn open(&self) -> Result<(Vec<(EffectId, Fitted)>, Whitener), GreyboxError> {
+        let search = self.search()?;
+        let Some(first) = search.found.first() else {
+            return Ok((Vec::new(), search.floor.whitener));
+        };
+        let best = (first.rival.id, first.rival.judged.fitted.clone());
+        // where nothing is tied the next best is asked for, to be sure
+        let others = if search.ties.is_empty() {
+            search.runners_up.iter().take(1)
+        } else {
+            search.ties.iter().take(MOST_OPEN)
+        };
+        let others = others.map(|r| (r.id, r.judged.fitted.clone()));
+        Ok((std::iter::once(best).chain(others).collect(), search.floor.whitener))
+    }
+
+    /// Effects, one a round, until no other stands the tests.
+    fn search(&self) -> Result<Search, GreyboxError> {
+        let (floor, fitted) = self.floor(Structure::nominal(self.machine))?;
         let whitener = &floor.whitener;
         let before = Judged::new(fitted, &self.train, &self.holdout)?;
         let scales = self.scales(&before.fitted)?;
@@ -320,64 +233,52 @@ impl<'a> Session<'a> {
             whitener.order()
         )];
         let mut current = before.clone();
-        let mut found: Vec<Rival> = Vec::new();
-        let mut ties: Vec<Rival> = Vec::new();
-        let mut p_values = Vec::new();
+        let mut found: Vec<Found> = Vec::new();
+        let (mut ties, mut runners_up) = (Vec::new(), Vec::new());
         let mut first_round = None;
         for round_number in 0..self.options.most_effects {
             let alpha = self.options.false_alarm_rate / f64::from(1_u32 << round_number);
             let round = self.scan(&current, whitener, &scales)?;
             let p_familywise = round.scan.p_familywise;
-            for s in round.scan.scored.iter().take(6) {
-                let f = &round.families[s.family];
-                log.push(format!(
-                    "  {} {:?}: log p {:.1}, share {:.2}, cosine {:.2}",
-                    f.id.info().symbol,
-                    f.sizes,
-                    s.log_p,
-                    s.visible_share,
-                    s.raw_cosine
-                ));
-            }
+            log.extend(round.lines());
             let rivals = if p_familywise <= alpha {
                 self.rivals(&round, &current, whitener, &scales)?
             } else {
                 Vec::new()
             };
-            for r in &rivals {
-                log.push(format!(
-                    "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, bound {}, rms {:.5}",
-                    r.id.info().symbol, round.families[r.family].sizes, r.fall, r.gain, r.gain_std, r.evidence, r.on_bound, r.judged.holdout_rms
-                ));
-            }
+            log.extend(rivals.iter().map(|rival| rival.line(&round.families)));
             first_round.get_or_insert(round);
-            let accepted: Vec<Rival> =
-                rivals.into_iter().filter(|rival| self.accepts(rival, alpha)).collect();
+            let again = |rival: &Rival| {
+                found.iter().any(|known| known.rival.id == rival.id) && !may_repeat(rival.id)
+            };
+            let accepted: Vec<Rival> = rivals
+                .into_iter()
+                .filter(|rival| self.accepts(rival, alpha) && !again(rival))
+                .collect();
             let Some(winner) = accepted.iter().max_by(|a, b| a.score().total_cmp(&b.score()))
             else {
                 break;
             };
-            let winner =
-                winner.clone().settled(&current, (&self.train, &self.holdout), whitener)?;
-            ties = self.tied(&winner, &accepted);
+            let problems = (&self.train, &self.holdout);
+            let winner = winner.clone().settled(&current, problems, whitener)?;
+            // a tie of the first effect is not asked again beside a second
+            ties = if found.is_empty() { self.tied(&winner, &accepted) } else { Vec::new() };
+            if found.is_empty() {
+                runners_up = best_of_each(accepted, winner.id);
+            }
             log.push(format!("round {round_number}: {}", winner.id.info().symbol));
             current = winner.judged.clone();
-            p_values.push(p_familywise);
-            found.push(winner);
-            if found.len() > 1 {
-                ties.clear();
-            }
+            found.push(Found { rival: winner, p_familywise });
         }
-        let excess = Excess::of_pairs(
-            &current.fitted.structure,
-            &current.fitted.values,
-            &current.fitted.residuals,
-            &self.repeat,
-            (&self.pairs, whitener),
-        )?;
-        log.push(format!("excess {excess:?}"));
+        Ok(Search { floor, before, current, found, ties, runners_up, first_round, log })
+    }
+
+    fn answer(&self, search: Search) -> Result<Explained, GreyboxError> {
+        let Search { floor, before, current, found, ties, first_round, mut log, .. } = search;
+        let whitener = &floor.whitener;
+        let fitted = &current.fitted;
         let something_left =
-            excess.map_or_else(|| current.holdout_rms > 1.05 * floor.rms, Excess::is_there);
+            self.is_something_left(fitted, current.holdout_rms, &floor, &mut log)?;
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unknown,
@@ -385,49 +286,62 @@ impl<'a> Session<'a> {
             (false, false) => Verdict::Named,
             (false, true) => Verdict::NamedWithRemainder,
         };
-        let findings = self.findings(&current, whitener, &found, &p_values);
-        let alternatives = ties
-            .iter()
-            .map(|rival| {
-                let last = rival.judged.fitted.structure.effects.len() - 1;
-                self.finding(
-                    &rival.judged,
-                    whitener,
-                    last,
-                    rival,
-                    p_values.last().copied().unwrap_or(1.0),
-                )
-            })
-            .collect();
-        let absorbed = first_round.as_ref().map_or_else(Vec::new, absorbed);
-        let smallest = first_round.as_ref().map_or_else(Vec::new, |round| self.smallest(round));
-        let rough = self
-            .machine
-            .rough()
-            .iter()
-            .zip(&current.fitted.values)
-            .map(|(rough, value)| (rough.key.clone(), rough.value, *value))
-            .collect();
-        let records = self.record_fits(&before.fitted, &current.fitted, whitener)?;
-        let state = current.fitted.structure.state(self.machine, &current.fitted.values);
+        let of = |(place, f): (usize, &Found)| self.finding(&current, whitener, place, f);
+        let effects = found.iter().enumerate().map(of).collect();
+        let p_familywise = found.last().map_or(1.0, |f| f.p_familywise);
+        let alternative = |rival: &Rival| {
+            let last = rival.judged.fitted.structure.effects.len() - 1;
+            let found = Found { rival: rival.clone(), p_familywise };
+            self.finding(&rival.judged, whitener, last, &found)
+        };
+        let state = fitted.structure.state(self.machine, &fitted.values);
         let remainder =
             if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
+        let rough = self.machine.rough().iter().zip(&fitted.values);
         Ok(Explained {
-            records,
-            remainder,
             verdict,
             reason: None,
-            effects: findings,
-            alternatives,
-            absorbed,
+            effects,
+            alternatives: ties.iter().map(alternative).collect(),
+            absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
             holdout_rms: Some([before.holdout_rms, current.holdout_rms]),
             noise_floor: Some((floor.rms, floor.source)),
             drive_unit: self.machine.drive_unit(),
             faults: self.fault_changes(&before, &current, whitener),
-            rough,
-            smallest_named_90: smallest,
+            rough: rough.map(|(rough, value)| (rough.key.clone(), rough.value, *value)).collect(),
+            smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
+            records: self.record_fits(&before.fitted, fitted, whitener)?,
+            remainder,
             log,
         })
+    }
+
+    /// Whether the recordings show more than the model and noise: by repetitions, by what the
+    /// controller answered to, or where both are missing by the size of the residual.
+    fn is_something_left(
+        &self,
+        fitted: &Fitted,
+        holdout_rms: f64,
+        floor: &Floor,
+        log: &mut Vec<String>,
+    ) -> Result<bool, GreyboxError> {
+        let excess = Excess::of_pairs(
+            &fitted.structure,
+            &fitted.values,
+            &fitted.residuals,
+            &self.repeat,
+            (&self.pairs, &floor.whitener),
+        )?;
+        let (structure, values) = (&fitted.structure, &fitted.values);
+        let state = structure.state(self.machine, values);
+        let mut plant = vec![ThroughPlant::of(&self.train, &state, &fitted.residuals)?];
+        if structure.by_record(values).is_empty() {
+            let residuals = elsewhere(&self.holdout, structure, values, &floor.whitener)?;
+            plant.push(ThroughPlant::of(&self.holdout, &state, &residuals)?);
+        }
+        log.push(format!("left over: {excess:?}, {plant:?}"));
+        Ok(plant.into_iter().flatten().any(ThroughPlant::is_there)
+            || excess.map_or_else(|| holdout_rms > 1.05 * floor.rms, Excess::is_there))
     }
 
     fn record_fits(
@@ -590,32 +504,10 @@ impl<'a> Session<'a> {
     fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
         let as_good = |rival: &&Rival| {
             let (lead, std) = winner.judged.gain_over(&rival.judged);
-            rival.id != winner.id
-                && lead < self.options.gain_std_errors * std
+            lead < self.options.gain_std_errors * std
                 && winner.score() - rival.score() < self.options.tie_nats
         };
-        let mut ties: Vec<Rival> = accepted.iter().filter(as_good).cloned().collect();
-        ties.sort_by(|a, b| b.score().total_cmp(&a.score()));
-        let mut seen = Vec::new();
-        ties.retain(|rival| {
-            let new = !seen.contains(&rival.id);
-            seen.push(rival.id);
-            new
-        });
-        ties
-    }
-
-    fn findings(
-        &self,
-        current: &Judged,
-        whitener: &Whitener,
-        found: &[Rival],
-        p_values: &[f64],
-    ) -> Vec<Finding> {
-        let of = |(place, rival): (usize, &Rival)| {
-            self.finding(current, whitener, place, rival, p_values[place])
-        };
-        found.iter().enumerate().map(of).collect()
+        best_of_each(accepted.iter().filter(as_good).cloned().collect(), winner.id)
     }
 
     fn finding(
@@ -623,8 +515,7 @@ impl<'a> Session<'a> {
         judged: &Judged,
         whitener: &Whitener,
         place: usize,
-        rival: &Rival,
-        p_familywise: f64,
+        found: &Found,
     ) -> Finding {
         let fitted = &judged.fitted;
         let effect = fitted.structure.effects_at(self.machine, &fitted.values).swap_remove(place);
@@ -641,10 +532,10 @@ impl<'a> Session<'a> {
                 .into_iter()
                 .map(interval)
                 .collect(),
-            p_familywise,
-            holdout_gain_nats: rival.gain,
-            holdout_gain_se: rival.gain_std,
-            evidence_nats: rival.evidence,
+            p_familywise: found.p_familywise,
+            holdout_gain_nats: found.rival.gain,
+            holdout_gain_se: found.rival.gain_std,
+            evidence_nats: found.rival.evidence,
         }
     }
 
@@ -691,6 +582,18 @@ impl<'a> Session<'a> {
         };
         round.scan.scored.iter().filter_map(of).collect()
     }
+}
+
+/// The best rival of each kind but one, best first.
+fn best_of_each(mut rivals: Vec<Rival>, but: EffectId) -> Vec<Rival> {
+    rivals.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    let mut seen = vec![but];
+    rivals.retain(|rival| {
+        let new = !seen.contains(&rival.id);
+        seen.push(rival.id);
+        new
+    });
+    rivals
 }
 
 fn absorbed(round: &Round) -> Vec<EffectId> {

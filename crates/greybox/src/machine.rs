@@ -1,16 +1,11 @@
 //! The nominal machine with free numbers, damage and effects, run on the command of a recording.
 
 use ema_sim::{
-    Actuator, AxisInput, AxisParameter, AxisScenario, AxisStart, Command, ControlMode, Drive,
-    Effect, EnvelopeFilter, FaultCoordinates, FaultId, Geometry, Load, LowFidelity, Parameter,
-    PhysicalFaults, Scenario, ServoAxisSimulation, SimulationError,
+    AxisParameter, Drive, Effect, FaultCoordinates, FaultId, Geometry, Parameter,
     model_file::{AxisModel, AxisTolerance, MachineModel, Model, Tolerance},
 };
 
-use crate::{
-    error::GreyboxError,
-    record::{CommandKind, Record},
-};
+use crate::{error::GreyboxError, record::Record, run::Run};
 
 /// Signals that the model gives for a recording, at its rate.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -88,7 +83,7 @@ impl State {
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
     model: MachineModel,
-    built_in: Vec<Effect>,
+    pub(crate) built_in: Vec<Effect>,
     rough: Vec<Rough>,
 }
 
@@ -208,6 +203,15 @@ impl Machine {
         }
     }
 
+    /// Largest drive signal that a proposed command may need: half of the controller's limit.
+    pub(crate) fn safe_drive(&self) -> f64 {
+        0.5 * match &self.model {
+            MachineModel::Actuator(model) => model.actuator.controller.current_limit_a,
+            MachineModel::ServoAxis(model) => model.axis.controller.output_limit,
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Periods of the current in a turn of the motor.
     pub(crate) fn pole_pairs(&self) -> f64 {
         match &self.model {
@@ -236,13 +240,10 @@ impl Machine {
         record: &Record,
         place: usize,
     ) -> Result<Prediction, GreyboxError> {
-        let mut effects = self.built_in.clone();
-        effects.extend(state.in_record.get(place).unwrap_or(&state.effects).iter().cloned());
-        let faults = PhysicalFaults::from(&state.faults);
-        let prediction = match self.with_rough(&state.rough) {
-            MachineModel::Actuator(model) => of_actuator(&model, &faults, &effects, record)?,
-            MachineModel::ServoAxis(model) => of_axis(&model, &faults, &effects, record)?,
-            _ => Prediction::default(),
+        let prediction = match self.prepare(state, record, place)? {
+            Run::Actuator(run) => run.prediction(record),
+            Run::Axis(run) => run.prediction(record),
+            Run::None => Prediction::default(),
         };
         if prediction.drive.iter().all(|x| x.is_finite()) {
             Ok(prediction)
@@ -273,109 +274,4 @@ fn kept(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {
     }
     let ratio = if old_kinetic > 0.0 { old_static / old_kinetic } else { 1.0 };
     kinetic * ratio.max(1.0)
-}
-
-/// Ticks of the controller for a sample of the recording.
-fn ticks_per_sample(record: &Record, sample_hz: f64) -> Result<usize, GreyboxError> {
-    let ratio = sample_hz / record.rate_hz;
-    let whole = libm::round(ratio);
-    if whole >= 1.0 && (ratio - whole).abs() < 1e-4 * whole {
-        return Ok(whole as usize);
-    }
-    let (name, rate_hz) = (record.name.clone(), record.rate_hz);
-    Err(GreyboxError::Rate { record: name, rate_hz, sample_hz })
-}
-
-fn recorded_load(record: &Record) -> Load {
-    match &record.load {
-        Some(values) => Load::Recorded { values_n_m: values.clone(), rate_hz: record.rate_hz },
-        None => Load::None,
-    }
-}
-
-fn refused(record: &Record) -> impl Fn(SimulationError) -> GreyboxError {
-    |reason| GreyboxError::Simulation { record: record.name.clone(), reason }
-}
-
-fn every(values: &[f64], step: usize, samples: usize) -> Vec<f64> {
-    values.iter().step_by(step).take(samples).copied().collect()
-}
-
-fn of_actuator(
-    model: &Model,
-    faults: &PhysicalFaults,
-    effects: &[Effect],
-    record: &Record,
-) -> Result<Prediction, GreyboxError> {
-    let actuator: &Actuator = &model.actuator;
-    let step = ticks_per_sample(record, actuator.controller.sample_hz)?;
-    let start_angle_rad = record.position.as_ref().map_or(0.0, |angle| angle[0]);
-    let scenario = Scenario {
-        command: Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz },
-        mode: match record.kind {
-            CommandKind::Position => ControlMode::Position,
-            CommandKind::Speed => ControlMode::Speed,
-        },
-        load_n_m: 0.0,
-        duration_s: record.duration_s(),
-        start_angle_rad,
-        ..Scenario::chirp()
-    };
-    let simulation = LowFidelity::new(actuator, &scenario)
-        .and_then(|model| model.with_effects(effects))
-        .and_then(|model| model.with_load(recorded_load(record)))
-        .map_err(refused(record))?;
-    let trace = simulation.simulate(faults);
-    let samples = record.drive.len();
-    let drive = match record.filter_hz {
-        Some(corner_hz) => EnvelopeFilter { corner_hz, output_hz: record.rate_hz }
-            .apply(&trace.current_a, trace.rate_hz),
-        None => every(&trace.current_a, step, samples),
-    };
-    Ok(Prediction {
-        drive,
-        motor: every(&trace.motor_angle_rad, step, samples),
-        speed: every(&trace.motor_speed_rad_per_s, step, samples),
-        surface: every(&trace.surface_angle_rad, step, samples),
-    })
-}
-
-fn of_axis(
-    model: &AxisModel,
-    faults: &PhysicalFaults,
-    effects: &[Effect],
-    record: &Record,
-) -> Result<Prediction, GreyboxError> {
-    let axis = &model.axis;
-    let step = ticks_per_sample(record, axis.controller.sample_hz)?;
-    let command = Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz };
-    let position = record.position.as_ref();
-    let scenario = AxisScenario {
-        input: match record.kind {
-            CommandKind::Position => AxisInput::Position(command),
-            CommandKind::Speed => AxisInput::Speed(command),
-        },
-        load: 0.0,
-        duration_s: record.duration_s(),
-        start: AxisStart {
-            position: position.map_or(record.command[0], |position| position[0]),
-            ..AxisStart::default()
-        },
-    };
-    let simulation = ServoAxisSimulation::new(axis, &scenario)
-        .and_then(|axis| axis.with_effects(effects))
-        .and_then(|axis| axis.with_load(recorded_load(record)))
-        .map_err(refused(record))?;
-    let trace = simulation.simulate(faults);
-    let samples = record.drive.len();
-    let shown = match axis.drive {
-        Drive::Amplifier => &trace.output,
-        _ => &trace.current,
-    };
-    Ok(Prediction {
-        drive: every(shown, step, samples),
-        motor: every(&trace.position, step, samples),
-        speed: every(&trace.speed, step, samples),
-        surface: every(&trace.position, step, samples),
-    })
 }

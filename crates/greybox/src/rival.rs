@@ -117,6 +117,21 @@ impl Rival {
         self.gain + self.evidence
     }
 
+    /// How it did, in words.
+    pub(crate) fn line(&self, families: &[Family]) -> String {
+        format!(
+            "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, bound {}, rms {:.5}",
+            self.id.info().symbol,
+            families[self.family].sizes,
+            self.fall,
+            self.gain,
+            self.gain_std,
+            self.evidence,
+            self.on_bound,
+            self.judged.holdout_rms
+        )
+    }
+
     /// The same with its fit ended by sensitivities taken anew.
     pub(crate) fn settled(
         self,

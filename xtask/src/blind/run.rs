@@ -75,6 +75,8 @@ fn propose(fdi: &Path, folder: &Path, files: &[File], case: &Case) -> Result<Ans
     let mut command = Command::new(fdi);
     command.args(["propose", "--model", "nominal.toml", "--train"]);
     command.args(of_role(files, Role::Train));
+    command.arg("--holdout").args(of_role(files, Role::HoldOut));
+    command.arg("--repeat").args(of_role(files, Role::Repeat));
     command.args(["--output", "next.csv"]);
     asked(command, folder)?;
     let next = fs::read_to_string(folder.join("next.csv")).context("the proposed command")?;

@@ -1,4 +1,4 @@
-//! Options of `fdi explain` and `fdi calibrate`.
+//! Options of `fdi explain`, `fdi propose` and `fdi calibrate`.
 
 use std::path::PathBuf;
 
@@ -42,6 +42,21 @@ pub struct ExplainArgs {
 pub struct CalibrateArgs {
     /// Model file, or preset, with the numbers of the data sheet
     #[arg(long, value_name = "MODEL")]
+    pub model: String,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub records: RecordArgs,
+}
+
+/// Options of `fdi propose`.
+///
+/// A command stays within the travel of the recordings, asks for no more than half of the
+/// controller's limit of speed, or the fastest pace recorded, and needs no more than half of its
+/// limit of current.
+#[derive(Clone, Debug, Args)]
+pub struct ProposeArgs {
+    /// Model that is compared with the recordings: a preset or a model file
+    #[arg(long, value_name = "MODEL", default_value = "ema-48")]
     pub model: String,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]

@@ -1,0 +1,130 @@
+//! `fdi propose`.
+
+use std::{fmt::Write, time::Instant};
+
+use anyhow::{Result, bail};
+use fdi_core::{
+    ema_sim::{Geometry, model_file::MachineModel},
+    read_machine,
+    report::{Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
+};
+use greybox::{CommandKind, Options, Proposed};
+
+use super::explain::{recordings, rounded};
+use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::ProposeArgs, stamp};
+
+/// Looks for the recording that tells open causes apart, and writes its command.
+#[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
+pub(crate) fn propose(
+    args: &ProposeArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let start = Instant::now();
+    let model = read_machine(&args.model)?;
+    let recordings = match recordings(&args.records, &model)? {
+        Ok(recordings) => recordings,
+        Err(missing) => bail!("{missing}"),
+    };
+    let options = Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
+    let proposal = greybox::propose(&model, &recordings, &options)?;
+    let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
+    let answer = document(&proposal, &model, global, elapsed_s);
+    let text = match global.output_format {
+        OutputFormat::Human => human(&answer),
+        OutputFormat::Json => serde_json::to_string_pretty(&answer)? + "\n",
+        OutputFormat::Jsonl => serde_json::to_string(&answer)? + "\n",
+        _ => bail!("no such form: `--output-format human|json|jsonl`"),
+    };
+    streams.product(None, |out| out.write_all(text.as_bytes()))?;
+    if let (Some(path), Some(best)) = (&global.output, proposal.menu.first()) {
+        let unit = match model.geometry() {
+            Geometry::Rotary => "rad",
+            Geometry::Linear => "m",
+        };
+        let written = command(best, &proposal, unit);
+        streams.product(Some(path), |out| out.write_all(written.as_bytes()))?;
+    }
+    Ok(ExitStatus::Done)
+}
+
+fn document(
+    proposal: &greybox::Proposal,
+    model: &MachineModel,
+    global: &GlobalArgs,
+    elapsed_s: Option<f64>,
+) -> Proposal {
+    let symbol = |id: &fdi_core::ema_sim::EffectId| id.info().symbol.to_owned();
+    let recording = |proposed: &Proposed| ProposedRecording {
+        description: proposed.description.clone(),
+        duration_s: proposed.command.len() as f64 / proposal.rate_hz,
+        separation: proposed.separation(),
+        separations: proposed
+            .separations
+            .iter()
+            .map(|(a, b, separation)| Separation {
+                causes: [symbol(a), symbol(b)],
+                separation: *separation,
+            })
+            .collect(),
+    };
+    Proposal {
+        schema_version: SCHEMA_VERSION,
+        tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+        model: model.name().unwrap_or("unnamed").to_owned(),
+        open: proposal.open.iter().map(symbol).collect(),
+        menu: proposal.menu.iter().map(recording).collect(),
+        elapsed_s,
+    }
+}
+
+fn human(answer: &Proposal) -> String {
+    let open = answer.open.join(", ");
+    let Some(best) = answer.menu.first() else {
+        return match answer.open.len() {
+            0 => "no effect is found: there is nothing to tell apart\n".to_owned(),
+            1 => format!("{open} is found, and no other explains as much\n"),
+            _ => format!(
+                "{open} are open, and no safe command tells them apart: the recordings span no \
+                 travel\n"
+            ),
+        };
+    };
+    let mut text = format!(
+        "{open} are open. Record {} for {} s: expected separation {} (9 is three standard \
+         deviations).\n",
+        best.description,
+        rounded(best.duration_s),
+        rounded(best.separation)
+    );
+    text.push_str("\nseparation  recording\n");
+    for item in &answer.menu {
+        let _ = writeln!(text, "{:>10}  {}", rounded(item.separation), item.description);
+    }
+    text
+}
+
+/// A command as a recording without measurements.
+fn command(proposed: &Proposed, proposal: &greybox::Proposal, unit: &str) -> String {
+    let name = match proposal.kind {
+        CommandKind::Speed => format!("speed_command_{unit}_per_s"),
+        CommandKind::Position => format!("command_{unit}"),
+    };
+    let load = if unit == "rad" { "load_n_m" } else { "force_n" };
+    let mut text = format!("# command = \"recorded\"\n# rate-hz = {:?}\n", proposal.rate_hz);
+    let _ = write!(text, "time_s,{name}");
+    if proposed.load.is_some() {
+        let _ = write!(text, ",{load}");
+    }
+    text.push('\n');
+    for (n, value) in proposed.command.iter().enumerate() {
+        let _ = write!(text, "{:.6},{value:.8}", n as f64 / proposal.rate_hz);
+        if let Some(load) = &proposed.load {
+            let _ = write!(text, ",{:.4}", load[n]);
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,216 @@
+//! The recording to take next: of a menu of safe commands the one that tells apart what the
+//! recordings at hand leave open.
+
+use ema_sim::EffectId;
+use nalgebra::{DMatrix, DVector};
+
+use crate::{
+    error::GreyboxError,
+    explain::{Options, Session, with_holdout},
+    fit::{Fitted, whitened},
+    gram::{dot, solve},
+    machine::Machine,
+    menu::menu,
+    noise::Whitener,
+    problem::{PerRecord, Problem},
+    record::{CommandKind, Record, Recordings},
+};
+
+/// A recording that might be taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposed {
+    /// What the machine does in it.
+    pub description: String,
+    /// What is asked for, at the rate of the recordings: rad or rad/s, m or m/s.
+    pub command: Vec<f64>,
+    /// Load against positive motion, where the recordings had one: N·m or N.
+    pub load: Option<Vec<f64>>,
+    /// For each pair of open causes twice the log-likelihood by which the recording is expected
+    /// to speak against the wrong one: 9 is three standard deviations.
+    pub separations: Vec<(EffectId, EffectId, f64)>,
+}
+
+impl Proposed {
+    /// The least of the separations.
+    pub fn separation(&self) -> f64 {
+        self.separations.iter().map(|(.., separation)| *separation).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// What to record next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// Causes that the recordings leave open, the likeliest first; fewer than two: nothing to
+    /// tell apart.
+    pub open: Vec<EffectId>,
+    /// The menu, most telling first.
+    pub menu: Vec<Proposed>,
+    /// Rate of the commands.
+    pub rate_hz: f64,
+    /// Whether the commands are positions or speeds.
+    pub kind: CommandKind,
+}
+
+/// Commands whose separation is worked out, of those that the causes differ most in.
+const WORKED_OUT: usize = 8;
+
+/// Looks for the recording that tells the open causes apart.
+///
+/// For causes `a` and `b` with predictions `y` of the new recording, both whitened,
+///
+/// ```text
+/// λ = min over δ of |y_b − y_a − J_a·δ|² + δᵀ·F_a·δ
+/// ```
+///
+/// with the sensitivities `J_a` of all that is free beside cause `a`, and what the recordings at
+/// hand say of it, `F_a`: the smaller of `(a, b)` and `(b, a)`.
+///
+/// # Errors
+///
+/// [`GreyboxError`].
+pub fn propose(
+    model: &ema_sim::model_file::MachineModel,
+    recordings: &Recordings,
+    options: &Options,
+) -> Result<Proposal, GreyboxError> {
+    recordings.check()?;
+    let machine = Machine::new(model);
+    let recordings = with_holdout(recordings);
+    let (open, whitener) = Session::new(&machine, &recordings, options).open()?;
+    let first = recordings.train.first().ok_or(GreyboxError::NoTraining)?;
+    let mut proposal = Proposal {
+        open: open.iter().map(|(id, _)| *id).collect(),
+        menu: Vec::new(),
+        rate_hz: first.rate_hz,
+        kind: first.kind,
+    };
+    if open.len() < 2 {
+        return Ok(proposal);
+    }
+    let causes: Vec<Cause> =
+        open.into_iter().map(|(id, fitted)| Cause::new(id, fitted, &whitener)).collect();
+    let mut served = Vec::new();
+    for (description, record) in menu(model, &recordings) {
+        let problem = Problem::new(&machine, [&record], options.jobs);
+        // what the machine cannot do is not on the menu
+        if let Ok(drives) = drives(&machine, &problem, &causes, &record) {
+            let apart = least_distance(&drives, &whitener);
+            served.push((apart, description, record, drives));
+        }
+    }
+    served.sort_by(|a, b| b.0.total_cmp(&a.0));
+    served.truncate(WORKED_OUT);
+    for (_, description, record, drives) in served {
+        let problem = Problem::new(&machine, [&record], options.jobs);
+        let separations = separations(&problem, &causes, &drives, &whitener)?;
+        let Record { command, load, .. } = record;
+        proposal.menu.push(Proposed { description, command, load, separations });
+    }
+    proposal.menu.sort_by(|a, b| b.separation().total_cmp(&a.separation()));
+    Ok(proposal)
+}
+
+/// An explanation that is open, with what the recordings say of its free numbers.
+struct Cause {
+    id: EffectId,
+    fitted: Fitted,
+    information: DMatrix<f64>,
+}
+
+impl Cause {
+    fn new(id: EffectId, fitted: Fitted, whitener: &Whitener) -> Self {
+        let columns: Vec<Vec<f64>> =
+            fitted.sensitivities.iter().map(|column| whitened(whitener, column)).collect();
+        let n = columns.len();
+        let mut information = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &columns[j]));
+        for (i, free) in fitted.structure.free.iter().enumerate() {
+            information[(i, i)] += free.prior.map_or(0.0, |(_, std)| 1.0 / (std * std));
+        }
+        Self { id, fitted, information }
+    }
+}
+
+/// The drive signal by each cause; an error where it exceeds what the machine may do.
+fn drives(
+    machine: &Machine,
+    problem: &Problem<'_>,
+    causes: &[Cause],
+    record: &Record,
+) -> Result<Vec<PerRecord>, GreyboxError> {
+    let of = |cause: &Cause| cause.fitted.structure.state_elsewhere(machine, &cause.fitted.values);
+    let states: Vec<_> = causes.iter().map(of).collect();
+    let drives = problem.drives(&states)?;
+    let most = drives.iter().flatten().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+    if most > machine.safe_drive() {
+        return Err(GreyboxError::NotFinite { record: record.name.clone() });
+    }
+    Ok(drives)
+}
+
+/// Least distance between two causes before anything is fitted.
+fn least_distance(drives: &[PerRecord], whitener: &Whitener) -> f64 {
+    let mut least = f64::INFINITY;
+    for (place, a) in drives.iter().enumerate() {
+        for b in &drives[place + 1..] {
+            let apart = apart(a, b, whitener);
+            least = least.min(dot(&apart, &apart));
+        }
+    }
+    least
+}
+
+fn apart(a: &PerRecord, b: &PerRecord, whitener: &Whitener) -> Vec<f64> {
+    let difference: PerRecord =
+        a.iter().zip(b).map(|(a, b)| b.iter().zip(a).map(|(y, x)| y - x).collect()).collect();
+    whitened(whitener, &difference)
+}
+
+fn separations(
+    problem: &Problem<'_>,
+    causes: &[Cause],
+    drives: &[PerRecord],
+    whitener: &Whitener,
+) -> Result<Vec<(EffectId, EffectId, f64)>, GreyboxError> {
+    let mut beside = Vec::new();
+    for (cause, drive) in causes.iter().zip(drives) {
+        let Fitted { structure, values, .. } = &cause.fitted;
+        let columns = problem.sensitivities(structure, 0, values, drive)?;
+        let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
+        beside.push(columns);
+    }
+    let mut pairs = Vec::new();
+    for a in 0..causes.len() {
+        for b in a + 1..causes.len() {
+            let apart = apart(&drives[a], &drives[b], whitener);
+            let of = |place: usize| left_over(&apart, &beside[place], &causes[place].information);
+            pairs.push((causes[a].id, causes[b].id, of(a).min(of(b))));
+        }
+    }
+    Ok(pairs)
+}
+
+/// Energy of a signal that free numbers, known as well as they are, cannot take up.
+fn left_over(signal: &[f64], columns: &[Vec<f64>], information: &DMatrix<f64>) -> f64 {
+    let n = columns.len();
+    let matrix = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &columns[j]) + information[(i, j)]);
+    let right = DVector::from_fn(n, |i, _| dot(&columns[i], signal));
+    (dot(signal, signal) - right.dot(&solve(&matrix, &right))).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_known_well_cannot_take_up_a_difference() {
+        let signal = [2.0, 0.0, 1.0];
+        let columns = [vec![1.0, 0.0, 0.0]];
+        let free = left_over(&signal, &columns, &DMatrix::zeros(1, 1));
+        assert!((free - 1.0).abs() < 1e-8, "{free}");
+        let known = left_over(&signal, &columns, &DMatrix::from_element(1, 1, 1e12));
+        assert!((known - 5.0).abs() < 1e-8, "{known}");
+        // as well known as the new recording itself tells: half of it
+        let half = left_over(&signal, &columns, &DMatrix::from_element(1, 1, 1.0));
+        assert!((half - 3.0).abs() < 1e-8, "{half}");
+    }
+}
