@@ -13,7 +13,7 @@ use elastic::Flank;
 
 use crate::{
     controller::Measured,
-    drive_train::{Crossing, Direction, DriveTrain},
+    drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
         extension::{Extension, Instant, Machine},
@@ -271,6 +271,7 @@ impl<P: Probe> Run<P> {
             efficiency_ratio: t.efficiency_ratio,
             half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio,
             tick_s: 1.0 / actuator.controller.sample_hz,
+            start_position_rad: START_RAD,
             pole_pairs: f64::from(actuator.motor.pole_pairs),
         };
         self.extension = Extension::of(effects, &machine, &mut self.train, 1.0);

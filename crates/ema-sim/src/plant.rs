@@ -6,7 +6,7 @@ mod lanes;
 pub(crate) use lanes::{Lanes, WIDTH};
 
 use crate::{
-    drive_train::{Crossing, Direction, DriveTrain},
+    drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
         extension::{Circuit, Extension, Instant, Machine},
@@ -39,6 +39,8 @@ pub(crate) struct Run {
     /// Whether the set-point is a voltage on the winding.
     voltage_driven: bool,
     pub(crate) start_angle_rad: f64,
+    /// Position of the surface at the start, from which the drive train counts.
+    start_position_rad: f64,
     pub(crate) train: DriveTrain,
     /// Effects, and a load that changes, where there are any.
     extension: Option<Box<Extension>>,
@@ -98,6 +100,7 @@ impl Run {
             efficiency_ratio: t.efficiency_ratio,
             half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio,
             tick_s: 1.0 / actuator.controller.sample_hz,
+            start_position_rad: START_RAD,
             pole_pairs: f64::from(actuator.motor.pole_pairs),
         };
         let mut run = Self::of(
@@ -122,10 +125,12 @@ impl Run {
         constant: f64,
         resistance_ohm: Option<f64>,
         limit: f64,
-        start_angle_rad: f64,
+        start_position: f64,
     ) -> Self {
         let sectors = [(constant, resistance_ohm.unwrap_or(0.0)); 6];
-        let mut run = Self::of(Winding::plain(), train, sectors, (f64::INFINITY, start_angle_rad));
+        // without a gear the motor is where the load is
+        let mut run = Self::of(Winding::plain(), train, sectors, (f64::INFINITY, start_position));
+        run.start_position_rad = start_position;
         run.sector_rad = (f64::NEG_INFINITY, f64::INFINITY);
         if resistance_ohm.is_some() {
             (run.voltage_driven, run.limit_v) = (true, limit);
@@ -148,6 +153,7 @@ impl Run {
             limit_v,
             voltage_driven: false,
             start_angle_rad,
+            start_position_rad: START_RAD,
             shaft: train.shaft(),
             train,
             extension: None,
@@ -201,19 +207,19 @@ impl Run {
         }
     }
 
-    /// Angle of the surface as it is.
-    pub(crate) fn surface_rad(&self) -> f64 {
+    /// Position of the surface as it is.
+    fn surface_rad(&self) -> f64 {
         match &self.extension {
-            None => self.train.surface_rad(),
+            None => self.start_position_rad + self.train.surface_rad(),
             Some(extension) => extension.position_rad(&self.train, self.motor_rad()),
         }
     }
 
-    /// Angle of the surface as its sensor shows it; once a tick.
+    /// Position of the surface as its sensor shows it; once a tick.
     #[inline]
     pub(crate) fn shown_surface_rad(&mut self) -> f64 {
         match &mut self.extension {
-            None => self.train.surface_rad(),
+            None => self.start_position_rad + self.train.surface_rad(),
             Some(extension) => {
                 let motor_rad = self.start_angle_rad + self.train.angle_rad;
                 extension.shown_position_rad(&self.train, motor_rad)
@@ -225,7 +231,7 @@ impl Run {
     pub(crate) fn before_play_rad(&self) -> f64 {
         let load_rad = match &self.extension {
             None => self.train.surface_rad(),
-            Some(extension) => extension.bare_position_rad(&self.train),
+            Some(extension) => extension.moved_rad(&self.train),
         };
         self.train.angle_rad - load_rad
     }

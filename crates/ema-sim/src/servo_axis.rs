@@ -331,7 +331,7 @@ impl ServoAxisSimulation {
         let mut trace = self.empty_trace();
         for (tick, &command) in self.command.iter().enumerate() {
             run.begin_tick(tick, tick_s);
-            let load_position = start.position + run.shown_surface_rad();
+            let load_position = run.shown_surface_rad();
             let position = match law.feedback {
                 Feedback::Load => load_position,
                 Feedback::Motor if self.effects.is_empty() => start.position + run.train.angle_rad,
@@ -385,6 +385,7 @@ impl ServoAxisSimulation {
             efficiency_ratio: 1.0,
             half_play_rad: half_play,
             tick_s,
+            start_position_rad: start.position,
             pole_pairs: 1.0,
         };
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };

@@ -106,6 +106,8 @@ pub(crate) struct Machine {
     pub(crate) efficiency_ratio: f64,
     pub(crate) half_play_rad: f64,
     pub(crate) tick_s: f64,
+    /// Position at the start, from which the drive train counts.
+    pub(crate) start_position_rad: f64,
     /// Electrical periods a turn.
     pub(crate) pole_pairs: f64,
 }
@@ -131,6 +133,7 @@ pub(crate) struct Extension {
     delay: Option<Delay>,
     tick_s: f64,
     per_gear_ratio: f64,
+    start_position_rad: f64,
 }
 
 /// Bristles in place of dry friction.
@@ -303,6 +306,7 @@ impl Extension {
             delay: None,
             tick_s: machine.tick_s,
             per_gear_ratio: machine.per_gear_ratio,
+            start_position_rad: machine.start_position_rad,
         };
         for effect in effects {
             extension.take(&effect, machine, train);
@@ -479,14 +483,14 @@ impl Extension {
         }
     }
 
-    /// Angle of the surface.
+    /// Position of the surface.
     pub(crate) fn position_rad(&self, train: &DriveTrain, motor_rad: f64) -> f64 {
         self.position_in(train, 0.0) + self.error_rad(motor_rad)
     }
 
-    /// Angle of the surface without the error of the gear.
-    pub(crate) fn bare_position_rad(&self, train: &DriveTrain) -> f64 {
-        self.position_in(train, 0.0)
+    /// What the surface has moved from the start, without the error of the gear.
+    pub(crate) fn moved_rad(&self, train: &DriveTrain) -> f64 {
+        self.moved_in(train, 0.0)
     }
 
     /// A new load on the surface.
@@ -811,6 +815,11 @@ impl Extension {
 
     /// Position of the surface after a small turn of the motor, from where it is now.
     fn position_in(&self, train: &DriveTrain, turn_rad: f64) -> f64 {
+        self.start_position_rad + self.moved_in(train, turn_rad)
+    }
+
+    /// The same from the start.
+    fn moved_in(&self, train: &DriveTrain, turn_rad: f64) -> f64 {
         match &self.compliant {
             Some(compliant) => compliant.angle_rad,
             None => train.surface_rad_at(train.angle_rad + turn_rad),

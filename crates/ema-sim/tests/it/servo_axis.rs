@@ -1,9 +1,9 @@
 //! The servo axis against closed solutions, and its model file.
 
 use ema_sim::{
-    AxisController, AxisInput, AxisScenario, AxisStart, AxisTrace, Command, Drive, Effect,
-    EffectId, FaultId, FaultLevel, Feedback, Geometry, HealthState, ServoAxis, ServoAxisSimulation,
-    SimulationError,
+    AxisController, AxisInput, AxisScenario, AxisStart, AxisTrace, Command, Coordinate, Curve,
+    CurveKind, Drive, Effect, EffectId, FaultId, FaultLevel, Feedback, Geometry, HealthState,
+    ServoAxis, ServoAxisSimulation, SimulationError,
     model_file::{MachineModel, parse_machine, parse_machine_onto},
 };
 use libm::exp;
@@ -161,6 +161,64 @@ fn law_effects_enter_the_torque_balance() {
     }
     // the midpoint of a tick against its mean: (7·4.4·1e-3)²/24
     assert!((off / whole).sqrt() < 5e-4, "{}", (off / whole).sqrt());
+}
+
+/// A mass on a spring, let go away from the spring's rest: the position that the spring feels is
+/// the axis', wherever the test begins.
+#[test]
+fn law_a_spring_pulls_to_the_origin_of_the_axis() {
+    let mut axis = axis(Drive::Current);
+    (axis.viscous, axis.kinetic_friction, axis.static_friction) = (0.0, 0.0, 0.0);
+    let spring =
+        Effect::new(EffectId::Imbalance, Geometry::Rotary).with("spring_n_m_per_rad", 0.2).unwrap();
+    let start = AxisStart { position: 0.4, ..AxisStart::default() };
+    let trace = run(&axis, &AxisScenario { start, ..scenario(held(0.0)) }, &[spring]);
+    let swing = libm::sqrt(0.2 / axis.inertia);
+    for (n, position) in trace.position.iter().enumerate() {
+        let wanted = 0.4 * libm::cos(swing * n as f64 * 1e-3);
+        // the midpoint rule over a tick: (ω·T)²/24 of the phase, 20 rad long
+        assert!((position - wanted).abs() < 1e-4 * 0.4, "{n}: {position} {wanted}");
+    }
+}
+
+#[test]
+fn law_effects_over_position_do_not_care_where_a_test_begins() {
+    let shifted = |by: f64| {
+        let worn = Effect::new(EffectId::WornRegion, Geometry::Rotary)
+            .with("worn_n_m", 0.05)
+            .and_then(|e| e.with("centre_rad", 0.3 + by))
+            .and_then(|e| e.with("width_rad", 0.1))
+            .unwrap();
+        let points = [[-0.5, 0.0], [0.2, 0.01], [0.9, -0.02]].map(|[x, y]| [x + by, y]).to_vec();
+        let curve = Curve::new(Coordinate::Position, CurveKind::Torque, points).unwrap();
+        let effects = [worn, Effect::tabulated(curve, Geometry::Rotary)];
+        let start = AxisStart { position: by, ..AxisStart::default() };
+        run(&axis(Drive::Current), &AxisScenario { start, ..scenario(held(0.9)) }, &effects)
+    };
+    let (here, there) = (shifted(0.0), shifted(7.0));
+    assert!(here.speed[1999] > 0.0);
+    for (a, b) in here.speed.iter().zip(&there.speed) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+    // the curve acts: without the shift of its points the motion is another
+    let start = AxisStart { position: 7.0, ..AxisStart::default() };
+    let bare = run(&axis(Drive::Current), &AxisScenario { start, ..scenario(held(0.9)) }, &[]);
+    assert!((bare.speed[1999] - there.speed[1999]).abs() > 1e-3);
+}
+
+#[test]
+fn law_a_position_sensor_has_its_steps_where_zero_is() {
+    let step = 0.01;
+    let sensor =
+        Effect::new(EffectId::PositionSensor, Geometry::Rotary).with("step_rad", step).unwrap();
+    let start = AxisStart { position: 0.123, ..AxisStart::default() };
+    let mut axis = axis(Drive::Current);
+    axis.controller.feedback = Feedback::Load;
+    let trace = run(&axis, &AxisScenario { start, ..scenario(held(0.5)) }, &[sensor]);
+    for position in trace.position {
+        let steps = position / step;
+        assert!((steps - libm::round(steps)).abs() < 1e-9, "{position}");
+    }
 }
 
 const EMPS: &str = include_str!("../../../../fixtures/models/emps.toml");
