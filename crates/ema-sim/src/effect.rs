@@ -6,6 +6,7 @@
 mod catalogue;
 mod curve;
 pub(crate) mod extension;
+pub(crate) mod strength;
 
 pub use catalogue::EffectId;
 pub use curve::{Coordinate, Curve, CurveError, CurveKind};
@@ -249,6 +250,23 @@ pub enum EffectError {
         /// The model.
         model: &'static str,
         /// Why.
+        reason: &'static str,
+    },
+    /// Stronger than the machine that it is put in can be simulated with.
+    #[error(
+        "`{key}` of effect {} is {value}, and this machine takes at most {most}: {reason}",
+        .effect.info().symbol
+    )]
+    TooStrong {
+        /// The effect.
+        effect: EffectId,
+        /// The parameter.
+        key: &'static str,
+        /// Value given.
+        value: f64,
+        /// Largest size that the machine takes, of either sign.
+        most: f64,
+        /// What sets it.
         reason: &'static str,
     },
     /// The effect is of a machine of the other geometry.

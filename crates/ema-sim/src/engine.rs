@@ -21,6 +21,7 @@ use crate::{
     fault::PhysicalFaults,
     load::LoadRun,
     params::{Actuator, BackEmfShape},
+    patience::Patience,
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
@@ -29,6 +30,12 @@ use crate::{
     waveform::Corners,
     winding::{AirGap, Coupling, CubicTerms, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
+
+/// Events in a hold of the legs beyond which they are put off; in ordinary motion there are a
+/// handful.
+const MOST_IN_A_HOLD: u32 = 1 << 10;
+/// The same for a tick of comparators, which switch as often as their band asks for.
+const MOST_IN_A_TICK: u32 = 1 << 14;
 
 /// Turn after which the air gap's series is centred anew, should a tick bring more.
 const GAP_REACH_RAD: f64 = 0.05;
@@ -173,6 +180,12 @@ fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
 /// Length of the edges of a carrier period.
 fn edge_s(duty: f64, period_s: f64) -> f64 {
     0.25 * (1.0 - duty.abs()) * period_s
+}
+
+/// Whether a diode that opens by no more than rounding would conduct the wrong way at once.
+#[inline]
+fn turns_at_once(segment: &Segment, diode: f64) -> bool {
+    segment.idle[0] == 0.0 && segment.idle[1] * diode <= 0.0
 }
 
 /// Angle and speed of the motor, and the heat of the cold winding, at an instant.
@@ -552,13 +565,14 @@ impl<P: Probe> Run<P> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
     fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
             let span_s = self.take_burden(left_s.min(self.longest_s));
             let from = self.mark();
             let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
             if self.interrupted::<OWN>(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
+                let at_s = patience.put_off(at_s, span_s);
                 end = End::of(&step.segment, at_s);
                 self.observe::<OWN>(&step, at_s);
                 self.commit(&end);
@@ -596,16 +610,25 @@ impl<P: Probe> Run<P> {
         span_s: f64,
         legs_v: (f64, f64),
     ) -> (Step, End) {
-        let diode = self.diode(&coupling, half_bus_v, legs_v);
+        let mut diode = self.diode(&coupling, half_bus_v, legs_v);
         let speed = self.train.speed_rad_per_s;
-        let segment = if diode == 0.0 {
+        let open = || {
             let state = (self.positive_a, speed);
             Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
+        };
+        let segment = if diode == 0.0 {
+            open()
         } else {
             let idle_v = -diode * half_bus_v;
             let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
             let state = (self.positive_a, self.idle_a, speed);
-            Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
+            let closed = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
+            if turns_at_once(&closed, diode) {
+                diode = 0.0;
+                open()
+            } else {
+                closed
+            }
         };
         let end = End::of(&segment, span_s);
         (Step { segment, coupling, diode, pair_v: legs_v, idle_v: -diode * half_bus_v }, end)
@@ -645,7 +668,7 @@ impl<P: Probe> Run<P> {
     }
 
     fn comparators_as<const OWN: bool>(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
             let phases = [self.at.positive, self.at.negative, self.at.idle];
@@ -677,7 +700,10 @@ impl<P: Probe> Run<P> {
                     }
                 }
             }
-            end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
+            if at_s < span_s {
+                at_s = patience.put_off(at_s, span_s);
+                end = End::of(&step.segment, at_s);
+            }
             self.observe_connected::<OWN>(&step, at_s);
             self.commit(&end);
             self.advance_effects(at_s, &from);

@@ -14,6 +14,7 @@ use crate::{
     fault::PhysicalFaults,
     load::{Load, LoadRun},
     params::Actuator,
+    patience::Patience,
     phase::{PerPhase, Sector},
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
@@ -23,6 +24,11 @@ use crate::{
 
 /// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
 const REFRESH_TICKS: usize = 64;
+
+/// Share of a tick below which no segment is cut, however fast the rotor turns.
+const SHORTEST_RATIO: f64 = 1e-3;
+/// Events in a tick beyond which they are put off; in ordinary motion there are a handful.
+const MOST_IN_A_TICK: u32 = 1 << 12;
 
 /// State of a run.
 #[derive(Clone, Debug)]
@@ -330,7 +336,7 @@ impl Run {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn advance_plain<const SHAPED: bool>(&mut self, reference_a: f64, span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let (coupling, resistance_ohm) =
                 if SHAPED { self.equivalent() } else { self.equivalent_of_sector() };
@@ -353,8 +359,12 @@ impl Run {
             } else {
                 Motion::at_current(&self.shaft, &coupling, reference_a, speed)
             };
-            let longest_s = if SHAPED { self.longest_s(speed) } else { f64::INFINITY };
-            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling);
+            let longest_s = if SHAPED {
+                self.longest_s(speed).max(SHORTEST_RATIO * span_s)
+            } else {
+                f64::INFINITY
+            };
+            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling, &mut patience);
         }
     }
 
@@ -367,8 +377,9 @@ impl Run {
         for (value, share) in extension.delayed(reference) {
             let mut left_s = share * span_s;
             let least_s = 1e-9 * span_s;
+            let mut patience = Patience::over(span_s, MOST_IN_A_TICK);
             while left_s > least_s {
-                left_s -= self.extended_segment(&mut extension, value, left_s);
+                left_s -= self.extended_segment(&mut extension, value, (left_s, &mut patience));
             }
         }
         self.extension = Some(extension);
@@ -376,7 +387,7 @@ impl Run {
 
     #[cold]
     fn advance_by_voltage(&mut self, reference_v: f64, span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let (constant, resistance_ohm) = self.sectors[0];
             let coupling = [constant, 0.0, 0.0];
@@ -393,15 +404,21 @@ impl Run {
             let speed = self.train.speed_rad_per_s;
             let motion =
                 Motion::at_voltage(&self.shaft, &coupling, resistance_ohm, applied_v, speed);
-            left_s -= self.follow(&motion, left_s, &coupling);
+            left_s -= self.follow(&motion, left_s, &coupling, &mut patience);
         }
     }
 
     /// One segment with effects; returns its length.
     #[cold]
-    fn extended_segment(&mut self, extension: &mut Extension, reference: f64, left_s: f64) -> f64 {
+    fn extended_segment(
+        &mut self,
+        extension: &mut Extension,
+        reference: f64,
+        (left_s, patience): (f64, &mut Patience),
+    ) -> f64 {
         let speed = self.train.speed_rad_per_s;
-        let span_s = left_s.min(extension.longest_s(speed)).min(self.longest_s(speed));
+        let shaped_s = self.longest_s(speed).max(extension.shortest_s());
+        let span_s = left_s.min(extension.longest_s(speed)).min(shaped_s);
         let (plain, resistance_ohm) = self.equivalent();
         let coupled = |current_a: f64| {
             let coupling =
@@ -438,7 +455,7 @@ impl Run {
             }
             _ => Motion::at_current(&self.shaft, &coupling, torque_a, speed),
         };
-        let (event, taken_s) = self.glide(&motion, span_s);
+        let (event, taken_s) = self.glide(&motion, span_s, patience);
         let to = (self.train.angle_rad, self.train.speed_rad_per_s);
         extension.advance(taken_s, from, to, heat_w);
         if event != Event::Tick {
@@ -534,8 +551,14 @@ impl Run {
     /// Follows a motion to its first event or the end of a span; returns the time taken.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn follow(&mut self, motion: &Motion, span_s: f64, coupling: &LocalQuadratic) -> f64 {
-        let (event, at_s) = self.glide(motion, span_s);
+    fn follow(
+        &mut self,
+        motion: &Motion,
+        span_s: f64,
+        coupling: &LocalQuadratic,
+        patience: &mut Patience,
+    ) -> f64 {
+        let (event, at_s) = self.glide(motion, span_s, patience);
         if event != Event::Tick {
             self.handle(event, coupling[0] * self.current_a);
         }
@@ -545,7 +568,7 @@ impl Run {
     /// Moves along a motion to its first event or the end of a span.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn glide(&mut self, motion: &Motion, span_s: f64) -> (Event, f64) {
+    fn glide(&mut self, motion: &Motion, span_s: f64, patience: &mut Patience) -> (Event, f64) {
         let (mut speed, mut turn_rad) =
             (value(&motion.speed, span_s), value_from_zero(&motion.turn, span_s));
         let (mut event, mut at_s) = (Event::Tick, span_s);
@@ -555,6 +578,7 @@ impl Run {
             || to_rad < self.window_rad.0
         {
             (event, at_s) = self.first_event(motion, span_s, speed, to_rad);
+            at_s = patience.put_off(at_s, span_s);
             (speed, turn_rad) = (value(&motion.speed, at_s), value(&motion.turn, at_s));
         }
         self.train.speed_rad_per_s = speed;

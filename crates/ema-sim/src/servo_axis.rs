@@ -7,6 +7,7 @@ use crate::{
     effect::{
         Effect, EffectId, Geometry,
         extension::{Host, Machine},
+        strength::Strength,
     },
     error::{ParameterError, SimulationError},
     fault::PhysicalFaults,
@@ -55,6 +56,12 @@ pub struct ServoAxis {
 }
 
 impl ServoAxis {
+    /// Torque or force of the motor at the controller's limit, at rest.
+    fn peak_force(&self) -> f64 {
+        let limit = self.force_constant * self.controller.output_limit;
+        if self.drive == Drive::Winding { limit / self.resistance_ohm } else { limit }
+    }
+
     /// Refuses numbers that no axis has.
     ///
     /// # Errors
@@ -284,8 +291,11 @@ impl ServoAxisSimulation {
             Drive::Current | Drive::Amplifier => &CURRENT_DRIVEN,
             Drive::Winding => &UNCOMMUTATED,
         };
-        let refused = refused.to_vec();
-        Host { name: "the servo axis", geometry: self.axis.geometry, refused }.check(effects)?;
+        let (axis, refused) = (&self.axis, refused.to_vec());
+        let tick_s = 1.0 / axis.controller.sample_hz;
+        let strength = Strength::new(axis.peak_force(), axis.inertia, tick_s, 1.0);
+        let (geometry, stop_rad) = (axis.geometry, None);
+        Host { name: "the servo axis", geometry, refused, strength, stop_rad }.check(effects)?;
         for effect in effects {
             let inertia = effect.get("load_inertia_kg_m2").or(effect.get("load_mass_kg"));
             if inertia.is_some_and(|inertia| inertia <= 0.0 || inertia >= self.axis.inertia) {

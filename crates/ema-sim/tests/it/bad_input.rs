@@ -1,8 +1,9 @@
 //! What cannot be simulated is refused by name; what can, runs.
 
 use ema_sim::{
-    BackEmfShape, BackEmfTable, Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter,
-    ParameterError, Scenario, SimulationError,
+    BackEmfShape, BackEmfTable, Command, Coordinate, Curve, CurveKind, Effect, EffectId, Geometry,
+    HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
+    SimulationError,
     presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
@@ -71,6 +72,34 @@ fn tests_that_cannot_be_run_are_refused() {
         let message = refused(&change).to_string();
         assert!(message.contains(field), "{message}");
     }
+}
+
+#[test]
+fn an_effect_too_strong_for_its_machine_is_refused_by_name() {
+    let peak_n_m = EMA_48.torque_constant_n_m_per_a() * EMA_48.controller.current_limit_a;
+    let drag = EMA_48.total_inertia_kg_m2() * EMA_48.controller.sample_hz;
+    let cases = [
+        (EffectId::Cogging, "cogging_cos_n_m", 100.0 * peak_n_m),
+        (EffectId::Vibration, "vibration_sin_n_m", 100.0 * peak_n_m),
+        (EffectId::Imbalance, "spring_n_m_per_rad", 100.0 * peak_n_m / 0.35),
+        (EffectId::DirectionalFriction, "viscous_asymmetry_n_m_s_per_rad", drag),
+    ];
+    for (id, key, most) in cases {
+        let made = |size: f64| {
+            let effect = Effect::new(id, Geometry::Rotary).with(key, size).expect("within bounds");
+            LowFidelity::new(&EMA_48, &Scenario::chirp()).expect("valid").with_effects(&[effect])
+        };
+        assert!(made(0.999 * most).is_ok(), "{key}");
+        let message = made(-1.001 * most).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("`{key}` of effect {} is -", id.info().symbol)));
+        assert!(message.contains("and this machine takes at most"), "{message}");
+    }
+    let points = vec![[-1.0, 0.0], [1.0, 1e4]];
+    let curve = Curve::new(Coordinate::Speed, CurveKind::Torque, points).expect("in order");
+    let curve = [Effect::tabulated(curve, Geometry::Rotary)];
+    let high = HighFidelity::new(&EMA_48, &Scenario::chirp()).expect("valid");
+    let message = high.with_effects(&curve).unwrap_err().to_string();
+    assert!(message.starts_with("`scale_ratio` of effect U is 1, and"), "{message}");
 }
 
 proptest! {
