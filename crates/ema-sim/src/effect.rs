@@ -11,6 +11,8 @@ pub(crate) mod strength;
 pub use catalogue::EffectId;
 pub use curve::{Coordinate, Curve, CurveError, CurveKind};
 
+use crate::error::{Expected, Told};
+
 /// Where an effect enters the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
@@ -227,8 +229,10 @@ pub enum EffectError {
     },
     /// Not finite, or outside its bounds.
     #[error(
-        "`{key}` of effect {} is {value}, expected a number from {least} to {most}",
-        .effect.info().symbol
+        "`{key}` of effect {} is {}, expected {}",
+        .effect.info().symbol,
+        Told(*.value),
+        Expected(*.least, *.most)
     )]
     OutOfBounds {
         /// The effect.
@@ -254,8 +258,10 @@ pub enum EffectError {
     },
     /// Stronger than the machine that it is put in can be simulated with.
     #[error(
-        "`{key}` of effect {} is {value}, and this machine takes at most {most}: {reason}",
-        .effect.info().symbol
+        "`{key}` of effect {} is {}, and this machine takes at most {}: {reason}",
+        .effect.info().symbol,
+        Told(*.value),
+        Told(*.most)
     )]
     TooStrong {
         /// The effect.

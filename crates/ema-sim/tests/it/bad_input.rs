@@ -29,6 +29,67 @@ fn every_number_is_guarded() {
 }
 
 #[test]
+fn bounds_are_told_in_words() {
+    let told = |change: fn(&mut ema_sim::Actuator)| {
+        let mut actuator = EMA_48;
+        change(&mut actuator);
+        actuator.check().unwrap_err().to_string()
+    };
+    assert_eq!(
+        told(|a| a.motor.resistance_ohm = -1.0),
+        "`motor.resistance-ohm` is -1, expected a number above 0"
+    );
+    assert_eq!(
+        told(|a| a.inverter.carrier_hz = 1e12),
+        "`inverter.carrier-hz` is 1e12, expected a number above 0, to 10000000"
+    );
+    assert_eq!(
+        told(|a| a.transmission.backlash_rad = 2.0),
+        "`transmission.backlash-rad` is 2, expected a number from 0 to 0.35"
+    );
+}
+
+/// Machines so fast that a run would take for ever, or leave what a series holds.
+#[test]
+fn machines_that_cannot_be_followed_are_refused() {
+    let told = |change: fn(&mut ema_sim::Actuator)| {
+        let mut actuator = EMA_48;
+        change(&mut actuator);
+        actuator.check().unwrap_err().to_string()
+    };
+    let message = told(|a| a.motor.back_emf_v_s_per_rad = 1e-9);
+    assert!(message.starts_with("`motor.back-emf-v-s-per-rad` makes a time constant of 1.04"));
+    let light = |a: &mut ema_sim::Actuator| {
+        (a.motor.inertia_kg_m2, a.transmission.surface_inertia_kg_m2) = (1e-7, 0.0);
+    };
+    let message = told(light);
+    assert!(
+        message.starts_with("`motor.inertia-kg-m2` is 1e-7, expected at least 5.3698")
+            && message.ends_with("within the controller's tick of 0.0001 s"),
+        "{message}"
+    );
+    let message = told(|a| a.motor.viscous_n_m_s_per_rad = 1.0);
+    assert!(message.starts_with("`motor.inertia-kg-m2` is 0.000025, expected"), "{message}");
+}
+
+#[test]
+fn a_test_has_an_end() {
+    let mut scenario = Scenario::chirp();
+    scenario.duration_s = 1e9;
+    let message = LowFidelity::new(&EMA_48, &scenario).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "`scenario.duration-s` is 1000000000, expected a number from 0.0001 to 4000"
+    );
+    let mut fast = EMA_48;
+    (fast.inverter.carrier_hz, fast.controller.sample_hz) = (1e7, 1e4);
+    scenario.duration_s = 1000.0;
+    let message = HighFidelity::new(&fast, &scenario).unwrap_err().to_string();
+    assert_eq!(message, "`scenario.duration-s` is 1000, expected a number from 0.0001 to 100");
+    assert!(LowFidelity::new(&fast, &scenario).is_ok());
+}
+
+#[test]
 fn rules_between_numbers_are_guarded() {
     let mut actuator = EMA_48;
     actuator.transmission.static_friction_n_m = 0.01;
