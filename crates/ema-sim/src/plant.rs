@@ -51,6 +51,8 @@ pub(crate) struct Run {
     /// Effects, and a load that changes, where there are any.
     extension: Option<Box<Extension>>,
     load: Option<Box<LoadRun>>,
+    /// Parts that a tick is cut into, one but in a check.
+    cuts: u32,
     /// The shaft's equation in the present state of the drive train.
     shaft: Shaft,
     rotor: RotorAngle,
@@ -86,7 +88,7 @@ impl From<Crossing> for Event {
 pub(crate) struct Additions<'a> {
     pub(crate) effects: &'a [Effect],
     pub(crate) load: &'a Load,
-    /// Share of the longest segment that effects allow.
+    /// Share of the longest segment: of a tick, or of what effects allow.
     pub(crate) finer: f64,
 }
 
@@ -164,6 +166,7 @@ impl Run {
             train,
             extension: None,
             load: None,
+            cuts: 1,
             rotor: RotorAngle::new(start_angle_rad),
             sector: Sector::from_place(0),
             sector_rad: (0.0, 0.0),
@@ -182,6 +185,9 @@ impl Run {
     ) {
         let train = &mut self.train;
         self.extension = Extension::of(additions.effects, machine, train, additions.finer);
+        // effects have segments of their own, which are cut
+        self.cuts =
+            if self.extension.is_some() { 1 } else { libm::ceil(1.0 / additions.finer) as u32 };
         let load = LoadRun::new(additions.load, constant_load_n_m);
         self.load = load.varies().then(|| Box::new(load));
         self.renew();
@@ -324,6 +330,22 @@ impl Run {
     /// Holds the set-point for a tick.
     #[inline]
     pub(crate) fn advance(&mut self, reference: f64, span_s: f64) {
+        if self.cuts > 1 {
+            self.advance_finely(reference, span_s);
+        } else {
+            self.advance_whole(reference, span_s);
+        }
+    }
+
+    #[cold]
+    fn advance_finely(&mut self, reference: f64, span_s: f64) {
+        for _ in 0..self.cuts {
+            self.advance_whole(reference, span_s / f64::from(self.cuts));
+        }
+    }
+
+    #[inline]
+    fn advance_whole(&mut self, reference: f64, span_s: f64) {
         if self.extension.is_some() || self.voltage_driven {
             self.advance_with_effects(reference, span_s);
         } else if self.shape.is_some() {

@@ -392,7 +392,8 @@ impl ServoAxisSimulation {
         Ok(self)
     }
 
-    /// The same test with the segments that effects allow cut to a share of their length.
+    /// The same test with segments cut to a share of their length, rounded up to whole parts: of
+    /// the controller's tick, or of what effects allow.
     #[must_use]
     pub fn with_finer_segments(mut self, longest_segment_ratio: f64) -> Self {
         self.finer = longest_segment_ratio.clamp(1e-4, 1.0);

@@ -358,7 +358,9 @@ fn drawn(id: EffectId, geometry: Geometry, draws: &[f64]) -> Effect {
         let (least, most) = parameter.bounds();
         let sign = if *draw < 0.0 { least.signum() } else { 1.0 };
         let size = most.max(-least) * libm::pow(10.0, -8.0 * (1.0 - draw.abs()));
-        effect.set(parameter.key(geometry), (sign * size).clamp(least, most)).unwrap();
+        effect
+            .set(parameter.key(geometry), (sign * size).clamp(least, most))
+            .expect("within bounds");
     }
     effect
 }
