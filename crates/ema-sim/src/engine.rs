@@ -73,6 +73,7 @@ impl From<Crossing> for Event {
 }
 
 /// State of a run.
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own, read in a hot loop")]
 pub(crate) struct Run<P> {
     winding: Winding,
     train: DriveTrain,
@@ -117,6 +118,8 @@ pub(crate) struct Run<P> {
     sensor_error_a: f64,
     /// What the electronics see at the last seam of two carrier periods.
     pub(crate) sample: Sample,
+    /// Whether a diode that opened by no more than rounding has just blocked again at once.
+    blocked: bool,
     /// Potentials of the legs while all three are connected.
     legs_v: PerPhase,
     /// Whether sectors mean nothing: all legs connected, and a back-EMF without corners.
@@ -180,12 +183,6 @@ fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
 /// Length of the edges of a carrier period.
 fn edge_s(duty: f64, period_s: f64) -> f64 {
     0.25 * (1.0 - duty.abs()) * period_s
-}
-
-/// Whether a diode that opens by no more than rounding would conduct the wrong way at once.
-#[inline]
-fn turns_at_once(segment: &Segment, diode: f64) -> bool {
-    segment.idle[0] == 0.0 && segment.idle[1] * diode <= 0.0
 }
 
 /// Angle and speed of the motor, and the heat of the cold winding, at an instant.
@@ -254,6 +251,7 @@ impl<P: Probe> Run<P> {
             gear_ratio: actuator.transmission.gear_ratio,
             sensor_error_a: 0.0,
             sample: Sample::default(),
+            blocked: false,
             legs_v: [1.0, -1.0, -1.0].map(|sign| sign * 0.5 * actuator.inverter.bus_voltage_v),
             whole_turn: connected && actuator.motor.back_emf_shape != BackEmfShape::Trapezoid,
             segments: 0,
@@ -572,6 +570,7 @@ impl<P: Probe> Run<P> {
             let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
             if self.interrupted::<OWN>(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
+                self.blocked = event == Event::FreewheelEnd && at_s <= 0.0;
                 let at_s = patience.put_off(at_s, span_s);
                 end = End::of(&step.segment, at_s);
                 self.observe::<OWN>(&step, at_s);
@@ -584,6 +583,7 @@ impl<P: Probe> Run<P> {
                 self.commit(&end);
                 self.advance_effects(span_s, &from);
                 left_s -= span_s;
+                self.blocked = false;
             }
         }
     }
@@ -610,25 +610,16 @@ impl<P: Probe> Run<P> {
         span_s: f64,
         legs_v: (f64, f64),
     ) -> (Step, End) {
-        let mut diode = self.diode(&coupling, half_bus_v, legs_v);
+        let diode = self.diode(&coupling, half_bus_v, legs_v);
         let speed = self.train.speed_rad_per_s;
-        let open = || {
+        let segment = if diode == 0.0 {
             let state = (self.positive_a, speed);
             Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
-        };
-        let segment = if diode == 0.0 {
-            open()
         } else {
             let idle_v = -diode * half_bus_v;
             let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
             let state = (self.positive_a, self.idle_a, speed);
-            let closed = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
-            if turns_at_once(&closed, diode) {
-                diode = 0.0;
-                open()
-            } else {
-                closed
-            }
+            Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
         };
         let end = End::of(&segment, span_s);
         (Step { segment, coupling, diode, pair_v: legs_v, idle_v: -diode * half_bus_v }, end)
@@ -785,13 +776,14 @@ impl<P: Probe> Run<P> {
         }
         let speed = self.train.speed_rad_per_s;
         let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
-        if open_v > half_bus_v {
+        let beyond = if open_v > half_bus_v {
             -1.0
         } else if open_v < -half_bus_v {
             1.0
         } else {
-            0.0
-        }
+            return 0.0;
+        };
+        if self.blocked { 0.0 } else { beyond }
     }
 
     /// Whether anything happens before the end of a span.

@@ -3,7 +3,6 @@
 use super::{
     End, Run, Step,
     elastic::{Flank, Loops, Spring},
-    turns_at_once,
 };
 use crate::{
     field_oriented::PhaseAngles,
@@ -132,18 +131,11 @@ impl<P: Probe> Run<P> {
         span_s: f64,
         legs_v: (f64, f64),
     ) -> (Step, End) {
-        let solved = |diode: f64| {
-            let volts = (legs_v.0 - legs_v.1, -diode * half_bus_v - legs_v.1);
-            let loops = Loops { volts, open: diode == 0.0, cubic: None };
-            self.sprung_segment(spring, &coupling, &loops)
-        };
-        let mut diode = self.diode(&coupling, half_bus_v, legs_v);
-        let mut segment = solved(diode);
-        if diode != 0.0 && turns_at_once(&segment, diode) {
-            diode = 0.0;
-            segment = solved(diode);
-        }
+        let diode = self.diode(&coupling, half_bus_v, legs_v);
         let idle_v = -diode * half_bus_v;
+        let volts = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
+        let loops = Loops { volts, open: diode == 0.0, cubic: None };
+        let segment = self.sprung_segment(spring, &coupling, &loops);
         let end = End::of(&segment, span_s);
         (Step { segment, coupling, diode, pair_v: legs_v, idle_v }, end)
     }
