@@ -21,6 +21,7 @@ pub struct AxisParameter {
     pattern: &'static str,
     least: f64,
     most: f64,
+    default: Option<f64>,
     get: fn(&ServoAxis) -> f64,
     set: fn(&mut ServoAxis, f64),
 }
@@ -29,11 +30,14 @@ const POSITIVE: f64 = f64::MIN_POSITIVE;
 const FINITE: f64 = f64::MAX;
 
 macro_rules! parameters {
-    ($($pattern:literal: $($field:ident).+, $least:expr, $most:expr;)*) => {
+    (@default) => { None };
+    (@default $default:expr) => { Some($default) };
+    ($($pattern:literal: $($field:ident).+, $least:expr, $most:expr $(, else $default:expr)?;)*) => {
         &[$(AxisParameter {
             pattern: $pattern,
             least: $least,
             most: $most,
+            default: parameters!(@default $($default)?),
             get: |axis| axis.$($field).+,
             set: |axis, value| axis.$($field).+ = value,
         }),*]
@@ -44,23 +48,23 @@ impl AxisParameter {
     /// All numbers, block by block.
     pub const ALL: &'static [Self] = parameters! {
         "axis.{inertia}": inertia, POSITIVE, FINITE;
-        "axis.viscous-{f}-s-per-{x}": viscous, 0.0, FINITE;
-        "axis.kinetic-friction-{f}": kinetic_friction, 0.0, FINITE;
+        "axis.viscous-{f}-s-per-{x}": viscous, 0.0, FINITE, else 0.0;
+        "axis.kinetic-friction-{f}": kinetic_friction, 0.0, FINITE, else 0.0;
         "axis.static-friction-{f}": static_friction, 0.0, FINITE;
-        "axis.offset-{f}": offset, -FINITE, FINITE;
-        "axis.backlash-{x}": backlash, 0.0, FINITE;
+        "axis.offset-{f}": offset, -FINITE, FINITE, else 0.0;
+        "axis.backlash-{x}": backlash, 0.0, FINITE, else 0.0;
         "drive.{force}-constant-{f}-per-{u}": force_constant, POSITIVE, FINITE;
         "drive.resistance-ohm": resistance_ohm, POSITIVE, FINITE;
         "controller.sample-hz": controller.sample_hz, POSITIVE, 1e6;
-        "controller.position-gain-per-s": controller.position_gain_per_s, 0.0, FINITE;
-        "controller.position-integral-per-s2": controller.position_integral_per_s2, 0.0, FINITE;
+        "controller.position-gain-per-s": controller.position_gain_per_s, 0.0, FINITE, else 0.0;
+        "controller.position-integral-per-s2": controller.position_integral_per_s2, 0.0, FINITE, else 0.0;
         "controller.position-derivative-ratio":
-            controller.position_derivative_ratio, 0.0, FINITE;
-        "controller.speed-limit-{x}-per-s": controller.speed_limit, POSITIVE, FINITE;
+            controller.position_derivative_ratio, 0.0, FINITE, else 0.0;
+        "controller.speed-limit-{x}-per-s": controller.speed_limit, POSITIVE, FINITE, else FINITE;
         "controller.speed-gain-{u}-s-per-{x}": controller.speed_gain, 0.0, FINITE;
-        "controller.speed-integral-{u}-per-{x}": controller.speed_integral, 0.0, FINITE;
+        "controller.speed-integral-{u}-per-{x}": controller.speed_integral, 0.0, FINITE, else 0.0;
         "controller.output-limit-{u}": controller.output_limit, POSITIVE, FINITE;
-        "controller.encoder-step-{x}": controller.encoder_step, 0.0, FINITE;
+        "controller.encoder-step-{x}": controller.encoder_step, 0.0, FINITE, else 0.0;
     };
 
     /// Block and field, with unit: `axis.mass-kg`.
@@ -93,6 +97,17 @@ impl AxisParameter {
     /// Least and largest value that an axis can have.
     pub fn bounds(&self) -> (f64, f64) {
         (self.least, self.most)
+    }
+
+    /// Its value in an axis whose file leaves it out; `None` where the file must give it. A static
+    /// friction that is left out is the kinetic one, and a resistance belongs to a winding alone.
+    pub fn default_value(&self) -> Option<f64> {
+        self.default
+    }
+
+    /// The parameter with a pattern.
+    pub(crate) fn of_pattern(pattern: &str) -> Option<&'static Self> {
+        Self::ALL.iter().find(|parameter| parameter.pattern == pattern)
     }
 
     /// Its value.

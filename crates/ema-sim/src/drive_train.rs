@@ -36,6 +36,9 @@ impl Direction {
     }
 }
 
+/// Where the surface of an actuator starts: neutral in a sum, down to the sign of a zero.
+pub(crate) const START_RAD: f64 = -0.0;
+
 /// Half of a play that is never crossed.
 const BOUNDLESS_RAD: f64 = 1e30;
 

@@ -6,9 +6,12 @@
 mod catalogue;
 mod curve;
 pub(crate) mod extension;
+pub(crate) mod strength;
 
 pub use catalogue::EffectId;
 pub use curve::{Coordinate, Curve, CurveError, CurveKind};
+
+use crate::error::{Expected, Told};
 
 /// Where an effect enters the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -226,8 +229,10 @@ pub enum EffectError {
     },
     /// Not finite, or outside its bounds.
     #[error(
-        "`{key}` of effect {} is {value}, expected a number from {least} to {most}",
-        .effect.info().symbol
+        "`{key}` of effect {} is {}, expected {}",
+        .effect.info().symbol,
+        Told(*.value),
+        Expected(*.least, *.most)
     )]
     OutOfBounds {
         /// The effect.
@@ -249,6 +254,25 @@ pub enum EffectError {
         /// The model.
         model: &'static str,
         /// Why.
+        reason: &'static str,
+    },
+    /// Stronger than the machine that it is put in can be simulated with.
+    #[error(
+        "`{key}` of effect {} is {}, and this machine takes at most {}: {reason}",
+        .effect.info().symbol,
+        Told(*.value),
+        Told(*.most)
+    )]
+    TooStrong {
+        /// The effect.
+        effect: EffectId,
+        /// The parameter.
+        key: &'static str,
+        /// Value given.
+        value: f64,
+        /// Largest size that the machine takes, of either sign.
+        most: f64,
+        /// What sets it.
         reason: &'static str,
     },
     /// The effect is of a machine of the other geometry.

@@ -13,7 +13,7 @@ use elastic::Flank;
 
 use crate::{
     controller::Measured,
-    drive_train::{Crossing, Direction, DriveTrain},
+    drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
         extension::{Extension, Instant, Machine},
@@ -21,6 +21,7 @@ use crate::{
     fault::PhysicalFaults,
     load::LoadRun,
     params::{Actuator, BackEmfShape},
+    patience::Patience,
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
@@ -29,6 +30,12 @@ use crate::{
     waveform::Corners,
     winding::{AirGap, Coupling, CubicTerms, RotorAngle, SectorWinding, Segment, Shaft, Winding},
 };
+
+/// Events in a hold of the legs beyond which they are put off; in ordinary motion there are a
+/// handful.
+const MOST_IN_A_HOLD: u32 = 1 << 10;
+/// The same for a tick of comparators, which switch as often as their band asks for.
+const MOST_IN_A_TICK: u32 = 1 << 14;
 
 /// Turn after which the air gap's series is centred anew, should a tick bring more.
 const GAP_REACH_RAD: f64 = 0.05;
@@ -66,6 +73,7 @@ impl From<Crossing> for Event {
 }
 
 /// State of a run.
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own, read in a hot loop")]
 pub(crate) struct Run<P> {
     winding: Winding,
     train: DriveTrain,
@@ -110,6 +118,8 @@ pub(crate) struct Run<P> {
     sensor_error_a: f64,
     /// What the electronics see at the last seam of two carrier periods.
     pub(crate) sample: Sample,
+    /// Whether a diode that opened by no more than rounding has just blocked again at once.
+    blocked: bool,
     /// Potentials of the legs while all three are connected.
     legs_v: PerPhase,
     /// Whether sectors mean nothing: all legs connected, and a back-EMF without corners.
@@ -241,6 +251,7 @@ impl<P: Probe> Run<P> {
             gear_ratio: actuator.transmission.gear_ratio,
             sensor_error_a: 0.0,
             sample: Sample::default(),
+            blocked: false,
             legs_v: [1.0, -1.0, -1.0].map(|sign| sign * 0.5 * actuator.inverter.bus_voltage_v),
             whole_turn: connected && actuator.motor.back_emf_shape != BackEmfShape::Trapezoid,
             segments: 0,
@@ -271,6 +282,7 @@ impl<P: Probe> Run<P> {
             efficiency_ratio: t.efficiency_ratio,
             half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio,
             tick_s: 1.0 / actuator.controller.sample_hz,
+            start_position_rad: START_RAD,
             pole_pairs: f64::from(actuator.motor.pole_pairs),
         };
         self.extension = Extension::of(effects, &machine, &mut self.train, 1.0);
@@ -551,13 +563,15 @@ impl<P: Probe> Run<P> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
     fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
             let span_s = self.take_burden(left_s.min(self.longest_s));
             let from = self.mark();
             let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
             if self.interrupted::<OWN>(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
+                self.blocked = event == Event::FreewheelEnd && at_s <= 0.0;
+                let at_s = patience.put_off(at_s, span_s);
                 end = End::of(&step.segment, at_s);
                 self.observe::<OWN>(&step, at_s);
                 self.commit(&end);
@@ -569,6 +583,7 @@ impl<P: Probe> Run<P> {
                 self.commit(&end);
                 self.advance_effects(span_s, &from);
                 left_s -= span_s;
+                self.blocked = false;
             }
         }
     }
@@ -644,7 +659,7 @@ impl<P: Probe> Run<P> {
     }
 
     fn comparators_as<const OWN: bool>(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
             let phases = [self.at.positive, self.at.negative, self.at.idle];
@@ -676,7 +691,10 @@ impl<P: Probe> Run<P> {
                     }
                 }
             }
-            end = if at_s < span_s { End::of(&step.segment, at_s) } else { end };
+            if at_s < span_s {
+                at_s = patience.put_off(at_s, span_s);
+                end = End::of(&step.segment, at_s);
+            }
             self.observe_connected::<OWN>(&step, at_s);
             self.commit(&end);
             self.advance_effects(at_s, &from);
@@ -758,13 +776,14 @@ impl<P: Probe> Run<P> {
         }
         let speed = self.train.speed_rad_per_s;
         let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
-        if open_v > half_bus_v {
+        let beyond = if open_v > half_bus_v {
             -1.0
         } else if open_v < -half_bus_v {
             1.0
         } else {
-            0.0
-        }
+            return 0.0;
+        };
+        if self.blocked { 0.0 } else { beyond }
     }
 
     /// Whether anything happens before the end of a span.

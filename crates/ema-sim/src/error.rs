@@ -1,13 +1,41 @@
 //! Why an actuator or a test cannot be simulated.
 
-use crate::effect::EffectError;
+use core::fmt;
+
+use crate::{effect::EffectError, fault::FaultId};
+
+/// A number as a message shows it, in powers of ten where it is long.
+pub(crate) struct Told(pub(crate) f64);
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plain = self.0 == 0.0 || (1e-6..1e12).contains(&self.0.abs()) || !self.0.is_finite();
+        if plain { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+    }
+}
+
+/// What a number between two bounds is; bounds that only say above zero or finite in words.
+pub(crate) struct Expected(pub(crate) f64, pub(crate) f64);
+
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (least, most) = (self.0, self.1);
+        match (least, most == f64::MAX) {
+            (f64::MIN, true) => write!(f, "a finite number"),
+            (f64::MIN_POSITIVE, true) => write!(f, "a number above 0"),
+            (f64::MIN_POSITIVE, false) => write!(f, "a number above 0, to {}", Told(most)),
+            (_, true) => write!(f, "a number of at least {}", Told(least)),
+            (_, false) => write!(f, "a number from {} to {}", Told(least), Told(most)),
+        }
+    }
+}
 
 /// A parameter that no machine has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
     /// Not finite, or outside its bounds.
-    #[error("`{field}` is {value}, expected a number from {least} to {most}")]
+    #[error("`{field}` is {}, expected {}", Told(*.value), Expected(*.least, *.most))]
     OutOfBounds {
         /// Block and field, with unit.
         field: &'static str,
@@ -19,7 +47,7 @@ pub enum ParameterError {
         most: f64,
     },
     /// A number of a servo axis that is not finite, or outside its bounds.
-    #[error("`{field}` is {value}, expected a number from {least} to {most}")]
+    #[error("`{field}` is {}, expected {}", Told(*.value), Expected(*.least, *.most))]
     AxisOutOfBounds {
         /// Block and field, with the axis' unit.
         field: String,
@@ -48,6 +76,45 @@ pub enum ParameterError {
          `motor.back-emf-shape` cannot have"
     )]
     TrapezoidFieldOriented,
+    /// An inertia so small that drag and back-EMF change its speed within a tick of the controller.
+    #[error(
+        "`{field}` is {}, expected at least {}: the drag would slow a smaller one within the \
+         controller's tick of {tick_s} s",
+        Told(*.value),
+        Told(*.least)
+    )]
+    TooLight {
+        /// Block and field, with unit.
+        field: String,
+        /// Value given.
+        value: f64,
+        /// Least value that the tick allows: twice the drag times the tick.
+        least: f64,
+        /// The controller's tick.
+        tick_s: f64,
+    },
+    /// A machine so much faster than its carrier that a period would take more than hundreds of
+    /// segments.
+    #[error(
+        "`{field}` makes a time constant of {time_s:e} s, below a hundredth of a period of the \
+         carrier of {carrier_hz} Hz"
+    )]
+    TooFast {
+        /// Block and field, with unit, that makes it so.
+        field: &'static str,
+        /// The time constant.
+        time_s: f64,
+        /// Carrier frequency.
+        carrier_hz: f64,
+    },
+    /// A fault that changes nothing in this axis.
+    #[error("{} changes nothing in this axis: {reason}", .fault.symbol())]
+    NoSuchFault {
+        /// The fault.
+        fault: FaultId,
+        /// What the axis does not have.
+        reason: &'static str,
+    },
     /// The winding is faster than the carrier can resolve.
     #[error(
         "the winding's time constant of {time_constant_s} s is below two periods of the carrier \
@@ -72,7 +139,7 @@ pub enum SimulationError {
     #[error(transparent)]
     Effect(#[from] EffectError),
     /// A field of the scenario is not finite or out of bounds.
-    #[error("`{field}` is {value}, expected a number from {least} to {most}")]
+    #[error("`{field}` is {}, expected {}", Told(*.value), Expected(*.least, *.most))]
     Scenario {
         /// Which field, with unit.
         field: &'static str,
@@ -82,6 +149,14 @@ pub enum SimulationError {
         least: f64,
         /// Largest value allowed.
         most: f64,
+    },
+    /// An axis is given what its controller has no gain for, and would stand still.
+    #[error("the axis is given a {given}, and `{field}` is 0: it would stand still")]
+    Unregulated {
+        /// What it is given: a position or a speed.
+        given: &'static str,
+        /// The gain that is missing, with unit.
+        field: String,
     },
     /// Hysteresis control follows the six-step pattern, and averaged legs need all three connected.
     #[error("{control} control is not for a drive whose `inverter.commutation` is {commutation}")]
@@ -103,4 +178,22 @@ pub enum SimulationError {
         /// Angle of the stops.
         stop_rad: f64,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_that_only_say_above_zero_are_told_in_words() {
+        let told = |least, most| Expected(least, most).to_string();
+        assert_eq!(told(f64::MIN_POSITIVE, f64::MAX), "a number above 0");
+        assert_eq!(told(f64::MIN_POSITIVE, 1e6), "a number above 0, to 1000000");
+        assert_eq!(told(0.0, f64::MAX), "a number of at least 0");
+        assert_eq!(told(-f64::MAX, f64::MAX), "a finite number");
+        assert_eq!(told(0.01, 1.0), "a number from 0.01 to 1");
+        assert_eq!(Told(-2.5).to_string(), "-2.5");
+        assert_eq!(Told(1e300).to_string(), "1e300");
+        assert_eq!(Told(f64::NAN).to_string(), "NaN");
+    }
 }

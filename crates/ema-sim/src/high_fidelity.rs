@@ -84,6 +84,9 @@ const NO_CARRIER: &str = "without a carrier that switches, its legs have no dead
 const NO_CURRENT_LOOP: &str = "the comparators see the phases themselves, not this sensor";
 const LONG_DEAD_TIME: &str = "the voltage is lost by a dead time longer than a tenth of a period";
 
+/// Carrier periods of a test, of some 0.3 µs each.
+const MOST_PERIODS: f64 = 1e9;
+
 /// What the model has already.
 const REFUSED: [(EffectId, &str); 1] = [(EffectId::CommutationOverlap, OWN_COMMUTATION)];
 
@@ -95,6 +98,9 @@ impl HighFidelity {
     /// [`SimulationError`] for parameters or a test that cannot be simulated.
     pub fn new(actuator: &Actuator, scenario: &Scenario) -> Result<Self, SimulationError> {
         actuator.check()?;
+        let longest_s = MOST_PERIODS / actuator.inverter.carrier_hz;
+        let least_s = 1.0 / actuator.controller.sample_hz;
+        in_range("scenario.duration-s", scenario.duration_s, (least_s, longest_s))?;
         let command_rad = scenario.sampled_command(actuator)?;
         Ok(Self {
             actuator: *actuator,

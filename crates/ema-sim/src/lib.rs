@@ -49,6 +49,7 @@ pub mod model_file;
 mod noise;
 mod parameter;
 mod params;
+mod patience;
 mod phase;
 mod phase_sensor;
 mod plant;

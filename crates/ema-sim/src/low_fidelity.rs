@@ -96,8 +96,9 @@ impl LowFidelity {
         Ok(self)
     }
 
-    /// The same test with the segments that effects allow cut to a share of their length: what
-    /// effects are held over, see `docs/models/effects.md`. Without effects nothing changes.
+    /// The same test with segments cut to a share of their length, rounded up to whole parts: of
+    /// the controller's tick, or of what effects are held over (`docs/models/effects.md`). A check
+    /// of [`simulate`](Self::simulate), with which it agrees up to the series' error.
     #[must_use]
     pub fn with_finer_segments(mut self, longest_segment_ratio: f64) -> Self {
         self.finer = longest_segment_ratio.clamp(1e-4, 1.0);

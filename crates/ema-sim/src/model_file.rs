@@ -62,7 +62,7 @@ use crate::{
     effect::{Effect, EffectError, Geometry},
     error::ParameterError,
     fault::FaultId,
-    parameter::Parameter,
+    parameter::{Parameter, within},
     params::{Actuator, BackEmfShape, Commutation, PositionSensor},
     presets,
 };
@@ -183,6 +183,14 @@ pub enum ModelFileError {
         line: usize,
         /// What stands there.
         found: String,
+    },
+    /// A fault that changes nothing in the machine.
+    #[error("line {line}: `faults`: {error}")]
+    Fault {
+        /// Where.
+        line: usize,
+        /// What is wrong.
+        error: ParameterError,
     },
     /// A parameter that no machine has.
     #[error(transparent)]
@@ -465,8 +473,12 @@ impl Reader<'_> {
             }
             let parameter = Parameter::find(&path).ok_or_else(|| self.unknown(&path, key))?;
             let number = self.number(&path, value)?;
-            if parameter.key() == "motor.pole-pairs" && libm::floor(number) != number {
-                return Err(self.wrong(&path, "a whole number", value, number.to_string()));
+            if parameter.key() == "motor.pole-pairs" {
+                if libm::floor(number) != number {
+                    return Err(self.wrong(&path, "a whole number", value, number.to_string()));
+                }
+                let (least, most) = parameter.bounds();
+                within(parameter.key(), number, least, most)?;
             }
             parameter.set(actuator, number);
             given.push(parameter.key());
@@ -521,14 +533,16 @@ impl Reader<'_> {
     }
 
     fn number(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<f64, ModelFileError> {
-        let parsed = match value.get_ref() {
+        let parsed: Option<f64> = match value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
             _ => None,
         };
-        parsed.ok_or_else(|| {
-            self.wrong(key, "a number", value, value.get_ref().type_str().to_owned())
-        })
+        let found = |is_nan: bool| {
+            let found = if is_nan { "NaN" } else { value.get_ref().type_str() };
+            self.wrong(key, "a number", value, found.to_owned())
+        };
+        parsed.filter(|number| !number.is_nan()).ok_or_else(|| found(parsed.is_some()))
     }
 
     fn wrong(

@@ -28,6 +28,8 @@ pub struct Parameter {
 const POSITIVE: f64 = f64::MIN_POSITIVE;
 /// No bound but finite.
 const FINITE: f64 = f64::MAX;
+/// Beyond the switches and controllers of any drive; each period costs work.
+const FASTEST_HZ: f64 = 1e7;
 
 macro_rules! parameters {
     (@default) => { None };
@@ -55,7 +57,7 @@ impl Parameter {
         "motor.inertia-kg-m2": motor.inertia_kg_m2 as f64, POSITIVE, FINITE;
         "motor.viscous-n-m-s-per-rad": motor.viscous_n_m_s_per_rad as f64, 0.0, FINITE;
         "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
-        "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FINITE;
+        "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FASTEST_HZ;
         "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
         "inverter.dead-time-s": inverter.dead_time_s as f64, 0.0, FINITE, else 0.0;
         "transmission.gear-ratio": transmission.gear_ratio as f64, POSITIVE, FINITE;
@@ -68,7 +70,7 @@ impl Parameter {
             transmission.surface_friction_n_m as f64, 0.0, FINITE, else 0.0;
         "transmission.efficiency-ratio": transmission.efficiency_ratio as f64, 0.01, 1.0;
         "transmission.stop-rad": transmission.stop_rad as f64, POSITIVE, FINITE;
-        "controller.sample-hz": controller.sample_hz as f64, POSITIVE, FINITE;
+        "controller.sample-hz": controller.sample_hz as f64, POSITIVE, FASTEST_HZ;
         "controller.position-gain-per-s": controller.position_gain_per_s as f64, 0.0, FINITE;
         "controller.speed-limit-rad-per-s":
             controller.speed_limit_rad_per_s as f64, POSITIVE, FINITE;

@@ -218,6 +218,8 @@ impl Actuator {
             t.kinetic_friction_n_m,
             f64::MAX,
         )?;
+        // a play as wide as the travel leaves no way to the stop
+        within("transmission.backlash-rad", t.backlash_rad, 0.0, t.stop_rad)?;
         within("inverter.dead-time-s", v.dead_time_s, 0.0, 0.1 / v.carrier_hz)?;
         let trapezoid = m.back_emf_shape == BackEmfShape::Trapezoid;
         if v.commutation == Commutation::FieldOriented && trapezoid {
@@ -239,6 +241,36 @@ impl Actuator {
                 carrier_hz: v.carrier_hz,
             });
         }
+        self.check_pace()
+    }
+
+    /// Refuses a machine faster than what its carrier and controller are run with.
+    fn check_pace(&self) -> Result<(), ParameterError> {
+        let (m, v, tick_s) = (&self.motor, &self.inverter, 1.0 / self.controller.sample_hz);
+        let (torque_constant, inertia_kg_m2) =
+            (m.torque_constant_n_m_per_a(), self.total_inertia_kg_m2());
+        let swing_s = libm::sqrt(2.0 * m.inductance_henry * inertia_kg_m2) / torque_constant;
+        let electrical_s = torque_constant / (f64::from(m.pole_pairs) * v.bus_voltage_v);
+        for (field, time_s) in
+            [("motor.inertia-kg-m2", swing_s), ("motor.back-emf-v-s-per-rad", electrical_s)]
+        {
+            if time_s * v.carrier_hz < 0.01 {
+                return Err(ParameterError::TooFast { field, time_s, carrier_hz: v.carrier_hz });
+            }
+        }
+        let braking = torque_constant * torque_constant / (2.0 * m.resistance_ohm);
+        let needed_kg_m2 = least_inertia(m.viscous_n_m_s_per_rad + braking, tick_s);
+        if inertia_kg_m2 < needed_kg_m2 {
+            let (field, value) = ("motor.inertia-kg-m2".to_owned(), m.inertia_kg_m2);
+            let least = needed_kg_m2 - (inertia_kg_m2 - m.inertia_kg_m2);
+            return Err(ParameterError::TooLight { field, value, least, tick_s });
+        }
         Ok(())
     }
+}
+
+/// Inertia that a drag slows by no more than half its speed within a tick: the series of a
+/// segment, of four orders, then misses `0.5⁵/120` of the speed.
+pub(crate) fn least_inertia(drag: f64, tick_s: f64) -> f64 {
+    2.0 * drag * tick_s
 }

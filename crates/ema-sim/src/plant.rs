@@ -6,7 +6,7 @@ mod lanes;
 pub(crate) use lanes::{Lanes, WIDTH};
 
 use crate::{
-    drive_train::{Crossing, Direction, DriveTrain},
+    drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
         extension::{Circuit, Extension, Instant, Machine},
@@ -14,6 +14,7 @@ use crate::{
     fault::PhysicalFaults,
     load::{Load, LoadRun},
     params::Actuator,
+    patience::Patience,
     phase::{PerPhase, Sector},
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
@@ -23,6 +24,11 @@ use crate::{
 
 /// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
 const REFRESH_TICKS: usize = 64;
+
+/// Share of a tick below which no segment is cut, however fast the rotor turns.
+const SHORTEST_RATIO: f64 = 1e-3;
+/// Events in a tick beyond which they are put off; in ordinary motion there are a handful.
+const MOST_IN_A_TICK: u32 = 1 << 12;
 
 /// State of a run.
 #[derive(Clone, Debug)]
@@ -39,10 +45,14 @@ pub(crate) struct Run {
     /// Whether the set-point is a voltage on the winding.
     voltage_driven: bool,
     pub(crate) start_angle_rad: f64,
+    /// Position of the surface at the start, from which the drive train counts.
+    start_position_rad: f64,
     pub(crate) train: DriveTrain,
     /// Effects, and a load that changes, where there are any.
     extension: Option<Box<Extension>>,
     load: Option<Box<LoadRun>>,
+    /// Parts that a tick is cut into, one but in a check.
+    cuts: u32,
     /// The shaft's equation in the present state of the drive train.
     shaft: Shaft,
     rotor: RotorAngle,
@@ -78,7 +88,7 @@ impl From<Crossing> for Event {
 pub(crate) struct Additions<'a> {
     pub(crate) effects: &'a [Effect],
     pub(crate) load: &'a Load,
-    /// Share of the longest segment that effects allow.
+    /// Share of the longest segment: of a tick, or of what effects allow.
     pub(crate) finer: f64,
 }
 
@@ -98,6 +108,7 @@ impl Run {
             efficiency_ratio: t.efficiency_ratio,
             half_play_rad: 0.5 * t.backlash_rad * faults.backlash_ratio,
             tick_s: 1.0 / actuator.controller.sample_hz,
+            start_position_rad: START_RAD,
             pole_pairs: f64::from(actuator.motor.pole_pairs),
         };
         let mut run = Self::of(
@@ -122,10 +133,12 @@ impl Run {
         constant: f64,
         resistance_ohm: Option<f64>,
         limit: f64,
-        start_angle_rad: f64,
+        start_position: f64,
     ) -> Self {
         let sectors = [(constant, resistance_ohm.unwrap_or(0.0)); 6];
-        let mut run = Self::of(Winding::plain(), train, sectors, (f64::INFINITY, start_angle_rad));
+        // without a gear the motor is where the load is
+        let mut run = Self::of(Winding::plain(), train, sectors, (f64::INFINITY, start_position));
+        run.start_position_rad = start_position;
         run.sector_rad = (f64::NEG_INFINITY, f64::INFINITY);
         if resistance_ohm.is_some() {
             (run.voltage_driven, run.limit_v) = (true, limit);
@@ -148,10 +161,12 @@ impl Run {
             limit_v,
             voltage_driven: false,
             start_angle_rad,
+            start_position_rad: START_RAD,
             shaft: train.shaft(),
             train,
             extension: None,
             load: None,
+            cuts: 1,
             rotor: RotorAngle::new(start_angle_rad),
             sector: Sector::from_place(0),
             sector_rad: (0.0, 0.0),
@@ -170,6 +185,9 @@ impl Run {
     ) {
         let train = &mut self.train;
         self.extension = Extension::of(additions.effects, machine, train, additions.finer);
+        // effects have segments of their own, which are cut
+        self.cuts =
+            if self.extension.is_some() { 1 } else { libm::ceil(1.0 / additions.finer) as u32 };
         let load = LoadRun::new(additions.load, constant_load_n_m);
         self.load = load.varies().then(|| Box::new(load));
         self.renew();
@@ -201,19 +219,19 @@ impl Run {
         }
     }
 
-    /// Angle of the surface as it is.
-    pub(crate) fn surface_rad(&self) -> f64 {
+    /// Position of the surface as it is.
+    fn surface_rad(&self) -> f64 {
         match &self.extension {
-            None => self.train.surface_rad(),
+            None => self.start_position_rad + self.train.surface_rad(),
             Some(extension) => extension.position_rad(&self.train, self.motor_rad()),
         }
     }
 
-    /// Angle of the surface as its sensor shows it; once a tick.
+    /// Position of the surface as its sensor shows it; once a tick.
     #[inline]
     pub(crate) fn shown_surface_rad(&mut self) -> f64 {
         match &mut self.extension {
-            None => self.train.surface_rad(),
+            None => self.start_position_rad + self.train.surface_rad(),
             Some(extension) => {
                 let motor_rad = self.start_angle_rad + self.train.angle_rad;
                 extension.shown_position_rad(&self.train, motor_rad)
@@ -225,7 +243,7 @@ impl Run {
     pub(crate) fn before_play_rad(&self) -> f64 {
         let load_rad = match &self.extension {
             None => self.train.surface_rad(),
-            Some(extension) => extension.bare_position_rad(&self.train),
+            Some(extension) => extension.moved_rad(&self.train),
         };
         self.train.angle_rad - load_rad
     }
@@ -312,6 +330,22 @@ impl Run {
     /// Holds the set-point for a tick.
     #[inline]
     pub(crate) fn advance(&mut self, reference: f64, span_s: f64) {
+        if self.cuts > 1 {
+            self.advance_finely(reference, span_s);
+        } else {
+            self.advance_whole(reference, span_s);
+        }
+    }
+
+    #[cold]
+    fn advance_finely(&mut self, reference: f64, span_s: f64) {
+        for _ in 0..self.cuts {
+            self.advance_whole(reference, span_s / f64::from(self.cuts));
+        }
+    }
+
+    #[inline]
+    fn advance_whole(&mut self, reference: f64, span_s: f64) {
         if self.extension.is_some() || self.voltage_driven {
             self.advance_with_effects(reference, span_s);
         } else if self.shape.is_some() {
@@ -324,7 +358,7 @@ impl Run {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn advance_plain<const SHAPED: bool>(&mut self, reference_a: f64, span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let (coupling, resistance_ohm) =
                 if SHAPED { self.equivalent() } else { self.equivalent_of_sector() };
@@ -347,8 +381,12 @@ impl Run {
             } else {
                 Motion::at_current(&self.shaft, &coupling, reference_a, speed)
             };
-            let longest_s = if SHAPED { self.longest_s(speed) } else { f64::INFINITY };
-            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling);
+            let longest_s = if SHAPED {
+                self.longest_s(speed).max(SHORTEST_RATIO * span_s)
+            } else {
+                f64::INFINITY
+            };
+            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling, &mut patience);
         }
     }
 
@@ -361,8 +399,9 @@ impl Run {
         for (value, share) in extension.delayed(reference) {
             let mut left_s = share * span_s;
             let least_s = 1e-9 * span_s;
+            let mut patience = Patience::over(span_s, MOST_IN_A_TICK);
             while left_s > least_s {
-                left_s -= self.extended_segment(&mut extension, value, left_s);
+                left_s -= self.extended_segment(&mut extension, value, (left_s, &mut patience));
             }
         }
         self.extension = Some(extension);
@@ -370,7 +409,7 @@ impl Run {
 
     #[cold]
     fn advance_by_voltage(&mut self, reference_v: f64, span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let (constant, resistance_ohm) = self.sectors[0];
             let coupling = [constant, 0.0, 0.0];
@@ -387,15 +426,21 @@ impl Run {
             let speed = self.train.speed_rad_per_s;
             let motion =
                 Motion::at_voltage(&self.shaft, &coupling, resistance_ohm, applied_v, speed);
-            left_s -= self.follow(&motion, left_s, &coupling);
+            left_s -= self.follow(&motion, left_s, &coupling, &mut patience);
         }
     }
 
     /// One segment with effects; returns its length.
     #[cold]
-    fn extended_segment(&mut self, extension: &mut Extension, reference: f64, left_s: f64) -> f64 {
+    fn extended_segment(
+        &mut self,
+        extension: &mut Extension,
+        reference: f64,
+        (left_s, patience): (f64, &mut Patience),
+    ) -> f64 {
         let speed = self.train.speed_rad_per_s;
-        let span_s = left_s.min(extension.longest_s(speed)).min(self.longest_s(speed));
+        let shaped_s = self.longest_s(speed).max(extension.shortest_s());
+        let span_s = left_s.min(extension.longest_s(speed)).min(shaped_s);
         let (plain, resistance_ohm) = self.equivalent();
         let coupled = |current_a: f64| {
             let coupling =
@@ -432,7 +477,7 @@ impl Run {
             }
             _ => Motion::at_current(&self.shaft, &coupling, torque_a, speed),
         };
-        let (event, taken_s) = self.glide(&motion, span_s);
+        let (event, taken_s) = self.glide(&motion, span_s, patience);
         let to = (self.train.angle_rad, self.train.speed_rad_per_s);
         extension.advance(taken_s, from, to, heat_w);
         if event != Event::Tick {
@@ -528,8 +573,14 @@ impl Run {
     /// Follows a motion to its first event or the end of a span; returns the time taken.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn follow(&mut self, motion: &Motion, span_s: f64, coupling: &LocalQuadratic) -> f64 {
-        let (event, at_s) = self.glide(motion, span_s);
+    fn follow(
+        &mut self,
+        motion: &Motion,
+        span_s: f64,
+        coupling: &LocalQuadratic,
+        patience: &mut Patience,
+    ) -> f64 {
+        let (event, at_s) = self.glide(motion, span_s, patience);
         if event != Event::Tick {
             self.handle(event, coupling[0] * self.current_a);
         }
@@ -539,7 +590,7 @@ impl Run {
     /// Moves along a motion to its first event or the end of a span.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn glide(&mut self, motion: &Motion, span_s: f64) -> (Event, f64) {
+    fn glide(&mut self, motion: &Motion, span_s: f64, patience: &mut Patience) -> (Event, f64) {
         let (mut speed, mut turn_rad) =
             (value(&motion.speed, span_s), value_from_zero(&motion.turn, span_s));
         let (mut event, mut at_s) = (Event::Tick, span_s);
@@ -549,6 +600,7 @@ impl Run {
             || to_rad < self.window_rad.0
         {
             (event, at_s) = self.first_event(motion, span_s, speed, to_rad);
+            at_s = patience.put_off(at_s, span_s);
             (speed, turn_rad) = (value(&motion.speed, at_s), value(&motion.turn, at_s));
         }
         self.train.speed_rad_per_s = speed;

@@ -211,6 +211,9 @@ impl Imperfections {
     pub const NONE: Self = Self { controller_noise: false, digitisation: false };
 }
 
+/// Ticks of a test: an hour at 10 kHz, whose trace takes 2 GB.
+pub(crate) const MOST_TICKS: f64 = 4e7;
+
 /// State at the start besides the rotor's angle and the place in the backlash.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InitialState {
@@ -301,7 +304,8 @@ impl Scenario {
         let sample_hz = actuator.controller.sample_hz;
         bounded("scenario.load-n-m", self.load_n_m, -1e6, 1e6)?;
         bounded("scenario.brake-n-m", self.brake_n_m, 0.0, 1e6)?;
-        bounded("scenario.duration-s", self.duration_s, 1.0 / sample_hz, 1e4)?;
+        let longest_s = (MOST_TICKS / sample_hz).min(1e4);
+        bounded("scenario.duration-s", self.duration_s, 1.0 / sample_hz, longest_s)?;
         bounded("scenario.start-angle-rad", self.start_angle_rad, -1e6, 1e6)?;
         bounded("scenario.backlash-side-ratio", self.backlash_side_ratio, -1.0, 1.0)?;
         let start = &self.initial;

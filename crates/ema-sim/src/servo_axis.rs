@@ -7,12 +7,14 @@ use crate::{
     effect::{
         Effect, EffectId, Geometry,
         extension::{Host, Machine},
+        strength::Strength,
     },
     error::{ParameterError, SimulationError},
-    fault::PhysicalFaults,
+    fault::{FaultId, PhysicalFaults},
     load::Load,
+    params::least_inertia,
     plant::{Additions, Run},
-    scenario::Command,
+    scenario::{Command, MOST_TICKS},
     servo_control::{AxisCascade, AxisController, Drive, Feedback},
 };
 
@@ -55,6 +57,12 @@ pub struct ServoAxis {
 }
 
 impl ServoAxis {
+    /// Torque or force of the motor at the controller's limit, at rest.
+    fn peak_force(&self) -> f64 {
+        let limit = self.force_constant * self.controller.output_limit;
+        if self.drive == Drive::Winding { limit / self.resistance_ohm } else { limit }
+    }
+
     /// Refuses numbers that no axis has.
     ///
     /// # Errors
@@ -68,9 +76,7 @@ impl ServoAxis {
         }
         let (value, least) = (self.static_friction, self.kinetic_friction);
         if value < least {
-            let keys = AxisParameter::ALL.iter().map(|p| p.key(self.geometry, self.drive));
-            let mut named = keys.filter(|key| key.starts_with("axis.static-friction"));
-            let field = named.next().unwrap_or_default();
+            let field = self.key_of("axis.static-friction-{f}");
             return Err(ParameterError::AxisOutOfBounds { field, value, least, most: f64::MAX });
         }
         if self.controller.speed_samples > 1000 {
@@ -78,7 +84,74 @@ impl ServoAxis {
             let (value, least, most) = (f64::from(value), 0.0, 1000.0);
             return Err(ParameterError::OutOfBounds { field, value, least, most });
         }
+        self.check_pace()
+    }
+
+    /// Refuses an axis that its drag slows within a tick.
+    fn check_pace(&self) -> Result<(), ParameterError> {
+        let braking = match self.drive {
+            Drive::Winding => self.force_constant * self.force_constant / self.resistance_ohm,
+            Drive::Current | Drive::Amplifier => 0.0,
+        };
+        let tick_s = 1.0 / self.controller.sample_hz;
+        let (value, least) = (self.inertia, least_inertia(self.viscous + braking, tick_s));
+        if value < least {
+            let field = self.key_of("axis.{inertia}");
+            return Err(ParameterError::TooLight { field, value, least, tick_s });
+        }
         Ok(())
+    }
+
+    /// Refuses a fault that changes nothing in this axis.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterError::NoSuchFault`] for `k1` without dry friction, `k2` without backlash, and
+    /// those of phases and air gap.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use ema_sim::{model_file::{MachineModel, parse_machine}, FaultId};
+    /// # let text = include_str!("../../../fixtures/models/emps.toml");
+    /// # let MachineModel::ServoAxis(model) = parse_machine(text)? else { panic!() };
+    /// let emps = model.axis;
+    /// assert!(emps.check_fault(FaultId::Friction).is_ok());
+    /// let error = emps.check_fault(FaultId::Backlash).unwrap_err();
+    /// assert_eq!(error.to_string(), "k2 changes nothing in this axis: it has no backlash");
+    /// # Ok::<_, ema_sim::model_file::ModelFileError>(())
+    /// ```
+    pub fn check_fault(&self, fault: FaultId) -> Result<(), ParameterError> {
+        let reason = match fault {
+            FaultId::Friction if self.static_friction > 0.0 => return Ok(()),
+            FaultId::Friction => "it has no dry friction",
+            FaultId::Backlash if self.backlash > 0.0 => return Ok(()),
+            FaultId::Backlash => "it has no backlash",
+            _ => "it has no phases and no air gap",
+        };
+        Err(ParameterError::NoSuchFault { fault, reason })
+    }
+
+    /// The key of the parameter with a pattern.
+    fn key_of(&self, pattern: &str) -> String {
+        AxisParameter::of_pattern(pattern)
+            .map_or_else(String::new, |p| p.key(self.geometry, self.drive))
+    }
+
+    /// The gain that an input needs and that is zero, with what is given.
+    fn unregulated(&self, input: &AxisInput) -> Option<SimulationError> {
+        let law = &self.controller;
+        let gains =
+            [law.position_gain_per_s, law.position_integral_per_s2, law.position_derivative_ratio];
+        let position = gains.iter().any(|gain| *gain > 0.0);
+        let speed = law.speed_gain > 0.0 || law.speed_integral > 0.0;
+        let (given, pattern) = match input {
+            AxisInput::Position(_) if !position => ("position", "controller.position-gain-per-s"),
+            AxisInput::Position(_) if !speed => ("position", "controller.speed-gain-{u}-s-per-{x}"),
+            AxisInput::Speed(_) if !speed => ("speed", "controller.speed-gain-{u}-s-per-{x}"),
+            _ => return None,
+        };
+        Some(SimulationError::Unregulated { given, field: self.key_of(pattern) })
     }
 }
 
@@ -236,7 +309,8 @@ impl ServoAxisSimulation {
         let start = &scenario.start;
         let tick_s = 1.0 / axis.controller.sample_hz;
         bounded("scenario.load", scenario.load, -1e9, 1e9)?;
-        bounded("scenario.duration-s", scenario.duration_s, tick_s, 1e5)?;
+        let longest_s = (MOST_TICKS * tick_s).min(1e5);
+        bounded("scenario.duration-s", scenario.duration_s, tick_s, longest_s)?;
         bounded("scenario.position", start.position, -1e9, 1e9)?;
         bounded("scenario.speed", start.speed, -1e6, 1e6)?;
         bounded("scenario.output", start.output, -1e9, 1e9)?;
@@ -244,6 +318,9 @@ impl ServoAxisSimulation {
         let (AxisInput::Position(command) | AxisInput::Speed(command) | AxisInput::Output(command)) =
             &scenario.input;
         command.check()?;
+        if let Some(error) = axis.unregulated(&scenario.input) {
+            return Err(error);
+        }
         let ticks = libm::round(scenario.duration_s / tick_s) as usize;
         let command: Vec<f64> = (0..ticks).map(|tick| command.at(tick as f64 * tick_s)).collect();
         for value in &command {
@@ -284,8 +361,11 @@ impl ServoAxisSimulation {
             Drive::Current | Drive::Amplifier => &CURRENT_DRIVEN,
             Drive::Winding => &UNCOMMUTATED,
         };
-        let refused = refused.to_vec();
-        Host { name: "the servo axis", geometry: self.axis.geometry, refused }.check(effects)?;
+        let (axis, refused) = (&self.axis, refused.to_vec());
+        let tick_s = 1.0 / axis.controller.sample_hz;
+        let strength = Strength::new(axis.peak_force(), axis.inertia, tick_s, 1.0);
+        let (geometry, stop_rad) = (axis.geometry, None);
+        Host { name: "the servo axis", geometry, refused, strength, stop_rad }.check(effects)?;
         for effect in effects {
             let inertia = effect.get("load_inertia_kg_m2").or(effect.get("load_mass_kg"));
             if inertia.is_some_and(|inertia| inertia <= 0.0 || inertia >= self.axis.inertia) {
@@ -312,7 +392,8 @@ impl ServoAxisSimulation {
         Ok(self)
     }
 
-    /// The same test with the segments that effects allow cut to a share of their length.
+    /// The same test with segments cut to a share of their length, rounded up to whole parts: of
+    /// the controller's tick, or of what effects allow.
     #[must_use]
     pub fn with_finer_segments(mut self, longest_segment_ratio: f64) -> Self {
         self.finer = longest_segment_ratio.clamp(1e-4, 1.0);
@@ -331,7 +412,7 @@ impl ServoAxisSimulation {
         let mut trace = self.empty_trace();
         for (tick, &command) in self.command.iter().enumerate() {
             run.begin_tick(tick, tick_s);
-            let load_position = start.position + run.shown_surface_rad();
+            let load_position = run.shown_surface_rad();
             let position = match law.feedback {
                 Feedback::Load => load_position,
                 Feedback::Motor if self.effects.is_empty() => start.position + run.train.angle_rad,
@@ -401,6 +482,7 @@ impl ServoAxisSimulation {
             efficiency_ratio: 1.0,
             half_play_rad: half_play,
             tick_s,
+            start_position_rad: start.position,
             pole_pairs: 1.0,
         };
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };

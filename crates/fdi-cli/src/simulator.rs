@@ -1,6 +1,6 @@
 //! The seam between the command line and the simulation.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use fdi_core::{
     CsvFormat, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
     ema_sim::{
@@ -15,6 +15,11 @@ use crate::{
     experiment,
 };
 
+/// Beyond the converters of any drive.
+const FASTEST_PHASES_HZ: f64 = 1e7;
+/// Samples of a recording: those of a simulated hour at 10 kHz.
+const MOST_SAMPLES: f64 = 4e7;
+
 /// A simulated recording, with what is to be said of it.
 pub(crate) struct Simulated {
     pub(crate) recording: Recording,
@@ -25,7 +30,7 @@ pub(crate) struct Simulated {
 /// What the options ask for.
 pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated> {
     let machine = read_machine(&args.test.model)?;
-    check_faults(args, machine.faults())?;
+    check_faults(args, &machine)?;
     let mut format = CsvFormat::default();
     if machine.geometry() == Geometry::Linear {
         // encoders of a linear axis resolve nanometres
@@ -40,13 +45,20 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated>
     Ok(Simulated { recording, format, notices })
 }
 
-/// Refuses faults that the model does not list.
-fn check_faults(args: &SimulateArgs, faults: &[FaultId]) -> Result<()> {
+/// Refuses faults that an axis cannot have, or that the model does not list.
+fn check_faults(args: &SimulateArgs, machine: &MachineModel) -> Result<()> {
     // k7 is the direction of k6 and no damage of its own
     for fault in FaultId::ALL.into_iter().take(FaultId::EccentricityPhase.index()) {
-        if args.faults.0[fault.index()] > 0.0 && !faults.contains(&fault) {
+        if args.faults.0[fault.index()] > 0.0 {
             let (symbol, model) = (fault.symbol(), &args.test.model);
-            bail!("`--faults {symbol}=…`: `faults` of {model} does not list {symbol}");
+            if let MachineModel::ServoAxis(axis) = machine {
+                axis.axis
+                    .check_fault(fault)
+                    .with_context(|| format!("`--faults {symbol}=…`: {model}"))?;
+            }
+            if !machine.faults().contains(&fault) {
+                bail!("`--faults {symbol}=…`: `faults` of {model} does not list {symbol}");
+            }
         }
     }
     Ok(())
@@ -68,6 +80,17 @@ fn axis(args: &SimulateArgs, model: &AxisModel) -> Result<(Recording, VisitedRan
     Ok(test.record(model, &HealthState::new(args.faults.0)?, "simulated")?)
 }
 
+/// Refuses more samples of the phases than a recording holds.
+fn check_rate(args: &SimulateArgs, duration_s: f64) -> Result<()> {
+    let most_hz = FASTEST_PHASES_HZ.min(MOST_SAMPLES / duration_s);
+    match args.rate_hz {
+        Some(rate_hz) if rate_hz > most_hz => {
+            bail!("`--rate-hz` is {rate_hz}, expected at most {most_hz} for {duration_s} s")
+        }
+        _ => Ok(()),
+    }
+}
+
 /// An actuator with three phases.
 fn actuator(
     args: &SimulateArgs,
@@ -75,6 +98,7 @@ fn actuator(
     seed: RootSeed,
 ) -> Result<(Recording, VisitedRange)> {
     let experiment = experiment::experiment_of(model, &args.test)?;
+    check_rate(args, experiment.scenario.duration_s)?;
     let controller = &experiment.actuator.controller;
     let range_a = args.adc_range_a.unwrap_or(controller.current_limit_a);
     let converter = args.adc_bits.map(|bits| Converter { bits: u32::from(bits), range_a });

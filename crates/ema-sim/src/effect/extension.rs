@@ -9,7 +9,10 @@ use std::collections::VecDeque;
 
 use libm::{cos, exp, floor, pow, sin, sqrt, tanh};
 
-use super::{Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry, MOST_PARAMETERS};
+use super::{
+    Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry, MOST_PARAMETERS,
+    strength::Strength,
+};
 use crate::{
     controller::quantised,
     drive_train::{Direction, DriveTrain},
@@ -24,6 +27,9 @@ pub(crate) struct Host {
     pub(crate) name: &'static str,
     pub(crate) geometry: Geometry,
     pub(crate) refused: Vec<(EffectId, &'static str)>,
+    pub(crate) strength: Strength,
+    /// Where the surface stops; none where nothing stops it.
+    pub(crate) stop_rad: Option<f64>,
 }
 
 const NO_SECTORS: &str = "a field-oriented drive has no sectors";
@@ -52,7 +58,11 @@ impl Host {
         if actuator.transmission.surface_friction_n_m > 0.0 {
             refused.push((EffectId::Compliance, RUBBING_SURFACE));
         }
-        Self { name, geometry: Geometry::Rotary, refused }
+        let (c, t) = (&actuator.controller, &actuator.transmission);
+        let peak_n_m = actuator.torque_constant_n_m_per_a() * c.current_limit_a;
+        let inertia_kg_m2 = actuator.total_inertia_kg_m2();
+        let strength = Strength::new(peak_n_m, inertia_kg_m2, 1.0 / c.sample_hz, t.gear_ratio);
+        Self { name, geometry: Geometry::Rotary, refused, strength, stop_rad: Some(t.stop_rad) }
     }
 
     /// Refuses effects that the model has no place for.
@@ -69,6 +79,7 @@ impl Host {
             if again && ONCE.contains(&id) {
                 return Err(EffectError::Twice { effect: id });
             }
+            self.strength.check(effect, self.stop_rad)?;
         }
         Ok(())
     }
@@ -106,6 +117,8 @@ pub(crate) struct Machine {
     pub(crate) efficiency_ratio: f64,
     pub(crate) half_play_rad: f64,
     pub(crate) tick_s: f64,
+    /// Position at the start, from which the drive train counts.
+    pub(crate) start_position_rad: f64,
     /// Electrical periods a turn.
     pub(crate) pole_pairs: f64,
 }
@@ -131,6 +144,7 @@ pub(crate) struct Extension {
     delay: Option<Delay>,
     tick_s: f64,
     per_gear_ratio: f64,
+    start_position_rad: f64,
 }
 
 /// Bristles in place of dry friction.
@@ -303,6 +317,7 @@ impl Extension {
             delay: None,
             tick_s: machine.tick_s,
             per_gear_ratio: machine.per_gear_ratio,
+            start_position_rad: machine.start_position_rad,
         };
         for effect in effects {
             extension.take(&effect, machine, train);
@@ -446,7 +461,12 @@ impl Extension {
     /// The longest segment at a speed.
     pub(crate) fn longest_s(&self, speed_rad_per_s: f64) -> f64 {
         let longest_s = self.longest_s.min(self.longest_rad / speed_rad_per_s.abs().max(1e-9));
-        longest_s.max(SHORTEST_RATIO * self.tick_s)
+        longest_s.max(self.shortest_s())
+    }
+
+    /// No segment is cut shorter.
+    pub(crate) fn shortest_s(&self) -> f64 {
+        SHORTEST_RATIO * self.tick_s
     }
 
     /// Angle by which the commutation is early, of the rotor.
@@ -479,14 +499,14 @@ impl Extension {
         }
     }
 
-    /// Angle of the surface.
+    /// Position of the surface.
     pub(crate) fn position_rad(&self, train: &DriveTrain, motor_rad: f64) -> f64 {
         self.position_in(train, 0.0) + self.error_rad(motor_rad)
     }
 
-    /// Angle of the surface without the error of the gear.
-    pub(crate) fn bare_position_rad(&self, train: &DriveTrain) -> f64 {
-        self.position_in(train, 0.0)
+    /// What the surface has moved from the start, without the error of the gear.
+    pub(crate) fn moved_rad(&self, train: &DriveTrain) -> f64 {
+        self.moved_in(train, 0.0)
     }
 
     /// A new load on the surface.
@@ -811,6 +831,11 @@ impl Extension {
 
     /// Position of the surface after a small turn of the motor, from where it is now.
     fn position_in(&self, train: &DriveTrain, turn_rad: f64) -> f64 {
+        self.start_position_rad + self.moved_in(train, turn_rad)
+    }
+
+    /// The same from the start.
+    fn moved_in(&self, train: &DriveTrain, turn_rad: f64) -> f64 {
         match &self.compliant {
             Some(compliant) => compliant.angle_rad,
             None => train.surface_rad_at(train.angle_rad + turn_rad),

@@ -5,8 +5,9 @@
 //! upper one when it flows out, until it is zero; then the terminal floats. A leg with current
 //! `i` so loses `V_dc·t_d·f_c·sgn i` on average.
 
-use super::{Run, Series, root, value};
+use super::{MOST_IN_A_HOLD, Run, Series, root, value};
 use crate::{
+    patience::Patience,
     phase::{PerPhase, Sector},
     probe::Probe,
 };
@@ -116,15 +117,17 @@ impl<P: Probe> Run<P> {
 
     /// Holds the legs of the pair, cut where the current of an open one ends.
     fn hold_pair(&mut self, legs: [Leg; 2], span_s: f64) {
-        let mut left_s = span_s;
+        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
             let legs_v = self.pair_v(legs);
             let step_s = left_s.min(self.longest_s);
-            let at_s = if legs.contains(&Leg::Open) {
-                self.end_of_conduction_s(legs, legs_v, step_s)
-            } else {
-                step_s
-            };
+            let mut at_s = step_s;
+            if legs.contains(&Leg::Open) {
+                at_s = self.end_of_conduction_s(legs, legs_v, step_s);
+            }
+            if at_s < step_s {
+                at_s = patience.put_off(at_s, step_s);
+            }
             self.hold(at_s, legs_v);
             self.block(legs);
             left_s -= at_s;

@@ -59,6 +59,9 @@ impl LowFidelity {
     /// lanes; `None` where they have to go one by one.
     fn lanes(&self, faults: &[PhysicalFaults]) -> Option<Lanes> {
         let last = faults.len().checked_sub(1)?;
+        if self.finer < 1.0 {
+            return None;
+        }
         let actuator = reshaped(&self.actuator, &self.effects);
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
         let plain = Cascade::new(&actuator, &self.scenario).plain()?;

@@ -7,7 +7,7 @@ use toml::{
 
 use super::{
     EffectBlock, Model, ModelFileError, Reader, document, effect_block, entry, faults_line,
-    name_line, string,
+    line_of, name_line, string,
 };
 use crate::{
     axis_parameter::AxisParameter,
@@ -168,27 +168,27 @@ fn is_axis(text: &str) -> Result<bool, ModelFileError> {
     }
 }
 
-/// An axis of which nothing is known yet: NaN is what must be given.
+/// The axis that a file without a base fills in: each number is given, or its default.
 const BLANK: ServoAxis = ServoAxis {
     geometry: Geometry::Rotary,
-    inertia: f64::NAN,
+    inertia: 1.0,
     viscous: 0.0,
     kinetic_friction: 0.0,
-    static_friction: f64::NAN,
+    static_friction: 0.0,
     offset: 0.0,
     backlash: 0.0,
     drive: Drive::Current,
-    force_constant: f64::NAN,
-    resistance_ohm: f64::NAN,
+    force_constant: 1.0,
+    resistance_ohm: 1.0,
     controller: AxisController {
-        sample_hz: f64::NAN,
+        sample_hz: 1.0,
         position_gain_per_s: 0.0,
         position_integral_per_s2: 0.0,
         position_derivative_ratio: 0.0,
         speed_limit: f64::MAX,
-        speed_gain: f64::NAN,
+        speed_gain: 0.0,
         speed_integral: 0.0,
-        output_limit: f64::NAN,
+        output_limit: 1.0,
         speed_samples: 0,
         encoder_step: 0.0,
         feedback: Feedback::Motor,
@@ -201,6 +201,7 @@ impl Reader<'_> {
         table: &DeTable<'_>,
         base: Option<AxisModel>,
     ) -> Result<AxisModel, ModelFileError> {
+        let before = base.as_ref().map(|base| base.axis);
         let mut model = base.unwrap_or_else(|| AxisModel {
             name: None,
             axis: BLANK,
@@ -216,6 +217,7 @@ impl Reader<'_> {
         if let Some(value) = drive.and_then(|drive| entry(drive, "kind")) {
             model.axis.drive = self.choice("drive.kind", value, &DRIVES)?;
         }
+        let mut given = Vec::new();
         for (key, value) in table {
             match key.get_ref().as_ref() {
                 "base" | "kind" | "geometry" => {}
@@ -229,30 +231,40 @@ impl Reader<'_> {
                         self.axis_tolerances(block.get_ref(), inner, &mut model)?;
                     }
                 }
-                block => self.axis_block((block, key), value, &mut model.axis)?,
+                block => self.axis_block((block, key), value, (&mut model.axis, &mut given))?,
             }
         }
-        let axis = &mut model.axis;
-        if axis.static_friction.is_nan() {
-            axis.static_friction = axis.kinetic_friction;
-        }
-        if axis.drive != Drive::Winding {
-            axis.resistance_ohm = 1.0;
-        }
-        let not_given = |p: &&AxisParameter| p.get(axis).is_nan();
-        if let Some(parameter) = AxisParameter::ALL.iter().find(not_given) {
-            let key = parameter.key(axis.geometry, axis.drive);
-            return Err(ModelFileError::MissingOfAxis { key });
-        }
-        axis.check()?;
+        complete(&mut model.axis, &given, before.as_ref())?;
+        model.axis.check()?;
+        self.keep_faults(&mut model, entry(table, "faults"))?;
         Ok(model)
+    }
+
+    /// Refuses faults that the file lists and that change nothing in its axis; of those that it
+    /// does not list itself such are left out.
+    fn keep_faults(
+        &self,
+        model: &mut AxisModel,
+        listed: Option<&Spanned<DeValue<'_>>>,
+    ) -> Result<(), ModelFileError> {
+        let axis = model.axis;
+        if let Some(at) = listed {
+            for fault in &model.faults {
+                axis.check_fault(*fault).map_err(|error| ModelFileError::Fault {
+                    line: line_of(self.text, at),
+                    error,
+                })?;
+            }
+        }
+        model.faults.retain(|fault| axis.check_fault(*fault).is_ok());
+        Ok(())
     }
 
     fn axis_block(
         &self,
         (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
         value: &Spanned<DeValue<'_>>,
-        axis: &mut ServoAxis,
+        (axis, given): (&mut ServoAxis, &mut Vec<String>),
     ) -> Result<(), ModelFileError> {
         if !["axis", "drive", "controller"].contains(&block) {
             return Err(self.unknown(block, at));
@@ -277,6 +289,7 @@ impl Reader<'_> {
                         .filter(|parameter| parameter.applies(axis.drive))
                         .ok_or_else(|| self.unknown(&path, key))?;
                     parameter.set(axis, self.number(&path, value)?);
+                    given.push(path);
                 }
             }
         }
@@ -308,13 +321,45 @@ impl Reader<'_> {
     }
 }
 
+/// Refuses a file that leaves out what has no default, and fills in what follows from the rest.
+fn complete(
+    axis: &mut ServoAxis,
+    given: &[String],
+    before: Option<&ServoAxis>,
+) -> Result<(), ModelFileError> {
+    const RESISTANCE: &str = "drive.resistance-ohm";
+    let has = |key: &str| given.iter().any(|known| known == key);
+    let winding_before = before.is_some_and(|before| before.drive == Drive::Winding);
+    if axis.drive == Drive::Winding && !winding_before && !has(RESISTANCE) {
+        return Err(ModelFileError::MissingOfAxis { key: RESISTANCE.to_owned() });
+    }
+    if before.is_some() {
+        return Ok(());
+    }
+    let (geometry, drive) = (axis.geometry, axis.drive);
+    let needed = AxisParameter::ALL.iter().filter(|p| p.default_value().is_none());
+    let needed = needed.filter(|p| p.applies(drive)).map(|p| p.key(geometry, drive));
+    for key in needed.filter(|key| !has(key)) {
+        if !key.starts_with(STATIC_FRICTION) {
+            return Err(ModelFileError::MissingOfAxis { key });
+        }
+        axis.static_friction = axis.kinetic_friction;
+    }
+    Ok(())
+}
+
+/// How the key begins that may be left out for that of the kinetic friction.
+const STATIC_FRICTION: &str = "axis.static-friction-";
+
 impl AxisModel {
     fn write(&self) -> String {
         let (axis, mut lines) = (&self.axis, vec!["kind = \"servo-axis\"".to_owned()]);
         let (geometry, drive) = (axis.geometry, axis.drive);
         lines.push(format!("geometry = \"{}\"", named(&GEOMETRIES, geometry)));
         lines.extend(self.name.as_deref().map(name_line));
-        lines.push(faults_line(&self.faults));
+        let has = |fault: &&FaultId| axis.check_fault(**fault).is_ok();
+        let faults: Vec<_> = self.faults.iter().filter(has).copied().collect();
+        lines.push(faults_line(&faults));
         let mut open = String::new();
         for parameter in AxisParameter::ALL.iter().filter(|p| p.applies(drive)) {
             let path = parameter.key(geometry, drive);
@@ -358,10 +403,58 @@ fn named<T: Copy + PartialEq>(names: &[(&'static str, T)], choice: T) -> &'stati
 mod tests {
     use super::*;
 
+    const EMPS: &str = include_str!("../../../../fixtures/models/emps.toml");
+
+    #[test]
+    fn what_is_not_a_number_is_not_missing() {
+        let text = EMPS.replace("mass-kg = 95.1089", "mass-kg = nan");
+        let error = parse_machine(&text).unwrap_err().to_string();
+        assert_eq!(error, "line 12: `axis.mass-kg` is NaN, expected a number");
+    }
+
+    #[test]
+    fn defaults_are_those_of_the_parameters() {
+        for parameter in AxisParameter::ALL {
+            if let Some(value) = parameter.default_value() {
+                assert_eq!(parameter.get(&BLANK), value, "{parameter:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fault_that_changes_nothing_is_refused() {
+        let listed = |faults: &str| {
+            let text = EMPS.replace("[\"k1\"]", faults);
+            parse_machine(&text).map(|model| model.faults().to_vec()).map_err(|e| e.to_string())
+        };
+        assert_eq!(listed("[\"k1\"]"), Ok(vec![FaultId::Friction]));
+        let told = |symbol, reason| {
+            Err(format!("line 9: `faults`: {symbol} changes nothing in this axis: {reason}"))
+        };
+        assert_eq!(listed("[\"k1\", \"k2\"]"), told("k2", "it has no backlash"));
+        assert_eq!(listed("[\"k3\"]"), told("k3", "it has no phases and no air gap"));
+        // without a list, what the axis can have
+        let text = EMPS.replace("faults = [\"k1\"]\n", "");
+        assert_eq!(parse_machine(&text).unwrap().faults(), [FaultId::Friction]);
+        let text = text.replace("[axis]\n", "[axis]\nbacklash-m = 1e-5\n");
+        let loose = parse_machine(&text).unwrap();
+        assert_eq!(loose.faults(), [FaultId::Friction, FaultId::Backlash]);
+        let smooth = "[axis]\nkinetic-friction-n = 0.0\nstatic-friction-n = 0.0\n";
+        let smooth = parse_machine_onto(smooth, &loose).unwrap();
+        assert_eq!(smooth.faults(), [FaultId::Backlash]);
+        assert_eq!(parse_machine(&smooth.write()).unwrap(), smooth);
+    }
+
     #[test]
     fn what_is_missing_is_named() {
         let error = parse_machine("kind = \"servo-axis\"\n").unwrap_err();
         assert_eq!(error.to_string(), "`axis.inertia-kg-m2` is missing");
+        let winding = EMPS.replace("\"amplifier\"", "\"winding\"").replace("-n-per-v", "-n-per-a");
+        let error = parse_machine(&winding).unwrap_err();
+        assert_eq!(error.to_string(), "`drive.resistance-ohm` is missing");
+        let base = parse_machine(EMPS).unwrap();
+        let error = parse_machine_onto("[drive]\nkind = \"winding\"\n", &base).unwrap_err();
+        assert_eq!(error.to_string(), "`drive.resistance-ohm` is missing");
         let text = "kind = \"servo-axis\"\n[axis]\nmass-kg = 1.0\n";
         let error = parse_machine(text).unwrap_err();
         assert_eq!(error.to_string(), "line 3: unknown key `axis.mass-kg`");

@@ -1,8 +1,9 @@
 //! What cannot be simulated is refused by name; what can, runs.
 
 use ema_sim::{
-    BackEmfShape, BackEmfTable, Command, HealthState, HighFidelity, Knot, LowFidelity, Parameter,
-    ParameterError, Scenario, SimulationError,
+    BackEmfShape, BackEmfTable, Command, Coordinate, Curve, CurveKind, Effect, EffectId, Geometry,
+    HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
+    SimulationError,
     presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
@@ -25,6 +26,67 @@ fn every_number_is_guarded() {
     actuator.motor.pole_pairs = 0;
     let message = actuator.check().unwrap_err().to_string();
     assert_eq!(message, "`motor.pole-pairs` is 0, expected a number from 1 to 1000");
+}
+
+#[test]
+fn bounds_are_told_in_words() {
+    let told = |change: fn(&mut ema_sim::Actuator)| {
+        let mut actuator = EMA_48;
+        change(&mut actuator);
+        actuator.check().unwrap_err().to_string()
+    };
+    assert_eq!(
+        told(|a| a.motor.resistance_ohm = -1.0),
+        "`motor.resistance-ohm` is -1, expected a number above 0"
+    );
+    assert_eq!(
+        told(|a| a.inverter.carrier_hz = 1e12),
+        "`inverter.carrier-hz` is 1e12, expected a number above 0, to 10000000"
+    );
+    assert_eq!(
+        told(|a| a.transmission.backlash_rad = 2.0),
+        "`transmission.backlash-rad` is 2, expected a number from 0 to 0.35"
+    );
+}
+
+/// Machines so fast that a run would take for ever, or leave what a series holds.
+#[test]
+fn machines_that_cannot_be_followed_are_refused() {
+    let told = |change: fn(&mut ema_sim::Actuator)| {
+        let mut actuator = EMA_48;
+        change(&mut actuator);
+        actuator.check().unwrap_err().to_string()
+    };
+    let message = told(|a| a.motor.back_emf_v_s_per_rad = 1e-9);
+    assert!(message.starts_with("`motor.back-emf-v-s-per-rad` makes a time constant of 1.04"));
+    let light = |a: &mut ema_sim::Actuator| {
+        (a.motor.inertia_kg_m2, a.transmission.surface_inertia_kg_m2) = (1e-7, 0.0);
+    };
+    let message = told(light);
+    assert!(
+        message.starts_with("`motor.inertia-kg-m2` is 1e-7, expected at least 5.3698")
+            && message.ends_with("within the controller's tick of 0.0001 s"),
+        "{message}"
+    );
+    let message = told(|a| a.motor.viscous_n_m_s_per_rad = 1.0);
+    assert!(message.starts_with("`motor.inertia-kg-m2` is 0.000025, expected"), "{message}");
+}
+
+#[test]
+fn a_test_has_an_end() {
+    let mut scenario = Scenario::chirp();
+    scenario.duration_s = 1e9;
+    let message = LowFidelity::new(&EMA_48, &scenario).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "`scenario.duration-s` is 1000000000, expected a number from 0.0001 to 4000"
+    );
+    let mut fast = EMA_48;
+    (fast.inverter.carrier_hz, fast.controller.sample_hz) = (1e7, 1e4);
+    scenario.duration_s = 1000.0;
+    let message = HighFidelity::new(&fast, &scenario).unwrap_err().to_string();
+    assert_eq!(message, "`scenario.duration-s` is 1000, expected a number from 0.0001 to 100");
+    assert!(LowFidelity::new(&fast, &scenario).is_ok());
 }
 
 #[test]
@@ -71,6 +133,34 @@ fn tests_that_cannot_be_run_are_refused() {
         let message = refused(&change).to_string();
         assert!(message.contains(field), "{message}");
     }
+}
+
+#[test]
+fn an_effect_too_strong_for_its_machine_is_refused_by_name() {
+    let peak_n_m = EMA_48.torque_constant_n_m_per_a() * EMA_48.controller.current_limit_a;
+    let drag = EMA_48.total_inertia_kg_m2() * EMA_48.controller.sample_hz;
+    let cases = [
+        (EffectId::Cogging, "cogging_cos_n_m", 100.0 * peak_n_m),
+        (EffectId::Vibration, "vibration_sin_n_m", 100.0 * peak_n_m),
+        (EffectId::Imbalance, "spring_n_m_per_rad", 100.0 * peak_n_m / 0.35),
+        (EffectId::DirectionalFriction, "viscous_asymmetry_n_m_s_per_rad", drag),
+    ];
+    for (id, key, most) in cases {
+        let made = |size: f64| {
+            let effect = Effect::new(id, Geometry::Rotary).with(key, size).expect("within bounds");
+            LowFidelity::new(&EMA_48, &Scenario::chirp()).expect("valid").with_effects(&[effect])
+        };
+        assert!(made(0.999 * most).is_ok(), "{key}");
+        let message = made(-1.001 * most).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("`{key}` of effect {} is -", id.info().symbol)));
+        assert!(message.contains("and this machine takes at most"), "{message}");
+    }
+    let points = vec![[-1.0, 0.0], [1.0, 1e4]];
+    let curve = Curve::new(Coordinate::Speed, CurveKind::Torque, points).expect("in order");
+    let curve = [Effect::tabulated(curve, Geometry::Rotary)];
+    let high = HighFidelity::new(&EMA_48, &Scenario::chirp()).expect("valid");
+    let message = high.with_effects(&curve).unwrap_err().to_string();
+    assert!(message.starts_with("`scale_ratio` of effect U is 1, and"), "{message}");
 }
 
 proptest! {

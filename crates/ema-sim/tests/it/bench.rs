@@ -2,8 +2,8 @@
 
 use ema_sim::{
     Actuator, BackEmfShape, BackEmfTable, Command, ControlMode, CurrentControl, Envelope,
-    EnvelopeFilter, FaultCoordinates, HealthState, HighFidelity, LowFidelity, PhysicalFaults,
-    Scenario,
+    EnvelopeFilter, FaultCoordinates, HealthState, HighFidelity, HighFidelityTrace, LowFidelity,
+    PhysicalFaults, Scenario,
     presets::{BENCH, EMA_48},
 };
 
@@ -222,47 +222,73 @@ fn law_energy_and_fidelities_with_a_measured_shape() {
     assert!(rms(&minus(&h, &sine)) > 1e-3 * rms(&h), "the harmonics act");
 }
 
-/// Largest error of phase A against the closed solution, the terminals joined at constant speed.
+/// The bench's machine without friction, its terminals joined, from 200 rad/s for 5 ms.
+fn braked(carrier_hz: f64, inertia_kg_m2: f64) -> HighFidelityTrace {
+    let mut actuator = BENCH;
+    actuator.motor.inertia_kg_m2 = inertia_kg_m2;
+    actuator.inverter.carrier_hz = carrier_hz;
+    let t = &mut actuator.transmission;
+    (t.kinetic_friction_n_m, t.static_friction_n_m, t.surface_friction_n_m) = (0.0, 0.0, 0.0);
+    t.stop_rad = 1e6;
+    let mut scenario = Scenario { load_n_m: 0.0, ..Scenario::sine() }.turned_to(0.3);
+    scenario.initial.motor_speed_rad_per_s = 200.0;
+    let model = HighFidelity::new(&actuator, &scenario).expect("valid");
+    let model = model.with_current_control(CurrentControl::Averaged).expect("field-oriented");
+    let duties = vec![[0.5; 3]; (5e-3 * carrier_hz).round() as usize];
+    model.simulate_duties(&healthy(), &duties).expect("within 0 to 1")
+}
+
+/// Largest error of each phase against the closed solution at constant speed.
 ///
 /// ```text
 /// L·i' = −R·i − k·ω·sin(P·ω·t + φ)      a right-hand side that depends on time
 /// ```
-fn error_of_segments(carrier_hz: f64) -> f64 {
-    let (speed, start_rad) = (200.0, 0.3);
-    let mut actuator = BENCH;
+fn errors_of_segments(carrier_hz: f64) -> [f64; 3] {
     // a flywheel keeps the speed to 1e-12 of it
-    actuator.motor.inertia_kg_m2 = 1e9;
-    actuator.inverter.carrier_hz = carrier_hz;
-    actuator.transmission.stop_rad = 1e6;
-    actuator.transmission.kinetic_friction_n_m = 0.0;
-    actuator.transmission.surface_friction_n_m = 0.0;
-    let mut scenario = Scenario { load_n_m: 0.0, ..Scenario::sine() }.turned_to(start_rad);
-    scenario.initial.motor_speed_rad_per_s = speed;
-    let model = HighFidelity::new(&actuator, &scenario).expect("valid");
-    let model = model.with_current_control(CurrentControl::Averaged).expect("field-oriented");
-    let periods = (5e-3 * carrier_hz).round() as usize;
-    let duties = vec![[0.5; 3]; periods];
-    let trace = model.simulate_duties(&healthy(), &duties).expect("within 0 to 1");
+    let trace = braked(carrier_hz, 1e9);
     let (r, l) = (BENCH.motor.resistance_ohm, BENCH.motor.inductance_henry);
-    let electrical = 4.0 * speed;
+    let (speed, electrical) = (200.0, 800.0);
     let amplitude = -BENCH.motor.back_emf_v_s_per_rad * speed / r.hypot(electrical * l);
     let lag = (electrical * l).atan2(r);
-    let steady = |t: f64| amplitude * (electrical * t + 4.0 * start_rad - lag).sin();
-    (0..trace.motor_angle_rad.len())
-        .map(|n| {
+    let third = core::f64::consts::TAU / 3.0;
+    core::array::from_fn(|phase| {
+        let start = 4.0 * 0.3 - lag - third * phase as f64;
+        let steady = |t: f64| amplitude * (electrical * t + start).sin();
+        let error = |n: usize| {
             let t = n as f64 / trace.rate_hz;
             let exact = steady(t) - steady(0.0) * (-r / l * t).exp();
-            (trace.phase_currents_a[0][n] - exact).abs()
-        })
-        .fold(0.0, f64::max)
+            (trace.phase_currents_a[phase][n] - exact).abs()
+        };
+        (0..trace.motor_angle_rad.len()).map(error).fold(0.0, f64::max)
+    })
 }
+
+/// A series to the fourth power: half the length, a sixteenth of the error.
+const ORDERS: core::ops::Range<f64> = 3.8..4.4;
 
 #[test]
 fn order_segments_of_a_turning_machine() {
-    let errors = [20e3, 40e3, 80e3].map(error_of_segments);
+    let errors = [20e3, 40e3, 80e3].map(errors_of_segments);
     for pair in errors.windows(2) {
-        // a series to the fourth power: half the length, a sixteenth of the error
+        for (coarse, fine) in pair[0].iter().zip(&pair[1]) {
+            let order = (coarse / fine).log2();
+            assert!(ORDERS.contains(&order), "{order} of {errors:?}");
+        }
+    }
+}
+
+/// The rotor braked by its currents, against segments whose error is a 4096th of the shortest here.
+#[test]
+fn order_of_the_speed_of_a_braked_machine() {
+    let own = BENCH.motor.inertia_kg_m2;
+    let finest = braked(640e3, own).motor_speed_rad_per_s;
+    let errors = [20e3, 40e3, 80e3].map(|carrier_hz| {
+        let speed = braked(carrier_hz, own).motor_speed_rad_per_s;
+        minus(&speed, &finest).iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+    });
+    assert!(finest[49] < 190.0, "{}", finest[49]);
+    for pair in errors.windows(2) {
         let order = (pair[0] / pair[1]).log2();
-        assert!((3.8..4.4).contains(&order), "{order} of {errors:?}");
+        assert!(ORDERS.contains(&order), "{order} of {errors:?}");
     }
 }

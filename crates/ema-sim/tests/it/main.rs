@@ -10,6 +10,7 @@ mod dead_time;
 mod effect_table;
 mod effects;
 mod energy;
+mod fidelities;
 mod measured;
 mod model_file;
 mod motulator;

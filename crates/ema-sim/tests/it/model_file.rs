@@ -43,6 +43,21 @@ fn what_may_be_left_out_is_written_only_where_it_says_something() {
 }
 
 #[test]
+fn a_number_is_told_as_it_stands() {
+    let told = |text: &str| message(&format!("base = \"ema-48\"\n{text}\n"));
+    assert_eq!(
+        told("motor.pole-pairs = -4"),
+        "`motor.pole-pairs` is -4, expected a number from 1 to 1000"
+    );
+    assert_eq!(
+        told("motor.pole-pairs = nan"),
+        "line 2: `motor.pole-pairs` is NaN, expected a number"
+    );
+    let block = "[[effect]]\nid = \"E01\"\nvalid-range = { speed = [nan, 5.0] }";
+    assert_eq!(told(block), "line 4: `effect.valid-range` is NaN, expected a number");
+}
+
+#[test]
 fn a_measured_back_emf_is_a_list() {
     let text = "base = \"bench\"\n[motor]\nback-emf-shape = [0.0, 0.9, 0.9, 0, -0.9, -0.9]\n";
     let model = model_file::parse(text).unwrap();
@@ -131,7 +146,7 @@ fn what_is_wrong_is_named_with_its_line() {
 
 #[test]
 fn parameters_that_no_machine_has_are_refused() {
-    for value in ["-1.0", "nan", "inf", "0.0"] {
+    for value in ["-1.0", "inf", "0.0"] {
         let text = format!("base = \"ema-48\"\n[motor]\ninertia-kg-m2 = {value}\n");
         let error = model_file::parse(&text).unwrap_err();
         assert!(matches!(error, ModelFileError::Parameter(_)), "{value}: {error}");

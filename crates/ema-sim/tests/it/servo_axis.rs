@@ -1,12 +1,13 @@
 //! The servo axis against closed solutions, and its model file.
 
 use ema_sim::{
-    AxisController, AxisInput, AxisScenario, AxisStart, AxisTrace, Command, Drive, Effect,
-    EffectId, FaultId, FaultLevel, Feedback, Geometry, HealthState, ServoAxis, ServoAxisSimulation,
-    SimulationError,
+    AxisController, AxisInput, AxisParameter, AxisScenario, AxisStart, AxisTrace, Command,
+    Coordinate, Curve, CurveKind, Drive, Effect, EffectId, FaultId, FaultLevel, Feedback, Geometry,
+    HealthState, ServoAxis, ServoAxisSimulation, SimulationError,
     model_file::{MachineModel, parse_machine, parse_machine_onto},
 };
 use libm::exp;
+use proptest::prelude::*;
 
 fn axis(drive: Drive) -> ServoAxis {
     ServoAxis {
@@ -163,6 +164,64 @@ fn law_effects_enter_the_torque_balance() {
     assert!((off / whole).sqrt() < 5e-4, "{}", (off / whole).sqrt());
 }
 
+/// A mass on a spring, let go away from the spring's rest: the position that the spring feels is
+/// the axis', wherever the test begins.
+#[test]
+fn law_a_spring_pulls_to_the_origin_of_the_axis() {
+    let mut axis = axis(Drive::Current);
+    (axis.viscous, axis.kinetic_friction, axis.static_friction) = (0.0, 0.0, 0.0);
+    let spring =
+        Effect::new(EffectId::Imbalance, Geometry::Rotary).with("spring_n_m_per_rad", 0.2).unwrap();
+    let start = AxisStart { position: 0.4, ..AxisStart::default() };
+    let trace = run(&axis, &AxisScenario { start, ..scenario(held(0.0)) }, &[spring]);
+    let swing = libm::sqrt(0.2 / axis.inertia);
+    for (n, position) in trace.position.iter().enumerate() {
+        let wanted = 0.4 * libm::cos(swing * n as f64 * 1e-3);
+        // the midpoint rule over a tick: (ω·T)²/24 of the phase, 20 rad long
+        assert!((position - wanted).abs() < 1e-4 * 0.4, "{n}: {position} {wanted}");
+    }
+}
+
+#[test]
+fn law_effects_over_position_do_not_care_where_a_test_begins() {
+    let shifted = |by: f64| {
+        let worn = Effect::new(EffectId::WornRegion, Geometry::Rotary)
+            .with("worn_n_m", 0.05)
+            .and_then(|e| e.with("centre_rad", 0.3 + by))
+            .and_then(|e| e.with("width_rad", 0.1))
+            .unwrap();
+        let points = [[-0.5, 0.0], [0.2, 0.01], [0.9, -0.02]].map(|[x, y]| [x + by, y]).to_vec();
+        let curve = Curve::new(Coordinate::Position, CurveKind::Torque, points).unwrap();
+        let effects = [worn, Effect::tabulated(curve, Geometry::Rotary)];
+        let start = AxisStart { position: by, ..AxisStart::default() };
+        run(&axis(Drive::Current), &AxisScenario { start, ..scenario(held(0.9)) }, &effects)
+    };
+    let (here, there) = (shifted(0.0), shifted(7.0));
+    assert!(here.speed[1999] > 0.0);
+    for (a, b) in here.speed.iter().zip(&there.speed) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+    // the curve acts: without the shift of its points the motion is another
+    let start = AxisStart { position: 7.0, ..AxisStart::default() };
+    let bare = run(&axis(Drive::Current), &AxisScenario { start, ..scenario(held(0.9)) }, &[]);
+    assert!((bare.speed[1999] - there.speed[1999]).abs() > 1e-3);
+}
+
+#[test]
+fn law_a_position_sensor_has_its_steps_where_zero_is() {
+    let step = 0.01;
+    let sensor =
+        Effect::new(EffectId::PositionSensor, Geometry::Rotary).with("step_rad", step).unwrap();
+    let start = AxisStart { position: 0.123, ..AxisStart::default() };
+    let mut axis = axis(Drive::Current);
+    axis.controller.feedback = Feedback::Load;
+    let trace = run(&axis, &AxisScenario { start, ..scenario(held(0.5)) }, &[sensor]);
+    for position in trace.position {
+        let steps = position / step;
+        assert!((steps - libm::round(steps)).abs() < 1e-9, "{position}");
+    }
+}
+
 const EMPS: &str = include_str!("../../../../fixtures/models/emps.toml");
 
 #[test]
@@ -172,7 +231,7 @@ fn a_model_file_of_an_axis_reads_what_it_wrote() {
     let MachineModel::ServoAxis(emps) = &model else { panic!("{model:?}") };
     assert_eq!(emps.axis.inertia, 95.1089);
     assert_eq!(emps.axis.static_friction, 20.3935);
-    assert_eq!(emps.faults, [FaultId::Friction, FaultId::Backlash]);
+    assert_eq!(emps.faults, [FaultId::Friction]);
     let text = "[[effect]]\nid = \"E03\"\n\
                 parameters = { viscous-asymmetry-n-s-per-m = 30.0 }\n[axis]\noffset-n = 0.0\n";
     let extended = parse_machine_onto(text, &model).unwrap();
@@ -233,4 +292,142 @@ fn law_two_inertias_swing_about_their_common_speed() {
     let (coarse, fine) = (error(1.0), error(0.25));
     // the midpoint rule over 0.05 rad of the swing, five periods long: 0.05²/24·2π·5
     assert!(coarse < 4e-3 && fine < coarse / 12.0, "{coarse:e} {fine:e}");
+}
+
+#[test]
+fn a_mass_too_small_for_the_tick_is_named() {
+    let MachineModel::ServoAxis(emps) = parse_machine(EMPS).unwrap() else { panic!() };
+    for mass_kg in [1e-3, 1e-12] {
+        let axis = ServoAxis { inertia: mass_kg, ..emps.axis };
+        let message = ServoAxisSimulation::new(&axis, &sine()).unwrap_err().to_string();
+        assert!(
+            message.starts_with("`axis.mass-kg` is ")
+                && message.contains("expected at least 0.407")
+                && message.ends_with("within the controller's tick of 0.001 s"),
+            "{message}"
+        );
+    }
+    // without drag nothing bounds it, and the run ends all the same
+    let axis = ServoAxis { inertia: 1e-12, viscous: 0.0, ..emps.axis };
+    let trace = run(&axis, &sine(), &[]);
+    assert!(trace.position.iter().all(|x| x.is_finite()));
+    // a tick has at most twice the events that it is given patience for
+    assert!(trace.segments < 2000 * 8192, "{}", trace.segments);
+}
+
+#[test]
+fn a_command_that_no_gain_follows_is_refused() {
+    let refused = |axis: &ServoAxis, input: AxisInput| {
+        ServoAxisSimulation::new(axis, &scenario(input)).unwrap_err().to_string()
+    };
+    let ramp = || Command::Sine { amplitude_rad: 1.0, frequency_hz: 0.7 };
+    let mut open = axis(Drive::Current);
+    open.controller.position_gain_per_s = 0.0;
+    assert_eq!(
+        refused(&open, AxisInput::Position(ramp())),
+        "the axis is given a position, and `controller.position-gain-per-s` is 0: it would stand \
+         still"
+    );
+    assert!(ServoAxisSimulation::new(&open, &scenario(AxisInput::Speed(ramp()))).is_ok());
+    (open.controller.speed_gain, open.controller.speed_integral) = (0.0, 0.0);
+    let message = refused(&open, AxisInput::Speed(ramp()));
+    assert!(message.contains("a speed, and `controller.speed-gain-a-s-per-rad` is 0"), "{message}");
+    assert!(ServoAxisSimulation::new(&open, &scenario(held(1.0))).is_ok());
+}
+
+#[test]
+fn a_fault_without_its_cause_is_told() {
+    let mut axis = axis(Drive::Current);
+    let told = |axis: &ServoAxis, fault| axis.check_fault(fault).map_err(|e| e.to_string());
+    assert_eq!(told(&axis, FaultId::Friction), Ok(()));
+    (axis.kinetic_friction, axis.static_friction) = (0.0, 0.0);
+    let wanted = "k1 changes nothing in this axis: it has no dry friction";
+    assert_eq!(told(&axis, FaultId::Friction), Err(wanted.to_owned()));
+    assert!(told(&axis, FaultId::Backlash).is_err());
+    axis.backlash = 1e-4;
+    assert_eq!(told(&axis, FaultId::Backlash), Ok(()));
+    for fault in FaultId::ALL.into_iter().skip(2) {
+        assert!(told(&axis, fault).is_err(), "{fault:?}");
+    }
+}
+
+/// An effect with its numbers anywhere between their bounds, on a scale of powers of ten.
+fn drawn(id: EffectId, geometry: Geometry, draws: &[f64]) -> Effect {
+    let mut effect = Effect::new(id, geometry);
+    for (parameter, draw) in id.info().parameters.iter().zip(draws) {
+        let (least, most) = parameter.bounds();
+        let sign = if *draw < 0.0 { least.signum() } else { 1.0 };
+        let size = most.max(-least) * libm::pow(10.0, -8.0 * (1.0 - draw.abs()));
+        effect
+            .set(parameter.key(geometry), (sign * size).clamp(least, most))
+            .expect("within bounds");
+    }
+    effect
+}
+
+fn effects() -> impl Strategy<Value = Vec<(EffectId, [f64; 5])>> {
+    let each = EffectId::ALL.map(|id| {
+        let on = prop::array::uniform5(-1.0..1.0_f64).prop_map(move |draws| Some((id, draws)));
+        prop_oneof![4 => Just(None), 1 => on]
+    });
+    each.to_vec().prop_map(|effects| effects.into_iter().flatten().collect())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+
+    /// Every number of the axis over two decades, every drive, input and fault up to full damage,
+    /// with whatever effects it takes: what is accepted runs to its end, in bounded work.
+    #[test]
+    fn property_whatever_axis_is_accepted_runs(
+        scale in prop::collection::vec(-1.0_f64..1.0, AxisParameter::ALL.len()),
+        (drive, input, linear, load_side) in (0..3_usize, 0..3_usize, any::<bool>(), any::<bool>()),
+        levels in prop::array::uniform7(prop_oneof![Just(1.0), 0.0..1.0_f64]),
+        start in prop::array::uniform4(-1.0_f64..1.0),
+        load in -0.5_f64..0.5,
+        speed_samples in 0..4_u32,
+        effects in effects(),
+    ) {
+        let mut axis = axis([Drive::Current, Drive::Amplifier, Drive::Winding][drive]);
+        (axis.backlash, axis.offset, axis.controller.encoder_step) = (1e-4, 0.01, 1e-5);
+        axis.geometry = if linear { Geometry::Linear } else { Geometry::Rotary };
+        axis.controller.feedback = if load_side { Feedback::Load } else { Feedback::Motor };
+        axis.controller.speed_samples = speed_samples;
+        for (parameter, exponent) in AxisParameter::ALL.iter().zip(scale) {
+            let value = parameter.get(&axis) * libm::pow(10.0, exponent);
+            parameter.set(&mut axis, value);
+        }
+        axis.static_friction = axis.static_friction.max(axis.kinetic_friction);
+        let command = Command::Sine { amplitude_rad: 1.0, frequency_hz: 3.0 };
+        let input = [AxisInput::Position(command.clone()), AxisInput::Speed(command), held(2.0)]
+            [input].clone();
+        let start = AxisStart {
+            position: start[0],
+            speed: 10.0 * start[1],
+            output: start[2],
+            backlash_side_ratio: start[3],
+        };
+        let ticks = 40.0;
+        let duration_s = ticks / axis.controller.sample_hz;
+        let scenario = AxisScenario { input, load, duration_s, start };
+        let Ok(mut simulation) = ServoAxisSimulation::new(&axis, &scenario) else { return Ok(()) };
+        let mut taken = Vec::new();
+        for (id, draws) in effects {
+            taken.push(drawn(id, axis.geometry, &draws));
+            match simulation.clone().with_effects(&taken) {
+                Ok(with) => simulation = with,
+                Err(_) => drop(taken.pop()),
+            }
+        }
+        let faults = (&HealthState::new(levels).unwrap()).into();
+        let trace = simulation.simulate(&faults);
+        prop_assert_eq!(trace.position.len(), libm::round(ticks) as usize);
+        for channel in [&trace.position, &trace.speed, &trace.output, &trace.current, &trace.force] {
+            prop_assert!(channel.iter().all(|x| x.is_finite()), "{:?} {:?}", axis, taken);
+        }
+        // E21 raises the limit to ten times itself
+        prop_assert!(trace.output.iter().all(|u| u.abs() <= 10.0 * axis.controller.output_limit));
+        // at most a thousandth of a tick a segment, and two of patience's events
+        prop_assert!(trace.segments < 40 * 10_000, "{} {:?}", trace.segments, taken);
+    }
 }

@@ -1,8 +1,8 @@
 //! Damage far beyond the incipient: nothing breaks.
 
 use ema_sim::{
-    Actuator, Effect, EffectId, FaultId, FaultLevel, Geometry, HealthState, HighFidelity,
-    LowFidelity, Scenario,
+    Actuator, Coordinate, Curve, CurveKind, Effect, EffectId, FaultId, FaultLevel, Geometry,
+    HealthState, HighFidelity, LowFidelity, Scenario,
     presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
@@ -40,21 +40,41 @@ fn full_damage(actuator: &Actuator) {
     }
 }
 
-/// Effects with a place of their own in the high-fidelity model.
-const IN_PLACE: [EffectId; 8] = [
-    EffectId::Compliance,
-    EffectId::Saturation,
-    EffectId::ResistanceDrift,
-    EffectId::DeadTime,
-    EffectId::BusSag,
-    EffectId::CurrentSensor,
-    EffectId::BackEmfShape,
-    EffectId::HallOffset,
-];
+/// The cogging that once held the solution at one instant for ever: the torque's edge lies where
+/// the open terminal comes to a rail.
+#[test]
+fn cogging_beyond_the_motor_comes_to_an_end() {
+    let healthy = (&HealthState::HEALTHY).into();
+    for scenario in [Scenario::chirp(), Scenario::chirp().with_real_electronics(1)] {
+        for size_n_m in [-2.5, -3.0, -4.0] {
+            let cogging = Effect::new(EffectId::Cogging, Geometry::Rotary)
+                .with("cogging_sin_n_m", size_n_m)
+                .and_then(|e| e.with("order", 24.0))
+                .expect("within bounds");
+            let model = HighFidelity::new(&EMA_48, &scenario).expect("valid");
+            let trace = model.with_effects(&[cogging]).expect("taken").simulate(&healthy);
+            // without cogging there are 5e4
+            assert!(trace.segments < 60_000, "{size_n_m}: {}", trace.segments);
+            assert!(trace.surface_angle_rad.iter().all(|x| x.abs() < 1e-3), "{size_n_m}");
+        }
+    }
+}
+
+/// A level of damage, full as often as not.
+fn level() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(1.0), 0.0..1.0_f64]
+}
 
 /// The effect with its numbers anywhere between their bounds, on a scale of powers of ten.
 fn drawn(id: EffectId, draws: &[f64]) -> Effect {
     let mut effect = Effect::new(id, Geometry::Rotary);
+    if id == EffectId::Tabulated {
+        let (over, kind) =
+            (Coordinate::ALL[places(draws[1], 4)].1, CurveKind::ALL[places(draws[2], 2)].1);
+        let points = vec![[-0.1, draws[3]], [0.0, draws[4]], [0.1, draws[3] - draws[4]]];
+        effect =
+            Effect::tabulated(Curve::new(over, kind, points).expect("in order"), Geometry::Rotary);
+    }
     for (parameter, draw) in id.info().parameters.iter().zip(draws) {
         let (least, most) = parameter.bounds();
         let sign = if *draw < 0.0 { least.signum() } else { 1.0 };
@@ -65,33 +85,59 @@ fn drawn(id: EffectId, draws: &[f64]) -> Effect {
     effect
 }
 
+/// One of so many places, by a draw from −1 to 1.
+fn places(draw: f64, many: usize) -> usize {
+    ((draw.abs() * many as f64) as usize).min(many - 1)
+}
+
+/// Effects of which each is on once in four.
+fn effects() -> impl Strategy<Value = Vec<Effect>> {
+    let each = EffectId::ALL.map(|id| {
+        let on =
+            prop::array::uniform5(-1.0..1.0_f64).prop_map(move |draws| Some(drawn(id, &draws)));
+        prop_oneof![3 => Just(None), 1 => on]
+    });
+    each.to_vec().prop_map(|effects| effects.into_iter().flatten().collect())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..Default::default() })]
 
+    /// Torques, circuit, sensors, commutation, an elastic shaft: whatever a model takes, on a
+    /// machine with any damage.
     #[test]
     fn property_effects_within_bounds_leave_numbers(
-        on in prop::array::uniform8(any::<bool>()),
-        draws in prop::array::uniform32(-1.0..1.0_f64),
-        levels in prop::array::uniform7(0.0..1.0_f64),
+        effects in effects(),
+        levels in prop::array::uniform7(level()),
     ) {
         let scenario = Scenario { duration_s: 4e-3, ..Scenario::chirp() };
         let faults = (&HealthState::new(levels).expect("on the scale")).into();
         let mut rigid = BENCH;
         rigid.transmission.surface_friction_n_m = 0.0;
         for actuator in [EMA_48, rigid] {
-            let mut model = HighFidelity::new(&actuator, &scenario).expect("valid");
-            let mut taken = Vec::new();
-            for (n, id) in IN_PLACE.into_iter().enumerate().filter(|(n, _)| on[*n]) {
-                taken.push(drawn(id, &draws[4 * n..]));
-                match model.clone().with_effects(&taken) {
-                    Ok(with) => model = with,
-                    Err(_) => drop(taken.pop()),
+            let mut high = HighFidelity::new(&actuator, &scenario).expect("valid");
+            let mut low = LowFidelity::new(&actuator, &scenario).expect("valid");
+            let (mut in_high, mut in_low) = (Vec::new(), Vec::new());
+            for effect in &effects {
+                in_high.push(effect.clone());
+                match high.clone().with_effects(&in_high) {
+                    Ok(with) => high = with,
+                    Err(_) => drop(in_high.pop()),
+                }
+                in_low.push(effect.clone());
+                match low.clone().with_effects(&in_low) {
+                    Ok(with) => low = with,
+                    Err(_) => drop(in_low.pop()),
                 }
             }
-            let trace = model.simulate(&faults);
+            let trace = high.simulate(&faults);
             let [a, b, c] = &trace.phase_currents_a;
             for x in a.iter().chain(b).chain(c).chain(&trace.surface_angle_rad) {
-                prop_assert!(x.is_finite(), "{taken:?}");
+                prop_assert!(x.is_finite(), "{in_high:?}");
+            }
+            let trace = low.simulate(&faults);
+            for x in trace.current_a.iter().chain(&trace.surface_angle_rad) {
+                prop_assert!(x.is_finite(), "{in_low:?}");
             }
         }
     }

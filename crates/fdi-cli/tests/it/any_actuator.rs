@@ -169,7 +169,7 @@ fn a_wrong_model_file_is_named_with_line_and_key() {
         ),
         (
             "base = \"m.toml\"\n[motor]\nresistance-ohm = -1.0\n",
-            "`motor.resistance-ohm` is -1, expected a number from",
+            "`motor.resistance-ohm` is -1, expected a number above 0",
         ),
         ("[motor]\nresistance-ohm = 1.0\n", "is missing; give it, or a `base`"),
         (

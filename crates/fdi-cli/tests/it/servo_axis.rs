@@ -54,7 +54,7 @@ fn a_linear_axis_follows_a_recording_and_wears() {
     let simulate = ["simulate", "--model", &model, "--command", &command];
     let healthy = shown(&simulate, &folder);
     insta::assert_snapshot!(healthy);
-    let worn = shown(&[&simulate[..], &["--faults", "k1=0.1,k2=0.1"]].concat(), &folder);
+    let worn = shown(&[&simulate[..], &["--faults", "k1=0.1"]].concat(), &folder);
     assert_ne!(worn, healthy);
     // what is written can be read, and be the command of the next simulation
     let written = folder.path().join("r.csv").display().to_string();
@@ -115,11 +115,19 @@ fn what_an_axis_does_not_have_is_refused() {
         &["--command", "sine", "--start-angle-rad", "1"],
         &["--command", "sine", "--load-n-m", "1"],
         &["--command", "sine", "--faults", "k3=0.1"],
+        &["--command", "sine", "--faults", "k2=0.1"],
         &["--command", "none"],
         &["--command", &empty],
     ] {
         let all = [&["simulate", "--model", &model], options].concat();
         let (code, out, err) = fdi(&all);
+        assert_eq!((code, out.as_str()), (2, ""), "{options:?}");
+        told.push_str(&err);
+    }
+    let smooth = fixture("models/laas.toml");
+    for options in [&["--faults", "k1=0.1"][..], &[]] {
+        let (code, out, err) =
+            fdi(&[&["simulate", "--model", &smooth, "--command", "sine"], options].concat());
         assert_eq!((code, out.as_str()), (2, ""), "{options:?}");
         told.push_str(&err);
     }

@@ -1,0 +1,81 @@
+//! How strong an effect may be on a machine.
+//!
+//! The catalogue bounds a number for any machine. On a given one a torque far beyond the motor's,
+//! or a drag or spring that the controller's tick is too long for, drives the shaft where no
+//! series of a segment holds; such an effect is refused by name.
+
+use super::{CurveKind, Effect, EffectError, EffectId};
+
+/// Torque that an effect may have, over what the motor makes at its limit.
+const MOST_OVER_PEAK: f64 = 100.0;
+
+/// Largest sizes of effects on a machine.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strength {
+    /// Torque on the moving shaft.
+    torque: f64,
+    /// Drag: `J/T`.
+    drag: f64,
+    /// Torque on the shaft over the surface's position: `J·i_g/T²`.
+    spring: f64,
+}
+
+const TORQUE: &str = "a hundred times what its motor makes";
+const DRAG: &str = "the inertia over the controller's tick";
+const SPRING: &str = "the inertia over the square of the controller's tick";
+const SPRING_AT_STOP: &str = "at the stop a hundred times what its motor makes";
+
+impl Strength {
+    /// Of a machine with a motor's largest torque, an inertia at the motor and a tick.
+    pub(crate) fn new(peak_torque: f64, inertia: f64, tick_s: f64, gear_ratio: f64) -> Self {
+        Self {
+            torque: MOST_OVER_PEAK * peak_torque,
+            drag: inertia / tick_s,
+            spring: inertia * gear_ratio / (tick_s * tick_s),
+        }
+    }
+
+    /// Refuses what is too strong; with stops a spring is also bounded by its torque there.
+    pub(crate) fn check(&self, effect: &Effect, stop_rad: Option<f64>) -> Result<(), EffectError> {
+        let v = effect.values();
+        let sizes: &[(usize, f64, &str)] = match effect.id() {
+            EffectId::NonlinearViscous => &[(0, self.torque, TORQUE)],
+            EffectId::DirectionalFriction => &[(0, self.torque, TORQUE), (1, self.drag, DRAG)],
+            EffectId::Imbalance => &[
+                (0, self.torque, TORQUE),
+                (1, self.torque, TORQUE),
+                (2, self.spring, SPRING),
+                (2, stop_rad.map_or(f64::INFINITY, |stop| self.torque / stop), SPRING_AT_STOP),
+            ],
+            EffectId::Cogging | EffectId::Vibration => {
+                &[(0, self.torque, TORQUE), (1, self.torque, TORQUE)]
+            }
+            EffectId::Presliding | EffectId::InductanceEddy => &[(1, self.drag, DRAG)],
+            _ => &[],
+        };
+        for (place, most, reason) in sizes {
+            // their bounds have made sure that values are finite
+            if v[*place].abs() > *most {
+                let key = effect.id().info().parameters[*place].key(effect.geometry());
+                let (effect, value, most, reason) = (effect.id(), v[*place], *most, *reason);
+                return Err(EffectError::TooStrong { effect, key, value, most, reason });
+            }
+        }
+        self.check_curve(effect)
+    }
+
+    /// The same of a measured torque.
+    fn check_curve(&self, effect: &Effect) -> Result<(), EffectError> {
+        let Some(curve) = effect.curve().filter(|curve| curve.kind() == CurveKind::Torque) else {
+            return Ok(());
+        };
+        let largest = curve.points().iter().fold(0.0_f64, |most, point| most.max(point[1].abs()));
+        let value = effect.values()[0];
+        if value.abs() * largest <= self.torque {
+            return Ok(());
+        }
+        let key = effect.id().info().parameters[0].key(effect.geometry());
+        let (effect, most) = (effect.id(), self.torque / largest);
+        Err(EffectError::TooStrong { effect, key, value, most, reason: TORQUE })
+    }
+}
