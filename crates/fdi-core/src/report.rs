@@ -9,8 +9,9 @@ mod explanation;
 
 pub use calibration::{CalibratedParameter, Calibration};
 pub use explanation::{
-    CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
-    FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, Sensitivity,
+    CoordinateShare, CurveBin, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
+    FaultBeforeAfter, Holdout, HypothesisOutcome, HypothesisRefit, NominalChange, RecordFit,
+    Remainder, ResidualCurve, Sensitivity, Standing,
 };
 
 use std::{collections::BTreeMap, fmt};

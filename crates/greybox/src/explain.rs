@@ -6,6 +6,7 @@ use ema_sim::{
 };
 
 use crate::{
+    curve::{Hypothesis, ResidualCurve, curves, hypotheses, joined},
     elsewhere::elsewhere,
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
@@ -18,7 +19,7 @@ use crate::{
     response::{leads, travel},
     rival::{Judged, Rival},
     scan::{Scan, Tried, score, try_all},
-    show::{RecordFit, Remainder, record_fits, remainder},
+    show::{RecordFit, Remainder, along_coordinates, record_fits, remainder},
     structure::Structure,
 };
 
@@ -153,6 +154,10 @@ pub struct Explained {
     pub records: Vec<(Use, RecordFit, RecordFit)>,
     /// What is left, where something is.
     pub remainder: Option<Remainder>,
+    /// How each effect of the catalogue fared against the nominal model, best first.
+    pub hypotheses: Vec<Hypothesis>,
+    /// The residual over each coordinate, before and after.
+    pub curves: Vec<ResidualCurve>,
     /// Trace of the rounds, for who wants to know.
     pub log: Vec<String>,
 }
@@ -193,6 +198,8 @@ impl Explained {
             smallest_named_90: Vec::new(),
             records: Vec::new(),
             remainder: None,
+            hypotheses: Vec::new(),
+            curves: Vec::new(),
             log: Vec::new(),
         }
     }
@@ -324,6 +331,7 @@ impl<'a> Session<'a> {
         let mut ties: Vec<Rival> = Vec::new();
         let mut p_values = Vec::new();
         let mut first_round = None;
+        let mut tried = Vec::new();
         for round_number in 0..self.options.most_effects {
             let alpha = self.options.false_alarm_rate / f64::from(1_u32 << round_number);
             let round = self.scan(&current, whitener, &scales)?;
@@ -349,6 +357,10 @@ impl<'a> Session<'a> {
                     "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, bound {}, rms {:.5}",
                     r.id.info().symbol, round.families[r.family].sizes, r.fall, r.gain, r.gain_std, r.evidence, r.on_bound, r.judged.holdout_rms
                 ));
+            }
+            if first_round.is_none() {
+                let of_family: Vec<EffectId> = round.families.iter().map(|f| f.id).collect();
+                tried = hypotheses(&of_family, &round.scan, &rivals);
             }
             first_round.get_or_insert(round);
             let accepted: Vec<Rival> =
@@ -414,6 +426,8 @@ impl<'a> Session<'a> {
         Ok(Explained {
             records,
             remainder,
+            hypotheses: tried,
+            curves: self.curves(&before.fitted, &current.fitted, whitener)?,
             verdict,
             reason: None,
             effects: findings,
@@ -449,6 +463,28 @@ impl<'a> Session<'a> {
             add(role, problem, &of(before)?, &of(after)?);
         }
         Ok(fits)
+    }
+
+    /// Residuals over the coordinates, of what was fitted and of what was held out.
+    fn curves(
+        &self,
+        before: &Fitted,
+        after: &Fitted,
+        whitener: &Whitener,
+    ) -> Result<Vec<ResidualCurve>, GreyboxError> {
+        let held_out =
+            |fitted: &Fitted| elsewhere(&self.holdout, &fitted.structure, &fitted.values, whitener);
+        let state = after.structure.state(self.machine, &after.values);
+        let mut along = along_coordinates(self.machine, &self.train, &state)?;
+        let state = after.structure.state_elsewhere(self.machine, &after.values);
+        let there = along_coordinates(self.machine, &self.holdout, &state)?;
+        for (all, more) in along.iter_mut().zip(there) {
+            all.extend(more);
+        }
+        let (before_there, after_there) = (held_out(before)?, held_out(after)?);
+        let before = joined([&before.residuals, &before_there]);
+        let after = joined([&after.residuals, &after_there]);
+        Ok(curves(self.machine, &along, &before, &after))
     }
 
     /// The nominal fit and the noise.

@@ -13,6 +13,7 @@
 struct Readme;
 
 mod calibrate;
+mod curve;
 mod elsewhere;
 mod error;
 mod explain;
@@ -33,6 +34,7 @@ mod show;
 mod structure;
 
 pub use calibrate::{Calibrated, CalibratedNumber, calibrate};
+pub use curve::{CurveBin, Hypothesis, Refit, ResidualCurve};
 pub use error::GreyboxError;
 pub use explain::{Explained, FaultChange, Finding, Options, Use, Verdict, explain};
 pub use floor::NoiseSource;
