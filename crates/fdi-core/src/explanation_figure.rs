@@ -169,19 +169,38 @@ fn drive_unit(explanation: &Explanation) -> &str {
     explanation.holdout.as_ref().map_or("A", |holdout| spelt(&holdout.unit))
 }
 
+/// Samples below which a mean is not drawn: it would be noise on a scale of its own.
+const FEWEST: u64 = 8;
+/// Share of all samples below which it is not drawn either.
+const LEAST_SHARE: f64 = 0.002;
+
+/// The bins that are drawn.
+fn shown(curve: &ResidualCurve) -> Vec<CurveBin> {
+    let all: u64 = curve.bins.iter().map(|bin| bin.samples).sum();
+    let fewest = FEWEST.max((LEAST_SHARE * all as f64) as u64);
+    curve.bins.iter().filter(|bin| bin.samples >= fewest).copied().collect()
+}
+
+/// Neighbouring bins in runs: nothing is drawn across stretches without samples.
+fn runs(bins: &[CurveBin]) -> impl Iterator<Item = &[CurveBin]> {
+    let gaps = bins.windows(2).map(|pair| pair[1].centre - pair[0].centre);
+    let width = gaps.fold(f64::INFINITY, f64::min);
+    bins.chunk_by(move |one, next| next.centre - one.centre < 1.5 * width)
+}
+
 /// Where the mean of so many samples of white noise is 19 times in 20.
 fn scatter(bin: &CurveBin, floor: f64) -> f64 {
     Z_95 * floor / (bin.samples.max(1) as f64).sqrt()
 }
 
 fn means(curve: &ResidualCurve) -> impl Iterator<Item = f64> {
-    curve.bins.iter().flat_map(|bin| [bin.mean_before, bin.mean_after])
+    shown(curve).into_iter().flat_map(|bin| [bin.mean_before, bin.mean_after])
 }
 
 /// Axes that hold the means of a curve, and the band of the noise in bins of the common size.
 fn axes(curve: &ResidualCurve, floor: Option<f64>) -> (Axis, Axis) {
-    let mut bands: Vec<f64> =
-        curve.bins.iter().map(|bin| floor.map_or(0.0, |floor| scatter(bin, floor))).collect();
+    let band = |bin: &CurveBin| floor.map_or(0.0, |floor| scatter(bin, floor));
+    let mut bands: Vec<f64> = shown(curve).iter().map(band).collect();
     bands.sort_by(f64::total_cmp);
     let band = bands.get(bands.len() / 2).copied().unwrap_or(0.0);
     (around(curve.bins.iter().map(|bin| bin.centre)), around(means(curve).chain([-band, band])))
@@ -195,23 +214,29 @@ fn push_curve(
     floor: Option<f64>,
     radius: f64,
 ) {
+    let bins = shown(curve);
     if let Some(floor) = floor {
-        let edge =
-            |sign: f64| move |bin: &CurveBin| plane.at(bin.centre, sign * scatter(bin, floor));
-        let mut band: Vec<[f64; 2]> = curve.bins.iter().map(edge(1.0)).collect();
-        band.extend(curve.bins.iter().rev().map(edge(-1.0)));
-        let points = path(&band);
-        push(svg, &format!("<polygon points=\"{points}\" fill=\"#dcdcdc\" stroke=\"none\"/>"));
+        for run in runs(&bins) {
+            let edge =
+                |sign: f64| move |bin: &CurveBin| plane.at(bin.centre, sign * scatter(bin, floor));
+            let mut band: Vec<[f64; 2]> = run.iter().map(edge(1.0)).collect();
+            band.extend(run.iter().rev().map(edge(-1.0)));
+            let points = path(&band);
+            push(svg, &format!("<polygon points=\"{points}\" fill=\"#dcdcdc\" stroke=\"none\"/>"));
+        }
     }
     let [left, _, right, _] = plane.frame;
     let [_, zero] = plane.at(0.0, 0.0);
     push_line(svg, [left, zero], [right, zero], "#777");
     for (stroke, fill, is_after) in [(BEFORE, "#fff", false), (AFTER, "#000", true)] {
         let mean = |bin: &CurveBin| if is_after { bin.mean_after } else { bin.mean_before };
-        let points: Vec<[f64; 2]> =
-            curve.bins.iter().map(|bin| plane.at(bin.centre, mean(bin))).collect();
-        push_stroke(svg, stroke, &points);
-        for point in points {
+        let points = |run: &[CurveBin]| -> Vec<[f64; 2]> {
+            run.iter().map(|bin| plane.at(bin.centre, mean(bin))).collect()
+        };
+        for run in runs(&bins) {
+            push_stroke(svg, stroke, &points(run));
+        }
+        for point in points(&bins) {
             push_mark(svg, point, radius, (fill, stroke.0));
         }
     }
@@ -230,7 +255,7 @@ fn push_mark(svg: &mut String, [x, y]: [f64; 2], radius: f64, (fill, stroke): (&
 /// What the marks mean.
 fn push_key(svg: &mut String, with_band: bool, y: f64) {
     let marks =
-        [("nominal model", LEFT, BEFORE, "#fff"), ("with what was found", 240.0, AFTER, "#000")];
+        [("nominal model", LEFT, BEFORE, "#fff"), ("with what was found", 250.0, AFTER, "#000")];
     for (name, at, stroke, fill) in marks {
         push_stroke(svg, stroke, &[[at, y - 4.5], [at + 34.0, y - 4.5]]);
         push_mark(svg, [at + 17.0, y - 4.5], 3.5, (fill, stroke.0));
@@ -241,11 +266,11 @@ fn push_key(svg: &mut String, with_band: bool, y: f64) {
         push(
             svg,
             &format!(
-                "<rect x=\"432\" y=\"{top:.1}\" width=\"34\" height=\"14\" fill=\"#dcdcdc\" \
+                "<rect x=\"450\" y=\"{top:.1}\" width=\"34\" height=\"14\" fill=\"#dcdcdc\" \
                  stroke=\"#888\"/>"
             ),
         );
-        push_text(svg, [474.0, y], "", "means of white noise, 95 %");
+        push_text(svg, [492.0, y], "", "means of white noise, 95 %");
     }
 }
 
@@ -332,4 +357,101 @@ fn spelt(unit: &str) -> &str {
 /// Four significant digits.
 fn digits(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{drawing::tests::assert_tags_match, report::ExplanationVerdict};
+
+    fn explanation() -> Explanation {
+        let bin = |place: usize| CurveBin {
+            centre: place as f64,
+            // two bins in the middle hold next to nothing
+            samples: if (4..6).contains(&place) { 1 } else { 100 },
+            mean_before: if place == 4 { 9.0 } else { 0.01 * place as f64 },
+            mean_after: 0.001,
+        };
+        let curve = |coordinate: &str, unit: &str| ResidualCurve {
+            coordinate: coordinate.to_owned(),
+            unit: unit.to_owned(),
+            share_before: 0.5,
+            share_after: 0.0,
+            bins: (0..10).map(bin).collect(),
+        };
+        let level = FaultBeforeAfter { before: 0.2, std_before: 0.01, after: 0.1, std_after: 0.02 };
+        Explanation {
+            schema_version: 1,
+            tool: "fdi".to_owned(),
+            seed: 0,
+            stamp: None,
+            model: "m".to_owned(),
+            verdict: ExplanationVerdict::Named,
+            sentence: String::new(),
+            effects: Vec::new(),
+            alternatives: Vec::new(),
+            absorbed: Vec::new(),
+            holdout: Some(Holdout {
+                rms_before: 0.5,
+                rms_after: 0.25,
+                noise_floor: 0.1,
+                gap_closed_frac: None,
+                unit: "v".to_owned(),
+            }),
+            faults: [("k1".to_owned(), level), ("k6_cos".to_owned(), level)].into(),
+            nominal: [].into(),
+            records: Vec::new(),
+            remainder: None,
+            sensitivity: Vec::new(),
+            hypotheses: Vec::new(),
+            curves: vec![curve("speed", "m_per_s"), curve("drive", "v"), curve("time", "s")],
+            elapsed_s: None,
+        }
+    }
+
+    #[test]
+    fn drawings_are_well_formed() {
+        let explanation = explanation();
+        for svg in [
+            residual_curve_figure_svg(&explanation),
+            residual_curves_figure_svg(&explanation),
+            fault_change_figure_svg(&explanation),
+            held_out_figure_svg(&explanation),
+        ] {
+            assert_tags_match(&svg.unwrap());
+        }
+    }
+
+    #[test]
+    fn means_of_next_to_nothing_are_not_drawn() {
+        let svg = residual_curve_figure_svg(&explanation()).unwrap();
+        // eight bins before and after, and two marks of the key
+        assert_eq!(svg.matches("<circle").count(), 2 * 8 + 2);
+        // in two runs, each with its band and both curves, and two strokes of the key
+        assert_eq!((svg.matches("<polygon").count(), svg.matches("<polyline").count()), (2, 6));
+        assert!(svg.contains("speed, m/s") && svg.contains("mean residual, V"), "{svg}");
+    }
+
+    #[test]
+    fn bars_are_as_long_as_what_they_stand_for() {
+        let svg = held_out_figure_svg(&explanation()).unwrap();
+        // the axis is 390 px for 1.05 times 0.5
+        for value in [0.5, 0.25, 0.1] {
+            let width = 390.0 * value / (1.05 * 0.5);
+            assert!(svg.contains(&format!("width=\"{width:.1}\" height=\"22\"")), "{value}");
+        }
+        let svg = fault_change_figure_svg(&explanation()).unwrap();
+        assert!(svg.contains("before 0.2000 (0.1804 to 0.2196)"), "{svg}");
+        assert!(svg.contains("k6 ") && svg.contains(", cos"), "{svg}");
+    }
+
+    #[test]
+    fn without_curves_levels_or_recordings_held_out_nothing_is_drawn() {
+        let nothing =
+            Explanation { curves: Vec::new(), faults: [].into(), holdout: None, ..explanation() };
+        assert_eq!(residual_curve_figure_svg(&nothing), None);
+        assert_eq!(residual_curves_figure_svg(&nothing), None);
+        assert_eq!(fault_change_figure_svg(&nothing), None);
+        assert_eq!(held_out_figure_svg(&nothing), None);
+    }
 }

@@ -115,7 +115,7 @@ pub use posterior::FALSE_ALARM_RATE;
 pub use record::{
     Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
     CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
-    RecordingDate, Sampling, WriteError, guess_columns, list_recordings, nearest,
+    RecordingDate, Sampling, WriteError, guess_columns, is_decoding, list_recordings, nearest,
 };
 pub use recorded_test::RecordedTestError;
 pub use schema::Schema;

@@ -8,7 +8,7 @@ use fdi_core::{
     residual_curve_figure_svg, residual_curves_figure_svg,
 };
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use super::{Block, Cell, Column, Figure, Page, Section, Table, diagnosis::capitalised};
 use crate::command::rounded;
 
 /// Standard deviations to either end of a 95 % interval.
@@ -39,15 +39,23 @@ fn section(heading: &str, blocks: Vec<Block>) -> Option<Section> {
     (!blocks.is_empty()).then(|| Section { heading: heading.to_owned(), blocks })
 }
 
-fn figure(answer: &Explanation, name: &str, svg: Option<String>, caption: String) -> Option<Block> {
-    let of =
-        |svg| Figure { name: format!("explanation-{name}"), svg, caption, source: source(answer) };
+fn figure(
+    answer: &Explanation,
+    (name, roles): (&str, &[&str]),
+    svg: Option<String>,
+    caption: String,
+) -> Option<Block> {
+    let name = format!("explanation-{name}");
+    let of = |svg| Figure { name, svg, caption, source: source(answer, roles) };
     svg.map(of).map(Block::Figure)
 }
 
-/// The recordings by their use.
-fn source(answer: &Explanation) -> String {
-    let told = [("train", "fitted"), ("holdout", "held out"), ("repeat", "repetitions")];
+/// What recordings are used for.
+const ROLES: [(&str, &str); 3] =
+    [("train", "fitted"), ("holdout", "held out"), ("repeat", "repetitions")];
+
+/// The recordings of these uses.
+fn source(answer: &Explanation, roles: &[&str]) -> String {
     let of = |(role, word): (&str, &str)| {
         let names: Vec<&str> = answer
             .records
@@ -57,7 +65,8 @@ fn source(answer: &Explanation) -> String {
             .collect();
         (!names.is_empty()).then(|| format!("{} ({word})", names.join(", ")))
     };
-    told.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")
+    let wanted = ROLES.into_iter().filter(|(role, _)| roles.contains(role));
+    wanted.filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
 /// What was found, in numbers, and what it is worth on recordings that were not fitted.
@@ -74,9 +83,9 @@ fn found(answer: &Explanation) -> Option<Section> {
     let worth = |effect: &EffectFinding| {
         format!(
             "{} ({}) acts at the port {}. Chance that noise alone makes any effect score as much: \
-             {}. Gain in log-likelihood on recordings that were not fitted: {:.1} ± {:.1} nats. \
+             {} at most. Gain in log-likelihood on recordings that were not fitted: {:.1} ± {:.1} nats. \
              What tells it from its look-alikes: {}.",
-            effect.name,
+            capitalised(&effect.name),
             effect.id,
             effect.port,
             effect.p_familywise,
@@ -89,16 +98,25 @@ fn found(answer: &Explanation) -> Option<Section> {
         blocks.push(Block::List(answer.effects.iter().map(worth).collect()));
     }
     if let Some(holdout) = &answer.holdout {
-        let closed = holdout
-            .gap_closed_frac
-            .map_or("the nominal model is within 2 % of the noise already".to_owned(), |share| {
-                format!("{:.1} % of the gap between them is closed", 100.0 * share)
-            });
+        let closed = holdout.gap_closed_frac.map_or(
+            "the nominal model is within 2 % of the noise already".to_owned(),
+            |share| {
+                if share >= 1.0 {
+                    return "the gap to the noise is closed".to_owned();
+                }
+                format!("{:.1} % of the gap to the noise is closed", 100.0 * share)
+            },
+        );
         let caption = format!(
             "Root mean square of measured less modelled in recordings that were not fitted, with \
              the nominal model and with what was found, and of the noise: {closed}."
         );
-        blocks.extend(figure(answer, "held-out", held_out_figure_svg(answer), caption));
+        blocks.extend(figure(
+            answer,
+            ("held-out", &["holdout"]),
+            held_out_figure_svg(answer),
+            caption,
+        ));
     }
     let heading = match answer.verdict {
         ExplanationVerdict::OneOf => "One of these",
@@ -136,25 +154,41 @@ fn residual(answer: &Explanation) -> Option<Section> {
         "Measured less modelled, averaged over stretches of the coordinate that explains most of \
          it: {:.1} % of its variance with the nominal model, {:.1} % with what was found. White \
          noise alone would leave 19 of 20 means in the grey band. Below, the samples behind each \
-         mean.",
+         mean; means of very few are not drawn.",
         100.0 * first.share_before,
         100.0 * first.share_after
     );
     let others = "The same over the other coordinates, with the share of the variance that each \
                   explains alone.";
     let blocks = [
-        figure(answer, "residual", residual_curve_figure_svg(answer), caption),
-        figure(answer, "residual-others", residual_curves_figure_svg(answer), others.to_owned()),
+        figure(
+            answer,
+            ("residual", &["train", "holdout"]),
+            residual_curve_figure_svg(answer),
+            caption,
+        ),
+        figure(
+            answer,
+            ("residual-others", &["train", "holdout"]),
+            residual_curves_figure_svg(answer),
+            others.to_owned(),
+        ),
     ];
     section("The residual, before and after", blocks.into_iter().flatten().collect())
 }
 
 /// Damage and roughly known numbers, before and after.
 fn faults(answer: &Explanation) -> Option<Section> {
-    let caption = "Fault levels with the nominal model and with what was found. What a model \
-                   misses is taken for damage, and for too sure of it.";
+    let caption = "Fault levels with the nominal model and with what was found: what a model \
+                   misses shows up in its levels, as damage that is not there or too little of \
+                   what is. The dashed line is a machine as new.";
     let mut blocks = Vec::new();
-    blocks.extend(figure(answer, "faults", fault_change_figure_svg(answer), caption.to_owned()));
+    blocks.extend(figure(
+        answer,
+        ("faults", &["train"]),
+        fault_change_figure_svg(answer),
+        caption.to_owned(),
+    ));
     if !answer.nominal.is_empty() {
         let mut columns = vec![Column::text("number")];
         columns.extend(["model file", "fitted", "change, %"].map(Column::number));
@@ -189,10 +223,9 @@ fn recordings(answer: &Explanation) -> Option<Section> {
     columns.extend([rms("before"), rms("after")]);
     let others = ["fit before, %", "fit after, %", "whiteness p"];
     columns.extend(others.map(Column::number));
-    let role = |record: &RecordFit| match record.role.as_str() {
-        "train" => "fitted",
-        "holdout" => "held out",
-        _ => "repetition",
+    let role = |record: &RecordFit| {
+        let known = ROLES.iter().find(|(role, _)| *role == record.role);
+        known.map_or("", |(_, word)| *word)
     };
     let row = |record: &RecordFit| {
         vec![
@@ -316,7 +349,7 @@ fn sensitivity(answer: &Explanation) -> Option<Section> {
 fn basis(answer: &Explanation) -> Section {
     let mut facts = vec![format!("Program: {}, seed {}.", answer.tool, answer.seed)];
     if !answer.records.is_empty() {
-        facts.push(format!("Recordings: {}.", source(answer)));
+        facts.push(format!("Recordings: {}.", source(answer, &ROLES.map(|(role, _)| role))));
     }
     facts.push(format!("Model: {}.", answer.model));
     facts.push(format!("Intervals are the estimate ± {Z_95} standard deviations."));
@@ -327,5 +360,5 @@ fn basis(answer: &Explanation) -> Section {
 
 /// A chance, as short as it says enough.
 fn chance(p: f64) -> String {
-    if p >= 0.001 { format!("{p:.3}") } else { format!("{p:.0e}") }
+    if p >= 0.001 { format!("{p:.3}") } else { "below 0.001".to_owned() }
 }

@@ -297,7 +297,7 @@ fn a_broken_pipe_is_success() {
         let cli = Cli::parse_from(["fdi", "diagnose", "-q", "--output-format", format, &path]);
         let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
         let mut err = Vec::new();
-        let mut streams = Streams { out: &mut Closed, err: &mut err };
+        let mut streams = Streams { out: &mut Closed, err: &mut err, is_terminal: false };
         let status = diagnose_with(&StandIn, args, &cli.global, &mut streams).unwrap();
         assert_eq!((status, err.as_slice()), (ExitStatus::Done, &b""[..]), "{format}");
     }
