@@ -7,7 +7,7 @@ use crate::{batch::mixed, stand_in::diagnose};
 
 /// Where a value is not what the schema says: the keywords that the published
 /// schemas use, and an error for any other.
-fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<String> {
+pub(crate) fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (keyword, rule) in schema.as_object().unwrap() {
         let holds = match keyword.as_str() {
