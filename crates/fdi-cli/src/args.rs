@@ -450,6 +450,10 @@ pub enum SchemaArg {
     Bundle,
     /// The JSON of `evaluate`.
     Evaluation,
+    /// The JSON of `explain`.
+    Explanation,
+    /// The JSON of `calibrate`.
+    Calibration,
     /// The JSON of the trends beside a report of `diagnose`.
     Fleet,
 }
@@ -461,6 +465,8 @@ impl SchemaArg {
             Self::Diagnosis => Schema::Diagnosis,
             Self::Bundle => Schema::Bundle,
             Self::Evaluation => Schema::Evaluation,
+            Self::Explanation => Schema::Explanation,
+            Self::Calibration => Schema::Calibration,
             Self::Fleet => Schema::Fleet,
         }
     }

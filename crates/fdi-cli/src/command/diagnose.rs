@@ -116,10 +116,11 @@ fn tell(
             progress.step(*err);
             written
         };
-        in_order(todo, jobs, |_, input| batch.answer(input), emit)?;
+        let done = in_order(todo, jobs, |_, input| batch.answer(input), emit);
+        progress.clear(*err);
+        done?;
         writer.end()
     })?;
-    progress.clear(*err);
     Ok(tally)
 }
 

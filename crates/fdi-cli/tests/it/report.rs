@@ -326,7 +326,6 @@ fn an_explanation_has_its_report() {
             "Fault levels and roughly known numbers",
             "Recordings",
             "Hypotheses",
-            "What is left open",
             "What would have been seen",
             "What this rests on",
         ]
@@ -359,7 +358,7 @@ fn an_experiment_has_its_report() {
         "--conditions",
         "3",
         "--snapshots",
-        "12",
+        "24",
         "--methods",
         "composite,de",
         "--max-evaluations",

@@ -23,6 +23,10 @@ pub(crate) fn violations(value: &Value, schema: &Value, root: &Value, at: &str) 
             },
             "const" => value == rule,
             "enum" => rule.as_array().unwrap().contains(value),
+            "anyOf" => {
+                let fits = |option: &Value| violations(value, option, root, at).is_empty();
+                rule.as_array().unwrap().iter().any(fits)
+            }
             "oneOf" => {
                 let fits = |option: &&Value| violations(value, option, root, at).is_empty();
                 rule.as_array().unwrap().iter().filter(fits).count() == 1
@@ -50,6 +54,13 @@ pub(crate) fn violations(value: &Value, schema: &Value, root: &Value, at: &str) 
                 found.extend(violations(inner, of, root, &format!("{at}/{name}")));
                 true
             }),
+            // of the values of a map
+            "additionalProperties" if rule.is_object() => {
+                for (name, inner) in value.as_object().into_iter().flatten() {
+                    found.extend(violations(inner, rule, root, &format!("{at}/{name}")));
+                }
+                true
+            }
             other => panic!("keyword `{other}` at `{at}`"),
         };
         if !holds {
