@@ -128,19 +128,21 @@ fn found(answer: &Explanation) -> Option<Section> {
 
 fn effect_table(effects: &[EffectFinding], caption: &str) -> Table {
     let mut columns = ["effect", "number"].map(Column::text).to_vec();
-    columns.push(Column::number("value"));
-    columns.push(Column::text("95 % interval"));
+    columns.extend(["value", "95 % interval"].map(Column::number));
     let mut rows = Vec::new();
     for effect in effects {
         for (key, number) in &effect.parameters {
-            let interval = number.interval_95.map_or("not fitted".to_owned(), |[low, high]| {
-                format!("{} to {}", rounded(low), rounded(high))
-            });
+            let interval = number.interval_95.map_or_else(
+                || Cell { text: "not fitted".to_owned(), ..Cell::default() },
+                |[low, high]| {
+                    Cell::number(Some(low), |low| format!("{} to {}", rounded(low), rounded(high)))
+                },
+            );
             rows.push(vec![
                 Cell::text(format!("{} {}", effect.id, effect.name)),
                 Cell::text(key.as_str()),
                 Cell::number(Some(number.value), rounded),
-                Cell::text(interval),
+                interval,
             ]);
         }
     }
