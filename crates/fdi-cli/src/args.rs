@@ -452,6 +452,12 @@ pub enum SchemaArg {
     Bundle,
     /// The JSON of `evaluate`.
     Evaluation,
+    /// The JSON of `explain`.
+    Explanation,
+    /// The JSON of `calibrate`.
+    Calibration,
+    /// The JSON of `fdi propose`
+    Proposal,
     /// The JSON of the trends beside a report of `diagnose`.
     Fleet,
 }
@@ -463,6 +469,9 @@ impl SchemaArg {
             Self::Diagnosis => Schema::Diagnosis,
             Self::Bundle => Schema::Bundle,
             Self::Evaluation => Schema::Evaluation,
+            Self::Explanation => Schema::Explanation,
+            Self::Calibration => Schema::Calibration,
+            Self::Proposal => Schema::Proposal,
             Self::Fleet => Schema::Fleet,
         }
     }

@@ -5,10 +5,12 @@
 
 mod diagnosis;
 mod evaluation;
+mod explanation;
 mod html;
 
 pub(crate) use diagnosis::DiagnosisReport;
 pub(crate) use evaluation::of_evaluation;
+pub(crate) use explanation::of_explanation;
 
 use std::{fs, path::Path};
 
@@ -53,7 +55,7 @@ pub(crate) struct Table {
 }
 
 /// A column of a table.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Column {
     pub(crate) name: String,
     /// Numbers stand to the right.

@@ -8,6 +8,7 @@ use std::{
 use fdi_cli::{LoadError, Streams, load, run};
 
 fn main() -> ExitCode {
+    keep_decoders_quiet();
     let cli = match load(std::env::args_os()) {
         Ok(cli) => cli,
         Err(LoadError::Usage(error)) => error.exit(),
@@ -26,7 +27,8 @@ fn main() -> ExitCode {
             writeln!(stderr, "error: this form is not for a terminal: `--output FILE` or a pipe");
         return fdi_cli::ExitStatus::Failed.into();
     }
-    let outcome = run(&cli, &mut Streams { out: &mut stdout, err: &mut stderr });
+    let is_terminal = std::io::stderr().is_terminal();
+    let outcome = run(&cli, &mut Streams { out: &mut stdout, err: &mut stderr, is_terminal });
     match outcome {
         Ok(status) => status.into(),
         Err(error) => {
@@ -35,4 +37,14 @@ fn main() -> ExitCode {
             fdi_cli::ExitStatus::Failed.into()
         }
     }
+}
+
+/// A decoder that panics on a damaged file is that file's error and needs no message of its own.
+fn keep_decoders_quiet() {
+    let told = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !fdi_core::is_decoding() {
+            told(panic);
+        }
+    }));
 }

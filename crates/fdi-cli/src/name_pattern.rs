@@ -2,10 +2,7 @@
 
 use std::{path::Path, str::FromStr};
 
-use fdi_core::RecordingDate;
-
-/// Endings that a pattern may leave out.
-const ENDINGS: [&str; 3] = [".csv.gz", ".csv", ".gz"];
+use fdi_core::{FileFormat, RecordingDate};
 
 /// A pattern for names of files: `{id}` and `{date}` stand for what is looked for, `*` for any
 /// text, everything else for itself. With `/`, folders above the file are compared as well.
@@ -82,7 +79,11 @@ impl NamePattern {
         let text = path.to_string_lossy().replace('\\', "/");
         let from = text.rmatch_indices('/').nth(self.folders).map_or(0, |(at, _)| at + 1);
         let name = &text[from..];
-        let shorter = ENDINGS.iter().filter_map(|ending| name.strip_suffix(ending));
+        // a pattern may leave out how the names of recordings end, in whatever case
+        let lower = name.to_ascii_lowercase();
+        let endings = FileFormat::ALL.map(FileFormat::extension).into_iter().chain([".gz"]);
+        let ends = endings.filter(|ending| lower.ends_with(ending));
+        let shorter = ends.map(|ending| &name[..name.len() - ending.len()]);
         let mut names = std::iter::once(name).chain(shorter);
         names.find_map(|name| fit(&self.parts, name)).unwrap_or_default()
     }
@@ -159,6 +160,11 @@ mod tests {
     fn names_are_read() {
         let both = |id: &str, date: &str| (Some(id.to_owned()), Some(date.to_owned()));
         assert_eq!(read("{id}_{date}", "bench/A-7_2026-11-21.csv.gz"), both("A-7", "2026-11-21"));
+        for ending in ["parquet", "mat", "mf4", "tdms", "csv", "csv.gz", "MF4", "Csv.Gz"] {
+            let name = format!("A-7_2026-11-21.{ending}");
+            assert_eq!(read("{id}_{date}", &name), both("A-7", "2026-11-21"), "{ending}");
+        }
+        assert_eq!(read("{id}_{date}", "A-7_2026-11-21.txt"), (None, None));
         assert_eq!(read("{id}_{date}.csv", "A_7_20261121.csv"), both("A_7", "2026-11-21"));
         assert_eq!(
             read("{id}_{date}_*", "x_2026-11-21_09-30-00_run.csv"),

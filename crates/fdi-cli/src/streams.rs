@@ -14,6 +14,8 @@ pub struct Streams<'a> {
     pub out: &'a mut dyn Write,
     /// Everything else.
     pub err: &'a mut dyn Write,
+    /// Whether someone watches standard error on a terminal, where a line can be rewritten.
+    pub is_terminal: bool,
 }
 
 impl std::fmt::Debug for Streams<'_> {

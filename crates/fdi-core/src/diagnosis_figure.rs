@@ -4,7 +4,9 @@
 
 use crate::{
     diagnose::INCIPIENT_LEVEL,
-    drawing::{Axis, Plane, opening, path, push, push_line, push_text},
+    drawing::{
+        Axis, Plane, Stroke, around, dashed, opening, push, push_line, push_stroke, push_text,
+    },
     report::{
         ActuatorTrend, Change, Fault, FaultChange, FaultId, RecordDiagnosis, TrendPoint, Verdict,
     },
@@ -21,9 +23,7 @@ const RIGHT: f64 = 744.0;
 const COLUMNS: usize = 666;
 /// Standard deviations to either end of a 95 % interval.
 const Z_95: f64 = 1.96;
-/// Colour and width in px of a curve: a dark one on a wide grey one, so that both are seen
-/// where they coincide.
-type Stroke = (&'static str, f64);
+/// A dark curve on a wide grey one, so that both are seen where they coincide.
 const MEASURED: Stroke = ("#a0a0a0", 4.5);
 const MODELLED: Stroke = ("#000", 1.3);
 const RESIDUAL: Stroke = ("#000", 1.0);
@@ -269,14 +269,6 @@ fn push_trend(
     }
 }
 
-/// A linear axis around values, a little wider than they reach.
-fn around(values: impl Iterator<Item = f64>) -> Axis {
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    let room = (0.04 * (high - low)).max(1e-6);
-    Axis::linear([low - room, high + room])
-}
-
 /// The places of a signal, thinned to the least and the greatest value in each column of pixels.
 fn curve(plane: &Plane, values: &[f64], rate_hz: f64) -> Vec<[f64; 2]> {
     let at = |index: usize| plane.at(index as f64 / rate_hz, values[index]);
@@ -296,18 +288,6 @@ fn curve(plane: &Plane, values: &[f64], rate_hz: f64) -> Vec<[f64; 2]> {
     points
 }
 
-/// A curve.
-fn push_stroke(svg: &mut String, (colour, width): Stroke, points: &[[f64; 2]]) {
-    push(
-        svg,
-        &format!(
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" \
-             stroke-width=\"{width}\" stroke-linejoin=\"round\"/>",
-            path(points)
-        ),
-    );
-}
-
 /// A grey band between two values.
 fn push_band(svg: &mut String, plane: &Plane, [low, high]: [f64; 2], [from, to]: [f64; 2]) {
     let ([x0, y0], [x1, y1]) = (plane.at(from, low), plane.at(to, high));
@@ -320,13 +300,6 @@ fn push_band(svg: &mut String, plane: &Plane, [low, high]: [f64; 2], [from, to]:
             y0 - y1
         ),
     );
-}
-
-fn dashed([x1, y1]: [f64; 2], [x2, y2]: [f64; 2], stroke: &str) -> String {
-    format!(
-        "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{stroke}\" \
-         stroke-width=\"1.5\" stroke-dasharray=\"6 4\"/>"
-    )
 }
 
 #[cfg(test)]

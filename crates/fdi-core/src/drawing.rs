@@ -183,6 +183,37 @@ pub(crate) fn push_curve(svg: &mut String, place: usize, points: &[[f64; 2]]) {
     );
 }
 
+/// Colour and width in px of a curve.
+pub(crate) type Stroke = (&'static str, f64);
+
+/// A curve in one piece.
+pub(crate) fn push_stroke(svg: &mut String, (colour, width): Stroke, points: &[[f64; 2]]) {
+    push(
+        svg,
+        &format!(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" \
+             stroke-width=\"{width}\" stroke-linejoin=\"round\"/>",
+            path(points)
+        ),
+    );
+}
+
+/// A dashed straight line.
+pub(crate) fn dashed([x1, y1]: [f64; 2], [x2, y2]: [f64; 2], stroke: &str) -> String {
+    format!(
+        "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{stroke}\" \
+         stroke-width=\"1.5\" stroke-dasharray=\"6 4\"/>"
+    )
+}
+
+/// A linear axis around values, a little wider than they reach.
+pub(crate) fn around(values: impl Iterator<Item = f64>) -> Axis {
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let room = (0.04 * (high - low)).max(1e-6);
+    Axis::linear([low - room, high + room])
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;

@@ -63,6 +63,7 @@ mod error_model;
 mod evaluate;
 mod evaluation_figure;
 mod experiment;
+mod explanation_figure;
 mod fleet;
 mod high_monitor;
 mod likelihood;
@@ -102,6 +103,10 @@ pub use evaluate::{
 };
 pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
+pub use explanation_figure::{
+    fault_change_figure_svg, held_out_figure_svg, residual_curve_figure_svg,
+    residual_curves_figure_svg,
+};
 pub use mode_figure::mode_figure_svg;
 pub use model_source::{ReadModelError, read_machine, read_model};
 pub use noise_covariance::unit_noise_covariance;
@@ -110,7 +115,7 @@ pub use posterior::FALSE_ALARM_RATE;
 pub use record::{
     Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
     CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
-    RecordingDate, Sampling, WriteError, guess_columns, list_recordings, nearest,
+    RecordingDate, Sampling, WriteError, guess_columns, is_decoding, list_recordings, nearest,
 };
 pub use recorded_test::RecordedTestError;
 pub use schema::Schema;

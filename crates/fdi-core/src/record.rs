@@ -13,7 +13,6 @@ mod container;
 mod csv;
 mod error;
 mod format;
-#[cfg(any(feature = "mf4", feature = "parquet"))]
 mod guarded;
 mod guess;
 mod lines;
@@ -38,6 +37,7 @@ pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub use error::RecordError;
 pub use format::FileFormat;
+pub use guarded::is_decoding;
 pub use guess::{ColumnGuess, guess_columns};
 pub(crate) use metadata::KEY_TABLE;
 pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};

@@ -10,8 +10,9 @@ mod proposal;
 
 pub use calibration::{CalibratedParameter, Calibration};
 pub use explanation::{
-    CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
-    FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, Sensitivity,
+    CoordinateShare, CurveBin, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
+    FaultBeforeAfter, Holdout, HypothesisOutcome, HypothesisRefit, NominalChange, RecordFit,
+    Remainder, ResidualCurve, Sensitivity, Standing,
 };
 
 pub use proposal::{Proposal, ProposedRecording, Separation};

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, generate::SchemaSettings};
 use crate::{
     ChannelName,
     record::KEY_TABLE,
-    report::{BundleSummary, Diagnosis, Evaluation, Explanation, Fleet},
+    report::{BundleSummary, Calibration, Diagnosis, Evaluation, Explanation, Fleet, Proposal},
 };
 
 /// A form that the tool reads or writes.
@@ -24,18 +24,24 @@ pub enum Schema {
     Evaluation,
     /// The JSON of what a model misses.
     Explanation,
+    /// The JSON of the numbers of a healthy machine.
+    Calibration,
+    /// The JSON of the recording to take next.
+    Proposal,
     /// The JSON of the trends beside a report.
     Fleet,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::Recording,
         Self::Diagnosis,
         Self::Bundle,
         Self::Evaluation,
         Self::Explanation,
+        Self::Calibration,
+        Self::Proposal,
         Self::Fleet,
     ];
 
@@ -47,6 +53,8 @@ impl Schema {
             Self::Bundle => "bundle",
             Self::Evaluation => "evaluation",
             Self::Explanation => "explanation",
+            Self::Calibration => "calibration",
+            Self::Proposal => "proposal",
             Self::Fleet => "fleet",
         }
     }
@@ -59,6 +67,8 @@ impl Schema {
             Self::Bundle => json_schema::<BundleSummary>(),
             Self::Evaluation => json_schema::<Evaluation>(),
             Self::Explanation => json_schema::<Explanation>(),
+            Self::Calibration => json_schema::<Calibration>(),
+            Self::Proposal => json_schema::<Proposal>(),
             Self::Fleet => json_schema::<Fleet>(),
         }
     }

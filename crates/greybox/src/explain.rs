@@ -3,6 +3,7 @@
 use ema_sim::{EffectId, model_file::MachineModel};
 
 use crate::{
+    curve::{Hypothesis, ResidualCurve, curves, hypotheses, joined},
     elsewhere::elsewhere,
     error::GreyboxError,
     explained::{Explained, FaultChange, Finding, Use, Verdict},
@@ -16,7 +17,7 @@ use crate::{
     response::{leads, travel},
     rival::{Judged, Rival},
     scan::{Scan, Tried, score, try_all},
-    show::{RecordFit, record_fits, remainder},
+    show::{RecordFit, along_coordinates, record_fits, remainder},
     structure::Structure,
     through_plant::ThroughPlant,
 };
@@ -157,6 +158,8 @@ struct Search {
     /// Of other kinds that stood the tests in the first round.
     runners_up: Vec<Rival>,
     first_round: Option<Round>,
+    /// How each effect fared in the first round.
+    tried: Vec<Hypothesis>,
     log: Vec<String>,
 }
 
@@ -234,7 +237,7 @@ impl<'a> Session<'a> {
         )];
         let mut current = before.clone();
         let mut found: Vec<Found> = Vec::new();
-        let (mut ties, mut runners_up) = (Vec::new(), Vec::new());
+        let (mut ties, mut runners_up, mut tried) = (Vec::new(), Vec::new(), Vec::new());
         let mut first_round = None;
         for round_number in 0..self.options.most_effects {
             let alpha = self.options.false_alarm_rate / f64::from(1_u32 << round_number);
@@ -247,6 +250,10 @@ impl<'a> Session<'a> {
                 Vec::new()
             };
             log.extend(rivals.iter().map(|rival| rival.line(&round.families)));
+            if first_round.is_none() {
+                let of_family: Vec<EffectId> = round.families.iter().map(|f| f.id).collect();
+                tried = hypotheses(&of_family, &round.scan, &rivals);
+            }
             first_round.get_or_insert(round);
             let again = |rival: &Rival| {
                 found.iter().any(|known| known.rival.id == rival.id) && !may_repeat(rival.id)
@@ -270,11 +277,12 @@ impl<'a> Session<'a> {
             current = winner.judged.clone();
             found.push(Found { rival: winner, p_familywise });
         }
-        Ok(Search { floor, before, current, found, ties, runners_up, first_round, log })
+        Ok(Search { floor, before, current, found, ties, runners_up, first_round, tried, log })
     }
 
     fn answer(&self, search: Search) -> Result<Explained, GreyboxError> {
-        let Search { floor, before, current, found, ties, first_round, mut log, .. } = search;
+        let Search { floor, before, current, found, ties, first_round, tried, mut log, .. } =
+            search;
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
         let something_left =
@@ -312,6 +320,8 @@ impl<'a> Session<'a> {
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
             records: self.record_fits(&before.fitted, fitted, whitener)?,
             remainder,
+            hypotheses: tried,
+            curves: self.curves(&before.fitted, fitted, whitener)?,
             log,
         })
     }
@@ -364,6 +374,28 @@ impl<'a> Session<'a> {
             add(role, problem, &of(before)?, &of(after)?);
         }
         Ok(fits)
+    }
+
+    /// Residuals over the coordinates, of what was fitted and of what was held out.
+    fn curves(
+        &self,
+        before: &Fitted,
+        after: &Fitted,
+        whitener: &Whitener,
+    ) -> Result<Vec<ResidualCurve>, GreyboxError> {
+        let held_out =
+            |fitted: &Fitted| elsewhere(&self.holdout, &fitted.structure, &fitted.values, whitener);
+        let state = after.structure.state(self.machine, &after.values);
+        let mut along = along_coordinates(self.machine, &self.train, &state)?;
+        let state = after.structure.state_elsewhere(self.machine, &after.values);
+        let there = along_coordinates(self.machine, &self.holdout, &state)?;
+        for (all, more) in along.iter_mut().zip(there) {
+            all.extend(more);
+        }
+        let (before_there, after_there) = (held_out(before)?, held_out(after)?);
+        let before = joined([&before.residuals, &before_there]);
+        let after = joined([&after.residuals, &after_there]);
+        Ok(curves(self.machine, &along, &before, &after))
     }
 
     /// The nominal fit and the noise.

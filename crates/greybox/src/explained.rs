@@ -6,6 +6,7 @@ use ema_sim::{
 };
 
 use crate::{
+    curve::{Hypothesis, ResidualCurve},
     floor::NoiseSource,
     show::{RecordFit, Remainder},
 };
@@ -102,6 +103,10 @@ pub struct Explained {
     pub records: Vec<(Use, RecordFit, RecordFit)>,
     /// What is left, where something is.
     pub remainder: Option<Remainder>,
+    /// How each effect of the catalogue fared against the nominal model, best first.
+    pub hypotheses: Vec<Hypothesis>,
+    /// The residual over each coordinate, before and after.
+    pub curves: Vec<ResidualCurve>,
     /// Trace of the rounds, for who wants to know.
     pub log: Vec<String>,
 }
@@ -123,6 +128,8 @@ impl Explained {
             smallest_named_90: Vec::new(),
             records: Vec::new(),
             remainder: None,
+            hypotheses: Vec::new(),
+            curves: Vec::new(),
             log: Vec::new(),
         }
     }

@@ -13,6 +13,7 @@
 struct Readme;
 
 mod calibrate;
+mod curve;
 mod elsewhere;
 mod error;
 mod explain;
@@ -38,6 +39,7 @@ mod structure;
 mod through_plant;
 
 pub use calibrate::{Calibrated, CalibratedNumber, calibrate};
+pub use curve::{CurveBin, Hypothesis, Refit, ResidualCurve};
 pub use error::GreyboxError;
 pub use explain::{Options, explain};
 pub use explained::{Explained, FaultChange, Finding, Use, Verdict};

@@ -110,13 +110,30 @@ pub(crate) fn remainder(
     Ok(Remainder { shares, curve, kurtosis: fourth / (second * second).max(f64::MIN_POSITIVE) })
 }
 
-const NAMES: [&str; 6] = ["time", "speed", "motor-angle", "position", "drive", "load"];
+/// The coordinates.
+pub(crate) const NAMES: [&str; 6] = ["time", "speed", "motor-angle", "position", "drive", "load"];
+
+/// Each coordinate over the samples of all recordings in a state.
+pub(crate) fn along_coordinates(
+    machine: &Machine,
+    problem: &Problem<'_>,
+    state: &State,
+) -> Result<[Vec<f64>; NAMES.len()], GreyboxError> {
+    let predictions = problem.predictions(state)?;
+    let mut all = NAMES.map(|_| Vec::new());
+    for (prepared, prediction) in problem.records.iter().zip(&predictions) {
+        for (all, values) in all.iter_mut().zip(coordinates_of(machine, prepared, prediction)) {
+            all.extend(values);
+        }
+    }
+    Ok(all)
+}
 
 fn coordinates_of(
     machine: &Machine,
     prepared: &Prepared<'_>,
     prediction: &Prediction,
-) -> [Vec<f64>; 6] {
+) -> [Vec<f64>; NAMES.len()] {
     let samples = prediction.drive.len();
     let time: Vec<f64> = (0..samples).map(|n| n as f64 / prepared.record.rate_hz).collect();
     let turn = core::f64::consts::TAU / machine.pole_pairs();

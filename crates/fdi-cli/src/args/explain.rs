@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::MapArgs;
+use super::{MapArgs, ReportArgs};
 
 /// Recordings of one machine, by what they are for.
 #[derive(Clone, Debug, Args)]
@@ -35,6 +35,9 @@ pub struct ExplainArgs {
     /// Exit with 1 when the model misses something
     #[arg(long)]
     pub exit_code: bool,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub report: ReportArgs,
 }
 
 /// Options of `fdi calibrate`.

@@ -20,6 +20,7 @@ use crate::{
     args::FleetArgs,
     batch::in_order,
     output::{Answer, Head, Tally, writer},
+    progress::Progress,
     resume::Resume,
     stamp,
 };
@@ -81,8 +82,14 @@ fn tell(
             records.push((**record).clone());
         }
     };
-    let Streams { out, err } = streams;
-    let mut product = Streams { out: &mut **out, err: &mut io::sink() };
+    // a list of the recordings with `-v` tells as much
+    let is_told = !global.quiet && !global.verbose;
+    let total = if is_told { inputs.len() } else { 0 };
+    let before = inputs.len() - todo.len();
+    let mut progress = Progress::new(total, before.min(total), streams.is_terminal);
+    let Streams { out, err, is_terminal } = streams;
+    let mut product = Streams { out: &mut **out, err: &mut io::sink(), is_terminal: *is_terminal };
+    progress.begin(*err);
     product.product(global.output.as_deref(), |out| {
         let styled = global.output.is_none();
         let mut writer = writer(global.output_format, styled, out);
@@ -104,9 +111,14 @@ fn tell(
             }
             tally.count(&answer);
             keep(&answer);
-            writer.answer(&answer)
+            progress.clear(*err);
+            let written = writer.answer(&answer);
+            progress.step(*err);
+            written
         };
-        in_order(todo, jobs, |_, input| batch.answer(input), emit)?;
+        let done = in_order(todo, jobs, |_, input| batch.answer(input), emit);
+        progress.clear(*err);
+        done?;
         writer.end()
     })?;
     Ok(tally)

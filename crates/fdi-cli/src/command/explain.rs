@@ -2,10 +2,11 @@
 
 mod compared;
 mod document;
+mod evidence;
 mod sentences;
 
 pub(super) use document::holdout;
-pub(super) use sentences::rounded;
+pub(crate) use sentences::rounded;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -19,6 +20,7 @@ use greybox::{Explained, Options, Recordings};
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
+    html_report,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -48,6 +50,7 @@ pub(crate) fn explain(
     }
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document::document(&explained, &model, global, elapsed_s);
+    html_report::write(&args.report, || Ok(html_report::of_explanation(&answer)))?;
     let text = match global.output_format {
         OutputFormat::Json => serde_json::to_string_pretty(&answer)? + "\n",
         OutputFormat::Jsonl => serde_json::to_string(&answer)? + "\n",

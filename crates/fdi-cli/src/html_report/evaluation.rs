@@ -6,6 +6,7 @@ use fdi_core::{
 };
 
 use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use crate::output::TOOL;
 
 /// The page of a result.
 pub(crate) fn of_evaluation(result: &Evaluation) -> Page {
@@ -40,9 +41,9 @@ pub(crate) fn of_evaluation(result: &Evaluation) -> Page {
     if !blocks.is_empty() {
         sections.insert(1, Section { heading: "Figures".to_owned(), blocks });
     }
-    Page {
-        title: format!("Experiment “{}”", result.protocol), answer: answer(result), sections
-    }
+    sections.push(basis(result));
+    let title = format!("Experiment “{}”", result.protocol);
+    Page { title, answer: answer(result), sections }
 }
 
 /// The answer in a sentence.
@@ -90,21 +91,21 @@ fn methods(result: &Evaluation) -> Section {
     let row = |method: &MethodEvaluation| {
         vec![
             Cell::text(method.method.as_str()),
-            Cell::number(Some(method.average_percent), |v| format!("{v:.3}")),
+            Cell::number(Some(method.average_percent), percent),
             Cell::number(Some(method.evaluations_median), |v| v.to_string()),
             Cell::number(method.discrepancy_median, |v| format!("{v:.5}")),
             Cell::number(method.wall_time_s, |v| format!("{v:.4}")),
             Cell::number(method.coverage_95, |v| format!("{:.1}", 100.0 * v)),
         ]
     };
-    let table = Table {
+    let table = said(Table {
         caption: "Mean over the faults of the median percentage error; medians over the \
                   conditions of evaluations, of the discrepancy at the end and of wall time; share \
-                  of 95 % intervals that hold the truth."
+                  of 95 % intervals that hold the truth, where intervals are given."
             .to_owned(),
         columns,
         rows: result.methods.iter().map(row).collect(),
-    };
+    });
     let blocks = vec![Block::Table(table), Block::Text(format!("From: {}", source(result)))];
     Section { heading: "Methods".to_owned(), blocks }
 }
@@ -121,11 +122,10 @@ fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
     ];
     let mut columns = vec![Column::text("fault")];
     columns.extend(numbers.map(Column::number));
-    let percent = |value: f64| format!("{value:.3}");
     let row = |fault: &FaultEvaluation| {
         let error = fault.error_percent;
         let quartiles = Cell::number(error.map(|q| q.p75), |high| {
-            format!("{:.3} to {high:.3}", error.map_or(0.0, |q| q.p25))
+            format!("{} to {}", percent(error.map_or(0.0, |q| q.p25)), percent(high))
         });
         vec![
             Cell::text(format!("{} {}", fault.id, fault.id.name())),
@@ -138,14 +138,45 @@ fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
             Cell::number(fault.false_alarms.map(|count| count as f64), |v| v.to_string()),
         ]
     };
-    let table = Table {
+    let bounded = method.faults.iter().any(|fault| fault.rmse_over_bound.is_some());
+    let bound = if bounded { "; rms of the error over the Cramér-Rao bound" } else { "" };
+    let table = said(Table {
         caption: format!(
-            "Errors of `{}` over {} conditions (eq. 20 of the FREEDOM paper); rms of the error \
-             over the Cramér-Rao bound; a dash where the experiment does not say.",
+            "Errors of `{}` over {} conditions (eq. 20 of the FREEDOM paper){bound}.",
             method.method, result.conditions
         ),
         columns,
         rows: method.faults.iter().map(row).collect(),
-    };
+    });
     Section { heading: format!("Faults, `{}`", method.method), blocks: vec![Block::Table(table)] }
+}
+
+/// What the figures rest on.
+fn basis(result: &Evaluation) -> Section {
+    let facts = vec![
+        format!("Program: {TOOL}, seed {}.", result.seed),
+        format!("Conditions: {}", source(result)),
+        "Everything is simulated: no machine was measured for this page.".to_owned(),
+    ];
+    Section { heading: "What this rests on".to_owned(), blocks: vec![Block::List(facts)] }
+}
+
+/// The table without the columns of numbers that the experiment does not say.
+fn said(table: Table) -> Table {
+    let Table { caption, columns, rows } = table;
+    let keep: Vec<bool> = columns
+        .iter()
+        .enumerate()
+        .map(|(place, column)| !column.numeric || rows.iter().any(|row| row[place].value.is_some()))
+        .collect();
+    let columns = columns.into_iter().zip(&keep).filter(|(_, keep)| **keep).map(|(c, _)| c);
+    let kept = |row: Vec<Cell>| {
+        row.into_iter().zip(&keep).filter(|(_, keep)| **keep).map(|(cell, _)| cell).collect()
+    };
+    Table { caption, columns: columns.collect(), rows: rows.into_iter().map(kept).collect() }
+}
+
+/// A percentage to what it says: thousandths of small ones, whole ones of large ones.
+fn percent(value: f64) -> String {
+    if value < 100.0 { format!("{value:.3}") } else { format!("{value:.0}") }
 }

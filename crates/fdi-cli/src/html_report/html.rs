@@ -29,14 +29,14 @@ fn push_document(out: &mut String, page: &Page) -> fmt::Result {
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
          <h1>{title}</h1>\n<p class=\"answer\">{}</p>\n",
-        escaped(&page.answer)
+        prose(&page.answer)
     )?;
     if page.sections.len() > 2 {
         push_contents(out, &page.sections)?;
     }
     let mut counts = Counts::default();
     for (index, section) in page.sections.iter().enumerate() {
-        write!(out, "<section id=\"s{index}\">\n<h2>{}</h2>\n", escaped(&section.heading))?;
+        write!(out, "<section id=\"s{index}\">\n<h2>{}</h2>\n", prose(&section.heading))?;
         for block in &section.blocks {
             push_block(out, block, &mut counts)?;
         }
@@ -55,7 +55,7 @@ struct Counts {
 fn push_contents(out: &mut String, sections: &[Section]) -> fmt::Result {
     out.push_str("<nav aria-label=\"Contents\">\n<ol>\n");
     for (index, section) in sections.iter().enumerate() {
-        writeln!(out, "<li><a href=\"#s{index}\">{}</a></li>", escaped(&section.heading))?;
+        writeln!(out, "<li><a href=\"#s{index}\">{}</a></li>", prose(&section.heading))?;
     }
     out.push_str("</ol>\n</nav>\n");
     Ok(())
@@ -63,11 +63,11 @@ fn push_contents(out: &mut String, sections: &[Section]) -> fmt::Result {
 
 fn push_block(out: &mut String, block: &Block, counts: &mut Counts) -> fmt::Result {
     match block {
-        Block::Text(text) => writeln!(out, "<p>{}</p>", escaped(text)),
+        Block::Text(text) => writeln!(out, "<p>{}</p>", prose(text)),
         Block::List(items) => {
             out.push_str("<ul>\n");
             for item in items {
-                writeln!(out, "<li>{}</li>", escaped(item))?;
+                writeln!(out, "<li>{}</li>", prose(item))?;
             }
             out.push_str("</ul>\n");
             Ok(())
@@ -88,7 +88,7 @@ fn push_table(out: &mut String, table: &Table, number: usize) -> fmt::Result {
         out,
         "<div class=\"wide\">\n<table class=\"sortable\">\n<caption>Table {number}. {}</caption>\n\
          <thead><tr>",
-        escaped(&table.caption)
+        prose(&table.caption)
     )?;
     for column in &table.columns {
         let class = if column.numeric { " class=\"number\"" } else { "" };
@@ -123,7 +123,7 @@ fn push_cell(out: &mut String, cell: &Cell, numeric: bool) -> fmt::Result {
         (None, true) => " data-value=\"\"".to_owned(),
         (None, false) => String::new(),
     };
-    write!(out, "<td{class}{value}>{}</td>", escaped(&cell.text))
+    write!(out, "<td{class}{value}>{}</td>", prose(&cell.text))
 }
 
 fn push_figure(out: &mut String, figure: &Figure, number: usize) -> fmt::Result {
@@ -132,9 +132,23 @@ fn push_figure(out: &mut String, figure: &Figure, number: usize) -> fmt::Result 
         "<figure>\n{}<figcaption><b>Figure {number}.</b> {} <span class=\"source\">From: {}</span>\
          </figcaption>\n</figure>\n",
         figure.svg,
-        escaped(&figure.caption),
+        prose(&figure.caption),
         escaped(&figure.source)
     )
+}
+
+/// Text in which what stands between backticks is a word of the program.
+fn prose(text: &str) -> String {
+    let text = escaped(text);
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        // one that is not closed is none
+        return text;
+    }
+    let code = |(place, part): (usize, &&str)| {
+        if place % 2 == 1 { format!("<code>{part}</code>") } else { (*part).to_owned() }
+    };
+    parts.iter().enumerate().map(code).collect()
 }
 
 /// Text as HTML has it.
@@ -173,6 +187,13 @@ mod tests {
         let html = document(&page);
         assert_eq!(html.matches("<script>").count(), 1);
         assert_eq!(html.matches("&lt;script&gt;alert").count(), 11);
+    }
+
+    #[test]
+    fn words_of_the_program_look_it() {
+        assert_eq!(prose("run `a < b` now"), "run <code>a &lt; b</code> now");
+        assert_eq!(prose("one ` alone, `x` or not"), "one ` alone, `x` or not");
+        assert_eq!(prose("plain"), "plain");
     }
 
     #[test]

@@ -41,7 +41,13 @@ impl Cell {
 pub(super) fn columns() -> Vec<(String, Kind)> {
     use Kind::{Count, Number, Text, Truth};
     let named = |(name, kind): (&str, Kind)| (name.to_owned(), kind);
-    let before = [("recording", Text), ("status", Text), ("verdict", Text)];
+    let before = [
+        ("recording", Text),
+        ("actuator_id", Text),
+        ("date", Text),
+        ("status", Text),
+        ("verdict", Text),
+    ];
     let of_fault = [
         ("", Number),
         ("_std", Number),
@@ -70,6 +76,9 @@ pub(super) fn columns() -> Vec<(String, Kind)> {
     before.map(named).into_iter().chain(faults).chain(after.map(named)).collect()
 }
 
+/// Place of the status.
+const STATUS: usize = 3;
+
 /// The row of an answer, a cell for each of the [`columns`].
 pub(super) fn row(answer: &Answer) -> Vec<Cell> {
     match answer {
@@ -78,7 +87,7 @@ pub(super) fn row(answer: &Answer) -> Vec<Cell> {
             let mut row: Vec<_> =
                 columns().into_iter().map(|(_, kind)| Cell::nothing(kind)).collect();
             row[0] = Cell::text(&failure.recording);
-            row[1] = Cell::text(&"failed");
+            row[STATUS] = Cell::text(&"failed");
             if let Some(last) = row.last_mut() {
                 *last = Cell::text(&failure.error);
             }
@@ -90,6 +99,8 @@ pub(super) fn row(answer: &Answer) -> Vec<Cell> {
 fn diagnosed(record: &RecordDiagnosis) -> Vec<Cell> {
     let mut row = vec![
         Cell::text(&record.recording),
+        Cell::Text(record.actuator_id.clone()),
+        Cell::Text(record.date.clone()),
         Cell::text(&record.status),
         Cell::text(&record.verdict),
     ];

@@ -160,7 +160,10 @@ fn determinism_a_resumed_batch_ends_like_an_uninterrupted_one() {
     let run = || {
         let kept = kept.display().to_string();
         let outcome = diagnose(&["--stable", "--output-format", "json", "--resume", &kept, &path]);
-        (outcome.code, outcome.out, outcome.err)
+        // the first line says how much was done before
+        let (begin, rest) = outcome.err.split_once('\n').unwrap();
+        assert!(begin.starts_with("diagnosing 14 recordings"), "{begin}");
+        (outcome.code, outcome.out, rest.to_owned())
     };
     let whole = run();
     let file = fs::read(&kept).unwrap();
@@ -297,7 +300,7 @@ fn a_broken_pipe_is_success() {
         let cli = Cli::parse_from(["fdi", "diagnose", "-q", "--output-format", format, &path]);
         let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
         let mut err = Vec::new();
-        let mut streams = Streams { out: &mut Closed, err: &mut err };
+        let mut streams = Streams { out: &mut Closed, err: &mut err, is_terminal: false };
         let status = diagnose_with(&StandIn, args, &cli.global, &mut streams).unwrap();
         assert_eq!((status, err.as_slice()), (ExitStatus::Done, &b""[..]), "{format}");
     }

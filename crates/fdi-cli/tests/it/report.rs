@@ -10,6 +10,7 @@ use fdi_core::report::{Change, Fleet};
 
 use crate::{
     binary::fdi,
+    explained::machine,
     stand_in::{GOOD, diagnose, folder},
 };
 
@@ -236,4 +237,154 @@ fn a_browser_that_is_given_errors_and_requests_tells_them() {
     let (_, log, net_log) = shown(&browser, &page, 800, "nothing.there();");
     assert!(console(&log).iter().any(|line| line.contains("nothing is not defined")), "{log}");
     assert!(requests(&net_log).contains(&"http://127.0.0.1:9/x.png"), "{net_log}");
+}
+
+/// Presses each heading of each table, and tells what is seen: number of tables, whether each is
+/// sorted by what was pressed last, drawings and whether they are seen, width of the page.
+const PRESS_ALL: &str = r#"
+const tables = [...document.querySelectorAll("table.sortable")];
+let sorted = 0;
+for (const table of tables) {
+  for (const button of table.querySelectorAll("th button")) button.click();
+  const heads = [...table.tHead.rows[0].cells];
+  sorted += heads[heads.length - 1].getAttribute("aria-sort") === "ascending";
+}
+const drawings = [...document.querySelectorAll("figure svg")];
+const seen = drawings.every((svg) => {
+  const box = svg.getBoundingClientRect(), inner = svg.getBBox();
+  return box.width > 300 && box.height > 100 && inner.width > 300
+    && box.right <= document.documentElement.clientWidth
+    && getComputedStyle(svg).visibility === "visible";
+});
+const fits = document.documentElement.scrollWidth <= document.documentElement.clientWidth;
+document.body.dataset.told =
+  [tables.length, sorted === tables.length, drawings.length, seen, fits].join(" ");
+"#;
+
+/// What a browser tells of a page on a wide screen and on paper, without an error or a request.
+fn told_of(page: &Path) -> Option<[String; 2]> {
+    let browser = browser()?;
+    Some([1280, 703].map(|width| {
+        let (dom, log, net_log) = shown(&browser, page, width, PRESS_ALL);
+        assert_eq!(console(&log), Vec::<&str>::new(), "{width}");
+        assert_eq!(requests(&net_log), Vec::<&str>::new(), "{width}");
+        dom.split("data-told=\"").nth(1).expect(&log).split('"').next().unwrap().to_owned()
+    }))
+}
+
+/// The headings of a page, and its answer.
+fn outline(html: &str) -> (Vec<&str>, &str) {
+    let between = |text: &'_ str, end: &str| text.find(end).unwrap();
+    let headings = html.split("<h2>").skip(1).map(|rest| &rest[..between(rest, "</h2>")]).collect();
+    let answer = html.split("class=\"answer\">").nth(1).unwrap();
+    (headings, &answer[..between(answer, "</p>")])
+}
+
+/// The drawings that stand alone in a folder, by name.
+fn drawings(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    for name in &names {
+        let svg = text(&folder.join(name));
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""), "{name}");
+    }
+    names
+}
+
+#[test]
+fn an_explanation_has_its_report() {
+    let machine = machine();
+    let at = |name: &str| machine.path().join(name).display().to_string();
+    let files = ["nominal.toml", "a.csv", "b.csv", "c.csv", "r.html", "figures"].map(at);
+    let [model, a, b, c, page, figures] = files.each_ref().map(String::as_str);
+    let (code, out, err) = fdi(&[
+        "explain",
+        "--stable",
+        "--model",
+        model,
+        "--train",
+        a,
+        b,
+        "--holdout",
+        c,
+        "--report",
+        page,
+        "--figures",
+        figures,
+    ]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let html = text(Path::new(page));
+    let (headings, answer) = outline(&html);
+    assert_eq!(
+        headings,
+        [
+            "What was found",
+            "The residual, before and after",
+            "Fault levels and roughly known numbers",
+            "Recordings",
+            "Hypotheses",
+            "What would have been seen",
+            "What this rests on",
+        ]
+    );
+    assert_eq!(Some(answer), out.lines().next());
+    assert!(answer.starts_with("The model misses Stribeck friction (E01)"), "{answer}");
+    // each drawing says which recordings it was made from
+    assert!(html.contains(&format!("From: {a}, {b} (fitted); {c} (held out)")), "{html}");
+    assert_eq!(
+        drawings(Path::new(figures)),
+        [
+            "explanation-faults.svg",
+            "explanation-held-out.svg",
+            "explanation-residual-others.svg",
+            "explanation-residual.svg",
+        ]
+    );
+    let Some(told) = told_of(Path::new(page)) else { return };
+    assert_eq!(told, ["5 true 4 true true", "5 true 4 true true"]);
+}
+
+#[test]
+fn an_experiment_has_its_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (page, figures) = (at("r.html"), at("figures"));
+    let (code, _, err) = fdi(&[
+        "evaluate",
+        "metaheuristics",
+        "--conditions",
+        "3",
+        "--snapshots",
+        "24",
+        "--methods",
+        "composite,de",
+        "--max-evaluations",
+        "60",
+        "--report",
+        &page,
+        "--figures",
+        &figures,
+    ]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let html = text(Path::new(&page));
+    let (headings, answer) = outline(&html);
+    assert_eq!(
+        headings,
+        [
+            "Methods",
+            "Figures",
+            "Faults, <code>composite</code>",
+            "Faults, <code>de</code>",
+            "What this rests on",
+        ]
+    );
+    assert!(answer.starts_with("<code>composite</code> finds the levels of 3 "), "{answer}");
+    // what the experiment does not say has no column
+    assert!(!html.contains("coverage, %") && !html.contains("false alarms"), "{html}");
+    assert_eq!(drawings(Path::new(&figures)), ["metaheuristics-convergence.svg"]);
+    let Some(told) = told_of(Path::new(&page)) else { return };
+    assert_eq!(told, ["3 true 1 true true", "3 true 1 true true"]);
 }

@@ -7,7 +7,7 @@ use crate::{batch::mixed, stand_in::diagnose};
 
 /// Where a value is not what the schema says: the keywords that the published
 /// schemas use, and an error for any other.
-fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<String> {
+pub(crate) fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (keyword, rule) in schema.as_object().unwrap() {
         let holds = match keyword.as_str() {
@@ -23,6 +23,10 @@ fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<Stri
             },
             "const" => value == rule,
             "enum" => rule.as_array().unwrap().contains(value),
+            "anyOf" => {
+                let fits = |option: &Value| violations(value, option, root, at).is_empty();
+                rule.as_array().unwrap().iter().any(fits)
+            }
             "oneOf" => {
                 let fits = |option: &&Value| violations(value, option, root, at).is_empty();
                 rule.as_array().unwrap().iter().filter(fits).count() == 1
@@ -50,6 +54,13 @@ fn violations(value: &Value, schema: &Value, root: &Value, at: &str) -> Vec<Stri
                 found.extend(violations(inner, of, root, &format!("{at}/{name}")));
                 true
             }),
+            // of the values of a map
+            "additionalProperties" if rule.is_object() => {
+                for (name, inner) in value.as_object().into_iter().flatten() {
+                    found.extend(violations(inner, rule, root, &format!("{at}/{name}")));
+                }
+                true
+            }
             other => panic!("keyword `{other}` at `{at}`"),
         };
         if !holds {

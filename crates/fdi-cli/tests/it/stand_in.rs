@@ -159,7 +159,7 @@ pub(crate) fn try_diagnose(arguments: &[&str]) -> Result<Outcome> {
     let cli = Cli::try_parse_from(command_line).unwrap();
     let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
     let (mut out, mut err) = (Vec::new(), Vec::new());
-    let mut streams = Streams { out: &mut out, err: &mut err };
+    let mut streams = Streams { out: &mut out, err: &mut err, is_terminal: false };
     let status = diagnose_with(&StandIn, args, &cli.global, &mut streams)?;
     let text = |bytes| String::from_utf8(bytes).unwrap();
     Ok(Outcome { code: status.code(), out: text(out), err: text(err) })

@@ -241,9 +241,10 @@ pub enum RecordError {
     },
     /// A channel lacks samples between others that are evenly spaced.
     #[error(
-        "{}no sample of `{channel}` between {after_s} s and {next_s} s; the others are {step_s} s \
-         apart",
-        at(*line)
+        "{}no sample of `{channel}` between {} s and {} s; the others are {step_s} s apart",
+        at(*line),
+        time(*after_s, *step_s),
+        time(*next_s, *step_s)
     )]
     Gap {
         /// Line after that of the last sample before the gap, in a file that is text.
@@ -416,6 +417,17 @@ fn columns_are(columns: &[String]) -> String {
     format!("the columns are {}", list(columns))
 }
 
+/// A time to a thousandth of a step: finer than the samples, without the noise of arithmetic.
+fn time(time_s: f64, step_s: f64) -> String {
+    let decimals = (3.0 - step_s.log10().floor()).clamp(0.0, 15.0) as usize;
+    let text = format!("{time_s:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 /// Where in a text it is, before a message.
 fn at(line: Option<u64>) -> String {
     line.map(|line| format!("line {line}: ")).unwrap_or_default()
@@ -439,4 +451,33 @@ fn did_you_mean(nearest: Option<&'static str>) -> String {
         || format!("the keys are {}", list(&super::metadata::keys())),
         |key| format!("did you mean `{key}`?"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_is_told_in_times_finer_than_the_step_and_no_finer() {
+        let message = |after_s: f64, next_s: f64, step_s: f64| {
+            let gap = RecordError::Gap {
+                line: None,
+                channel: ChannelName::Current,
+                after_s,
+                next_s,
+                step_s,
+            };
+            gap.to_string()
+        };
+        assert_eq!(
+            message(0.1 + 0.2, 0.4, 0.0005),
+            "no sample of `current_a` between 0.3 s and 0.4 s; the others are 0.0005 s apart"
+        );
+        assert_eq!(
+            message(12.000_050_1, 12.000_200_1, 0.00005),
+            "no sample of `current_a` between 12.0000501 s and 12.0002001 s; the others are \
+             0.00005 s apart"
+        );
+        assert!(message(100.0, 130.0, 10.0).contains("between 100 s and 130 s"));
+    }
 }

@@ -43,6 +43,13 @@ pub struct Explanation {
     pub remainder: Option<Remainder>,
     /// Smallest size of each effect that would have been named nine times in ten.
     pub sensitivity: Vec<Sensitivity>,
+    /// How each effect of the catalogue fared against the nominal model, best first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hypotheses: Vec<HypothesisOutcome>,
+    /// Mean residual over each coordinate without and with what was found, the one that
+    /// explains most first; of the recordings that were fitted and of those that were not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curves: Vec<ResidualCurve>,
     /// Wall time, s; left out with `--stable`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elapsed_s: Option<f64>,
@@ -188,4 +195,78 @@ pub struct Sensitivity {
     pub smallest_named_90: f64,
     /// Unit of the size, from the key.
     pub unit: String,
+}
+
+/// How an effect of the catalogue fared against the nominal model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HypothesisOutcome {
+    /// Catalogue identifier.
+    pub id: String,
+    /// What an engineer calls it.
+    pub name: String,
+    /// What became of it.
+    pub standing: Standing,
+    /// Decimal logarithm of the chance that noise alone scores as much for this effect.
+    pub log10_p: f64,
+    /// Share of what the effect does that damage and roughly known numbers cannot imitate.
+    pub visible_share: f64,
+    /// What its refit came to, for the best of the scan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refit: Option<HypothesisRefit>,
+}
+
+/// What became of a hypothesis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Standing {
+    /// Among what was found.
+    Found,
+    /// As likely as what was found.
+    AsLikely,
+    /// Fitted, and not good enough or beaten.
+    FellShort,
+    /// Of too little promise to be fitted.
+    NotFitted,
+}
+
+/// What fitting an effect came to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HypothesisRefit {
+    /// Gain in log-likelihood on recordings that were not fitted.
+    pub holdout_gain_nats: f64,
+    /// Its standard error.
+    pub holdout_gain_se: f64,
+    /// Gain in evidence on those that were.
+    pub evidence_nats: f64,
+    /// Whether a number of the effect stands on a bound, which no explanation may.
+    pub on_bound: bool,
+}
+
+/// Mean residual over bins of a coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ResidualCurve {
+    /// `time`, `speed`, `motor-angle` (within a period of the current), `position`, `drive` or
+    /// `load`.
+    pub coordinate: String,
+    /// Unit of the coordinate, as in keys: `rad_per_s`.
+    pub unit: String,
+    /// Share of the nominal residual's variance that the means explain, beyond chance.
+    pub share_before: f64,
+    /// The same of the residual with what was found.
+    pub share_after: f64,
+    /// The bins that hold samples, along the coordinate.
+    pub bins: Vec<CurveBin>,
+}
+
+/// A bin of a coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CurveBin {
+    /// Its middle, in the unit of the coordinate.
+    pub centre: f64,
+    /// Samples in it.
+    pub samples: u64,
+    /// Mean residual with the nominal model, in the unit of `holdout`.
+    pub mean_before: f64,
+    /// Mean residual with what was found.
+    pub mean_after: f64,
 }

@@ -49,6 +49,8 @@ pub(crate) struct Truth {
     /// Relative error of inertia and drag.
     pub(crate) rough: [f64; 2],
     pub(crate) seed: u64,
+    /// A torque that switches at random between this and none, otherwise in each take.
+    pub(crate) telegraph_n_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +58,8 @@ pub(crate) enum Motion {
     Waves,
     Ramps,
     Chirp,
+    /// There and back without a rest.
+    Back,
 }
 
 impl Motion {
@@ -76,6 +80,10 @@ impl Motion {
                 let ramp = if phase < 1.5 { phase } else { 3.0 - phase };
                 (4.0 / 1.5 * ramp + wave(0.1, 5.0), 0.0)
             }
+            Self::Back => {
+                let phase = (t + 0.5) % 2.0;
+                (2.0 * if phase < 1.0 { phase } else { 2.0 - phase } - 1.0, 0.0)
+            }
             Self::Chirp => (wave(3.0, 0.4) + wave(0.3, 0.5 + 0.4 * t), 0.04 * libm::sin(1.3 * t)),
         }
     }
@@ -84,6 +92,20 @@ impl Motion {
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     let radius = libm::sqrt(-2.0 * libm::log(random.sample::<f64, _>(Open01)));
     radius * libm::cos(core::f64::consts::TAU * random.sample::<f64, _>(Open01))
+}
+
+fn telegraph(truth: &Truth, samples: usize, take: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(truth.seed ^ 0x7e1e);
+    random.set_stream(take);
+    let mut torque = 0.0;
+    (0..samples)
+        .map(|_| {
+            if random.random::<f64>() < 3.0 / RATE_HZ {
+                torque = if torque == 0.0 { truth.telegraph_n_m } else { 0.0 };
+            }
+            torque
+        })
+        .collect()
 }
 
 /// One recording; `take` makes its noise differ.
@@ -105,11 +127,10 @@ pub(crate) fn record(truth: &Truth, motion: Motion, seconds: f64, take: u64) -> 
         duration_s: seconds,
         start: AxisStart::default(),
     };
+    let values_n_m = load.iter().zip(telegraph(truth, samples, take)).map(|(l, t)| l + t).collect();
     let trace = ServoAxisSimulation::new(&axis, &scenario)
         .and_then(|axis| axis.with_effects(&truth.effects))
-        .and_then(|axis| {
-            axis.with_load(Load::Recorded { values_n_m: load.clone(), rate_hz: RATE_HZ })
-        })
+        .and_then(|axis| axis.with_load(Load::Recorded { values_n_m, rate_hz: RATE_HZ }))
         .expect("the test can be simulated");
     let worn = FaultLevel::new(truth.k1).expect("a level");
     let trace = trace.simulate(&(&HealthState::HEALTHY.with(FaultId::Friction, worn)).into());

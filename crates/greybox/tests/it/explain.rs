@@ -43,6 +43,7 @@ fn what_is_hidden_is_named_with_its_size_and_no_longer_read_as_damage() {
             k1: 0.02,
             rough: [0.05, 0.1],
             seed: 10 + seed as u64,
+            ..Truth::default()
         };
         let answer = answer(&truth);
         assert_eq!(answer.verdict, Verdict::Named, "{id:?}: {:#?}", answer.log);
@@ -57,6 +58,16 @@ fn what_is_hidden_is_named_with_its_size_and_no_longer_read_as_damage() {
         let (floor, _) = answer.noise_floor.expect("judged");
         assert!(before > 1.05 * floor && after < 1.05 * floor, "{id:?}: {before} {after} {floor}");
     }
+}
+
+#[test]
+fn a_torque_that_no_recording_repeats_is_not_taken_for_noise() {
+    let truth = Truth { telegraph_n_m: 0.004, seed: 5, ..Truth::default() };
+    let answer = answer(&truth);
+    // in the difference of two takes it looks like noise; the controller answered to it
+    let left_over = answer.remainder.is_some();
+    let verdicts = [Verdict::Unknown, Verdict::NamedWithRemainder];
+    assert!(left_over && verdicts.contains(&answer.verdict), "{:#?}", answer.log);
 }
 
 #[test]

@@ -4,3 +4,4 @@
 mod bench_top;
 mod calibrate;
 mod explain;
+mod propose;

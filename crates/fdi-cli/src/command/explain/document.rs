@@ -12,7 +12,7 @@ use fdi_core::{
 };
 use greybox::{Explained, Finding, Use, Verdict};
 
-use super::sentences;
+use super::{evidence, sentences};
 use crate::{GlobalArgs, stamp};
 
 pub(super) fn document(
@@ -86,6 +86,8 @@ pub(super) fn document(
                 unit: unit_of(key).to_owned(),
             })
             .collect(),
+        hypotheses: evidence::hypotheses(explained),
+        curves: explained.curves.iter().map(evidence::curve).collect(),
         elapsed_s,
     };
     answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());

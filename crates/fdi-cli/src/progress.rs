@@ -1,0 +1,145 @@
+//! How far a batch is: a line that is rewritten on a terminal, one line a stage elsewhere.
+//!
+//! Written with carriage returns and blanks alone, so that it looks the same where control
+//! sequences are left out (`NO_COLOR`, `TERM=dumb`).
+
+use std::{
+    io::Write,
+    time::{Duration, Instant},
+};
+
+/// Progress of a batch on standard error.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    /// Recordings of the batch; nothing is told of one alone.
+    total: usize,
+    /// Recordings that an earlier run has done.
+    before: usize,
+    done: usize,
+    terminal: bool,
+    began: Instant,
+    /// Width of the line that stands on the terminal.
+    drawn: usize,
+}
+
+impl Progress {
+    /// Progress of a batch of `total` recordings, `before` of them done by an earlier run.
+    pub(crate) fn new(total: usize, before: usize, terminal: bool) -> Self {
+        Self { total, before, done: before, terminal, began: clock(), drawn: 0 }
+    }
+
+    /// Says that the batch begins.
+    pub(crate) fn begin(&mut self, err: &mut dyn Write) {
+        if self.total < 2 {
+            return;
+        }
+        if self.terminal {
+            return self.draw(err);
+        }
+        let before = match self.before {
+            0 => String::new(),
+            count => format!(", {count} of them done before"),
+        };
+        let _ = writeln!(err, "diagnosing {} recordings{before}", self.total);
+    }
+
+    /// Takes the line away while something else is written.
+    pub(crate) fn clear(&mut self, err: &mut dyn Write) {
+        if self.drawn > 0 {
+            let _ = write!(err, "\r{:1$}\r", "", self.drawn);
+            let _ = err.flush();
+            self.drawn = 0;
+        }
+    }
+
+    /// Says that one recording more is done.
+    pub(crate) fn step(&mut self, err: &mut dyn Write) {
+        self.done += 1;
+        if self.terminal && self.total > 1 {
+            self.draw(err);
+        }
+    }
+
+    fn draw(&mut self, err: &mut dyn Write) {
+        let line = told(self.done, self.total, self.done - self.before, self.began.elapsed());
+        // blanks hide what is left of a longer line
+        let _ = write!(err, "\r{line:0$}", self.drawn);
+        let _ = err.flush();
+        self.drawn = line.chars().count();
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "the command line is where the clock is read")]
+fn clock() -> Instant {
+    Instant::now()
+}
+
+/// How far it is, how fast, and how long it will take.
+fn told(done: usize, total: usize, by_now: usize, elapsed: Duration) -> String {
+    let seconds = elapsed.as_secs_f64();
+    let percent = 100 * done / total;
+    if by_now == 0 || seconds <= 0.0 {
+        return format!("{done} of {total} recordings, {percent} %");
+    }
+    let rate = by_now as f64 / seconds;
+    let left = remaining((total - done) as f64 / rate);
+    format!("{done} of {total} recordings, {percent} %, {rate:.1} a second, {left} left")
+}
+
+/// A time as people say it.
+fn remaining(seconds: f64) -> String {
+    let whole = seconds.ceil() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s} s"),
+        (h, m, _) => format!("{h} h {m} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_and_remaining_time_are_those_of_this_run() {
+        let after = |seconds: u64| Duration::from_secs(seconds);
+        let line = "300 of 2000 recordings, 15 %, 10.0 a second, 2 min 50 s left";
+        assert_eq!(told(300, 2000, 200, after(20)), line);
+        assert_eq!(told(0, 2, 0, after(9)), "0 of 2 recordings, 0 %");
+        assert!(told(1, 9000, 1, after(1)).ends_with("2 h 29 min left"));
+        assert!(told(2, 2, 2, after(1)).ends_with("100 %, 2.0 a second, 0 s left"));
+    }
+
+    #[test]
+    fn a_terminal_has_one_line_that_is_taken_away() {
+        let mut progress = Progress::new(3, 0, true);
+        let mut err = Vec::new();
+        progress.begin(&mut err);
+        for _ in 0..3 {
+            progress.step(&mut err);
+        }
+        progress.clear(&mut err);
+        let text = String::from_utf8(err).unwrap();
+        assert!(!text.contains('\n') && !text.contains('\u{1b}'), "{text:?}");
+        let lines: Vec<_> = text.split('\r').collect();
+        assert_eq!(lines[1], "0 of 3 recordings, 0 %");
+        assert!(lines[4].starts_with("3 of 3 recordings, 100 %, "), "{text:?}");
+        // blanks over what was there
+        assert_eq!(lines[5].trim(), "");
+        assert!(lines[5].len() >= lines[4].trim_end().len());
+    }
+
+    #[test]
+    fn elsewhere_it_is_one_line_and_of_one_recording_none() {
+        let text = |total: usize, before: usize, terminal: bool| {
+            let (mut progress, mut err) = (Progress::new(total, before, terminal), Vec::new());
+            progress.begin(&mut err);
+            progress.step(&mut err);
+            progress.clear(&mut err);
+            String::from_utf8(err).unwrap()
+        };
+        assert_eq!(text(3, 0, false), "diagnosing 3 recordings\n");
+        assert_eq!(text(3, 2, false), "diagnosing 3 recordings, 2 of them done before\n");
+        assert_eq!((text(1, 0, false), text(1, 0, true)), (String::new(), String::new()));
+    }
+}
