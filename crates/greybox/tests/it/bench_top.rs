@@ -49,7 +49,7 @@ pub(crate) struct Truth {
     /// Relative error of inertia and drag.
     pub(crate) rough: [f64; 2],
     pub(crate) seed: u64,
-    /// A torque that switches at random between this and none, otherwise in each take.
+    /// A torque that changes its sign at random, at other times in each take.
     pub(crate) telegraph_n_m: f64,
 }
 
@@ -97,11 +97,11 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
 fn telegraph(truth: &Truth, samples: usize, take: u64) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(truth.seed ^ 0x7e1e);
     random.set_stream(take);
-    let mut torque = 0.0;
+    let mut torque = truth.telegraph_n_m;
     (0..samples)
         .map(|_| {
             if random.random::<f64>() < 3.0 / RATE_HZ {
-                torque = if torque == 0.0 { truth.telegraph_n_m } else { 0.0 };
+                torque = -torque;
             }
             torque
         })
