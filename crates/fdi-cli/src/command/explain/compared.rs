@@ -7,6 +7,9 @@ use fdi_core::{
 };
 use greybox::{CommandKind, Record};
 
+/// Share of a sample that a sample may be off the grid of its recording.
+const MOST_OFF_GRID: f64 = 0.01;
+
 /// The signals, or what the recording lacks for a conclusion.
 pub(super) fn compared(
     recording: &Recording,
@@ -21,13 +24,13 @@ pub(super) fn compared(
         Err(missing) => return Ok(Err(missing)),
     };
     let sampling = drive.sampling()?;
-    if !sampling.is_uniform() {
+    let most_s = MOST_OFF_GRID / sampling.rate_hz;
+    if sampling.deviation_s > most_s {
         let column = drive.name().column();
         bail!(
             "column `{column}` is sampled irregularly: a sample is {:.2e} s off its grid, expected \
-             at most {:.2e} s",
-            sampling.deviation_s,
-            sampling.tolerance_s
+             at most {most_s:.2e} s",
+            sampling.deviation_s
         );
     }
     let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
