@@ -313,3 +313,21 @@ fn rows_carry_actuator_and_date() {
     assert_eq!((&cells[0][1], &cells[0][2]), ("A-7", "2026-05-05"));
     assert_eq!((&cells[1][1], &cells[1][2]), ("", ""));
 }
+
+/// Its decoder panics on a page of values whose dictionary is called an index.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_file_whose_decoder_panics_is_one_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/readers");
+    let mut bytes = fs::read(fixtures.join("pandas-zstd.parquet")).unwrap();
+    // the kind of the first page, after the magic number and the head of its field
+    assert_eq!(bytes[..6], *b"PAR1\x15\x04");
+    bytes[5] = 0x02;
+    fs::write(folder.path().join("r.parquet"), bytes).unwrap();
+    assert_eq!(
+        whole(&output(folder.path(), &["inspect", "r.parquet"])),
+        "exit 2\n--- stdout\n--- stderr\n\
+         error: r.parquet: damaged `.parquet` file: the decoder gave up on it\n"
+    );
+}

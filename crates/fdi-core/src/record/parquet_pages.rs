@@ -13,15 +13,18 @@ const MAX_DEPTH: u32 = 8;
 
 /// Refuses the pages of a column chunk when one of them claims too much.
 ///
-/// A header that is not understood ends the look: the decoder will say what is wrong.
+/// A header that is not understood is refused: the decoder may understand it differently, and
+/// take a count from a number that is too long to be one.
 pub(super) fn check_pages(mut chunk: &[u8]) -> Result<(), RecordError> {
+    let damaged = |reason: String| RecordError::Damaged { format: FileFormat::Parquet, reason };
     while !chunk.is_empty() {
         let mut reader = Compact { bytes: chunk };
-        let Some(Header { unpacked, packed, entries }) = reader.header() else { return Ok(()) };
+        let Some(Header { unpacked, packed, entries }) = reader.header() else {
+            return Err(damaged("the header of a page cannot be read".to_owned()));
+        };
         // an entry of a dictionary takes a byte or more
         if unpacked > LIMIT_PAGE_BYTES || entries.is_some_and(|entries| entries > unpacked) {
-            let reason = format!("a page claims {unpacked} bytes");
-            return Err(RecordError::Damaged { format: FileFormat::Parquet, reason });
+            return Err(damaged(format!("a page claims {unpacked} bytes")));
         }
         let Some(rest) = usize::try_from(packed).ok().and_then(|size| reader.bytes.get(size..))
         else {
@@ -190,6 +193,17 @@ mod tests {
         let message = "damaged `.parquet` file: a page claims 2147483647 bytes";
         assert_eq!(error.to_string(), message);
         assert!(check_pages(&page(100, 1 << 30)).is_err());
-        assert!(check_pages(b"\xff\xff\xff").is_ok(), "left to the decoder");
+    }
+
+    #[test]
+    fn headers_that_cannot_be_read_are_refused() {
+        let message = "damaged `.parquet` file: the header of a page cannot be read";
+        // a number of more bytes than any has, of which a decoder may take the lowest bits
+        let mut long = page(100, 10);
+        let count = long.iter().position(|&byte| byte == 20).unwrap();
+        long.splice(count..count, [0xc0; 12]);
+        for header in [&long[..], b"\xff\xff\xff", &page(100, 10)[..4]] {
+            assert_eq!(check_pages(header).unwrap_err().to_string(), message);
+        }
     }
 }
