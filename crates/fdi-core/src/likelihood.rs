@@ -41,6 +41,24 @@ pub(crate) struct Likelihood {
 struct Fold {
     factor: Factor,
     residuals: Vec<Vec<f64>>,
+    /// The residuals as white numbers, formed when first asked for.
+    white: OnceLock<Vec<Vec<f64>>>,
+}
+
+impl Fold {
+    fn white(&self) -> &[Vec<f64>] {
+        self.white.get_or_init(|| self.factor.whiten_each(self.residuals.iter()))
+    }
+
+    /// What an estimator without this fold makes of each of its residuals.
+    fn shifts(&self, jacobian: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<Vec<DVector<f64>>> {
+        let rows = self.factor.whiten_each(jacobian.iter());
+        let inverse = (gram(&rows) + prior).try_inverse()?;
+        let project = |white: &Vec<f64>| {
+            DVector::from_iterator(rows.len(), rows.iter().map(|row| dot(row, white)))
+        };
+        Some(self.white().iter().map(|white| &inverse * project(white)).collect())
+    }
 }
 
 impl Likelihood {
@@ -62,6 +80,7 @@ impl Likelihood {
                 Ok(Fold {
                     factor: Factor::new(with_noise(&covariance), encoder)?,
                     residuals: residuals.iter().map(|r| r.to_vec()).collect(),
+                    white: OnceLock::new(),
                 })
             })
             .collect::<Result<_, _>>()?;
@@ -147,17 +166,16 @@ impl Likelihood {
             symmetric(jacobian.len(), |i, j| dot(&whole.weights[i], &noise_images[j]));
         let mut count = 0.0;
         let mut scatter = DMatrix::zeros(jacobian.len(), jacobian.len());
+        let prior = diagonal(precision);
         for fold in &self.folds {
-            let estimator = Estimator::given(&fold.factor, jacobian, precision)?;
-            for residual in &fold.residuals {
-                let shift = estimator.apply(residual);
+            for shift in fold.shifts(jacobian, &prior)? {
                 scatter += &shift * shift.transpose();
                 count += 1.0;
             }
         }
         covariance += scatter / f64::max(count, 1.0);
         let inverse = &whole.inverse;
-        covariance += inverse * diagonal(precision) * inverse;
+        covariance += inverse * prior * inverse;
         Some(covariance)
     }
 
@@ -198,10 +216,8 @@ impl Likelihood {
             .iter()
             .flat_map(|fold| {
                 let noise = self.noise_share(&fold.factor);
-                let white = fold.factor.whiten_each(fold.residuals.iter());
-                white
-                    .into_iter()
-                    .map(move |white| (dot(&white, &white) / white.len() as f64 + noise).ln())
+                let misfit = |white: &Vec<f64>| dot(white, white) / white.len() as f64;
+                fold.white().iter().map(move |white| (misfit(white) + noise).ln())
             })
             .collect();
         let count = logs.len().max(2) as f64;

@@ -438,13 +438,16 @@ impl Run<'_> {
         let rate_hz = self.diagnoser.bundle.experiment.filter.output_hz;
         let delay = delay_effect(&self.observation.signal_a, residual_a, rate_hz);
         let order = slopes.len();
-        let columns: Vec<Vec<f64>> =
-            slopes.iter().chain([&delay]).chain(effects).cloned().collect();
-        let white = likelihood.factor().whiten_each(columns.iter());
-        let left = likelihood.whiten(residual_a);
+        let columns: Vec<&Vec<f64>> = slopes.iter().chain([&delay]).chain(effects).collect();
+        let left = residual_a.to_vec();
+        let whole = columns.iter().copied().chain([&left]);
+        let white = likelihood.factor().whiten_each(whole);
         let mut strongest: Option<(usize, f64)> = None;
         for extra in order..columns.len() {
-            let Some((value, std)) = apart(&white[..order], &white[extra], &left) else { continue };
+            let Some((value, std)) = apart(&white[..order], &white[extra], &white[columns.len()])
+            else {
+                continue;
+            };
             let distance = (value / std).abs();
             if distance > SUSPECT && strongest.is_none_or(|(_, most)| distance > most) {
                 strongest = Some((extra, distance));

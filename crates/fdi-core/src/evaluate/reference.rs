@@ -37,8 +37,8 @@ pub enum Beforehand<'a> {
 pub struct ReferenceRequest<'a> {
     /// What is known beforehand.
     pub beforehand: Beforehand<'a>,
-    /// Recordings of the machine as new.
-    pub references: usize,
+    /// Numbers of recordings of the machine as new; a score for each.
+    pub references: &'a [usize],
     /// Test conditions.
     pub conditions: usize,
     /// Healthy recordings, on which false alarms are counted.
@@ -52,19 +52,21 @@ pub struct ReferenceRequest<'a> {
 }
 
 impl ReferenceRequest<'_> {
-    /// 20 mA on each phase sample at 10 kHz, real electronics, 100 + 50 signals.
+    /// 20 mA on each phase sample at 10 kHz, real electronics, 40 + 20 signals for two faults.
     pub const SETTING: EvaluationSetting = EvaluationSetting {
         imperfections: Imperfections::REAL,
         sensor_noise_a: 0.020,
         phase_rate_hz: 10_000.0,
-        snapshots: 100,
-        sparse_snapshots: 50,
+        snapshots: 40,
+        sparse_snapshots: 20,
     };
 }
 
 /// How recordings are diagnosed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceScore {
+    /// Recordings of the machine as new.
+    pub references: usize,
     /// Errors of each fault, coverage of its intervals and false alarms.
     pub faults: Vec<FaultEvaluation>,
     /// Share of adequate fits, over test conditions and healthy recordings.
@@ -73,14 +75,14 @@ pub struct ReferenceScore {
     pub evaluations_median: f64,
 }
 
-/// Diagnoses recordings of the bench.
+/// Diagnoses recordings of the bench, with each number of references.
 ///
 /// # Errors
 ///
 /// [`EvaluationError`] when the setting cannot be simulated or learnt from.
 pub fn evaluate_references(
     request: &ReferenceRequest<'_>,
-) -> Result<ReferenceScore, EvaluationError> {
+) -> Result<Vec<ReferenceScore>, EvaluationError> {
     let machine = bench(&BENCH)?;
     let bundle = match request.beforehand {
         Beforehand::Itself => request.setting.bundle(&machine, request.seed, request.jobs)?,
@@ -89,24 +91,38 @@ pub fn evaluate_references(
         }
         Beforehand::LowFidelity => low_fidelity_bundle(request, &machine)?,
     };
-    let streams: Vec<u64> = (0..request.references as u64).map(|i| REFERENCE_STREAM + i).collect();
-    let references = in_parallel(&streams, request.jobs, |_, &stream| {
-        observe(request, &machine, stream, &healthy(request, stream))
-    })?;
-    let diagnoser = Diagnoser::new(bundle)?;
-    let diagnoser =
-        if references.is_empty() { diagnoser } else { diagnoser.referred_to(&references)? };
     let conditions = conditions(request, &machine, ReferenceDesign::Test, request.conditions)?;
-    let diagnosed = in_parallel(&conditions, request.jobs, |index, condition| {
-        let observation = observe(request, &machine, index as u64, condition)?;
-        diagnose(&diagnoser, &observation)
+    let observed = in_parallel(&conditions, request.jobs, |index, condition| {
+        observe(request, &machine, index as u64, condition)
     })?;
-    let streams: Vec<u64> = (0..request.healthy as u64).map(|i| HEALTHY_STREAM + i).collect();
-    let quiet = in_parallel(&streams, request.jobs, |_, &stream| {
-        let observation = observe(request, &machine, stream, &healthy(request, stream))?;
-        diagnose(&diagnoser, &observation)
-    })?;
-    Ok(score(&machine, &conditions, &diagnosed, &quiet))
+    let most = request.references.iter().copied().max().unwrap_or(0);
+    let references = as_new(request, &machine, REFERENCE_STREAM, most)?;
+    let quiet = as_new(request, &machine, HEALTHY_STREAM, request.healthy)?;
+    let score = |&count: &usize| {
+        let diagnoser = Diagnoser::new(bundle.clone())?;
+        let diagnoser = match count {
+            0 => diagnoser,
+            _ => diagnoser.referred_to(&references[..count])?,
+        };
+        let of = |observed: &[Observation]| {
+            in_parallel(observed, request.jobs, |_, one| diagnose(&diagnoser, one))
+        };
+        Ok(scored(&machine, count, &conditions, &of(&observed)?, &of(&quiet)?))
+    };
+    request.references.iter().map(score).collect()
+}
+
+/// Recordings of the machine as new.
+fn as_new(
+    request: &ReferenceRequest<'_>,
+    experiment: &Experiment,
+    first_stream: u64,
+    count: usize,
+) -> Result<Vec<Observation>, EvaluationError> {
+    let streams: Vec<u64> = (0..count as u64).map(|index| first_stream + index).collect();
+    in_parallel(&streams, request.jobs, |_, &stream| {
+        observe(request, experiment, stream, &healthy(request, stream))
+    })
 }
 
 /// The bench's test with a machine.
@@ -180,8 +196,9 @@ fn low_fidelity_bundle(
     Ok(Bundle::build(experiment, datasets, setting.noise_a(), RootSeed(seed))?)
 }
 
-fn score(
+fn scored(
     experiment: &Experiment,
+    references: usize,
     conditions: &[Condition],
     diagnosed: &[(RecordDiagnosis, Vec<f64>)],
     quiet: &[(RecordDiagnosis, Vec<f64>)],
@@ -211,6 +228,7 @@ fn score(
     let all = diagnosed.iter().chain(quiet);
     let adequate = all.clone().filter(|(answer, _)| answer.fit.adequate).count();
     ReferenceScore {
+        references,
         faults,
         adequate_frac: adequate as f64 / all.count().max(1) as f64,
         evaluations_median: median(trials.iter().map(|trial| trial.evaluations as f64)),
