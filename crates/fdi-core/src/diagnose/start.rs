@@ -11,13 +11,15 @@
 //! what a delay or another start would change is compared with what is left of the signal, without
 //! a run of the monitor, and a notice says where it is found there.
 
+use std::collections::BTreeMap;
+
 use ema_sim::{FaultCoordinates, Imperfections, InitialState, Scenario, SimulationError};
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    DIFFERENCE_STEP, DiagnoseError, DiagnoseOptions, Diagnoser, FitResult, Hypothesis, LEAST, Run,
-    START, STEP_TOLERANCE, within_training,
+    DIFFERENCE_STEP, DiagnoseError, DiagnoseOptions, Diagnoser, FitResult, Hypothesis, LEAST,
+    MISFIT_DEVIATIONS, Run, START, STEP_TOLERANCE, within_training,
 };
 use crate::{
     banded::dot,
@@ -236,6 +238,15 @@ struct FreeFit<'a> {
     error_a: Vec<f64>,
 }
 
+/// Where a search over faults and start ended.
+struct Settled {
+    point: Vec<f64>,
+    residual_a: Vec<f64>,
+    misfit: f64,
+    error_a: Vec<f64>,
+    evaluations: u64,
+}
+
 impl FreeFit<'_> {
     fn experiment(&self) -> &Experiment {
         &self.run.diagnoser.bundle.experiment
@@ -291,16 +302,16 @@ impl FreeFit<'_> {
         Ok(residual)
     }
 
-    /// The start, from either side of the play and at even delays, that explains the recording
-    /// best with some faults; with the evaluations made.
+    /// For each side of the play the start, at even delays and charges, that explains the recording
+    /// best with some faults: point and cost, added to those found already.
     fn nearest(
         &self,
         likelihood: &Likelihood,
         point: &[f64],
-    ) -> Result<(Vec<f64>, f64, u64), SimulationError> {
+        found: &mut BTreeMap<i32, (Vec<f64>, f64)>,
+    ) -> Result<u64, SimulationError> {
         let starts: &[[f64; 2]] = if self.run.options.free_start { &STARTS } else { &[[0.0, 0.0]] };
         let steps = (self.freedom.most_s / DELAY_STEP_S).floor() as i32;
-        let mut best = (Vec::new(), f64::INFINITY);
         for &[side, charge] in starts {
             let units_at = |delay_s: f64| {
                 let unit_of = |&(unknown, unit): &(Unknown, f64)| match unknown {
@@ -315,13 +326,30 @@ impl FreeFit<'_> {
                 let delay_s = f64::from(step) * DELAY_STEP_S;
                 let white = likelihood.whiten(&self.left(&modelled, delay_s));
                 let cost = dot(&white, &white);
-                if cost < best.1 {
-                    best = (units_at(delay_s), cost);
+                let known = found.get(&(side as i32));
+                if known.is_none_or(|(_, least)| cost < *least) {
+                    found.insert(side as i32, ([point, &units_at(delay_s)[..]].concat(), cost));
                 }
             }
         }
-        let (units, cost) = best;
-        Ok(([point, &units[..]].concat(), cost, starts.len() as u64))
+        Ok(starts.len() as u64)
+    }
+
+    /// The search from a start, and again with what the start found adds to the monitor's error.
+    fn settle(&mut self, likelihood: &Likelihood, from: &[f64]) -> Result<Settled, DiagnoseError> {
+        self.error_a.fill(0.0);
+        let (mut point, mut evaluations) = self.search(likelihood, from)?;
+        if self.run.options.free_start {
+            self.error_a = self.error_of_start(&point).map_err(BundleError::from)?;
+            let (again, spent) = self.search(likelihood, &point)?;
+            point = again;
+            evaluations += spent + ERROR_EVALUATIONS;
+        }
+        let residual_a = self.residual(&point).map_err(BundleError::from)?;
+        let white = likelihood.whiten(&residual_a);
+        let misfit = dot(&white, &white) / white.len() as f64;
+        let error_a = self.error_a.clone();
+        Ok(Settled { point, residual_a, misfit, error_a, evaluations: evaluations + 1 })
     }
 
     /// Levenberg-Marquardt from a start, the prior among the residuals.
@@ -377,26 +405,30 @@ impl Run<'_> {
         let middle: Vec<f64> =
             experiment.sought_indices().into_iter().map(|index| START[index]).collect();
         let mut evaluations = fit.evaluations;
-        let mut best: Option<(Vec<f64>, f64)> = None;
+        let mut starts = BTreeMap::new();
         // faults found with the wrong start may be far off
         for point in [&fit.estimate, &middle] {
-            let (start, cost, spent) =
-                free.nearest(likelihood, point).map_err(BundleError::from)?;
-            evaluations += spent;
-            if best.as_ref().is_none_or(|(_, least)| cost < *least) {
-                best = Some((start, cost));
+            let spent = free.nearest(likelihood, point, &mut starts);
+            evaluations += spent.map_err(BundleError::from)?;
+        }
+        let mut starts: Vec<(Vec<f64>, f64)> = starts.into_values().collect();
+        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let mut best: Option<Settled> = None;
+        for (from, _) in starts {
+            let settled = free.settle(likelihood, &from)?;
+            evaluations += settled.evaluations;
+            if best.as_ref().is_none_or(|best| settled.misfit < best.misfit) {
+                best = Some(settled);
+            }
+            let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
+            if best.as_ref().is_some_and(|best| best.misfit <= limit) {
+                break;
             }
         }
-        let (from, _) = best.ok_or(DiagnoseError::Undetermined)?;
-        let (mut point, spent) = free.search(likelihood, &from)?;
-        evaluations += spent;
-        if self.options.free_start {
-            free.error_a = free.error_of_start(&point).map_err(BundleError::from)?;
-            let (again, spent) = free.search(likelihood, &point)?;
-            point = again;
-            evaluations += spent + ERROR_EVALUATIONS;
-        }
-        let residual_a = free.residual(&point).map_err(BundleError::from)?;
+        let Some(Settled { point, residual_a, misfit, error_a, .. }) = best else {
+            return Err(DiagnoseError::Undetermined);
+        };
+        free.error_a = error_a;
         // the signal's slopes are those of the residual, turned round
         let turned = |at: &[f64]| {
             let residual = free.residual(at)?;
@@ -409,7 +441,6 @@ impl Run<'_> {
         let whole = likelihood
             .estimate_covariance_given(&slopes, &precision)
             .ok_or(DiagnoseError::Undetermined)?;
-        let white = likelihood.whiten(&residual_a);
         let found = free.freedom.unknowns.iter().enumerate().map(|(place, &(unknown, unit))| {
             let place = order + place;
             (unknown, unit * point[place], unit * whole[(place, place)].sqrt())
@@ -417,10 +448,10 @@ impl Run<'_> {
         let began = Began { found: found.collect() };
         let covariance = whole.view((0, 0), (order, order)).into_owned();
         Ok(FitResult {
-            misfit: dot(&white, &white) / white.len() as f64,
+            misfit,
             estimate: point[..order].to_vec(),
             residual_a,
-            evaluations: evaluations + 1 + 2 * slopes.len() as u64,
+            evaluations: evaluations + 2 * slopes.len() as u64,
             slopes: None,
             began: Some((began, covariance)),
         })
