@@ -59,7 +59,7 @@ pub const BUDGETS: [Budget; 6] = [
     },
     Budget {
         name: "bench/2-faults",
-        evaluations: 7,
+        evaluations: 8,
         limit_s: 0.025,
         recording: TWO,
         method: Method::Composite,

@@ -7,6 +7,7 @@
 mod bayesopt;
 mod diagnosis;
 mod experiments;
+mod real_recordings;
 mod reduction;
 mod simulator;
 
@@ -74,6 +75,11 @@ const PAGES: &[Page] = &[
         text: |f| diagnosis::text(f).map(Into::into),
     },
     Page { name: "experiments", quick: experiments::quick, text: experiments::text },
+    Page {
+        name: "real-recordings",
+        quick: real_recordings::quick,
+        text: |f| real_recordings::text(f).map(Into::into),
+    },
 ];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.

@@ -209,6 +209,9 @@ pub struct DiagnoseArgs {
     /// Bundle to diagnose with [default: the embedded one that fits the recording]
     #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
+    /// A recording of this machine as new, from the same start angle: levels are against it; may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub reference: Vec<PathBuf>,
     /// How the fault levels are searched
     #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
     pub method: MethodArg,
@@ -224,6 +227,12 @@ pub struct DiagnoseArgs {
     /// Noise on each phase per sample, rms in A, in place of the recording's own
     #[arg(long, value_name = "RMS", value_parser = not_negative)]
     pub noise_a: Option<f64>,
+    /// Estimate with the faults by how much the recording begins before or after the command: up to this, at most 0.05
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub max_delay_s: Option<f64>,
+    /// Estimate with the faults where in its play the surface begins and how the speed loop's integrator is charged
+    #[arg(long)]
+    pub free_start: bool,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,

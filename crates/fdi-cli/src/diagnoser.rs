@@ -1,11 +1,11 @@
 //! The seam between the command line and the diagnosis.
 
-use std::{fs, sync::OnceLock};
+use std::{fs, path::PathBuf, sync::OnceLock};
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding, FitSignals,
-    Purpose, Recording, RootSeed, report::RecordDiagnosis, store,
+    Bundle, ColumnMap, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding,
+    FitSignals, Purpose, Recording, RootSeed, report::RecordDiagnosis, store,
 };
 
 use crate::DiagnoseArgs;
@@ -52,6 +52,8 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         fidelity: args.fidelity.of_report(),
         max_evaluations: args.max_evaluations.map(usize::from),
         noise_a: args.noise_a,
+        max_delay_s: args.max_delay_s.unwrap_or(0.0),
+        free_start: args.free_start,
         seed: seed.derive(Purpose::Diagnosis, 0),
     };
     let bundles = match &args.bundle {
@@ -65,9 +67,13 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
             .map(|embedded| Prepared::read(embedded.bytes).context("the embedded bundle"))
             .collect::<Result<_>>()?,
     };
+    let map = ColumnMap::new(&args.map.map)?;
+    let read =
+        |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
+    let references = args.reference.iter().map(read).collect::<Result<Vec<_>>>()?;
     let rates_hz = bundles.iter().map(|one| one.bundle.experiment.filter.output_hz).collect();
     let encoding = args.encoding.of_diagnosis();
-    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, rates_hz }))
+    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, rates_hz }))
 }
 
 /// A bundle that is prepared when the first recording needs it.
@@ -83,10 +89,15 @@ impl Prepared {
         Ok(Self { sha256: store::sha256_hex(bytes), bundle, ready: OnceLock::new() })
     }
 
-    fn ready(&self, encoding: Encoding) -> Result<&fdi_core::Diagnoser> {
+    fn ready(&self, encoding: Encoding, references: &[Recording]) -> Result<&fdi_core::Diagnoser> {
         let prepare = || {
-            fdi_core::Diagnoser::with_encoding(self.bundle.clone(), encoding)
-                .map_err(|error| error.to_string())
+            let bundle = self.bundle.clone();
+            if references.is_empty() {
+                let ready = fdi_core::Diagnoser::with_encoding(bundle, encoding);
+                return ready.map_err(|error| error.to_string());
+            }
+            fdi_core::Diagnoser::with_references(bundle, encoding, references)
+                .map_err(|error| format!("the references: {error}"))
         };
         self.ready.get_or_init(prepare).as_ref().map_err(|error| anyhow!("{error}"))
     }
@@ -97,6 +108,7 @@ struct BundleDiagnoser {
     bundles: Vec<Prepared>,
     options: DiagnoseOptions,
     encoding: Encoding,
+    references: Vec<Recording>,
     rates_hz: Vec<f64>,
 }
 
@@ -141,7 +153,8 @@ impl Diagnoser for BundleDiagnoser {
 
     fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis> {
         let prepared = self.fitting(recording);
-        let mut answer = prepared.ready(self.encoding)?.diagnose(recording, &self.options)?;
+        let mut answer =
+            prepared.ready(self.encoding, &self.references)?.diagnose(recording, &self.options)?;
         if prepared.sha256 != self.bundle_sha256() {
             answer.bundle = Some(prepared.sha256.clone());
         }
@@ -149,7 +162,7 @@ impl Diagnoser for BundleDiagnoser {
     }
 
     fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {
-        let ready = self.fitting(recording).ready(self.encoding)?;
+        let ready = self.fitting(recording).ready(self.encoding, &self.references)?;
         let (_, signals) = ready.diagnose_with_signals(recording, &self.options)?;
         Ok(Some(signals))
     }

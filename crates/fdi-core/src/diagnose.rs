@@ -1,5 +1,8 @@
 //! The online diagnosis: from a recording to fault levels with their uncertainty.
 
+mod reference;
+mod start;
+
 use std::sync::{Mutex, OnceLock};
 use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
 
@@ -7,6 +10,7 @@ use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState, Imperfections};
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
 use nalgebra::DMatrix;
 
+use self::{reference::References, start::Began};
 use crate::{
     banded::{BandedMatrix, NotPositiveDefinite, dot},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
@@ -70,6 +74,36 @@ pub enum DiagnoseError {
         /// The method asked for.
         method: Method,
     },
+    /// A method that takes the start of the test as the bundle has it.
+    #[error(
+        "a start that is not the bundle's is estimated by the method `composite` with \
+         `--fidelity low`"
+    )]
+    StartMethod,
+    /// A reference recording from another start angle than the others, or that says none; or a
+    /// recording from another one than the references.
+    #[error(
+        "recording and references start at one angle, known for each: found {}, expected {}",
+        .found_rad.map_or("none".to_owned(), |rad| format!("{rad:.4} rad")),
+        .expected_rad.map_or("one".to_owned(), |rad| format!("{rad:.4} rad"))
+    )]
+    ReferenceStart {
+        /// Start angle found.
+        found_rad: Option<f64>,
+        /// That of the references.
+        expected_rad: Option<f64>,
+    },
+    /// A method that does not take references.
+    #[error("references go with `--fidelity low` and any method but `emulator`")]
+    ReferenceMethod,
+    /// A largest delay that is no time.
+    #[error("a largest delay of {found_s} s, expected 0 to {most_s} s")]
+    MostDelay {
+        /// Found.
+        found_s: f64,
+        /// Largest that is looked for.
+        most_s: f64,
+    },
     /// The recording leaves a fault without any effect on the signal.
     #[error(
         "the recording does not determine all faults looked for; \
@@ -91,6 +125,12 @@ pub struct DiagnoseOptions {
     pub max_evaluations: Option<usize>,
     /// Noise on each phase sample, where the user knows it, A.
     pub noise_a: Option<f64>,
+    /// Largest time by which the recording may begin before or after the command, s: the delay is
+    /// then estimated with the faults. Zero where they are triggered together.
+    pub max_delay_s: f64,
+    /// Whether the surface may begin anywhere in its play and the integrator of the speed loop
+    /// charged: both are then estimated with the faults.
+    pub free_start: bool,
     /// Seed of what is random.
     pub seed: u64,
 }
@@ -102,6 +142,8 @@ impl Default for DiagnoseOptions {
             fidelity: Fidelity::Low,
             max_evaluations: None,
             noise_a: None,
+            max_delay_s: 0.0,
+            free_start: false,
             seed: 0,
         }
     }
@@ -122,6 +164,10 @@ pub struct Diagnoser {
     severe: OnceLock<Option<SevereErrors>>,
     /// The monitor's signal, its error's mean included, over the damage: where a search begins.
     surface: Option<Arc<ErrorModel>>,
+    /// Recordings of the machine as new that the error models are corrected with.
+    references: Option<References>,
+    /// What another start changes of the signal; formed when first needed.
+    start_effects: OnceLock<Vec<Vec<f64>>>,
     /// What makes few numbers of the signal; none for the whole signal.
     encoder: Option<Arc<Encoder>>,
     /// Noise covariances by the rate of the phases.
@@ -173,8 +219,10 @@ struct FitResult {
     /// Mean square of the whitened residual.
     misfit: f64,
     evaluations: u64,
-    /// Covariance of the estimate, where it is known already.
-    covariance: Option<DMatrix<f64>>,
+    /// Slopes of the signal at the estimate, where they are known already.
+    slopes: Option<Vec<Vec<f64>>>,
+    /// How the recording begins and the covariance with that, where that is estimated.
+    began: Option<(Began, DMatrix<f64>)>,
 }
 
 impl FitResult {
@@ -220,6 +268,8 @@ impl Diagnoser {
             high: [OnceLock::new(), OnceLock::new()],
             severe: OnceLock::new(),
             surface,
+            references: None,
+            start_effects: OnceLock::new(),
             encoder,
             unit_noise: Mutex::new(BTreeMap::new()),
             emulators: Mutex::new(BTreeMap::new()),
@@ -254,7 +304,8 @@ impl Diagnoser {
         options: &DiagnoseOptions,
         watch: &Watch<'_>,
     ) -> Result<RecordDiagnosis, DiagnoseError> {
-        let mut observation = Observation::of(recording, &self.bundle.experiment)?;
+        let mut observation =
+            Observation::of(recording, &self.bundle.experiment, options.max_delay_s)?;
         let notices = std::mem::take(&mut observation.notices);
         let mut answer = match observation.commutation.take() {
             Some(seen) => self.with_commutation(&mut observation, &seen, options, watch)?,
@@ -321,15 +372,19 @@ impl Diagnoser {
         options: &DiagnoseOptions,
         watch: &Watch<'_>,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        start::check(options)?;
         let scalar = scalar_search::criterion(options.method, options.seed).is_some();
         if scalar && options.fidelity == Fidelity::High {
             return Err(DiagnoseError::HighFidelityMethod { method: options.method });
         }
         let run = Run { diagnoser: self, observation, options, watch };
-        match observation.start_angle_rad {
-            Some(angle_rad) => self.with_known_angle(&run, angle_rad),
-            None => self.with_unknown_angle(&run),
-        }
+        let referred = self.reference_notice(observation.start_angle_rad, options)?;
+        let (mut answer, posterior) = match observation.start_angle_rad {
+            Some(angle_rad) => self.with_known_angle(&run, angle_rad)?,
+            None => self.with_unknown_angle(&run)?,
+        };
+        answer.notices.extend(referred);
+        Ok((answer, posterior))
     }
 
     /// The likelihood of an error model at a noise level, kept for the next recording.
@@ -354,7 +409,8 @@ impl Diagnoser {
             }
         }
         let unit = self.unit_noise(phase_rate_hz);
-        let likelihood = Arc::new(Likelihood::new(error, &unit, noise_a, self.encoder.as_ref())?);
+        let whole_a = self.with_reference_noise(noise_a);
+        let likelihood = Arc::new(Likelihood::new(error, &unit, whole_a, self.encoder.as_ref())?);
         let mut kept = self.likelihoods.lock().expect("no thread panics while it holds the cache");
         if kept.len() >= LIKELIHOODS_KEPT {
             kept.clear();
@@ -463,7 +519,8 @@ impl Diagnoser {
         let experiment = &self.bundle.experiment;
         let errors = match self.bundle.dataset(ReferenceDesign::Wide) {
             Some(dataset) => Some(SevereErrors::learn(
-                &self.incipient,
+                // what references correct is no error of the monitor on this machine's model
+                self.references.as_ref().map_or(&self.incipient, |references| &references.learnt),
                 differences(experiment, dataset)?,
                 &sought_coordinates(experiment, dataset),
             )),
@@ -488,10 +545,7 @@ impl Diagnoser {
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let experiment = &self.bundle.experiment;
         let own_rad = experiment.scenario.start_angle_rad;
-        let turn = (angle_rad - own_rad).rem_euclid(TAU);
-        let tolerance_rad =
-            ELECTRICAL_TOLERANCE_RAD / f64::from(experiment.actuator.motor.pole_pairs);
-        let at_zero = turn < tolerance_rad || TAU - turn < tolerance_rad;
+        let at_zero = self.same_start(angle_rad, own_rad);
         if run.options.method == Method::Emulator && !at_zero {
             return Err(DiagnoseError::EmulatorStart { found_rad: Some(angle_rad) });
         }
@@ -590,6 +644,10 @@ struct Outcome {
     method: Method,
     evaluations: u64,
     cost: f64,
+    /// How the recording begins, or seems to, where that is not as the bundle has it.
+    began_otherwise: Vec<Notice>,
+    /// The signal that was explained, where it is not the observed one, A.
+    measured_a: Option<Vec<f64>>,
 }
 
 /// A diagnosis under way.
@@ -650,7 +708,8 @@ impl Run<'_> {
         };
         let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
             let level_a = prior_a * ln_ratio.exp();
-            let factor = Likelihood::plain(error, &unit, level_a, self.encoder())?;
+            let whole_a = self.diagnoser.with_reference_noise(level_a);
+            let factor = Likelihood::plain(error, &unit, whole_a, self.encoder())?;
             let white = factor.whiten(&residual_a);
             let prior = ln_ratio / NOISE_PRIOR_LN_STD;
             Ok(white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant() + prior * prior)
@@ -771,11 +830,16 @@ impl Run<'_> {
         noise_a: f64,
     ) -> Result<FitResult, DiagnoseError> {
         let (near, spent) = self.near_surface(hypothesis, likelihood, noise_a)?;
-        if let Some(fit) = near {
-            return Ok(fit);
+        let fit = if let Some(fit) = near {
+            fit
+        } else {
+            let fit = self.fit(hypothesis, likelihood, &START)?;
+            FitResult { evaluations: fit.evaluations + spent, ..fit }
+        };
+        if start::is_free(self.options) {
+            return self.freed(hypothesis, likelihood, &fit);
         }
-        let fit = self.fit(hypothesis, likelihood, &START)?;
-        Ok(FitResult { evaluations: fit.evaluations + spent, ..fit })
+        Ok(fit)
     }
 
     /// Generalised least squares from where the surface explains the recording best, with the
@@ -844,8 +908,8 @@ impl Run<'_> {
         let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
         let white = likelihood.whiten(&residual_a);
         let misfit = dot(&white, &white) / white.len() as f64;
-        let covariance = likelihood.estimate_covariance(&slopes);
-        Ok(Some(FitResult { estimate, residual_a, misfit, evaluations: 0, covariance }))
+        let slopes = Some(slopes);
+        Ok(Some(FitResult { estimate, residual_a, misfit, evaluations: 0, slopes, began: None }))
     }
 
     /// Whether the surface is learnt at a point, and the machine can be given it.
@@ -890,6 +954,8 @@ impl Run<'_> {
             method: Method::Emulator,
             evaluations: 0,
             cost: found.misfit * likelihood.size() as f64 + likelihood.log_determinant(),
+            began_otherwise: Vec::new(),
+            measured_a: None,
         }))
     }
 
@@ -931,11 +997,9 @@ impl Run<'_> {
         let white = likelihood.whiten(&residual_a);
         let here = white.iter().map(|z| z * z).sum::<f64>() / white.len() as f64;
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
-        let covariance =
-            likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?;
         let evaluations = evaluations + 1 + 2 * sought.len() as u64;
-        let covariance = Some(covariance);
-        let fit = FitResult { estimate, residual_a, misfit, evaluations, covariance };
+        let slopes = Some(jacobian);
+        let fit = FitResult { estimate, residual_a, misfit, evaluations, slopes, began: None };
         let mut outcome =
             self.outcome(hypothesis, likelihood, fit, (here <= limit, false), evaluations)?;
         outcome.unfinished = here > limit;
@@ -957,7 +1021,8 @@ impl Run<'_> {
         let unit = self.diagnoser.unit_noise(self.observation.phase_rate_hz);
         let likelihood_at = |size: f64| -> Result<Likelihood, NotPositiveDefinite> {
             let error = hypothesis.error.with_residuals(severe.at_size(size));
-            Likelihood::new(&error, &unit, noise.level_a, self.encoder())
+            let whole_a = self.diagnoser.with_reference_noise(noise.level_a);
+            Likelihood::new(&error, &unit, whole_a, self.encoder())
         };
         let wide = likelihood_at(SEVERE_START)?;
         let mut starts = vec![self.all_coordinates(&near.estimate)];
@@ -1017,7 +1082,8 @@ impl Run<'_> {
             estimate: solution.point,
             residual_a,
             evaluations: solution.evaluations as u64 + 1,
-            covariance: None,
+            slopes: None,
+            began: None,
         })
     }
 
@@ -1064,11 +1130,22 @@ impl Run<'_> {
         (adequate, severe): (bool, bool),
         mut spent: u64,
     ) -> Result<Outcome, DiagnoseError> {
-        let covariance = if let Some(covariance) = fit.covariance.take() {
+        let experiment = &self.diagnoser.bundle.experiment;
+        let began_otherwise;
+        let mut measured_a = None;
+        let covariance = if let Some((began, covariance)) = fit.began.take() {
+            began_otherwise = began.notices(experiment);
+            measured_a = Some(self.observation.advanced(began.delay_s(), experiment));
             covariance
         } else {
-            let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
-            spent += 2 * jacobian.len() as u64;
+            let jacobian = if let Some(slopes) = fit.slopes.take() {
+                slopes
+            } else {
+                let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
+                spent += 2 * jacobian.len() as u64;
+                jacobian
+            };
+            began_otherwise = self.suspected_start(likelihood, &jacobian, &fit.residual_a)?;
             likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?
         };
         let cost = fit.cost(likelihood);
@@ -1086,6 +1163,8 @@ impl Run<'_> {
             method: self.options.method,
             evaluations: spent,
             cost,
+            began_otherwise,
+            measured_a,
         })
     }
 
@@ -1150,6 +1229,7 @@ impl Run<'_> {
         if let Some(encoder) = self.encoder() {
             notices.push(encoder.notice());
         }
+        notices.extend(outcome.began_otherwise.iter().cloned());
         let any_null = (0..FAULT_COUNT - 1).any(|i| sought[i] && faults[i].value.is_none());
         let any_detected = faults.iter().any(|fault| fault.detected == Some(true));
         let eccentric = faults[5].detected == Some(true);
@@ -1172,7 +1252,8 @@ impl Run<'_> {
         } else {
             Verdict::Healthy
         };
-        (self.watch.answer)(&self.observation.signal_a, &outcome.residual_a);
+        let measured_a = outcome.measured_a.as_ref().unwrap_or(&self.observation.signal_a);
+        (self.watch.answer)(measured_a, &outcome.residual_a);
         let count = outcome.residual_a.len() as f64;
         let square_sum = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
         let rms_a = (square_sum(&mut outcome.residual_a.iter().copied()) / count).sqrt();

@@ -234,6 +234,21 @@ impl ErrorModel {
         }
     }
 
+    /// The same with an offset added to the mean, and a covariance larger by a factor.
+    #[must_use]
+    pub(crate) fn corrected(&self, offset: &[f64], factor: f64) -> Self {
+        let mut corrected = self.clone();
+        corrected.covariances = OnceLock::new();
+        // the first term is the constant one
+        add_scaled(&mut corrected.coefficients[0], 1.0, offset);
+        for value in corrected.residuals.iter_mut().flatten() {
+            *value *= factor.sqrt();
+        }
+        corrected.electronics =
+            self.electronics.as_ref().map(|electronics| Arc::new(electronics.scaled(factor)));
+        corrected
+    }
+
     /// The covariance of the electronics, where the shape has a share of it.
     pub(crate) fn electronics(&self) -> Option<&Arc<BandedMatrix>> {
         self.electronics.as_ref()

@@ -9,8 +9,10 @@ mod contender;
 mod convergence;
 mod high;
 mod noisy;
+mod reference;
 mod score;
 mod setting;
+mod start;
 
 use std::{fmt, thread};
 
@@ -20,11 +22,13 @@ use crate::{
     dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign},
     diagnose::DiagnoseError,
     error_model::ErrorModelError,
-    experiment::Experiment,
+    experiment::{Experiment, ExperimentError},
     report::{Evaluation, EvaluationSettings, SCHEMA_VERSION},
 };
 pub use contender::Contender;
+pub use reference::{Beforehand, ReferenceRequest, ReferenceScore, evaluate_references};
 pub use setting::EvaluationSetting;
+pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};
 
 /// Which of the paper's experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,6 +146,9 @@ pub enum EvaluationError {
     /// The conditions cannot be drawn or simulated.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
+    /// A machine cannot be tested.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
     /// Nothing can be learnt from the reference signals.
     #[error(transparent)]
     Bundle(#[from] BundleError),

@@ -99,7 +99,9 @@ pub use emulator::{Emulated, Emulator};
 pub use encoding::Encoding;
 pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
 pub use evaluate::{
-    Clock, Contender, EvaluationError, EvaluationRequest, EvaluationSetting, Protocol, evaluate,
+    Beforehand, Beginning, BeginningRequest, BeginningScore, Clock, Contender, EvaluationError,
+    EvaluationRequest, EvaluationSetting, Protocol, ReferenceRequest, ReferenceScore, evaluate,
+    evaluate_beginnings, evaluate_references,
 };
 pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};

@@ -41,6 +41,24 @@ pub(crate) struct Likelihood {
 struct Fold {
     factor: Factor,
     residuals: Vec<Vec<f64>>,
+    /// The residuals as white numbers, formed when first asked for.
+    white: OnceLock<Vec<Vec<f64>>>,
+}
+
+impl Fold {
+    fn white(&self) -> &[Vec<f64>] {
+        self.white.get_or_init(|| self.factor.whiten_each(self.residuals.iter()))
+    }
+
+    /// What an estimator without this fold makes of each of its residuals.
+    fn shifts(&self, jacobian: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<Vec<DVector<f64>>> {
+        let rows = self.factor.whiten_each(jacobian.iter());
+        let inverse = (gram(&rows) + prior).try_inverse()?;
+        let project = |white: &Vec<f64>| {
+            DVector::from_iterator(rows.len(), rows.iter().map(|row| dot(row, white)))
+        };
+        Some(self.white().iter().map(|white| &inverse * project(white)).collect())
+    }
 }
 
 impl Likelihood {
@@ -62,6 +80,7 @@ impl Likelihood {
                 Ok(Fold {
                     factor: Factor::new(with_noise(&covariance), encoder)?,
                     residuals: residuals.iter().map(|r| r.to_vec()).collect(),
+                    white: OnceLock::new(),
                 })
             })
             .collect::<Result<_, _>>()?;
@@ -129,22 +148,34 @@ impl Likelihood {
     ///
     /// `None` when the Jacobian leaves a coordinate undetermined.
     pub(crate) fn estimate_covariance(&self, jacobian: &[Vec<f64>]) -> Option<DMatrix<f64>> {
-        let whole = Estimator::new(&self.factor, jacobian)?;
+        self.estimate_covariance_given(jacobian, &vec![0.0; jacobian.len()])
+    }
+
+    /// The same where some coordinates are known to be near zero, `N(0, 1/p)` with `p` their
+    /// prior precision; 0 for what nothing is known of. With `V = (JᵀΣ⁻¹J + P)⁻¹` the prior
+    /// adds `V·P·V`.
+    pub(crate) fn estimate_covariance_given(
+        &self,
+        jacobian: &[Vec<f64>],
+        precision: &[f64],
+    ) -> Option<DMatrix<f64>> {
+        let whole = Estimator::given(&self.factor, jacobian, precision)?;
         let noise_images: Vec<Vec<f64>> =
             whole.weights.iter().map(|weight| self.noise.times(weight)).collect();
         let mut covariance =
             symmetric(jacobian.len(), |i, j| dot(&whole.weights[i], &noise_images[j]));
         let mut count = 0.0;
         let mut scatter = DMatrix::zeros(jacobian.len(), jacobian.len());
+        let prior = diagonal(precision);
         for fold in &self.folds {
-            let estimator = Estimator::new(&fold.factor, jacobian)?;
-            for residual in &fold.residuals {
-                let shift = estimator.apply(residual);
+            for shift in fold.shifts(jacobian, &prior)? {
                 scatter += &shift * shift.transpose();
                 count += 1.0;
             }
         }
         covariance += scatter / f64::max(count, 1.0);
+        let inverse = &whole.inverse;
+        covariance += inverse * prior * inverse;
         Some(covariance)
     }
 
@@ -185,10 +216,8 @@ impl Likelihood {
             .iter()
             .flat_map(|fold| {
                 let noise = self.noise_share(&fold.factor);
-                let white = fold.factor.whiten_each(fold.residuals.iter());
-                white
-                    .into_iter()
-                    .map(move |white| (dot(&white, &white) / white.len() as f64 + noise).ln())
+                let misfit = |white: &Vec<f64>| dot(white, white) / white.len() as f64;
+                fold.white().iter().map(move |white| (misfit(white) + noise).ln())
             })
             .collect();
         let count = logs.len().max(2) as f64;
@@ -235,6 +264,8 @@ pub(crate) fn joined(model: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix
 /// A linear estimator: `δ = (JᵀΣ⁻¹J)⁻¹·JᵀΣ⁻¹·r`, one weight vector a coordinate.
 pub(crate) struct Estimator {
     weights: Vec<Vec<f64>>,
+    /// `(JᵀΣ⁻¹J + P)⁻¹`.
+    inverse: DMatrix<f64>,
 }
 
 impl Estimator {
@@ -242,14 +273,29 @@ impl Estimator {
         Self::each(factor, &[jacobian])?.pop()
     }
 
+    /// The estimator with a prior precision of each coordinate about zero.
+    pub(crate) fn given(factor: &Factor, jacobian: &[Vec<f64>], precision: &[f64]) -> Option<Self> {
+        Self::each_given(factor, &[jacobian], precision)?.pop()
+    }
+
     /// Estimators for several Jacobians of equal size on one factor.
     pub(crate) fn each(factor: &Factor, jacobians: &[&[Vec<f64>]]) -> Option<Vec<Self>> {
         let order = jacobians.first().map_or(0, |jacobian| jacobian.len());
+        Self::each_given(factor, jacobians, &vec![0.0; order])
+    }
+
+    fn each_given(
+        factor: &Factor,
+        jacobians: &[&[Vec<f64>]],
+        precision: &[f64],
+    ) -> Option<Vec<Self>> {
+        let order = jacobians.first().map_or(0, |jacobian| jacobian.len());
         let samples = jacobians.first().and_then(|j| j.first()).map_or(0, Vec::len);
         let white = factor.whiten_each(jacobians.iter().flat_map(|jacobian| jacobian.iter()));
+        let prior = diagonal(precision);
         let covariances: Vec<DMatrix<f64>> = white
             .chunks(order.max(1))
-            .map(|rows| gram(rows).try_inverse())
+            .map(|rows| (gram(rows) + &prior).try_inverse())
             .collect::<Option<_>>()?;
         let solved = factor.spread_each(white, samples);
         let weights = |(covariance, solved): (&DMatrix<f64>, &[Vec<f64>])| {
@@ -262,7 +308,7 @@ impl Estimator {
                 }
                 weight
             };
-            Self { weights: (0..order).map(weight).collect() }
+            Self { weights: (0..order).map(weight).collect(), inverse: covariance.clone() }
         };
         Some(covariances.iter().zip(solved.chunks(order.max(1))).map(weights).collect())
     }
@@ -278,6 +324,11 @@ impl Estimator {
             self.weights.iter().map(|weight| dot(weight, residual)),
         )
     }
+}
+
+/// A matrix with these on its diagonal.
+fn diagonal(values: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_column_slice(values))
 }
 
 /// `JᵀΣ⁻¹J`.

@@ -1,6 +1,8 @@
 //! From a recording to the signal that is diagnosed, at the rate and with the filter of an
 //! experiment.
 
+use core::f64::consts::PI;
+
 use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
 use crate::{
@@ -18,6 +20,8 @@ use crate::{
 pub(crate) struct Observation {
     /// Filtered envelope, A.
     pub(crate) signal_a: Vec<f64>,
+    /// The envelope before its filter at the rate of the phases, A, where it is known.
+    pub(crate) envelope_a: Option<Vec<f64>>,
     /// Rotor angle at the first sample, where it is known, rad.
     pub(crate) start_angle_rad: Option<f64>,
     /// Where that angle is read off the commutation: what was seen of it.
@@ -166,27 +170,73 @@ const COMPUTED_SUM_A: f64 = 1e-5;
 const COMMAND_TOLERANCE: f64 = 0.01;
 
 impl Observation {
-    /// Reads the signal of an experiment off a recording.
+    /// Reads the signal of an experiment off a recording that may begin before or after the
+    /// command.
     pub(crate) fn of(
         recording: &Recording,
         experiment: &Experiment,
+        max_delay_s: f64,
     ) -> Result<Self, ObservationError> {
         let mut notices = Vec::new();
         match recording.require_current()? {
             Current::Phases(phases) => {
                 let mut observation = of_phases(recording, phases, experiment)?;
-                check_command(recording, experiment, &mut notices)?;
+                check_command(recording, experiment, max_delay_s, &mut notices)?;
                 observation.notices = notices;
                 Ok(observation)
             }
             Current::Envelope(channel) => {
                 let mut observation = of_envelope(recording, channel, experiment)?;
-                check_command(recording, experiment, &mut notices)?;
+                check_command(recording, experiment, max_delay_s, &mut notices)?;
                 observation.notices = notices;
                 Ok(observation)
             }
         }
     }
+}
+
+impl Observation {
+    /// The signal from a time after the first sample on, or before it, s: from the envelope before
+    /// its filter, else between the samples of the filtered one. What the recording lacks is held.
+    pub(crate) fn advanced(&self, by_s: f64, experiment: &Experiment) -> Vec<f64> {
+        match &self.envelope_a {
+            Some(envelope_a) => {
+                let by = by_s * self.phase_rate_hz;
+                let advanced = advanced(envelope_a, by);
+                filtered(&advanced, self.phase_rate_hz, experiment)
+            }
+            None => advanced(&self.signal_a, by_s * experiment.filter.output_hz),
+        }
+    }
+}
+
+/// A signal from some samples after its first on: through a windowed sinc (Lanczos), the ends held.
+fn advanced(signal: &[f64], by: f64) -> Vec<f64> {
+    let last = signal.len() as i64 - 1;
+    let whole = by.floor();
+    let weights = lanczos_weights(by - whole);
+    let value = |n: usize| {
+        let first = n as i64 + whole as i64 - LANCZOS_REACH;
+        let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
+        weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
+    };
+    (0..signal.len()).map(value).collect()
+}
+
+/// Samples to either side that one between two is made of.
+const LANCZOS_REACH: i64 = 8;
+
+/// Weights of the samples from `LANCZOS_REACH` before to as many after, for one that lies a share
+/// of a period after the middle one; their sum is one.
+fn lanczos_weights(share: f64) -> Vec<f64> {
+    let sinc = |x: f64| if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
+    let weight = |tap: i64| {
+        let x = (tap - LANCZOS_REACH) as f64 - share;
+        sinc(x) * sinc((x / LANCZOS_REACH as f64).clamp(-1.0, 1.0))
+    };
+    let weights: Vec<f64> = (0..=2 * LANCZOS_REACH).map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|weight| weight / sum).collect()
 }
 
 /// The uniform sampling of a channel that is long enough.
@@ -250,6 +300,7 @@ fn of_phases(
     let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
     Ok(Observation {
         signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
+        envelope_a: Some(envelope_a),
         start_angle_rad: rotor.start_angle_rad,
         commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
@@ -371,6 +422,7 @@ fn of_envelope(
     long_enough(channel, &sampling, experiment)?;
     Ok(Observation {
         signal_a: channel.values()[..experiment.samples()].to_vec(),
+        envelope_a: None,
         start_angle_rad: metadata
             .start_angle_rad
             .or_else(|| recording.channel(ChannelName::MotorAngle)?.values().first().copied()),
@@ -440,10 +492,11 @@ fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
     (noise_a > COMPUTED_SUM_A).then_some(noise_a)
 }
 
-/// Compares the recording's command with the bundle's.
+/// Compares the recording's command with the bundle's, before and after it by some delay.
 fn check_command(
     recording: &Recording,
     experiment: &Experiment,
+    max_delay_s: f64,
     notices: &mut Vec<Notice>,
 ) -> Result<(), ObservationError> {
     if let Some(CommandSource::Named(found)) = &recording.metadata.command {
@@ -474,7 +527,10 @@ fn check_command(
         }
         let expected_rad = command(since_s);
         range = range.max(expected_rad.abs());
-        let difference = (found_rad - expected_rad).abs();
+        let ends = [-max_delay_s, max_delay_s].map(|late_s| command((since_s - late_s).max(0.0)));
+        let least = ends[0].min(ends[1]).min(expected_rad);
+        let most = ends[0].max(ends[1]).max(expected_rad);
+        let difference = (least - found_rad).max(found_rad - most).max(0.0);
         if difference > worst.0 {
             worst = (difference, found_rad, expected_rad, time_s);
         }
@@ -514,5 +570,25 @@ pub(crate) fn envelope_kind(envelope: Envelope) -> EnvelopeKind {
         Envelope::SignedProjection => EnvelopeKind::SignedProjection,
         Envelope::QAxis => EnvelopeKind::QAxis,
         _ => EnvelopeKind::ConductingPhase,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_signal_is_advanced_between_its_samples() {
+        let wave = |n: f64| (0.5 * n).sin() + 2.0;
+        let signal: Vec<f64> = (0..80).map(|n| wave(f64::from(n))).collect();
+        for by in [1.4, -2.25, 3.0] {
+            let moved = advanced(&signal, by);
+            for (n, value) in moved.iter().enumerate().take(65).skip(15) {
+                // a period of a dozen samples through 17 taps: a thousandth
+                assert!((value - wave(n as f64 + by)).abs() < 2e-3, "{n} {by}");
+            }
+        }
+        assert_eq!(advanced(&signal, 3.0)[2], signal[5]);
+        assert_eq!(advanced(&signal, -3.0)[1], signal[0]);
     }
 }

@@ -1,6 +1,6 @@
 //! What an experiment's recordings are like, and the bundle that is learnt for them.
 
-use ema_sim::{Converter, Imperfections, PhaseSensors, PhysicalFaults, SimulationError};
+use ema_sim::{Converter, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError};
 
 use super::{EvaluationError, in_parallel};
 use crate::{
@@ -49,6 +49,22 @@ impl EvaluationSetting {
         condition: &Condition,
         sensors: Option<(PhaseSensors, u64)>,
     ) -> Result<Vec<f64>, SimulationError> {
+        let envelope_a = self.delayed_envelope(experiment, condition, sensors, 0.0)?;
+        Ok(filtered(&envelope_a, self.phase_rate_hz, experiment))
+    }
+
+    /// Its envelope before the filter, in a recording in which the command comes late by some time, to the nearest phase
+    /// sample; before it all stands as at its start.
+    pub(super) fn delayed_envelope(
+        &self,
+        experiment: &Experiment,
+        condition: &Condition,
+        sensors: Option<(PhaseSensors, u64)>,
+        delay_s: f64,
+    ) -> Result<Vec<f64>, SimulationError> {
+        let duration_s = experiment.scenario.duration_s + (-delay_s).max(0.0);
+        let scenario = Scenario { duration_s, ..experiment.scenario.clone() };
+        let experiment = &Experiment { scenario, ..experiment.clone() };
         let model = experiment
             .high_fidelity(condition.start_angle_rad, self.imperfections)?
             .with_seed(condition.noise_seed);
@@ -59,13 +75,16 @@ impl EvaluationSetting {
         }
         trace.motor_angle_rad = resampled(&trace.motor_angle_rad, from_hz, to_hz);
         trace.rate_hz = to_hz;
+        let late = (delay_s * to_hz).round() as i64;
+        for channel in trace.phase_currents_a.iter_mut().chain([&mut trace.motor_angle_rad]) {
+            *channel = later(channel, late);
+        }
         if let Some((sensors, seed)) = sensors {
             let [a, b, c] = &trace.phase_currents_a;
             trace.phase_currents_a = sensors.measure([a, b, c], seed);
         }
         let pole_pairs = experiment.actuator.motor.pole_pairs;
-        let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
-        Ok(filtered(&envelope_a, to_hz, experiment))
+        Ok(trace.envelope_a(experiment.envelope, pole_pairs))
     }
 
     /// The experiment with the monitor sampled as the phases are.
@@ -77,6 +96,7 @@ impl EvaluationSetting {
     pub(super) fn observation(&self, signal_a: Vec<f64>) -> Observation {
         Observation {
             signal_a,
+            envelope_a: None,
             start_angle_rad: Some(0.0),
             commutation: None,
             phase_rate_hz: self.phase_rate_hz,
@@ -113,4 +133,10 @@ impl EvaluationSetting {
         }
         Ok(Bundle::build(experiment, datasets, self.noise_a(), RootSeed(seed))?)
     }
+}
+
+/// A channel later by some samples; the first is held, what comes after the end is not there.
+fn later(channel: &[f64], samples: i64) -> Vec<f64> {
+    let count = channel.len() as i64 - (-samples).max(0);
+    (0..count).map(|n| channel[(n - samples).max(0) as usize]).collect()
 }

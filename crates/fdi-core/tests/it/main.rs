@@ -6,6 +6,7 @@
     reason = "helpers of tests fail by panicking, and say when a test is skipped"
 )]
 
+mod beginning;
 mod encoding;
 mod evaluation;
 mod files;

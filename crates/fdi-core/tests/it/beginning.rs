@@ -1,0 +1,136 @@
+//! Recordings that begin otherwise than the bundle's test, and machines that differ from its.
+
+use fdi_core::{
+    Bundle, Channel, ChannelName, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Encoding,
+    Experiment, RecordedContent, Recording, SimulatedRecording,
+    ema_sim::{HealthState, Imperfections, PhaseSensors},
+    report::{NoticeCode, RecordDiagnosis},
+};
+
+const LEVELS: [f64; 7] = [0.020, 0.010, 0.0, 0.030, 0.0, 0.0, 0.5];
+/// Standard deviations within which each of k1 to k5 is to be found: 1 in 20 000 beyond, for each
+/// of five, if the stated deviations are right, and they may be half as large as they should.
+const DEVIATIONS: f64 = 8.0;
+
+fn chirp() -> Bundle {
+    Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap()
+}
+
+fn recorded(experiment: &Experiment, levels: [f64; 7], seed: u64) -> Recording {
+    SimulatedRecording {
+        faults: HealthState::new(levels).unwrap().coordinates(),
+        start_angle_rad: 0.0,
+        imperfections: Imperfections::REAL,
+        controller_seed: seed,
+        sensors: PhaseSensors { noise_a: 0.02, converter: None },
+        phase_rate_hz: None,
+        sensor_seed: seed,
+        content: RecordedContent::Phases,
+    }
+    .record(experiment, "r")
+    .unwrap()
+}
+
+/// The recording with everything later by some samples, what is before it held.
+fn later(recording: &Recording, samples: usize) -> Recording {
+    let names = [
+        ChannelName::PhaseACurrent,
+        ChannelName::PhaseBCurrent,
+        ChannelName::PhaseCCurrent,
+        ChannelName::MotorAngle,
+    ];
+    let channels = names.map(|name| {
+        let values = recording.channel(name).unwrap().values();
+        let held = (0..values.len()).map(|n| values[n.saturating_sub(samples)]).collect();
+        Channel::uniform(name, 0.0, 10_000.0, held).unwrap()
+    });
+    Recording::new("r", recording.metadata.clone(), channels.into()).unwrap()
+}
+
+fn finds(answer: &RecordDiagnosis) -> bool {
+    answer.faults.iter().zip(LEVELS).take(5).all(|(fault, level)| {
+        (fault.value.unwrap() - level).abs() < DEVIATIONS * fault.std.unwrap()
+    })
+}
+
+fn tells(answer: &RecordDiagnosis, words: &str) -> bool {
+    answer
+        .notices
+        .iter()
+        .any(|notice| notice.code == NoticeCode::OutsideTraining && notice.message.contains(words))
+}
+
+#[test]
+fn a_delay_is_told_and_estimated_where_it_may_be() {
+    let bundle = chirp();
+    let recording = later(&recorded(&bundle.experiment, LEVELS, 11), 7);
+    let diagnoser = Diagnoser::new(bundle).unwrap();
+    let answer = |max_delay_s: f64| {
+        let options = DiagnoseOptions { max_delay_s, ..DiagnoseOptions::default() };
+        diagnoser.diagnose(&recording, &options).unwrap()
+    };
+    let without = answer(0.0);
+    assert!(!without.fit.adequate && !finds(&without));
+    let with = answer(2e-3);
+    assert!(with.fit.adequate && finds(&with), "{:?}", with.faults);
+    assert!(tells(&with, "begins before the command by 0.70 ms"), "{:?}", with.notices);
+    let refused = DiagnoseOptions { max_delay_s: 0.1, ..DiagnoseOptions::default() };
+    assert_eq!(
+        diagnoser.diagnose(&recording, &refused).unwrap_err().to_string(),
+        "a largest delay of 0.1 s, expected 0 to 0.05 s"
+    );
+}
+
+#[test]
+fn the_side_of_the_play_and_the_integrator_are_estimated() {
+    let bundle = chirp();
+    let mut begun = bundle.experiment.clone();
+    begun.scenario.backlash_side_ratio = 1.0;
+    begun.scenario.initial.speed_integral_a = 0.3;
+    let recording = recorded(&begun, LEVELS, 12);
+    let diagnoser = Diagnoser::new(bundle).unwrap();
+    let answer = |free_start: bool| {
+        let options = DiagnoseOptions { free_start, ..DiagnoseOptions::default() };
+        diagnoser.diagnose(&recording, &options).unwrap()
+    };
+    let without = answer(false);
+    assert!(!without.fit.adequate);
+    assert!(tells(&without, "`--free-start` estimates it"), "{:?}", without.notices);
+    let with = answer(true);
+    assert!(with.fit.adequate && finds(&with), "{:?}", with.faults);
+}
+
+#[test]
+fn levels_are_against_a_reference() {
+    let bundle = chirp();
+    let mut stiff = bundle.experiment.clone();
+    stiff.actuator.transmission.kinetic_friction_n_m *= 1.05;
+    stiff.actuator.transmission.static_friction_n_m *= 1.05;
+    let healthy = HealthState::HEALTHY.levels();
+    let reference = recorded(&stiff, healthy, 21);
+    let recording = recorded(&stiff, healthy, 22);
+    let options = DiagnoseOptions::default();
+    let plain = Diagnoser::new(bundle.clone()).unwrap().diagnose(&recording, &options).unwrap();
+    // 5 % more friction is half of that in the level
+    assert!((plain.faults[0].value.unwrap() - 0.025).abs() < 0.005, "{:?}", plain.faults[0]);
+    let referred = Diagnoser::with_references(bundle, Encoding::Full, &[reference]).unwrap();
+    let answer = referred.diagnose(&recording, &options).unwrap();
+    assert!(answer.faults.iter().all(|fault| fault.detected != Some(true)), "{:?}", answer.faults);
+    assert!(answer.notices.iter().any(|one| one.code == NoticeCode::BundleOfAnotherModel));
+    let turned = SimulatedRecording {
+        faults: HealthState::HEALTHY.coordinates(),
+        start_angle_rad: 0.5,
+        imperfections: Imperfections::REAL,
+        controller_seed: 1,
+        sensors: PhaseSensors { noise_a: 0.02, converter: None },
+        phase_rate_hz: None,
+        sensor_seed: 1,
+        content: RecordedContent::Phases,
+    };
+    let turned = turned.record(&stiff, "r").unwrap();
+    assert_eq!(
+        referred.diagnose(&turned, &options).unwrap_err().to_string(),
+        "recording and references start at one angle, known for each: found 0.5000 rad, expected \
+         0.0000 rad"
+    );
+}
