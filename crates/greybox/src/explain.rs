@@ -285,8 +285,12 @@ impl<'a> Session<'a> {
             search;
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
-        let something_left =
-            self.is_something_left(fitted, current.holdout_rms, &floor, &mut log)?;
+        let something_left = self.is_something_left(
+            (&before.fitted, fitted),
+            current.holdout_rms,
+            &floor,
+            &mut log,
+        )?;
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unknown,
@@ -330,7 +334,7 @@ impl<'a> Session<'a> {
     /// controller answered to, or where both are missing by the size of the residual.
     fn is_something_left(
         &self,
-        fitted: &Fitted,
+        (before, fitted): (&Fitted, &Fitted),
         holdout_rms: f64,
         floor: &Floor,
         log: &mut Vec<String>,
@@ -342,6 +346,20 @@ impl<'a> Session<'a> {
             &self.repeat,
             (&self.pairs, &floor.whitener),
         )?;
+        let (now, nominal) =
+            (self.through_plant(fitted, floor)?, self.through_plant(before, floor)?);
+        log.push(format!("left over: {excess:?}, {now:?}, of the nominal model {nominal:?}"));
+        let plant = now.into_iter().zip(nominal).any(|(now, nominal)| now.is_there(nominal));
+        Ok(plant || excess.map_or_else(|| holdout_rms > 1.05 * floor.rms, Excess::is_there))
+    }
+
+    /// What came through the plant in the recordings fitted and in those held out; nothing of
+    /// these where an effect has another size in each.
+    fn through_plant(
+        &self,
+        fitted: &Fitted,
+        floor: &Floor,
+    ) -> Result<Vec<ThroughPlant>, GreyboxError> {
         let (structure, values) = (&fitted.structure, &fitted.values);
         let state = structure.state(self.machine, values);
         let mut plant = vec![ThroughPlant::of(&self.train, &state, &fitted.residuals)?];
@@ -349,9 +367,7 @@ impl<'a> Session<'a> {
             let residuals = elsewhere(&self.holdout, structure, values, &floor.whitener)?;
             plant.push(ThroughPlant::of(&self.holdout, &state, &residuals)?);
         }
-        log.push(format!("left over: {excess:?}, {plant:?}"));
-        Ok(plant.into_iter().flatten().any(ThroughPlant::is_there)
-            || excess.map_or_else(|| holdout_rms > 1.05 * floor.rms, Excess::is_there))
+        Ok(plant.into_iter().flatten().collect())
     }
 
     fn record_fits(

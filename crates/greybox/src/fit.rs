@@ -13,9 +13,11 @@ use crate::{
 /// Most steps.
 const MOST_STEPS: usize = 20;
 /// Most attempts at one step.
-const MOST_ATTEMPTS: usize = 5;
+const MOST_ATTEMPTS: usize = 8;
 /// Fall of the objective, in nats, that ends the search.
 const SETTLED_NATS: f64 = 0.2;
+/// Share of its step over which a difference is taken where whole steps lead no further.
+const FINE_SHARE: f64 = 0.1;
 /// Share of the way to the bar below which a step is too short to go on.
 const LEAST_APPROACH: f64 = 0.05;
 /// Share of the foretold fall from which on a step shows the sensitivities to be good enough.
@@ -86,21 +88,26 @@ impl Search<'_> {
         let mut sensitivities = known.to_vec();
         sensitivities.extend(self.problem.sensitivities(
             &structure,
-            known.len(),
+            (known.len(), 1.0),
             &stand.values,
             &stand.drive,
         )?);
         let mut damping = 1e-4;
         let mut fresh = known.is_empty();
+        let mut share = 1.0;
         for _ in 0..MOST_STEPS {
             let (values, white) = (&stand.values, &stand.white);
             let normal = Normal::new(self.whitener, &structure.free, values, &sensitivities, white);
             let Some((next, foretold)) = self.lower(&structure, &stand, &normal, &mut damping)?
             else {
-                if fresh {
+                if fresh && (self.secant || share < 1.0) {
                     break;
                 }
-                sensitivities = self.anew(&structure, &stand)?;
+                // where differences over whole steps show no way down, finer ones may
+                if fresh {
+                    share = FINE_SHARE;
+                }
+                sensitivities = self.anew(&structure, &stand, share)?;
                 (fresh, damping) = (true, 1e-4);
                 continue;
             };
@@ -111,13 +118,21 @@ impl Search<'_> {
             }
             stand = next;
             let above = stand.objective - self.bar;
-            if fallen < SETTLED_NATS.max(LEAST_APPROACH * above) {
+            let out_of_reach = fallen < LEAST_APPROACH * above;
+            let settled = fallen < SETTLED_NATS;
+            let ended = if self.secant { fresh } else { share < 1.0 };
+            if out_of_reach || (settled && ended) {
                 break;
             }
-            if !good {
-                sensitivities = self.anew(&structure, &stand)?;
+            if settled && !self.secant {
+                share = FINE_SHARE;
             }
-            fresh = !good;
+            // sensitivities mended again and again may show no way down where there is one
+            let anew = !good || settled;
+            if anew {
+                sensitivities = self.anew(&structure, &stand, share)?;
+            }
+            fresh = anew;
         }
         let Stand { values, residuals, objective, .. } = stand;
         Ok(Fitted { structure, values, residuals, sensitivities, objective })
@@ -132,8 +147,13 @@ impl Search<'_> {
         Ok(Stand { values, drive, residuals, white, objective })
     }
 
-    fn anew(&self, structure: &Structure, stand: &Stand) -> Result<Vec<PerRecord>, GreyboxError> {
-        self.problem.sensitivities(structure, 0, &stand.values, &stand.drive)
+    fn anew(
+        &self,
+        structure: &Structure,
+        stand: &Stand,
+        share: f64,
+    ) -> Result<Vec<PerRecord>, GreyboxError> {
+        self.problem.sensitivities(structure, (0, share), &stand.values, &stand.drive)
     }
 
     /// The first of ever shorter steps that lowers the objective, with the fall foretold of it.

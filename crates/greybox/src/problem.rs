@@ -109,11 +109,11 @@ impl<'a> Problem<'a> {
     }
 
     /// Change of the prediction with each free number from the `first` on, by forward
-    /// differences; backward at the upper bound.
+    /// differences over a share of their steps; backward at the upper bound.
     pub(crate) fn sensitivities(
         &self,
         structure: &Structure,
-        first: usize,
+        (first, share): (usize, f64),
         values: &[f64],
         at: &PerRecord,
     ) -> Result<Vec<PerRecord>, GreyboxError> {
@@ -122,9 +122,10 @@ impl<'a> Problem<'a> {
             .iter()
             .zip(values)
             .skip(first)
-            .map(
-                |(free, value)| if value + free.step <= free.most { free.step } else { -free.step },
-            )
+            .map(|(free, value)| {
+                let step = share * free.step;
+                if value + step <= free.most { step } else { -step }
+            })
             .collect();
         let stepped = |(place, step): (usize, &f64)| {
             let mut values = values.to_vec();

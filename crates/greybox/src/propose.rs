@@ -174,7 +174,7 @@ fn separations(
     let mut beside = Vec::new();
     for (cause, drive) in causes.iter().zip(drives) {
         let Fitted { structure, values, .. } = &cause.fitted;
-        let columns = problem.sensitivities(structure, 0, values, drive)?;
+        let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
         let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
         beside.push(columns);
     }

@@ -13,6 +13,9 @@ use crate::{
 const BLOCK_S: f64 = 0.25;
 /// Energy over that of the noise from which on something is left: the accuracy of the replay.
 const LEAST_EXCESS: f64 = 0.02;
+/// Share of the energy explained that the form of a catalogue's law may leave: seven hundredths
+/// of the amplitude.
+const FORM_SHARE: f64 = 0.005;
 
 /// A residual against what of it did not come through the plant: `r = p + n`, where `p` is the
 /// controller's answer to the measured position less that to the predicted one.
@@ -61,9 +64,11 @@ impl ThroughPlant {
         }))
     }
 
-    /// Whether the plant did more than the model says.
-    pub(crate) fn is_there(self) -> bool {
-        self.excess > LEAST_EXCESS + 3.0 * self.std
+    /// Whether the plant did more than the model says, which explains what the nominal one left
+    /// but for the form of what was found.
+    pub(crate) fn is_there(self, nominal: Self) -> bool {
+        let explained = (nominal.excess - self.excess).max(0.0);
+        self.excess > LEAST_EXCESS + FORM_SHARE * explained + 3.0 * self.std
     }
 }
 
