@@ -67,7 +67,7 @@ pub const BUDGETS: [Budget; 6] = [
     },
     Budget {
         name: "high/7-faults",
-        evaluations: 31,
+        evaluations: 46,
         limit_s: 0.5,
         recording: SEVEN,
         method: Method::Composite,

@@ -1145,7 +1145,12 @@ impl Run<'_> {
                 spent += 2 * jacobian.len() as u64;
                 jacobian
             };
-            began_otherwise = self.suspected_start(likelihood, &jacobian, &fit.residual_a)?;
+            // what explains a recording leaves no other start to suspect
+            began_otherwise = if adequate {
+                Vec::new()
+            } else {
+                self.suspected_start(likelihood, &jacobian, &fit.residual_a)?
+            };
             likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?
         };
         let cost = fit.cost(likelihood);
