@@ -465,7 +465,7 @@ pub enum SchemaArg {
     Explanation,
     /// The JSON of `calibrate`.
     Calibration,
-    /// The JSON of `fdi propose`
+    /// The JSON of `propose`.
     Proposal,
     /// The JSON of the trends beside a report of `diagnose`.
     Fleet,
