@@ -12,6 +12,7 @@ mod experiment;
 mod html_report;
 mod name_pattern;
 mod output;
+mod overwriting;
 mod progress;
 mod reference;
 mod resume;

@@ -10,7 +10,7 @@ use fdi_core::{
 };
 use greybox::{Calibrated, CalibratedNumber};
 
-use super::explain::{holdout, recordings, rounded};
+use super::explain::{holdout, recordings, rounded, spared};
 use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::CalibrateArgs, stamp};
 
 /// Finds the numbers of a machine from healthy recordings, and writes the model with them.
@@ -20,6 +20,7 @@ pub(crate) fn calibrate(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
+    spared(&args.records, global, None)?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let recordings = match recordings(&args.records, &model)? {

@@ -20,6 +20,7 @@ use crate::{
     args::FleetArgs,
     batch::in_order,
     output::{Answer, Head, Tally, writer},
+    overwriting,
     progress::Progress,
     resume::Resume,
     stamp,
@@ -41,6 +42,14 @@ pub fn diagnose_with(
     let map = ColumnMap::new(&args.map.map)?;
     let batch = Batch { diagnoser, map, fleet: &args.fleet, stable: global.stable, one_a_line };
     let inputs = inputs(args);
+    overwriting::refuse(
+        &[
+            ("--output", global.output.as_deref()),
+            ("--report", args.report.report.as_deref()),
+            ("--resume", args.resume.as_deref()),
+        ],
+        inputs.iter().map(Input::path).chain(args.reference.iter().map(PathBuf::as_path)),
+    )?;
     let resume = match &args.resume {
         Some(path) => {
             let recordings = inputs.iter().map(Input::path);

@@ -8,7 +8,10 @@ mod sentences;
 pub(super) use document::holdout;
 pub(crate) use sentences::rounded;
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
@@ -20,7 +23,7 @@ use greybox::{Explained, Options, Recordings};
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
-    html_report,
+    html_report, overwriting,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -33,6 +36,7 @@ pub(crate) fn explain(
     if matches!(global.output_format, OutputFormat::Csv | OutputFormat::Parquet) {
         bail!("no table of this: `--output-format human|json|jsonl`");
     }
+    spared(&args.records, global, args.report.report.as_deref())?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let explained = match recordings(&args.records, &model)? {
@@ -68,6 +72,17 @@ pub(crate) fn explain(
             | ExplanationVerdict::Inconclusive
     );
     Ok(if args.exit_code && missed { ExitStatus::Found } else { ExitStatus::Done })
+}
+
+/// Refuses to write over a recording that is read.
+pub(super) fn spared(
+    records: &RecordArgs,
+    global: &GlobalArgs,
+    report: Option<&Path>,
+) -> Result<()> {
+    let read = records.train.iter().chain(&records.holdout).chain(&records.repeat);
+    let products = [("--output", global.output.as_deref()), ("--report", report)];
+    overwriting::refuse(&products, read.map(PathBuf::as_path))
 }
 
 /// The recordings by their use, or what they lack.

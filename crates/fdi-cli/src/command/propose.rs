@@ -10,7 +10,7 @@ use fdi_core::{
 };
 use greybox::{CommandKind, Options, Proposed};
 
-use super::explain::{recordings, rounded};
+use super::explain::{recordings, rounded, spared};
 use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::ProposeArgs, stamp};
 
 /// Looks for the recording that tells open causes apart, and writes its command.
@@ -20,6 +20,7 @@ pub(crate) fn propose(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
+    spared(&args.records, global, None)?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let recordings = match recordings(&args.records, &model)? {
