@@ -147,6 +147,12 @@ struct Found {
     p_familywise: f64,
 }
 
+/// A fit with what it leaves of the recordings held out.
+struct Seen<'f> {
+    fitted: &'f Fitted,
+    held_out: PerRecord,
+}
+
 /// Where the rounds ended.
 struct Search {
     floor: Floor,
@@ -285,12 +291,10 @@ impl<'a> Session<'a> {
             search;
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
-        let something_left = self.is_something_left(
-            (&before.fitted, fitted),
-            current.holdout_rms,
-            &floor,
-            &mut log,
-        )?;
+        let nominal = self.seen(&before.fitted, whitener)?;
+        let now = self.seen(fitted, whitener)?;
+        let something_left =
+            self.is_something_left((&nominal, &now), current.holdout_rms, &floor, &mut log)?;
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unknown,
@@ -322,10 +326,10 @@ impl<'a> Session<'a> {
             faults: self.fault_changes(&before, &current, whitener),
             rough: rough.map(|(rough, value)| (rough.key.clone(), rough.value, *value)).collect(),
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
-            records: self.record_fits(&before.fitted, fitted, whitener)?,
+            records: self.record_fits(&nominal, &now, whitener)?,
             remainder,
             hypotheses: tried,
-            curves: self.curves(&before.fitted, fitted, whitener)?,
+            curves: self.curves(&nominal, &now)?,
             log,
         })
     }
@@ -334,11 +338,12 @@ impl<'a> Session<'a> {
     /// controller answered to, or where both are missing by the size of the residual.
     fn is_something_left(
         &self,
-        (before, fitted): (&Fitted, &Fitted),
+        (before, now): (&Seen<'_>, &Seen<'_>),
         holdout_rms: f64,
         floor: &Floor,
         log: &mut Vec<String>,
     ) -> Result<bool, GreyboxError> {
+        let fitted = now.fitted;
         let excess = Excess::of_pairs(
             &fitted.structure,
             &fitted.values,
@@ -346,8 +351,7 @@ impl<'a> Session<'a> {
             &self.repeat,
             (&self.pairs, &floor.whitener),
         )?;
-        let (now, nominal) =
-            (self.through_plant(fitted, floor)?, self.through_plant(before, floor)?);
+        let (now, nominal) = (self.through_plant(now)?, self.through_plant(before)?);
         log.push(format!("left over: {excess:?}, {now:?}, of the nominal model {nominal:?}"));
         let plant = now.into_iter().zip(nominal).any(|(now, nominal)| now.is_there(nominal));
         Ok(plant || excess.map_or_else(|| holdout_rms > 1.05 * floor.rms, Excess::is_there))
@@ -355,25 +359,27 @@ impl<'a> Session<'a> {
 
     /// What came through the plant in the recordings fitted and in those held out; nothing of
     /// these where an effect has another size in each.
-    fn through_plant(
-        &self,
-        fitted: &Fitted,
-        floor: &Floor,
-    ) -> Result<Vec<ThroughPlant>, GreyboxError> {
+    fn through_plant(&self, seen: &Seen<'_>) -> Result<Vec<ThroughPlant>, GreyboxError> {
+        let fitted = seen.fitted;
         let (structure, values) = (&fitted.structure, &fitted.values);
         let state = structure.state(self.machine, values);
         let mut plant = vec![ThroughPlant::of(&self.train, &state, &fitted.residuals)?];
         if structure.by_record(values).is_empty() {
-            let residuals = elsewhere(&self.holdout, structure, values, &floor.whitener)?;
-            plant.push(ThroughPlant::of(&self.holdout, &state, &residuals)?);
+            plant.push(ThroughPlant::of(&self.holdout, &state, &seen.held_out)?);
         }
         Ok(plant.into_iter().flatten().collect())
     }
 
+    /// A fit with what it leaves of the recordings held out.
+    fn seen<'f>(&self, fitted: &'f Fitted, whitener: &Whitener) -> Result<Seen<'f>, GreyboxError> {
+        let held_out = elsewhere(&self.holdout, &fitted.structure, &fitted.values, whitener)?;
+        Ok(Seen { fitted, held_out })
+    }
+
     fn record_fits(
         &self,
-        before: &Fitted,
-        after: &Fitted,
+        before: &Seen<'_>,
+        after: &Seen<'_>,
         whitener: &Whitener,
     ) -> Result<Vec<(Use, RecordFit, RecordFit)>, GreyboxError> {
         let mut fits = Vec::new();
@@ -383,24 +389,22 @@ impl<'a> Session<'a> {
                 .zip(record_fits(problem, found, whitener));
             fits.extend(pairs.map(|(a, b)| (role, a, b)));
         };
-        add(Use::Train, &self.train, &before.residuals, &after.residuals);
-        for (role, problem) in [(Use::Holdout, &self.holdout), (Use::Repeat, &self.repeat)] {
-            let of =
-                |fitted: &Fitted| elsewhere(problem, &fitted.structure, &fitted.values, whitener);
-            add(role, problem, &of(before)?, &of(after)?);
-        }
+        add(Use::Train, &self.train, &before.fitted.residuals, &after.fitted.residuals);
+        add(Use::Holdout, &self.holdout, &before.held_out, &after.held_out);
+        let of = |seen: &Seen<'_>| {
+            elsewhere(&self.repeat, &seen.fitted.structure, &seen.fitted.values, whitener)
+        };
+        add(Use::Repeat, &self.repeat, &of(before)?, &of(after)?);
         Ok(fits)
     }
 
     /// Residuals over the coordinates, of what was fitted and of what was held out.
     fn curves(
         &self,
-        before: &Fitted,
-        after: &Fitted,
-        whitener: &Whitener,
+        before: &Seen<'_>,
+        now: &Seen<'_>,
     ) -> Result<Vec<ResidualCurve>, GreyboxError> {
-        let held_out =
-            |fitted: &Fitted| elsewhere(&self.holdout, &fitted.structure, &fitted.values, whitener);
+        let after = now.fitted;
         let state = after.structure.state(self.machine, &after.values);
         let mut along = along_coordinates(self.machine, &self.train, &state)?;
         let state = after.structure.state_elsewhere(self.machine, &after.values);
@@ -408,9 +412,8 @@ impl<'a> Session<'a> {
         for (all, more) in along.iter_mut().zip(there) {
             all.extend(more);
         }
-        let (before_there, after_there) = (held_out(before)?, held_out(after)?);
-        let before = joined([&before.residuals, &before_there]);
-        let after = joined([&after.residuals, &after_there]);
+        let before = joined([&before.fitted.residuals, &before.held_out]);
+        let after = joined([&after.residuals, &now.held_out]);
         Ok(curves(self.machine, &along, &before, &after))
     }
 

@@ -135,10 +135,8 @@ impl AxisRun {
         let mut seen = self.trace.clone();
         off.add_angle(&mut seen.position, 1.0);
         off.add_speed(&mut seen.speed);
-        let difference = difference(
-            &self.simulation.replayed_output(&seen),
-            &self.simulation.replayed_output(&self.trace),
-        );
+        // of its own trace the controller makes its own output
+        let difference = difference(&self.simulation.replayed_output(&seen), &self.trace.output);
         let shown = if self.drive == Drive::Amplifier { difference } else { delayed(difference) };
         every(&shown, step, samples)
     }

@@ -152,3 +152,14 @@ fn order_low_fidelity_is_converged() {
         }
     }
 }
+
+#[test]
+fn a_controller_shown_its_own_trace_asks_for_the_current_of_the_next_tick() {
+    let (_, model) = models();
+    let trace = model.simulate(&healthy());
+    let asked_a = model.replayed_current_a(&trace);
+    assert_eq!(asked_a.len(), trace.current_a.len());
+    for (tick, (asked, there)) in asked_a.iter().zip(&trace.current_a[1..]).enumerate() {
+        assert!((asked - there).abs() < 1e-9, "{tick}: {asked} {there}");
+    }
+}

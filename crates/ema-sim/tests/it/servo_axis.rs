@@ -109,6 +109,23 @@ fn a_replayed_output_gives_the_same_motion() {
 }
 
 #[test]
+fn a_controller_shown_its_own_trace_makes_its_own_output() {
+    let lag = Effect::new(EffectId::CurrentSensor, Geometry::Rotary).with("gain_error_ratio", 0.1);
+    let stretch = Effect::new(EffectId::ControllerMismatch, Geometry::Rotary)
+        .with("speed_gain_error_ratio", 0.2);
+    for (drive, samples) in [(Drive::Current, 0), (Drive::Amplifier, 2), (Drive::Winding, 1)] {
+        let mut axis = axis(drive);
+        (axis.controller.speed_samples, axis.controller.encoder_step) = (samples, 1e-5);
+        for effects in [vec![], lag.iter().chain(&stretch).cloned().collect::<Vec<_>>()] {
+            let simulation = ServoAxisSimulation::new(&axis, &sine());
+            let simulation = simulation.and_then(|s| s.with_effects(&effects)).expect("valid");
+            let trace = simulation.simulate(&(&HealthState::HEALTHY).into());
+            assert_eq!(simulation.replayed_output(&trace), trace.output, "{drive:?} {effects:?}");
+        }
+    }
+}
+
+#[test]
 fn faults_and_effects_act_on_the_axis() {
     let mut axis = axis(Drive::Current);
     axis.backlash = 1e-4;

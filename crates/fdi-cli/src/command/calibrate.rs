@@ -2,7 +2,7 @@
 
 use std::{fmt::Write, time::Instant};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use fdi_core::{
     ema_sim::model_file::MachineModel,
     read_machine,
@@ -10,8 +10,8 @@ use fdi_core::{
 };
 use greybox::{Calibrated, CalibratedNumber};
 
-use super::explain::{holdout, recordings, rounded, spared};
-use crate::{ExitStatus, GlobalArgs, OutputFormat, Streams, args::CalibrateArgs, stamp};
+use super::explain::{holdout, in_form, rounded, spared, whole_recordings};
+use crate::{ExitStatus, GlobalArgs, Streams, args::CalibrateArgs, stamp};
 
 /// Finds the numbers of a machine from healthy recordings, and writes the model with them.
 #[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
@@ -23,19 +23,11 @@ pub(crate) fn calibrate(
     spared(&args.records, global, None)?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
-    let recordings = match recordings(&args.records, &model)? {
-        Ok(recordings) => recordings,
-        Err(missing) => bail!("{missing}"),
-    };
+    let recordings = whole_recordings(&args.records, &model)?;
     let calibrated = greybox::calibrate(&model, &recordings, global.threads())?;
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&calibrated, &model, global, elapsed_s);
-    let text = match global.output_format {
-        OutputFormat::Human => human(&answer),
-        OutputFormat::Json => serde_json::to_string_pretty(&answer)? + "\n",
-        OutputFormat::Jsonl => serde_json::to_string(&answer)? + "\n",
-        _ => bail!("no such form: `--output-format human|json|jsonl`"),
-    };
+    let text = in_form(global.output_format, &answer, human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
         let written = calibrated.model.write();

@@ -13,12 +13,13 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use fdi_core::{
     ColumnMap, Recording, ema_sim::model_file::MachineModel, read_machine,
     report::ExplanationVerdict,
 };
 use greybox::{Explained, Options, Recordings};
+use serde::Serialize;
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
@@ -55,11 +56,7 @@ pub(crate) fn explain(
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document::document(&explained, &model, global, elapsed_s);
     html_report::write(&args.report, || Ok(html_report::of_explanation(&answer)))?;
-    let text = match global.output_format {
-        OutputFormat::Json => serde_json::to_string_pretty(&answer)? + "\n",
-        OutputFormat::Jsonl => serde_json::to_string(&answer)? + "\n",
-        _ => sentences::human(&answer),
-    };
+    let text = in_form(global.output_format, &answer, sentences::human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
         let extended = explained.extend(&model).write();
@@ -85,11 +82,27 @@ pub(super) fn spared(
     overwriting::refuse(&products, read.map(PathBuf::as_path))
 }
 
+/// An answer in the form asked for, of those that are no tables.
+pub(super) fn in_form<T: Serialize>(
+    form: OutputFormat,
+    answer: &T,
+    human: impl FnOnce(&T) -> String,
+) -> Result<String> {
+    Ok(match form {
+        OutputFormat::Human => human(answer),
+        OutputFormat::Json => serde_json::to_string_pretty(answer)? + "\n",
+        OutputFormat::Jsonl => serde_json::to_string(answer)? + "\n",
+        _ => bail!("no such form: `--output-format human|json|jsonl`"),
+    })
+}
+
+/// The recordings by their use; an error where one lacks what is compared.
+pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Result<Recordings> {
+    recordings(args, model)?.map_err(|missing| anyhow!("{missing}"))
+}
+
 /// The recordings by their use, or what they lack.
-pub(super) fn recordings(
-    args: &RecordArgs,
-    model: &MachineModel,
-) -> Result<Result<Recordings, String>> {
+fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordings, String>> {
     let map = ColumnMap::new(&args.map.map)?;
     let mut missing = None;
     let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
