@@ -1,5 +1,17 @@
 //! Symmetric banded matrices and their Cholesky factor: the covariances of a filtered signal.
 
+#![expect(
+    clippy::inline_always,
+    reason = "kernels are compiled once for each instruction set, which inlining makes possible"
+)]
+
+use core::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// Rows whose share of the unknowns before them is taken off in one pass.
+const GROUP: usize = 4;
+
 /// A symmetric matrix of order `n` with `b` diagonals below the main one.
 ///
 /// Row `i` keeps the columns `i − b ..= i`; those left of the matrix are zero.
@@ -135,17 +147,51 @@ impl BandedMatrix {
     /// # Errors
     ///
     /// [`NotPositiveDefinite`] at the first pivot that is not above zero.
-    pub fn cholesky(mut self) -> Result<BandedCholesky, NotPositiveDefinite> {
-        let (b, wide) = (self.half_band, self.half_band + 1);
-        for i in 0..self.order {
-            let (above, rest) = self.rows.split_at_mut(i * wide);
+    pub fn cholesky(self) -> Result<BandedCholesky, NotPositiveDefinite> {
+        Arch::new().dispatch(Factorise { matrix: self })
+    }
+
+    /// Elements of a row in columns that lie in its band.
+    #[inline(always)]
+    fn part(&self, row: usize, columns: Range<usize>) -> &[f64] {
+        let start = row * self.half_band + self.half_band;
+        &self.rows[start + columns.start..start + columns.end]
+    }
+
+    /// First column of a row.
+    #[inline(always)]
+    fn first(&self, row: usize) -> usize {
+        row.saturating_sub(self.half_band)
+    }
+
+    #[inline(always)]
+    fn diagonal(&self, row: usize) -> f64 {
+        self.rows[row * (self.half_band + 1) + self.half_band]
+    }
+}
+
+/// [`BandedMatrix::cholesky`] as a kernel.
+struct Factorise {
+    matrix: BandedMatrix,
+}
+
+impl WithSimd for Factorise {
+    type Output = Result<BandedCholesky, NotPositiveDefinite>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let mut factor = self.matrix;
+        let (b, wide) = (factor.half_band, factor.half_band + 1);
+        for i in 0..factor.order {
+            let (above, rest) = factor.rows.split_at_mut(i * wide);
             let row = &mut rest[..wide];
             let first = i.saturating_sub(b);
             for j in first..i {
                 let other = &above[j * wide..(j + 1) * wide];
                 // columns `first..j` of both rows
                 let count = j - first;
-                let sum = dot(
+                let sum = wide_dot(
+                    simd,
                     &row[first + b - i..first + b - i + count],
                     &other[first + b - j..first + b - j + count],
                 );
@@ -153,13 +199,13 @@ impl BandedMatrix {
                 row[place] = (row[place] - sum) / other[b];
             }
             let left = &row[first + b - i..b];
-            let pivot = row[b] - dot(left, left);
+            let pivot = row[b] - wide_dot(simd, left, left);
             if pivot.is_nan() || pivot <= 0.0 {
                 return Err(NotPositiveDefinite { row: i, pivot });
             }
             row[b] = pivot.sqrt();
         }
-        Ok(BandedCholesky { factor: self })
+        Ok(BandedCholesky { factor })
     }
 }
 
@@ -186,17 +232,9 @@ impl BandedCholesky {
     ///
     /// When a length is not the matrix order.
     pub fn whiten_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
-        let (b, wide) = (self.factor.half_band, self.factor.half_band + 1);
         let mut all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
         assert!(all.iter().all(|r| r.len() == self.factor.order));
-        for i in 0..self.factor.order {
-            let row = &self.factor.rows[i * wide..(i + 1) * wide];
-            let first = i.saturating_sub(b);
-            for r in &mut all {
-                let sum = dot(&row[first + b - i..b], &r[first..i]);
-                r[i] = (r[i] - sum) / row[b];
-            }
-        }
+        Arch::new().dispatch(Whiten { factor: &self.factor, all: &mut all });
     }
 
     /// Solves `Lᵀ·x = z` in place; after [`whiten`](Self::whiten) this gives `A⁻¹·r`.
@@ -214,21 +252,9 @@ impl BandedCholesky {
     ///
     /// When a length is not the matrix order.
     pub fn whiten_transposed_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
-        let (b, wide) = (self.factor.half_band, self.factor.half_band + 1);
         let mut all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
         assert!(all.iter().all(|z| z.len() == self.factor.order));
-        for i in (0..self.factor.order).rev() {
-            let row = &self.factor.rows[i * wide..(i + 1) * wide];
-            let first = i.saturating_sub(b);
-            for z in &mut all {
-                let (before, rest) = z.split_at_mut(i);
-                rest[0] /= row[b];
-                let x = rest[0];
-                for (value, l) in before[first..].iter_mut().zip(&row[first + b - i..b]) {
-                    *value -= l * x;
-                }
-            }
-        }
+        Arch::new().dispatch(WhitenTransposed { factor: &self.factor, all: &mut all });
     }
 
     /// `L·z` in place: coloured noise from white.
@@ -253,17 +279,150 @@ impl BandedCholesky {
     }
 }
 
-/// Scalar product in eight running sums, a fixed order that the compiler can vectorise.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a8.zip(b8) {
-        for k in 0..8 {
-            sums[k] += x[k] * y[k];
+/// [`BandedCholesky::whiten_each`] as a kernel.
+struct Whiten<'a, 'r> {
+    factor: &'a BandedMatrix,
+    all: &'a mut [&'r mut [f64]],
+}
+
+impl WithSimd for Whiten<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { factor, all } = self;
+        for i in 0..factor.order {
+            let first = factor.first(i);
+            let (row, pivot) = (factor.part(i, first..i), factor.diagonal(i));
+            for r in &mut *all {
+                let sum = wide_dot(simd, row, &r[first..i]);
+                r[i] = (r[i] - sum) / pivot;
+            }
         }
     }
-    (sums[0] + sums[4]) + (sums[1] + sums[5]) + (sums[2] + sums[6]) + (sums[3] + sums[7]) + tail
+}
+
+/// [`BandedCholesky::whiten_transposed_each`] as a kernel.
+struct WhitenTransposed<'a, 'r> {
+    factor: &'a BandedMatrix,
+    all: &'a mut [&'r mut [f64]],
+}
+
+impl WithSimd for WhitenTransposed<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { factor, all } = self;
+        // rows of a narrower band have no columns in common
+        let groups = if factor.half_band >= GROUP { factor.order / GROUP } else { 0 };
+        for i in (groups * GROUP..factor.order).rev() {
+            for z in &mut *all {
+                settle(factor, i, factor.first(i)..i, z);
+            }
+        }
+        for i in (0..groups * GROUP).step_by(GROUP).rev() {
+            for z in &mut *all {
+                settle_group(factor, i, z);
+            }
+        }
+    }
+}
+
+/// The unknown of a row of `Lᵀ·x = z`, and what it takes from some of those before it.
+#[inline(always)]
+fn settle(factor: &BandedMatrix, row: usize, columns: Range<usize>, z: &mut [f64]) {
+    z[row] /= factor.diagonal(row);
+    take_off(factor, row, columns, z);
+}
+
+#[inline(always)]
+fn take_off(factor: &BandedMatrix, row: usize, columns: Range<usize>, z: &mut [f64]) {
+    let x = z[row];
+    for (value, l) in z[columns.clone()].iter_mut().zip(factor.part(row, columns)) {
+        *value -= l * x;
+    }
+}
+
+/// [`settle`] of four rows: first among themselves and in the columns that not all of them have,
+/// then in one pass over the columns that they share.
+#[inline(always)]
+fn settle_group(factor: &BandedMatrix, i: usize, z: &mut [f64]) {
+    let (i1, i2, i3) = (i + 1, i + 2, i + 3);
+    let shared = factor.first(i3)..i;
+    settle(factor, i3, i..i3, z);
+    settle(factor, i2, i..i2, z);
+    settle(factor, i1, i..i1, z);
+    settle(factor, i, factor.first(i)..shared.start, z);
+    take_off(factor, i1, factor.first(i1)..shared.start, z);
+    take_off(factor, i2, factor.first(i2)..shared.start, z);
+    let (x0, x1, x2, x3) = (z[i], z[i1], z[i2], z[i3]);
+    let count = shared.len();
+    // slices of one length, so that the loop needs no checks
+    let l0 = &factor.part(i, shared.clone())[..count];
+    let l1 = &factor.part(i1, shared.clone())[..count];
+    let l2 = &factor.part(i2, shared.clone())[..count];
+    let l3 = &factor.part(i3, shared.clone())[..count];
+    let z = &mut z[shared][..count];
+    for j in 0..count {
+        z[j] = ((z[j] - l3[j] * x3) - l2[j] * x2) - l1[j] * x1 - l0[j] * x0;
+    }
+}
+
+/// Running sums of a scalar product: several of the widest vectors, so that none waits for another.
+const SUMS: usize = 16;
+
+/// Scalar product in sixteen running sums, a fixed order whatever the machine's vectors are.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    Arch::new().dispatch(Dot { a, b })
+}
+
+/// [`dot`] as a kernel.
+struct Dot<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        wide_dot(simd, self.a, self.b)
+    }
+}
+
+/// [`dot`] within a kernel.
+#[inline(always)]
+fn wide_dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().min(b.len());
+    let whole = count - count % SUMS;
+    let mut sums = [simd.splat_f64s(0.0); SUMS];
+    for (x, y) in a[..whole].chunks_exact(SUMS).zip(b[..whole].chunks_exact(SUMS)) {
+        let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
+        for v in 0..SUMS / S::F64_LANES {
+            sums[v] = simd.add_f64s(sums[v], simd.mul_f64s(x[v], y[v]));
+        }
+    }
+    // halves are added to halves, as vectors first and then as numbers
+    let mut vectors = SUMS / S::F64_LANES;
+    while vectors > 1 {
+        vectors /= 2;
+        for v in 0..vectors {
+            sums[v] = simd.add_f64s(sums[v], sums[v + vectors]);
+        }
+    }
+    let mut lanes = [0.0; SUMS];
+    S::as_mut_simd_f64s(&mut lanes[..S::F64_LANES]).0[0] = sums[0];
+    let mut half = S::F64_LANES;
+    while half > 1 {
+        half /= 2;
+        for k in 0..half {
+            lanes[k] += lanes[k + half];
+        }
+    }
+    let tail: f64 = a[whole..count].iter().zip(&b[whole..count]).map(|(x, y)| x * y).sum();
+    lanes[0] + tail
 }
 
 #[cfg(test)]

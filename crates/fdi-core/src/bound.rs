@@ -28,7 +28,7 @@ pub fn sensor_bound_std(
     start_angle_rad: f64,
     (noise_a, phase_rate_hz): (f64, f64),
 ) -> Result<[Option<f64>; FAULT_COUNT], BundleError> {
-    let mut monitor = experiment.monitor(start_angle_rad)?;
+    let monitor = experiment.monitor(start_angle_rad)?;
     let sought = experiment.sought_indices();
     let jacobian = monitor.jacobian(coordinates, &sought, STEP);
     let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, experiment.samples());

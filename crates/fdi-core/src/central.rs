@@ -14,6 +14,25 @@ pub(crate) fn differences(
     rows
 }
 
+/// The same of a function of several points at once, which is asked for all of them together.
+pub(crate) fn differences_together(
+    point: &[f64],
+    step: f64,
+    function: impl FnOnce(&[Vec<f64>]) -> Vec<Vec<f64>>,
+) -> Vec<Vec<f64>> {
+    let side = |(place, sign): (usize, f64)| {
+        let mut moved = point.to_vec();
+        moved[place] += sign * step;
+        moved
+    };
+    let points: Vec<Vec<f64>> =
+        (0..point.len()).flat_map(|place| [(place, 1.0), (place, -1.0)]).map(side).collect();
+    let slope = |pair: &[Vec<f64>]| {
+        pair[0].iter().zip(&pair[1]).map(|(u, d)| (u - d) / (2.0 * step)).collect()
+    };
+    function(&points).chunks_exact(2).map(slope).collect()
+}
+
 /// The same of a function that can fail, with a step for each coordinate.
 pub(crate) fn differences_of<E>(
     point: &[f64],

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 
 use self::{reference::References, start::Began};
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite, dot},
+    banded::{BandedMatrix, NotPositiveDefinite},
     bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
     central,
     commutation::Commutation,
@@ -22,7 +22,7 @@ use crate::{
     error_model::ErrorModel,
     experiment::Monitor,
     high_monitor::{HighFit, HighMonitor},
-    likelihood::{Estimator, Likelihood},
+    likelihood::{Likelihood, Slopes, misfit},
     noise_covariance::unit_noise_at_rate,
     observation::{Observation, ObservationError, forget_direction},
     posterior::Posterior,
@@ -220,7 +220,7 @@ struct FitResult {
     misfit: f64,
     evaluations: u64,
     /// Slopes of the signal at the estimate, where they are known already.
-    slopes: Option<Vec<Vec<f64>>>,
+    slopes: Option<Slopes>,
     /// How the recording begins and the covariance with that, where that is estimated.
     began: Option<(Began, DMatrix<f64>)>,
 }
@@ -749,14 +749,16 @@ impl Run<'_> {
         let offset_a = error.mean_at(&low.posterior.estimate);
         let seen_a: Vec<f64> = signal_a.iter().zip(&offset_a).map(|(y, m)| y - m).collect();
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
-        let mut slopes = self.jacobian(hypothesis, &low.posterior.estimate)?;
-        let mut evaluations = low.evaluations + 2 * slopes.len() as u64;
+        let order = low.posterior.estimate.len() as u64;
+        let mut slopes = likelihood.slopes(self.jacobian(hypothesis, &low.posterior.estimate)?);
+        let mut evaluations = low.evaluations + 2 * order;
         let mut from = low.posterior.estimate.clone();
         let mut best: Option<HighFit> = None;
         for round in 0..HIGH_ROUNDS {
             if round > 0 {
-                slopes = central::differences(&from, HIGH_STEP, |at| monitor.signal(at));
-                evaluations += 2 * slopes.len() as u64;
+                let rows = central::differences(&from, HIGH_STEP, |at| monitor.signal(at));
+                slopes = likelihood.slopes(rows);
+                evaluations += 2 * order;
             }
             let fit = monitor
                 .search(&from, &slopes, &likelihood, &seen_a, self.watch.residual)
@@ -874,7 +876,7 @@ impl Run<'_> {
                 return Ok((None, evaluations));
             };
             if step.iter().all(|part| part.abs() < STEP_TOLERANCE) {
-                let fit = self.last_step(hypothesis, likelihood, &point, &residual_a)?;
+                let fit = self.last_step(hypothesis, likelihood, &point, &white)?;
                 let spent = evaluations + 2 * point.len() as u64 + 1;
                 let fit = fit.map(|fit| FitResult { evaluations: spent, ..fit });
                 return Ok((fit, spent));
@@ -886,28 +888,26 @@ impl Run<'_> {
         Ok((None, most))
     }
 
-    /// One step with the monitor's own slopes, and its residual there: what a surface leaves out
+    /// One step for a whitened residual with the monitor's own slopes, and its residual there: what a surface leaves out
     /// is not to be read as damage. `None` where the slopes leave a coordinate undetermined.
     fn last_step(
         &self,
         hypothesis: &Hypothesis<'_>,
         likelihood: &Likelihood,
         point: &[f64],
-        residual_a: &[f64],
+        white: &[f64],
     ) -> Result<Option<FitResult>, DiagnoseError> {
-        let slopes = self.jacobian(hypothesis, point)?;
-        let Some(estimator) = Estimator::new(likelihood.factor(), &slopes) else {
+        let slopes = likelihood.slopes(self.jacobian(hypothesis, point)?);
+        let Some(step) = slopes.step(white) else {
             return Ok(None);
         };
-        let step = estimator.apply(residual_a);
         let estimate: Vec<f64> = point.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
         if !self.within_surface(&estimate) {
             return Ok(None);
         }
         let mut monitor = self.monitor(hypothesis)?;
         let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
-        let white = likelihood.whiten(&residual_a);
-        let misfit = dot(&white, &white) / white.len() as f64;
+        let misfit = misfit(&likelihood.whiten(&residual_a));
         let slopes = Some(slopes);
         Ok(Some(FitResult { estimate, residual_a, misfit, evaluations: 0, slopes, began: None }))
     }
@@ -991,14 +991,14 @@ impl Run<'_> {
                 .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
         let estimate = coordinates_of(&sought, &levels);
         let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
-        let jacobian = self.jacobian(hypothesis, &estimate)?;
-        let (step, misfit) =
-            likelihood.linear_step(&jacobian, &residual_a).ok_or(DiagnoseError::Undetermined)?;
+        let slopes = likelihood.slopes(self.jacobian(hypothesis, &estimate)?);
         let white = likelihood.whiten(&residual_a);
-        let here = white.iter().map(|z| z * z).sum::<f64>() / white.len() as f64;
+        let step = slopes.step(&white).ok_or(DiagnoseError::Undetermined)?;
+        let here = misfit(&white);
+        let misfit = misfit(&slopes.left(&white, &step));
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let evaluations = evaluations + 1 + 2 * sought.len() as u64;
-        let slopes = Some(jacobian);
+        let slopes = Some(slopes);
         let fit = FitResult { estimate, residual_a, misfit, evaluations, slopes, began: None };
         let mut outcome =
             self.outcome(hypothesis, likelihood, fit, (here <= limit, false), evaluations)?;
@@ -1099,7 +1099,13 @@ impl Run<'_> {
         monitor: &mut Monitor,
         point: &[f64],
     ) -> Vec<f64> {
-        let mut residual = monitor.signal(&FaultCoordinates(self.all_coordinates(point)));
+        let signal = monitor.signal(&FaultCoordinates(self.all_coordinates(point)));
+        self.compare(hypothesis, signal, point)
+    }
+
+    /// The same of what the monitor gives at the point.
+    fn compare(&self, hypothesis: &Hypothesis<'_>, signal: Vec<f64>, point: &[f64]) -> Vec<f64> {
+        let mut residual = signal;
         let mean = hypothesis.error.mean_at(&within_training(point));
         for ((value, mean), measured) in
             residual.iter_mut().zip(mean).zip(&self.observation.signal_a)
@@ -1138,20 +1144,20 @@ impl Run<'_> {
             measured_a = Some(self.observation.advanced(began.delay_s(), experiment));
             covariance
         } else {
-            let jacobian = if let Some(slopes) = fit.slopes.take() {
+            let slopes = if let Some(slopes) = fit.slopes.take() {
                 slopes
             } else {
                 let jacobian = self.jacobian(hypothesis, &fit.estimate)?;
                 spent += 2 * jacobian.len() as u64;
-                jacobian
+                likelihood.slopes(jacobian)
             };
             // what explains a recording leaves no other start to suspect
             began_otherwise = if adequate {
                 Vec::new()
             } else {
-                self.suspected_start(likelihood, &jacobian, &fit.residual_a)?
+                self.suspected_start(likelihood, slopes.rows(), &fit.residual_a)?
             };
-            likelihood.estimate_covariance(&jacobian).ok_or(DiagnoseError::Undetermined)?
+            likelihood.estimate_covariance(&slopes).ok_or(DiagnoseError::Undetermined)?
         };
         let cost = fit.cost(likelihood);
         Ok(Outcome {
@@ -1179,10 +1185,15 @@ impl Run<'_> {
         hypothesis: &Hypothesis<'_>,
         point: &[f64],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let mut monitor = self.monitor(hypothesis)?;
-        // the signal's slopes are those of the residual, turned round
-        Ok(central::differences(point, DIFFERENCE_STEP, |moved| {
-            self.residual(hypothesis, &mut monitor, moved).into_iter().map(|value| -value).collect()
+        let monitor = self.monitor(hypothesis)?;
+        Ok(central::differences_together(point, DIFFERENCE_STEP, |points| {
+            let coordinates: Vec<FaultCoordinates> =
+                points.iter().map(|moved| FaultCoordinates(self.all_coordinates(moved))).collect();
+            // the signal's slopes are those of the residual, turned round
+            let turned = |(signal, moved): (Vec<f64>, &Vec<f64>)| {
+                self.compare(hypothesis, signal, moved).into_iter().map(|value| -value).collect()
+            };
+            monitor.signals(&coordinates).into_iter().zip(points).map(turned).collect()
         }))
     }
 

@@ -263,28 +263,44 @@ impl Monitor {
 
     /// Slopes of the signal in some coordinates, one row each: central differences.
     pub fn jacobian(
-        &mut self,
+        &self,
         coordinates: &FaultCoordinates,
         indices: &[usize],
         step: f64,
     ) -> Vec<Vec<f64>> {
         let point: Vec<f64> = indices.iter().map(|&index| coordinates.0[index]).collect();
-        let mut moved = *coordinates;
-        central::differences(&point, step, |values| {
-            for (&index, &value) in indices.iter().zip(values) {
-                moved.0[index] = value;
-            }
-            self.signal(&moved)
+        central::differences_together(&point, step, |points| {
+            let moved = points.iter().map(|values| {
+                let mut moved = *coordinates;
+                for (&index, &value) in indices.iter().zip(values) {
+                    moved.0[index] = value;
+                }
+                moved
+            });
+            self.signals(&moved.collect::<Vec<_>>())
         })
     }
 
     /// The signal at a point of the damage space.
     pub fn signal(&mut self, coordinates: &FaultCoordinates) -> Vec<f64> {
         self.model.simulate_current(&PhysicalFaults::from(coordinates), &mut self.current_a);
+        self.filtered(&self.current_a)
+    }
+
+    /// The signals at several points, side by side: the same bits, sooner.
+    pub fn signals(&self, points: &[FaultCoordinates]) -> Vec<Vec<f64>> {
+        let faults: Vec<PhysicalFaults> = points.iter().map(PhysicalFaults::from).collect();
+        let mut currents_a = Vec::new();
+        self.model.simulate_currents(&faults, &mut currents_a);
+        currents_a.iter().map(|current_a| self.filtered(current_a)).collect()
+    }
+
+    /// What the sensors and the filter make of the current.
+    fn filtered(&self, current_a: &[f64]) -> Vec<f64> {
         if self.keep_every == 1 {
-            return self.filter.apply(&self.current_a, self.rate_hz);
+            return self.filter.apply(current_a, self.rate_hz);
         }
-        let kept: Vec<f64> = self.current_a.iter().step_by(self.keep_every).copied().collect();
+        let kept: Vec<f64> = current_a.iter().step_by(self.keep_every).copied().collect();
         self.filter.apply(&kept, self.rate_hz / self.keep_every as f64)
     }
 }

@@ -8,11 +8,10 @@ use ema_sim::{
 };
 
 use crate::{
-    banded::dot,
     bundle::sought_coordinates,
     dataset::Dataset,
     experiment::Experiment,
-    likelihood::{Estimator, Likelihood},
+    likelihood::{Likelihood, Slopes, misfit},
     observation::filtered,
     simulated::resampled,
 };
@@ -87,20 +86,19 @@ impl HighMonitor {
     pub(crate) fn search(
         &self,
         start: &[f64],
-        slopes: &[Vec<f64>],
+        slopes: &Slopes,
         likelihood: &Likelihood,
         signal_a: &[f64],
         watch: &dyn Fn(&[f64]),
     ) -> Option<HighFit> {
-        let estimator = Estimator::new(likelihood.factor(), slopes)?;
         let mut point = start.to_vec();
         let mut best: Option<HighFit> = None;
         for evaluations in 1..=MOST_EVALUATIONS {
             let residual_a = self.residual(signal_a, &point);
             watch(&residual_a);
             let white = likelihood.whiten(&residual_a);
-            let misfit = dot(&white, &white) / white.len() as f64;
-            let step = estimator.apply(&residual_a);
+            let misfit = misfit(&white);
+            let step = slopes.step(&white)?;
             if best.as_ref().is_none_or(|fit| misfit < fit.misfit) {
                 best = Some(HighFit { estimate: point.clone(), residual_a, misfit, evaluations });
             }

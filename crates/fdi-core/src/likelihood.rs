@@ -36,6 +36,45 @@ pub(crate) struct Likelihood {
     misfits: OnceLock<(f64, f64)>,
 }
 
+/// Slopes of the signal, one row a coordinate, and the same as white numbers.
+#[derive(Debug)]
+pub(crate) struct Slopes {
+    rows: Vec<Vec<f64>>,
+    white: Vec<Vec<f64>>,
+}
+
+impl Slopes {
+    /// Slopes of the signal.
+    pub(crate) fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
+    /// The generalised least-squares step for a whitened residual.
+    ///
+    /// `None` when the slopes leave a coordinate undetermined.
+    pub(crate) fn step(&self, white: &[f64]) -> Option<DVector<f64>> {
+        let projections = self.white.iter().map(|row| dot(row, white));
+        let projected = DVector::from_iterator(self.white.len(), projections);
+        Some(gram(&self.white).try_inverse()? * projected)
+    }
+
+    /// What a step leaves of a whitened residual, to first order.
+    pub(crate) fn left(&self, white: &[f64], step: &DVector<f64>) -> Vec<f64> {
+        let mut left = white.to_vec();
+        for (row, part) in self.white.iter().zip(step.iter()) {
+            for (value, slope) in left.iter_mut().zip(row) {
+                *value -= part * slope;
+            }
+        }
+        left
+    }
+}
+
+/// Mean square of white numbers: the misfit per sample.
+pub(crate) fn misfit(white: &[f64]) -> f64 {
+    dot(white, white) / white.len() as f64
+}
+
 /// Residuals with the factor of a covariance that does not know them.
 #[derive(Debug)]
 struct Fold {
@@ -143,12 +182,16 @@ impl Likelihood {
         self.factor.log_determinant()
     }
 
-    /// Covariance of the generalised least-squares estimate for a Jacobian of the signal (one
-    /// row a coordinate).
+    /// Slopes of the signal, one row a coordinate, with what is made of them here.
+    pub(crate) fn slopes(&self, rows: Vec<Vec<f64>>) -> Slopes {
+        Slopes { white: self.factor.whiten_each(rows.iter()), rows }
+    }
+
+    /// Covariance of the generalised least-squares estimate.
     ///
-    /// `None` when the Jacobian leaves a coordinate undetermined.
-    pub(crate) fn estimate_covariance(&self, jacobian: &[Vec<f64>]) -> Option<DMatrix<f64>> {
-        self.estimate_covariance_given(jacobian, &vec![0.0; jacobian.len()])
+    /// `None` when the slopes leave a coordinate undetermined.
+    pub(crate) fn estimate_covariance(&self, slopes: &Slopes) -> Option<DMatrix<f64>> {
+        self.estimate_covariance_given(slopes, &vec![0.0; slopes.rows.len()])
     }
 
     /// The same where some coordinates are known to be near zero, `N(0, 1/p)` with `p` their
@@ -156,46 +199,29 @@ impl Likelihood {
     /// adds `V·P·V`.
     pub(crate) fn estimate_covariance_given(
         &self,
-        jacobian: &[Vec<f64>],
+        slopes: &Slopes,
         precision: &[f64],
     ) -> Option<DMatrix<f64>> {
-        let whole = Estimator::given(&self.factor, jacobian, precision)?;
-        let noise_images: Vec<Vec<f64>> =
-            whole.weights.iter().map(|weight| self.noise.times(weight)).collect();
-        let mut covariance =
-            symmetric(jacobian.len(), |i, j| dot(&whole.weights[i], &noise_images[j]));
-        let mut count = 0.0;
-        let mut scatter = DMatrix::zeros(jacobian.len(), jacobian.len());
+        let order = slopes.rows.len();
         let prior = diagonal(precision);
+        let inverse = (gram(&slopes.white) + &prior).try_inverse()?;
+        let samples = slopes.rows.first().map_or(0, Vec::len);
+        let solved = self.factor.spread_each(slopes.white.clone(), samples);
+        let weights = combined(&inverse, &solved);
+        let noise_images: Vec<Vec<f64>> =
+            weights.iter().map(|weight| self.noise.times(weight)).collect();
+        let mut covariance = symmetric(order, |i, j| dot(&weights[i], &noise_images[j]));
+        let mut count = 0.0;
+        let mut scatter = DMatrix::zeros(order, order);
         for fold in &self.folds {
-            for shift in fold.shifts(jacobian, &prior)? {
+            for shift in fold.shifts(&slopes.rows, &prior)? {
                 scatter += &shift * shift.transpose();
                 count += 1.0;
             }
         }
         covariance += scatter / f64::max(count, 1.0);
-        let inverse = &whole.inverse;
-        covariance += inverse * prior * inverse;
+        covariance += &inverse * prior * &inverse;
         Some(covariance)
-    }
-
-    /// The generalised least-squares step for a residual, and the misfit per sample after it, to
-    /// first order.
-    pub(crate) fn linear_step(
-        &self,
-        jacobian: &[Vec<f64>],
-        residual: &[f64],
-    ) -> Option<(DVector<f64>, f64)> {
-        let step = Estimator::new(&self.factor, jacobian)?.apply(residual);
-        let mut left = residual.to_vec();
-        for (row, part) in jacobian.iter().zip(step.iter()) {
-            for (value, slope) in left.iter_mut().zip(row) {
-                *value -= part * slope;
-            }
-        }
-        let white = self.factor.whiten(&left);
-        let misfit = dot(&white, &white) / white.len() as f64;
-        Some((step, misfit))
     }
 
     /// The misfit per sample that a recording of the modelled machine hardly exceeds.
@@ -216,7 +242,6 @@ impl Likelihood {
             .iter()
             .flat_map(|fold| {
                 let noise = self.noise_share(&fold.factor);
-                let misfit = |white: &Vec<f64>| dot(white, white) / white.len() as f64;
                 fold.white().iter().map(move |white| (misfit(white) + noise).ln())
             })
             .collect();
@@ -264,53 +289,27 @@ pub(crate) fn joined(model: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix
 /// A linear estimator: `δ = (JᵀΣ⁻¹J)⁻¹·JᵀΣ⁻¹·r`, one weight vector a coordinate.
 pub(crate) struct Estimator {
     weights: Vec<Vec<f64>>,
-    /// `(JᵀΣ⁻¹J + P)⁻¹`.
-    inverse: DMatrix<f64>,
 }
 
 impl Estimator {
-    pub(crate) fn new(factor: &Factor, jacobian: &[Vec<f64>]) -> Option<Self> {
-        Self::each(factor, &[jacobian])?.pop()
-    }
-
-    /// The estimator with a prior precision of each coordinate about zero.
-    pub(crate) fn given(factor: &Factor, jacobian: &[Vec<f64>], precision: &[f64]) -> Option<Self> {
-        Self::each_given(factor, &[jacobian], precision)?.pop()
-    }
-
     /// Estimators for several Jacobians of equal size on one factor.
+    ///
+    /// `None` when one of them leaves a coordinate undetermined.
     pub(crate) fn each(factor: &Factor, jacobians: &[&[Vec<f64>]]) -> Option<Vec<Self>> {
-        let order = jacobians.first().map_or(0, |jacobian| jacobian.len());
-        Self::each_given(factor, jacobians, &vec![0.0; order])
-    }
-
-    fn each_given(
-        factor: &Factor,
-        jacobians: &[&[Vec<f64>]],
-        precision: &[f64],
-    ) -> Option<Vec<Self>> {
         let order = jacobians.first().map_or(0, |jacobian| jacobian.len());
         let samples = jacobians.first().and_then(|j| j.first()).map_or(0, Vec::len);
         let white = factor.whiten_each(jacobians.iter().flat_map(|jacobian| jacobian.iter()));
-        let prior = diagonal(precision);
-        let covariances: Vec<DMatrix<f64>> = white
+        let inverses: Vec<DMatrix<f64>> = white
             .chunks(order.max(1))
-            .map(|rows| (gram(rows) + &prior).try_inverse())
+            .map(|rows| gram(rows).try_inverse())
             .collect::<Option<_>>()?;
         let solved = factor.spread_each(white, samples);
-        let weights = |(covariance, solved): (&DMatrix<f64>, &[Vec<f64>])| {
-            let weight = |i: usize| {
-                let mut weight = vec![0.0; samples];
-                for (j, x) in solved.iter().enumerate() {
-                    for (w, value) in weight.iter_mut().zip(x) {
-                        *w += covariance[(i, j)] * value;
-                    }
-                }
-                weight
-            };
-            Self { weights: (0..order).map(weight).collect(), inverse: covariance.clone() }
-        };
-        Some(covariances.iter().zip(solved.chunks(order.max(1))).map(weights).collect())
+        let estimators = inverses.iter().zip(solved.chunks(order.max(1)));
+        Some(
+            estimators
+                .map(|(inverse, solved)| Self { weights: combined(inverse, solved) })
+                .collect(),
+        )
     }
 
     /// Weights of a coordinate.
@@ -324,6 +323,21 @@ impl Estimator {
             self.weights.iter().map(|weight| dot(weight, residual)),
         )
     }
+}
+
+/// Rows that a square matrix makes of rows.
+fn combined(matrix: &DMatrix<f64>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let samples = rows.first().map_or(0, Vec::len);
+    let row = |i: usize| {
+        let mut sum = vec![0.0; samples];
+        for (j, x) in rows.iter().enumerate() {
+            for (value, x) in sum.iter_mut().zip(x) {
+                *value += matrix[(i, j)] * x;
+            }
+        }
+        sum
+    };
+    (0..rows.len()).map(row).collect()
 }
 
 /// A matrix with these on its diagonal.

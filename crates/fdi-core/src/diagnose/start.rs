@@ -27,7 +27,7 @@ use crate::{
     central,
     experiment::Experiment,
     high_monitor::HighMonitor,
-    likelihood::Likelihood,
+    likelihood::{Likelihood, misfit},
     report::{Fidelity, Method, Notice, NoticeCode},
 };
 
@@ -347,7 +347,7 @@ impl FreeFit<'_> {
         }
         let residual_a = self.residual(&point).map_err(BundleError::from)?;
         let white = likelihood.whiten(&residual_a);
-        let misfit = dot(&white, &white) / white.len() as f64;
+        let misfit = misfit(&white);
         let error_a = self.error_a.clone();
         Ok(Settled { point, residual_a, misfit, error_a, evaluations: evaluations + 1 })
     }
@@ -438,8 +438,9 @@ impl Run<'_> {
             central::differences_of(&point, &free.steps(), turned).map_err(BundleError::from)?;
         let precision: Vec<f64> =
             (0..point.len()).map(|i| f64::from(u8::from(i >= order))).collect();
+        let count = slopes.len() as u64;
         let whole = likelihood
-            .estimate_covariance_given(&slopes, &precision)
+            .estimate_covariance_given(&likelihood.slopes(slopes), &precision)
             .ok_or(DiagnoseError::Undetermined)?;
         let found = free.freedom.unknowns.iter().enumerate().map(|(place, &(unknown, unit))| {
             let place = order + place;
@@ -451,7 +452,7 @@ impl Run<'_> {
             misfit,
             estimate: point[..order].to_vec(),
             residual_a,
-            evaluations: evaluations + 2 * slopes.len() as u64,
+            evaluations: evaluations + 2 * count,
             slopes: None,
             began: Some((began, covariance)),
         })
@@ -487,8 +488,9 @@ impl Run<'_> {
         let Some((extra, _)) = strongest else { return Ok(Vec::new()) };
         let mut joint = slopes.to_vec();
         joint.push(columns[extra].clone());
-        let (Some(covariance), Some((step, _))) =
-            (likelihood.estimate_covariance(&joint), likelihood.linear_step(&joint, residual_a))
+        let joint = likelihood.slopes(joint);
+        let (Some(covariance), Some(step)) =
+            (likelihood.estimate_covariance(&joint), joint.step(&white[columns.len()]))
         else {
             return Ok(Vec::new());
         };

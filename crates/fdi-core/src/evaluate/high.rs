@@ -75,7 +75,7 @@ impl HighTrial {
         let slopes = emulator.jacobian(&point);
         let HighFit { estimate, residual_a, evaluations, .. } = self
             .monitor
-            .search(&point, &slopes, &self.likelihood, signal_a, watch)
+            .search(&point, &self.likelihood.slopes(slopes), &self.likelihood, signal_a, watch)
             .ok_or(DiagnoseError::Undetermined)?;
         let discrepancy =
             self.mask.iter().map(|&i| residual_a[i] * residual_a[i]).sum::<f64>().sqrt();
