@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{effect::EffectError, fault::FaultId};
+use crate::{effect::EffectError, fault::FaultId, runaway::Runaway};
 
 /// A number as a message shows it, in powers of ten where it is long.
 pub(crate) struct Told(pub(crate) f64);
@@ -166,6 +166,9 @@ pub enum SimulationError {
         /// How the drive commutates.
         commutation: &'static str,
     },
+    /// The run ended early: the shaft went beyond any speed that the machine could make.
+    #[error("{0}")]
+    Runaway(Box<Runaway>),
     /// The command leaves the range between the end stops.
     #[error(
         "the command reaches {command_rad} rad at {time_s} s, beyond the stops at {stop_rad} rad"

@@ -14,6 +14,7 @@ use crate::{
     load::Load,
     params::least_inertia,
     plant::{Additions, Run},
+    runaway::{Ended, Runaway, SpeedGuard},
     scenario::{Command, MOST_TICKS},
     servo_control::{AxisCascade, AxisController, Drive, Feedback},
 };
@@ -215,6 +216,19 @@ pub struct AxisTrace {
     pub force: Vec<f64>,
     /// What it cost: segments between events.
     pub segments: u64,
+    /// Why the run ended before its test, where it did; its channels are NaN from there on.
+    pub runaway: Option<Runaway>,
+}
+
+impl Ended for AxisTrace {
+    fn runaway(&self) -> Option<&Runaway> {
+        self.runaway.as_ref()
+    }
+
+    fn channels(&mut self) -> Vec<&mut Vec<f64>> {
+        let Self { command, position, speed, output, current, force, .. } = self;
+        vec![command, position, speed, output, current, force]
+    }
 }
 
 /// An axis in one test.
@@ -400,8 +414,18 @@ impl ServoAxisSimulation {
         self
     }
 
+    /// Runs the test as [`simulate`](Self::simulate) does, to its end.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Runaway`] for an axis that is driven away.
+    pub fn try_simulate(&self, faults: &PhysicalFaults) -> Result<AxisTrace, SimulationError> {
+        self.simulate(faults).whole()
+    }
+
     /// Runs the test on an axis with worn friction (`k1`) and backlash (`k2`); the faults of a
-    /// winding have no place in it.
+    /// winding have no place in it. Where the axis is driven away the run ends at once:
+    /// [`AxisTrace::runaway`] says why, and the channels are NaN from there on.
     pub fn simulate(&self, faults: &PhysicalFaults) -> AxisTrace {
         let axis = self.reshaped();
         let law = &axis.controller;
@@ -431,9 +455,13 @@ impl ServoAxisSimulation {
             trace.force.push(run.motor_n_m());
             trace.current.push(run.shown_current_a());
             run.advance(output, tick_s);
+            if run.guard.has_passed() {
+                break;
+            }
         }
         trace.segments = run.segments;
-        trace
+        trace.runaway = run.guard.told(&self.effects, axis.geometry);
+        trace.filled(self.command.len())
     }
 
     /// The controller's output at each tick of the test, A or V, when its sensors show the
@@ -487,6 +515,11 @@ impl ServoAxisSimulation {
         };
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
         run.add(&machine, &additions, self.scenario.load);
+        // an axis has no stops; what the air does to one is taken within a radian
+        let load = self.scenario.load.abs() + self.load.most_n_m(1.0);
+        let force = axis.peak_force() + axis.offset.abs() + load;
+        let duration_s = self.command.len() as f64 * tick_s;
+        run.guard = SpeedGuard::of_axis(start.speed, force, axis.inertia, duration_s);
         run
     }
 
@@ -522,6 +555,7 @@ impl ServoAxisSimulation {
             current: room(),
             force: room(),
             segments: 0,
+            runaway: None,
         }
     }
 }

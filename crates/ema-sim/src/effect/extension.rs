@@ -690,6 +690,11 @@ impl Extension {
         }
     }
 
+    /// Time from the start.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
     /// The motor has commutated.
     pub(crate) fn commutated(&mut self) {
         if let Some(c) = &mut self.commutation {

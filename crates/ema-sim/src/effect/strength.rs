@@ -4,7 +4,7 @@
 //! or a drag or spring that the controller's tick is too long for, drives the shaft where no
 //! series of a segment holds; such an effect is refused by name.
 
-use super::{CurveKind, Effect, EffectError, EffectId};
+use super::{Coordinate, Curve, CurveKind, Effect, EffectError, EffectId};
 
 /// Torque that an effect may have, over what the motor makes at its limit.
 const MOST_OVER_PEAK: f64 = 100.0;
@@ -24,6 +24,40 @@ const TORQUE: &str = "a hundred times what its motor makes";
 const DRAG: &str = "the inertia over the controller's tick";
 const SPRING: &str = "the inertia over the square of the controller's tick";
 const SPRING_AT_STOP: &str = "at the stop a hundred times what its motor makes";
+
+impl Effect {
+    /// Whether its torque can put energy into the motion: for those that only brake, or hold,
+    /// it cannot.
+    pub(crate) fn can_feed(&self) -> bool {
+        let v = self.values();
+        match self.id() {
+            EffectId::NonlinearViscous => v[0] < 0.0,
+            // of one sign in both directions: with the motion in one of them
+            EffectId::DirectionalFriction => v[1] != 0.0,
+            EffectId::CurrentRipple => v[0].hypot(v[1]) > 1.0,
+            EffectId::Imbalance => v[..3] != [0.0; 3] && (v[..2] != [0.0; 2] || v[2] < 0.0),
+            EffectId::TransmissionError | EffectId::Cogging | EffectId::Vibration => {
+                v[..2] != [0.0; 2]
+            }
+            EffectId::Tabulated => self.curve().is_some_and(|curve| curve.can_feed(v[0])),
+            _ => false,
+        }
+    }
+}
+
+impl Curve {
+    /// Whether it is a torque that can act with the motion, at a scale.
+    fn can_feed(&self, scale: f64) -> bool {
+        if self.kind() != CurveKind::Torque || scale == 0.0 || self.is_zero() {
+            return false;
+        }
+        let with_motion = |x: f64| scale * self.at(x) * x < 0.0;
+        self.over() != Coordinate::Speed
+            || self.at(0.0) != 0.0
+            || self.points().iter().any(|point| with_motion(point[0]))
+            || [-1.0, 1.0].iter().any(|sign| with_motion(sign * f64::MAX.sqrt()))
+    }
+}
 
 impl Strength {
     /// Of a machine with a motor's largest torque, an inertia at the motor and a tick.

@@ -11,7 +11,7 @@ use ema_sim::{
 
 use super::effects::examples;
 
-fn axis(drive: Drive) -> ServoAxis {
+pub(crate) fn axis(drive: Drive) -> ServoAxis {
     ServoAxis {
         geometry: Geometry::Rotary,
         inertia: 1e-3,

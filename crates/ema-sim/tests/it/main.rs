@@ -14,5 +14,6 @@ mod fidelities;
 mod measured;
 mod model_file;
 mod motulator;
+mod runaway;
 mod servo_axis;
 mod severe;
