@@ -120,7 +120,7 @@ impl HighFidelity {
     ///
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        Host::of_actuator(NAME, &self.actuator, &REFUSED).check(effects)?;
+        Host::of_actuator(NAME, &self.actuator, &self.scenario, &REFUSED).check(effects)?;
         self.effects = effects.to_vec();
         self.check_effects()?;
         Ok(self)

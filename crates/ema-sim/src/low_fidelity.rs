@@ -81,7 +81,8 @@ impl LowFidelity {
     ///
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        Host::of_actuator("the low-fidelity model", &self.actuator, &[]).check(effects)?;
+        Host::of_actuator("the low-fidelity model", &self.actuator, &self.scenario, &[])
+            .check(effects)?;
         self.effects = effects.to_vec();
         Ok(self)
     }

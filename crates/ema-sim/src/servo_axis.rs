@@ -7,6 +7,7 @@ use crate::{
     effect::{
         Effect, EffectId, Geometry,
         extension::{Host, Machine},
+        footing::Footing,
         strength::Strength,
     },
     error::{ParameterError, SimulationError},
@@ -62,6 +63,21 @@ impl ServoAxis {
     fn peak_force(&self) -> f64 {
         let limit = self.force_constant * self.controller.output_limit;
         if self.drive == Drive::Winding { limit / self.resistance_ohm } else { limit }
+    }
+
+    /// What effects can act on.
+    fn footing(&self) -> Footing {
+        let c = &self.controller;
+        Footing {
+            gains: [
+                c.position_gain_per_s.max(c.position_integral_per_s2),
+                c.speed_gain,
+                c.speed_integral,
+            ],
+            dry_friction: self.static_friction > 0.0,
+            regulated: self.drive != Drive::Winding,
+            measured: self.drive != Drive::Amplifier,
+        }
     }
 
     /// Refuses numbers that no axis has.
@@ -379,7 +395,8 @@ impl ServoAxisSimulation {
         let tick_s = 1.0 / axis.controller.sample_hz;
         let strength = Strength::new(axis.peak_force(), axis.inertia, tick_s, 1.0);
         let (geometry, stop_rad) = (axis.geometry, None);
-        Host { name: "the servo axis", geometry, refused, strength, stop_rad }.check(effects)?;
+        let (name, footing) = ("the servo axis", axis.footing());
+        Host { name, geometry, refused, strength, footing, stop_rad }.check(effects)?;
         for effect in effects {
             let inertia = effect.get("load_inertia_kg_m2").or(effect.get("load_mass_kg"));
             if inertia.is_some_and(|inertia| inertia <= 0.0 || inertia >= self.axis.inertia) {

@@ -11,12 +11,13 @@ use libm::{cos, exp, floor, pow, sin, sqrt, tanh};
 
 use super::{
     Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry, MOST_PARAMETERS,
-    strength::Strength,
+    footing::Footing, strength::Strength,
 };
 use crate::{
     controller::quantised,
     drive_train::{Direction, DriveTrain},
     params::{self, Actuator, PositionSensor},
+    scenario::Scenario,
     waveform::Waveform,
     winding::LocalQuadratic,
 };
@@ -28,6 +29,7 @@ pub(crate) struct Host {
     pub(crate) geometry: Geometry,
     pub(crate) refused: Vec<(EffectId, &'static str)>,
     pub(crate) strength: Strength,
+    pub(crate) footing: Footing,
     /// Where the surface stops; none where nothing stops it.
     pub(crate) stop_rad: Option<f64>,
 }
@@ -42,6 +44,7 @@ impl Host {
     pub(crate) fn of_actuator(
         name: &'static str,
         actuator: &Actuator,
+        scenario: &Scenario,
         refused: &[(EffectId, &'static str)],
     ) -> Self {
         let mut refused = refused.to_vec();
@@ -62,7 +65,14 @@ impl Host {
         let peak_n_m = actuator.torque_constant_n_m_per_a() * c.current_limit_a;
         let inertia_kg_m2 = actuator.total_inertia_kg_m2();
         let strength = Strength::new(peak_n_m, inertia_kg_m2, 1.0 / c.sample_hz, t.gear_ratio);
-        Self { name, geometry: Geometry::Rotary, refused, strength, stop_rad: Some(t.stop_rad) }
+        let footing = Footing {
+            gains: [c.position_gain_per_s, c.speed_gain_a_s_per_rad, c.speed_integral_a_per_rad],
+            dry_friction: t.static_friction_n_m > 0.0 || scenario.brake_n_m > 0.0,
+            regulated: false,
+            measured: true,
+        };
+        let (geometry, stop_rad) = (Geometry::Rotary, Some(t.stop_rad));
+        Self { name, geometry, refused, strength, footing, stop_rad }
     }
 
     /// Refuses effects that the model has no place for.
@@ -80,6 +90,7 @@ impl Host {
                 return Err(EffectError::Twice { effect: id });
             }
             self.strength.check(effect, self.stop_rad)?;
+            self.footing.check(effect, effects, self.name)?;
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ mod effect_table;
 mod effects;
 mod energy;
 mod fidelities;
+mod idle_effects;
 mod measured;
 mod model_file;
 mod motulator;
