@@ -46,7 +46,7 @@ impl fmt::Display for Runaway {
             Geometry::Rotary => "rad/s",
             Geometry::Linear => "m/s",
         };
-        let (time_s, speed, most) = (Told(self.time_s), Brief(self.speed), Brief(self.most));
+        let [time_s, speed, most] = [self.time_s, self.speed, self.most].map(brief);
         write!(
             f,
             "the machine is driven away: {speed} {unit} at {time_s} s, beyond the {most} {unit} \
@@ -65,13 +65,15 @@ impl fmt::Display for Runaway {
     }
 }
 
-/// A speed to four digits.
-struct Brief(f64);
-
-impl fmt::Display for Brief {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_finite() { write!(f, "{:.3e}", self.0) } else { write!(f, "{}", self.0) }
+/// A number to four digits.
+fn brief(x: f64) -> Told {
+    if x == 0.0 || !x.is_finite() {
+        return Told(x);
     }
+    // by a whole power, so that the digits stay decimal ones
+    let exponent = 3 - libm::floor(libm::log10(x.abs())) as i32;
+    let scale = libm::pow(10.0, f64::from(exponent.abs()));
+    Told(if exponent < 0 { libm::round(x / scale) * scale } else { libm::round(x * scale) / scale })
 }
 
 /// An effect as a message calls it.

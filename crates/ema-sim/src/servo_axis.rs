@@ -91,10 +91,16 @@ impl ServoAxis {
                 parameter.check(self)?;
             }
         }
-        let (value, least) = (self.static_friction, self.kinetic_friction);
-        if value < least {
-            let field = self.key_of("axis.static-friction-{f}");
-            return Err(ParameterError::AxisOutOfBounds { field, value, least, most: f64::MAX });
+        let (kinetic_value, fixed_value) = (self.kinetic_friction, self.static_friction);
+        if kinetic_value > fixed_value {
+            let kinetic = self.key_of("axis.kinetic-friction-{f}");
+            let fixed = self.key_of("axis.static-friction-{f}");
+            return Err(ParameterError::KineticAboveStatic {
+                kinetic,
+                kinetic_value,
+                fixed,
+                fixed_value,
+            });
         }
         if self.controller.speed_samples > 1000 {
             let (field, value) = ("controller.speed-samples", self.controller.speed_samples);
@@ -393,7 +399,9 @@ impl ServoAxisSimulation {
         };
         let (axis, refused) = (&self.axis, refused.to_vec());
         let tick_s = 1.0 / axis.controller.sample_hz;
-        let strength = Strength::new(axis.peak_force(), axis.inertia, tick_s, 1.0);
+        // of a winding the output is a voltage; other drives have none
+        let supply_v = axis.controller.output_limit;
+        let strength = Strength::new(axis.peak_force(), (axis.inertia, 1.0), tick_s, supply_v);
         let (geometry, stop_rad) = (axis.geometry, None);
         let (name, footing) = ("the servo axis", axis.footing());
         Host { name, geometry, refused, strength, footing, stop_rad }.check(effects)?;

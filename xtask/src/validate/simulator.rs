@@ -501,7 +501,7 @@ const INPUT: &str = "
 |---|---|---|
 | any parameter negative, NaN, infinite, beyond its bound; no pole pair | `ParameterError::OutOfBounds` with key and bounds | `every_number_is_guarded`, `bounds_are_told_in_words` |
 | static below kinetic friction, play wider than the stop, dead time above a tenth of the period, trapezoidal machine under a field-oriented drive, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
-| an inertia so small, or a back-EMF so weak, that a tick or a carrier period is too coarse for it | `ParameterError::TooLight`, `TooFast` with key and least value | `machines_that_cannot_be_followed_are_refused`, `a_mass_too_small_for_the_tick_is_named` |
+| an inertia so small, or a back-EMF so weak, that a tick or a carrier period is too coarse for it | `ParameterError::TooLight`, `TooFast` with key, value and least value | `machines_that_cannot_be_followed_are_refused`, `a_mass_too_small_for_the_tick_is_named` |
 | command beyond the stops; load, duration, angle, play, integrators or command not finite | `SimulationError` | `tests_that_cannot_be_run_are_refused` |
 | a test of more than 4e7 ticks or 1e9 carrier periods | `SimulationError::Scenario` with the longest | `a_test_has_an_end` |
 | a level outside 0 to 1 | `FaultLevelError` | `levels_outside_the_scale_are_refused` |

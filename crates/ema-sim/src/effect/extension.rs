@@ -64,7 +64,8 @@ impl Host {
         let (c, t) = (&actuator.controller, &actuator.transmission);
         let peak_n_m = actuator.torque_constant_n_m_per_a() * c.current_limit_a;
         let inertia_kg_m2 = actuator.total_inertia_kg_m2();
-        let strength = Strength::new(peak_n_m, inertia_kg_m2, 1.0 / c.sample_hz, t.gear_ratio);
+        let (moved, supply_v) = ((inertia_kg_m2, t.gear_ratio), actuator.equivalent_supply_v());
+        let strength = Strength::new(peak_n_m, moved, 1.0 / c.sample_hz, supply_v);
         let footing = Footing {
             gains: [c.position_gain_per_s, c.speed_gain_a_s_per_rad, c.speed_integral_a_per_rad],
             dry_friction: t.static_friction_n_m > 0.0 || scenario.brake_n_m > 0.0,
@@ -97,12 +98,14 @@ impl Host {
 }
 
 /// Effects with a state of their own, or on one number of the machine.
-const ONCE: [EffectId; 11] = [
+const ONCE: [EffectId; 13] = [
     EffectId::Presliding,
     EffectId::Compliance,
     EffectId::MagnetLoss,
     EffectId::ResistanceDrift,
     EffectId::InductanceEddy,
+    EffectId::DeadTime,
+    EffectId::BusSag,
     EffectId::CurrentSensor,
     EffectId::PositionSensor,
     EffectId::ControllerMismatch,

@@ -4,7 +4,7 @@
 //! or a drag or spring that the controller's tick is too long for, drives the shaft where no
 //! series of a segment holds; such an effect is refused by name.
 
-use super::{Coordinate, Curve, CurveKind, Effect, EffectError, EffectId};
+use super::{Coordinate, Curve, CurveKind, Effect, EffectError, EffectId, catalogue::MOST};
 
 /// Torque that an effect may have, over what the motor makes at its limit.
 const MOST_OVER_PEAK: f64 = 100.0;
@@ -18,8 +18,12 @@ pub(crate) struct Strength {
     drag: f64,
     /// Torque on the shaft over the surface's position: `J·i_g/T²`.
     spring: f64,
+    /// Largest voltage on the winding.
+    supply_v: f64,
 }
 
+const SUPPLY: &str = "all of its supply";
+const FRICTION: &str = "times its curve, the friction that any effect may have";
 const TORQUE: &str = "a hundred times what its motor makes";
 const DRAG: &str = "the inertia over the controller's tick";
 const SPRING: &str = "the inertia over the square of the controller's tick";
@@ -60,12 +64,19 @@ impl Curve {
 }
 
 impl Strength {
-    /// Of a machine with a motor's largest torque, an inertia at the motor and a tick.
-    pub(crate) fn new(peak_torque: f64, inertia: f64, tick_s: f64, gear_ratio: f64) -> Self {
+    /// Of a machine with a motor's largest torque, an inertia at the motor behind a gear ratio, a
+    /// tick and a supply.
+    pub(crate) fn new(
+        peak_torque: f64,
+        (inertia, gear_ratio): (f64, f64),
+        tick_s: f64,
+        supply_v: f64,
+    ) -> Self {
         Self {
             torque: MOST_OVER_PEAK * peak_torque,
             drag: inertia / tick_s,
             spring: inertia * gear_ratio / (tick_s * tick_s),
+            supply_v,
         }
     }
 
@@ -85,6 +96,7 @@ impl Strength {
                 &[(0, self.torque, TORQUE), (1, self.torque, TORQUE)]
             }
             EffectId::Presliding | EffectId::InductanceEddy => &[(1, self.drag, DRAG)],
+            EffectId::DeadTime => &[(0, self.supply_v, SUPPLY)],
             _ => &[],
         };
         for (place, most, reason) in sizes {
@@ -98,18 +110,20 @@ impl Strength {
         self.check_curve(effect)
     }
 
-    /// The same of a measured torque.
+    /// The same of a measured torque or friction.
     fn check_curve(&self, effect: &Effect) -> Result<(), EffectError> {
-        let Some(curve) = effect.curve().filter(|curve| curve.kind() == CurveKind::Torque) else {
-            return Ok(());
+        let Some(curve) = effect.curve() else { return Ok(()) };
+        let (bound, reason) = match curve.kind() {
+            CurveKind::Torque => (self.torque, TORQUE),
+            CurveKind::Friction => (MOST, FRICTION),
         };
         let largest = curve.points().iter().fold(0.0_f64, |most, point| most.max(point[1].abs()));
         let value = effect.values()[0];
-        if value.abs() * largest <= self.torque {
+        if value.abs() * largest <= bound {
             return Ok(());
         }
         let key = effect.id().info().parameters[0].key(effect.geometry());
-        let (effect, most) = (effect.id(), self.torque / largest);
-        Err(EffectError::TooStrong { effect, key, value, most, reason: TORQUE })
+        let (effect, most) = (effect.id(), bound / largest);
+        Err(EffectError::TooStrong { effect, key, value, most, reason })
     }
 }

@@ -75,12 +75,11 @@ impl Subject {
                     Ok(trace.runaway.is_none().then(|| vec![a, b, c, trace.motor_angle_rad]))
                 })
                 .collect(),
-            Self::Axis(axis) => self.recorded_axis(axis, effects),
+            Self::Axis(axis) => Self::recorded_axis(axis, effects),
         }
     }
 
     fn recorded_axis(
-        &self,
         axis: &ServoAxis,
         effects: &[Effect],
     ) -> Result<Vec<Recorded>, SimulationError> {

@@ -97,6 +97,8 @@ fn the_bench_is_driven_away_in_both_fidelities() {
     let message = told(&low.try_simulate(&healthy()).unwrap_err(), &[EffectId::NonlinearViscous]);
     assert!(
         message.starts_with("the machine is driven away: ")
+            // a hundred times 0.75·48 V over 1.5·0.050133 V·s/rad
+            && message.contains("beyond the 47870 rad/s")
             && message.ends_with("E02 (non-linear viscous friction) can feed the motion"),
         "{message}"
     );
