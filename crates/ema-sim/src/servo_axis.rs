@@ -400,8 +400,11 @@ impl ServoAxisSimulation {
         let (axis, refused) = (&self.axis, refused.to_vec());
         let tick_s = 1.0 / axis.controller.sample_hz;
         // of a winding the output is a voltage; other drives have none
-        let supply_v = axis.controller.output_limit;
-        let strength = Strength::new(axis.peak_force(), (axis.inertia, 1.0), tick_s, supply_v);
+        let limit = axis.controller.output_limit;
+        let limit_a =
+            if axis.drive == Drive::Winding { limit / axis.resistance_ohm } else { limit };
+        let (moved, limits) = ((axis.inertia, 1.0), (limit, limit_a));
+        let strength = Strength::new(axis.peak_force(), moved, tick_s, limits);
         let (geometry, stop_rad) = (axis.geometry, None);
         let (name, footing) = ("the servo axis", axis.footing());
         Host { name, geometry, refused, strength, footing, stop_rad }.check(effects)?;

@@ -500,14 +500,18 @@ const INPUT: &str = "
 | input | outcome | test |
 |---|---|---|
 | any parameter negative, NaN, infinite, beyond its bound; no pole pair | `ParameterError::OutOfBounds` with key and bounds | `every_number_is_guarded`, `bounds_are_told_in_words` |
-| static below kinetic friction, play wider than the stop, dead time above a tenth of the period, trapezoidal machine under a field-oriented drive, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
+| static below kinetic friction (both named), play wider than the stop, dead time above a tenth of the period, trapezoidal machine under a field-oriented drive, carrier no multiple of the controller's rate, winding faster than the carrier resolves | `ParameterError` | `rules_between_numbers_are_guarded` |
 | an inertia so small, or a back-EMF so weak, that a tick or a carrier period is too coarse for it | `ParameterError::TooLight`, `TooFast` with key, value and least value | `machines_that_cannot_be_followed_are_refused`, `a_mass_too_small_for_the_tick_is_named` |
 | command beyond the stops; load, duration, angle, play, integrators or command not finite | `SimulationError` | `tests_that_cannot_be_run_are_refused` |
 | a test of more than 4e7 ticks or 1e9 carrier periods | `SimulationError::Scenario` with the longest | `a_test_has_an_end` |
 | a level outside 0 to 1 | `FaultLevelError` | `levels_outside_the_scale_are_refused` |
 | a fault that an axis cannot have, a command that it has no gain for | `ParameterError::NoSuchFault`, `SimulationError::Unregulated` | `a_fault_without_its_cause_is_told`, `a_command_that_no_gain_follows_is_refused` |
 | an effect too strong for its machine | `EffectError::TooStrong` with key and most | `an_effect_too_strong_for_its_machine_is_refused_by_name` |
+| an effect that would change nothing on its machine, a block of one without a size | `EffectError::NotInModel` with the reason, `ModelFileError::Sizeless`, `Curveless` with the keys | `every_number_of_an_effect_acts_or_is_refused`, `an_effect_without_a_size_is_refused_with_its_keys` |
+| effects that drive the shaft away, in either fidelity or on an axis | the run ends with `SimulationError::Runaway`: time, speed, bound, effects | `a_shaft_that_is_driven_away_ends_the_run_in_high_fidelity`, `an_axis_that_is_driven_away_ends_the_run`, … |
+| noise, steps and converters beyond any sensor, an axis' offset beyond 1e9 | `ParameterError` with key and bounds | `noise_and_steps_beyond_any_sensor_are_refused`, `sensors_that_nobody_has_are_refused_by_name` |
+| dead time of more than the supply, a sensor's offset of more than the controller's limit, a friction curve beyond 1e9 | `EffectError::TooStrong` | `a_voltage_beyond_the_supply_and_a_friction_beyond_any_are_refused` |
 | events that repeat at one instant | put off after 1024 in a hold of the legs (4096 in a tick of low fidelity), so that the run ends | `cogging_beyond_the_motor_comes_to_an_end`, `events_at_one_instant_come_to_an_end` |
 | 200 random machines with random damage | all that is accepted runs | `property_whatever_is_accepted_runs` |
-| 200 random servo axes, every drive and input, damage as often full as not, any effects | all that is accepted runs, in bounded work | `property_whatever_axis_is_accepted_runs` |
+| 200 random servo axes, every drive and input, damage as often full as not, any effects | all that is accepted runs, in bounded work, or is driven away by a named effect | `property_whatever_axis_is_accepted_runs` |
 ";

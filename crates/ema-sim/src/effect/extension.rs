@@ -64,8 +64,9 @@ impl Host {
         let (c, t) = (&actuator.controller, &actuator.transmission);
         let peak_n_m = actuator.torque_constant_n_m_per_a() * c.current_limit_a;
         let inertia_kg_m2 = actuator.total_inertia_kg_m2();
-        let (moved, supply_v) = ((inertia_kg_m2, t.gear_ratio), actuator.equivalent_supply_v());
-        let strength = Strength::new(peak_n_m, moved, 1.0 / c.sample_hz, supply_v);
+        let moved = (inertia_kg_m2, t.gear_ratio);
+        let limits = (actuator.equivalent_supply_v(), c.current_limit_a);
+        let strength = Strength::new(peak_n_m, moved, 1.0 / c.sample_hz, limits);
         let footing = Footing {
             gains: [c.position_gain_per_s, c.speed_gain_a_s_per_rad, c.speed_integral_a_per_rad],
             dry_friction: t.static_friction_n_m > 0.0 || scenario.brake_n_m > 0.0,

@@ -18,7 +18,7 @@ pub(crate) struct Footing {
     pub(crate) measured: bool,
 }
 
-const NO_INDUCTANCE: &str = "the drive regulates the current, and `inductance` has no voltage to \
+const NO_INDUCTANCE: &str = "the drive regulates the current, and `inductance-henry` has no voltage to \
                              act on; the eddy loss alone acts";
 const UNMEASURED: &str = "the drive's current is not recorded: outside its loop (`in-loop = 1`) \
                           its sensor changes nothing";

@@ -20,9 +20,12 @@ pub(crate) struct Strength {
     spring: f64,
     /// Largest voltage on the winding.
     supply_v: f64,
+    /// Largest output of the controller, mostly a current.
+    limit: f64,
 }
 
 const SUPPLY: &str = "all of its supply";
+const LIMIT: &str = "all that its controller asks for";
 const FRICTION: &str = "times its curve, the friction that any effect may have";
 const TORQUE: &str = "a hundred times what its motor makes";
 const DRAG: &str = "the inertia over the controller's tick";
@@ -65,18 +68,19 @@ impl Curve {
 
 impl Strength {
     /// Of a machine with a motor's largest torque, an inertia at the motor behind a gear ratio, a
-    /// tick and a supply.
+    /// tick, and the limits of supply and controller.
     pub(crate) fn new(
         peak_torque: f64,
         (inertia, gear_ratio): (f64, f64),
         tick_s: f64,
-        supply_v: f64,
+        (supply_v, limit): (f64, f64),
     ) -> Self {
         Self {
             torque: MOST_OVER_PEAK * peak_torque,
             drag: inertia / tick_s,
             spring: inertia * gear_ratio / (tick_s * tick_s),
             supply_v,
+            limit,
         }
     }
 
@@ -97,6 +101,7 @@ impl Strength {
             }
             EffectId::Presliding | EffectId::InductanceEddy => &[(1, self.drag, DRAG)],
             EffectId::DeadTime => &[(0, self.supply_v, SUPPLY)],
+            EffectId::CurrentSensor => &[(1, self.limit, LIMIT)],
             _ => &[],
         };
         for (place, most, reason) in sizes {

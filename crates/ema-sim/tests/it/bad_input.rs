@@ -199,6 +199,19 @@ fn a_voltage_beyond_the_supply_and_a_friction_beyond_any_are_refused() {
     let axis = ServoAxisSimulation::new(&axis, &test).expect("valid");
     let message = axis.with_effects(&dead(6.0)).unwrap_err().to_string();
     assert!(message.ends_with("this machine takes at most 5: all of its supply"), "{message}");
+    let sensor = |offset_a: f64| {
+        let effect = Effect::new(EffectId::CurrentSensor, Geometry::Rotary);
+        let effect = effect.with("offset_a", offset_a).and_then(|e| e.with("in_loop", 1.0));
+        [effect.expect("within bounds")]
+    };
+    let limit_a = EMA_48.controller.current_limit_a;
+    assert!(low().with_effects(&sensor(-limit_a)).is_ok());
+    let message = low().with_effects(&sensor(-1000.0)).unwrap_err().to_string();
+    assert!(
+        message.starts_with("`offset_a` of effect E19 is -1000, and this machine takes at most")
+            && message.ends_with("all that its controller asks for"),
+        "{message}"
+    );
 
     let friction = |most: f64| {
         let points = vec![[-1.0, 0.0], [1.0, most]];
