@@ -132,6 +132,22 @@ fn sizes(most: f64) -> impl Iterator<Item = f64> {
     (0..14).map(move |n| 0.5 * most * 10.0_f64.powi(-n))
 }
 
+/// Share of a channel's largest value that a change must have: shorter segments, which an effect
+/// asks for whether or not it acts, change the current by up to 7e-8 in low fidelity and 5e-6 in
+/// high (`docs/validation/simulator.md`).
+const NOTICED_REL: f64 = 1e-4;
+
+/// Largest change of any channel over its largest value.
+fn change_rel(with: &[Recorded], base: &[Recorded]) -> f64 {
+    let channels = with.iter().flatten().flatten().zip(base.iter().flatten().flatten());
+    let relative = channels.map(|(with, base)| {
+        let most = base.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let change = with.iter().zip(base).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if change == 0.0 { 0.0 } else { change / most }
+    });
+    relative.fold(0.0, f64::max)
+}
+
 /// What a machine does with a number of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Found {
@@ -148,7 +164,11 @@ fn found(subject: &Subject, base: &[Recorded], of: impl Fn(f64) -> Effect, most:
                 if with.iter().any(Option::is_none) {
                     continue;
                 }
-                return if with == base { Found::Idle } else { Found::Acts };
+                return if change_rel(&with, base) > NOTICED_REL {
+                    Found::Acts
+                } else {
+                    Found::Idle
+                };
             }
             Err(SimulationError::Effect(EffectError::NotInModel { reason, .. })) => {
                 if !reason.contains("longer than a tenth") {
