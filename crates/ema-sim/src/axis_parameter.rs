@@ -51,7 +51,7 @@ impl AxisParameter {
         "axis.viscous-{f}-s-per-{x}": viscous, 0.0, FINITE, else 0.0;
         "axis.kinetic-friction-{f}": kinetic_friction, 0.0, FINITE, else 0.0;
         "axis.static-friction-{f}": static_friction, 0.0, FINITE;
-        "axis.offset-{f}": offset, -FINITE, FINITE, else 0.0;
+        "axis.offset-{f}": offset, -1e9, 1e9, else 0.0;
         "axis.backlash-{x}": backlash, 0.0, FINITE, else 0.0;
         "drive.{force}-constant-{f}-per-{u}": force_constant, POSITIVE, FINITE;
         "drive.resistance-ohm": resistance_ohm, POSITIVE, FINITE;
@@ -64,7 +64,7 @@ impl AxisParameter {
         "controller.speed-gain-{u}-s-per-{x}": controller.speed_gain, 0.0, FINITE;
         "controller.speed-integral-{u}-per-{x}": controller.speed_integral, 0.0, FINITE, else 0.0;
         "controller.output-limit-{u}": controller.output_limit, POSITIVE, FINITE;
-        "controller.encoder-step-{x}": controller.encoder_step, 0.0, FINITE, else 0.0;
+        "controller.encoder-step-{x}": controller.encoder_step, 0.0, 1e6, else 0.0;
     };
 
     /// Block and field, with unit: `axis.mass-kg`.

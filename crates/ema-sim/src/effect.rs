@@ -6,6 +6,7 @@
 mod catalogue;
 mod curve;
 pub(crate) mod extension;
+pub(crate) mod footing;
 pub(crate) mod strength;
 
 pub use catalogue::EffectId;

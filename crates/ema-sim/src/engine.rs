@@ -24,6 +24,7 @@ use crate::{
     patience::Patience,
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
+    runaway::SpeedGuard,
     scenario::Scenario,
     series::{Series, less, reach, root, value},
     trace::HighFidelityTrace,
@@ -125,6 +126,8 @@ pub(crate) struct Run<P> {
     /// Whether sectors mean nothing: all legs connected, and a back-EMF without corners.
     whole_turn: bool,
     pub(crate) segments: u64,
+    /// Whether the shaft is driven away.
+    pub(crate) guard: SpeedGuard,
     pub(crate) probe: P,
 }
 
@@ -255,6 +258,7 @@ impl<P: Probe> Run<P> {
             legs_v: [1.0, -1.0, -1.0].map(|sign| sign * 0.5 * actuator.inverter.bus_voltage_v),
             whole_turn: connected && actuator.motor.back_emf_shape != BackEmfShape::Trapezoid,
             segments: 0,
+            guard: SpeedGuard::OFF,
             probe,
         };
         run.enter(sector);
@@ -290,6 +294,11 @@ impl<P: Probe> Run<P> {
             self.rewire();
             self.renew();
         }
+    }
+
+    /// Looks whether the shaft is driven away; with effects each segment is looked at.
+    pub(crate) fn look_at_speed(&mut self, time_s: f64) {
+        self.guard.watch(time_s, self.train.speed_rad_per_s);
     }
 
     /// Takes the load of the next tick.
@@ -371,6 +380,7 @@ impl<P: Probe> Run<P> {
             let to = (self.train.angle_rad, self.train.speed_rad_per_s);
             if let Some(extension) = &mut self.extension {
                 extension.advance(span_s, from.shaft, to, heat_w);
+                self.guard.watch(extension.time_s(), to.1);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{effect::EffectError, fault::FaultId};
+use crate::{effect::EffectError, fault::FaultId, runaway::Runaway};
 
 /// A number as a message shows it, in powers of ten where it is long.
 pub(crate) struct Told(pub(crate) f64);
@@ -58,10 +58,27 @@ pub enum ParameterError {
         /// Largest value allowed.
         most: f64,
     },
+    /// Dry friction that would fall when the machine stops.
+    #[error(
+        "`{kinetic}` is {}, above `{fixed}` {}, expected at most as much",
+        Told(*.kinetic_value),
+        Told(*.fixed_value)
+    )]
+    KineticAboveStatic {
+        /// Block and field of the kinetic friction, with unit.
+        kinetic: String,
+        /// Its value.
+        kinetic_value: f64,
+        /// The same of the static one.
+        fixed: String,
+        /// Its value.
+        fixed_value: f64,
+    },
     /// The carrier must be a whole multiple of the controller's rate.
     #[error(
-        "`inverter.carrier-hz` is {carrier_hz}, expected a whole multiple of \
-         `controller.sample-hz` {sample_hz}"
+        "`inverter.carrier-hz` is {}, expected a whole multiple of `controller.sample-hz` {}",
+        Told(*.carrier_hz),
+        Told(*.sample_hz)
     )]
     CarrierNotMultiple {
         /// Carrier frequency.
@@ -79,9 +96,10 @@ pub enum ParameterError {
     /// An inertia so small that drag and back-EMF change its speed within a tick of the controller.
     #[error(
         "`{field}` is {}, expected at least {}: the drag would slow a smaller one within the \
-         controller's tick of {tick_s} s",
+         controller's tick of {} s",
         Told(*.value),
-        Told(*.least)
+        Told(*.least),
+        Told(*.tick_s)
     )]
     TooLight {
         /// Block and field, with unit.
@@ -96,12 +114,20 @@ pub enum ParameterError {
     /// A machine so much faster than its carrier that a period would take more than hundreds of
     /// segments.
     #[error(
-        "`{field}` makes a time constant of {time_s:e} s, below a hundredth of a period of the \
-         carrier of {carrier_hz} Hz"
+        "`{field}` is {}, expected at least {}: it makes a time constant of {} s, below a \
+         hundredth of a period of the carrier of {} Hz",
+        Told(*.value),
+        Told(*.least),
+        Told(*.time_s),
+        Told(*.carrier_hz)
     )]
     TooFast {
         /// Block and field, with unit, that makes it so.
         field: &'static str,
+        /// Value given.
+        value: f64,
+        /// Least value that the carrier allows.
+        least: f64,
         /// The time constant.
         time_s: f64,
         /// Carrier frequency.
@@ -117,8 +143,9 @@ pub enum ParameterError {
     },
     /// The winding is faster than the carrier can resolve.
     #[error(
-        "the winding's time constant of {time_constant_s} s is below two periods of the carrier \
-         of {carrier_hz} Hz"
+        "the winding's time constant of {} s is below two periods of the carrier of {} Hz",
+        Told(*.time_constant_s),
+        Told(*.carrier_hz)
     )]
     WindingTooFast {
         /// L/R of a phase.
@@ -166,9 +193,15 @@ pub enum SimulationError {
         /// How the drive commutates.
         commutation: &'static str,
     },
+    /// The run ended early: the shaft went beyond any speed that the machine could make.
+    #[error("{0}")]
+    Runaway(Box<Runaway>),
     /// The command leaves the range between the end stops.
     #[error(
-        "the command reaches {command_rad} rad at {time_s} s, beyond the stops at {stop_rad} rad"
+        "the command reaches {} rad at {} s, beyond the stops at {} rad",
+        Told(*.command_rad),
+        Told(*.time_s),
+        Told(*.stop_rad)
     )]
     CommandBeyondStops {
         /// Command there.

@@ -4,7 +4,7 @@ use crate::{
     controller::Cascade,
     current_loop::CurrentLoop,
     effect::{
-        Effect, EffectError, EffectId,
+        Effect, EffectError, EffectId, Geometry,
         extension::{Host, reshaped},
     },
     energy::{EnergyLedger, EnergyProbe},
@@ -16,6 +16,7 @@ use crate::{
     params::{Actuator, BackEmfShape, Commutation},
     phase::PerPhase,
     probe::Probe,
+    runaway::{Ended, SpeedGuard},
     scenario::Scenario,
     trace::HighFidelityTrace,
 };
@@ -119,7 +120,7 @@ impl HighFidelity {
     ///
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        Host::of_actuator(NAME, &self.actuator, &REFUSED).check(effects)?;
+        Host::of_actuator(NAME, &self.actuator, &self.scenario, &REFUSED).check(effects)?;
         self.effects = effects.to_vec();
         self.check_effects()?;
         Ok(self)
@@ -216,7 +217,21 @@ impl HighFidelity {
         self
     }
 
-    /// Runs the test on an actuator with the given damage.
+    /// Runs the test on an actuator with the given damage, to its end.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Runaway`] for a shaft that is driven away.
+    pub fn try_simulate(
+        &self,
+        faults: &PhysicalFaults,
+    ) -> Result<HighFidelityTrace, SimulationError> {
+        self.simulate(faults).whole()
+    }
+
+    /// Runs the test on an actuator with the given damage. Where the shaft is driven away the run
+    /// ends at once: [`HighFidelityTrace::runaway`] says why, and the channels are NaN from there
+    /// on; [`try_simulate`](Self::try_simulate) makes an error of it.
     pub fn simulate(&self, faults: &PhysicalFaults) -> HighFidelityTrace {
         self.observed(faults, ()).0
     }
@@ -264,7 +279,7 @@ impl HighFidelity {
     ///
     /// # Errors
     ///
-    /// [`SimulationError`] for a duty outside 0 to 1.
+    /// [`SimulationError`] for a duty outside 0 to 1, and for a shaft that is driven away.
     ///
     /// # Examples
     ///
@@ -305,9 +320,13 @@ impl HighFidelity {
                 run.record(0.0, &mut trace);
             }
             now = next;
+            if run.guard.has_passed() {
+                break;
+            }
         }
         trace.segments = run.segments;
-        Ok(trace)
+        trace.runaway = run.guard.told(&self.effects, Geometry::Rotary);
+        trace.whole()
     }
 
     /// Runs the test with a probe on every segment.
@@ -330,7 +349,8 @@ impl HighFidelity {
             (Commutation::SixStep, _) => self.six_step(&mut run, &mut trace),
         }
         trace.segments = run.segments;
-        (trace, run.probe)
+        trace.runaway = run.guard.told(&self.effects, Geometry::Rotary);
+        (trace.filled(self.command_rad.len()), run.probe)
     }
 
     /// The six-step drive under the carrier.
@@ -401,6 +421,7 @@ impl HighFidelity {
         let actuator = reshaped(&self.actuator, &self.effects);
         let mut run = Run::new(&actuator, &self.scenario, faults, drive);
         run.add_effects(&actuator, faults, &self.effects);
+        run.guard = SpeedGuard::of_actuator(&actuator, &self.scenario, faults, &self.load);
         run
     }
 
@@ -430,12 +451,19 @@ impl HighFidelity {
         let mut cascade = Cascade::new(&actuator, &self.scenario);
         let mut load = LoadRun::new(&self.load, self.scenario.load_n_m);
         for (tick, &command_rad) in self.command_rad.iter().enumerate() {
-            run.centre_gap(tick % REFRESH_TICKS == 0);
+            let afresh = tick % REFRESH_TICKS == 0;
+            run.centre_gap(afresh);
+            if afresh {
+                run.look_at_speed(tick as f64 / actuator.controller.sample_hz);
+            }
             self.load_and_show(run, &mut load);
             run.record(command_rad, trace);
             let reference_a = cascade.step(command_rad, &run.sample.measured());
             let references = run.delayed(reference_a);
             hold(run, references);
+            if run.guard.has_passed() {
+                break;
+            }
         }
     }
 }
@@ -470,5 +498,6 @@ fn empty_trace(actuator: &Actuator, samples: usize) -> HighFidelityTrace {
         motor_speed_rad_per_s: room(),
         surface_angle_rad: room(),
         segments: 0,
+        runaway: None,
     }
 }

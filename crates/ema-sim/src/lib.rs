@@ -55,6 +55,7 @@ mod phase_sensor;
 mod plant;
 pub mod presets;
 mod probe;
+mod runaway;
 mod scenario;
 mod series;
 mod servo_axis;
@@ -88,6 +89,7 @@ pub use params::{
 };
 pub use phase::{ContinuingPhase, PerPhase, Sector};
 pub use phase_sensor::{Converter, PhaseSensors};
+pub use runaway::Runaway;
 pub use scenario::{Command, ControlMode, Imperfections, InitialState, Knot, Scenario, Tone};
 pub use servo_axis::{
     AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation,

@@ -99,6 +99,23 @@ impl Load {
     }
 }
 
+impl Load {
+    /// Largest size of the load while the surface is between stops, and the angle of attack within
+    /// a radian of trim.
+    pub(crate) fn most_n_m(&self, stop_rad: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::Recorded { values_n_m, .. } => {
+                values_n_m.iter().fold(0.0, |most, value| value.abs().max(most))
+            }
+            Self::Aerodynamic(h) => {
+                let attack = h.per_attack_rad.abs() * (1.0 + h.gust_rad.abs());
+                h.scale_n_m.abs() * (h.bias.abs() + attack + h.per_surface_rad.abs() * stop_rad)
+            }
+        }
+    }
+}
+
 /// A load as it runs beside a machine, from tick to tick.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadRun {

@@ -17,7 +17,7 @@ mod batch;
 use crate::{
     controller::{Cascade, Measured},
     effect::{
-        Effect,
+        Effect, Geometry,
         extension::{Host, reshaped},
     },
     error::SimulationError,
@@ -25,6 +25,7 @@ use crate::{
     load::Load,
     params::Actuator,
     plant::{Additions, Run},
+    runaway::{Ended, Runaway},
     scenario::Scenario,
     trace::LowFidelityTrace,
 };
@@ -80,7 +81,8 @@ impl LowFidelity {
     ///
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        Host::of_actuator("the low-fidelity model", &self.actuator, &[]).check(effects)?;
+        Host::of_actuator("the low-fidelity model", &self.actuator, &self.scenario, &[])
+            .check(effects)?;
         self.effects = effects.to_vec();
         Ok(self)
     }
@@ -110,7 +112,21 @@ impl LowFidelity {
         self.scenario.start_angle_rad = start_angle_rad;
     }
 
-    /// Runs the test on an actuator with the given damage.
+    /// Runs the test on an actuator with the given damage, to its end.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Runaway`] for a shaft that is driven away.
+    pub fn try_simulate(
+        &self,
+        faults: &PhysicalFaults,
+    ) -> Result<LowFidelityTrace, SimulationError> {
+        self.simulate(faults).whole()
+    }
+
+    /// Runs the test on an actuator with the given damage. Where the shaft is driven away the run
+    /// ends at once: [`LowFidelityTrace::runaway`] says why, and the channels are NaN from there
+    /// on; [`try_simulate`](Self::try_simulate) makes an error of it.
     pub fn simulate(&self, faults: &PhysicalFaults) -> LowFidelityTrace {
         let room = || Vec::with_capacity(self.command_rad.len());
         let mut trace = LowFidelityTrace {
@@ -120,21 +136,24 @@ impl LowFidelity {
             motor_speed_rad_per_s: room(),
             surface_angle_rad: room(),
             segments: 0,
+            runaway: None,
         };
-        trace.segments = self.run(faults, |run, surface_rad| {
+        (trace.segments, trace.runaway) = self.run(faults, |run, surface_rad| {
             trace.current_a.push(run.shown_current_a());
             trace.motor_angle_rad.push(run.start_angle_rad + run.train.angle_rad);
             trace.motor_speed_rad_per_s.push(run.train.speed_rad_per_s);
             trace.surface_angle_rad.push(surface_rad);
         });
-        trace
+        trace.filled(self.command_rad.len())
     }
 
-    /// Runs the test for its current alone, into a buffer of the caller's.
+    /// Runs the test for its current alone, into a buffer of the caller's; NaN from where the
+    /// shaft is driven away.
     pub fn simulate_current(&self, faults: &PhysicalFaults, current_a: &mut Vec<f64>) {
         current_a.clear();
         current_a.reserve(self.command_rad.len());
         self.run(faults, |run, _| current_a.push(run.shown_current_a()));
+        current_a.resize(self.command_rad.len(), f64::NAN);
     }
 
     /// What the controller asks for, A, at each tick of the test when its sensors show the
@@ -154,8 +173,12 @@ impl LowFidelity {
     }
 
     /// Runs the test, showing state and measured surface at each tick; returns the segments
-    /// taken.
-    fn run(&self, faults: &PhysicalFaults, mut show: impl FnMut(&mut Run, f64)) -> u64 {
+    /// taken, and why it ended early.
+    fn run(
+        &self,
+        faults: &PhysicalFaults,
+        mut show: impl FnMut(&mut Run, f64),
+    ) -> (u64, Option<Runaway>) {
         let actuator = reshaped(&self.actuator, &self.effects);
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
         let mut run = Run::new(&actuator, &self.scenario, faults, &additions);
@@ -172,7 +195,10 @@ impl LowFidelity {
             };
             let reference_a = cascade.step(command_rad, &measured);
             run.advance(reference_a, tick_s);
+            if run.guard.has_passed() {
+                break;
+            }
         }
-        run.segments
+        (run.segments, run.guard.told(&self.effects, Geometry::Rotary))
     }
 }

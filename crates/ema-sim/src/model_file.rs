@@ -59,7 +59,7 @@ use toml::{
 
 use crate::{
     back_emf::BackEmfTable,
-    effect::{Effect, EffectError, Geometry},
+    effect::{Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry},
     error::ParameterError,
     fault::FaultId,
     parameter::{Parameter, within},
@@ -167,6 +167,33 @@ pub enum ModelFileError {
         line: usize,
         /// Its identifier.
         id: String,
+    },
+    /// An effect that is given no size, and would do nothing.
+    #[error(
+        "line {line}: effect {} ({}) has no size and would do nothing: give {} in `parameters`{}",
+        .effect.info().symbol,
+        .effect.info().name,
+        effect_block::sizes(*.effect, *.geometry),
+        effect_block::shapes(*.effect, *.geometry)
+    )]
+    Sizeless {
+        /// Where.
+        line: usize,
+        /// The effect.
+        effect: EffectId,
+        /// The units of its keys.
+        geometry: Geometry,
+    },
+    /// A tabulated effect without its table.
+    #[error(
+        "line {line}: effect U (tabulated) has no `curve` and would do nothing: give \
+         `curve = {{ over = \"{}\", acts-as = \"{}\", points = [[x, y], …] }}`",
+        Coordinate::ALL.map(|(name, _)| name).join("\" or \""),
+        CurveKind::ALL.map(|(name, _)| name).join("\" or \"")
+    )]
+    Curveless {
+        /// Where.
+        line: usize,
     },
     /// An effect with a number that it does not have.
     #[error("line {line}: {error}")]

@@ -28,6 +28,8 @@ pub struct Parameter {
 const POSITIVE: f64 = f64::MIN_POSITIVE;
 /// No bound but finite.
 const FINITE: f64 = f64::MAX;
+/// Beyond the steps and noise of any sensor, in rad, A and rad/s.
+const COARSEST: f64 = 1e6;
 /// Beyond the switches and controllers of any drive; each period costs work.
 const FASTEST_HZ: f64 = 1e7;
 
@@ -80,11 +82,11 @@ impl Parameter {
         "controller.speed-derivative-a-s2-per-rad":
             controller.speed_derivative_a_s2_per_rad as f64, 0.0, FINITE, else 0.0;
         "controller.current-limit-a": controller.current_limit_a as f64, POSITIVE, FINITE;
-        "sensing.surface-step-rad": sensing.surface_step_rad as f64, 0.0, FINITE;
-        "sensing.current-reference-step-a": sensing.current_reference_step_a as f64, 0.0, FINITE;
-        "sensing.speed-noise-rad-per-s": sensing.speed_noise_rad_per_s as f64, 0.0, FINITE;
+        "sensing.surface-step-rad": sensing.surface_step_rad as f64, 0.0, COARSEST;
+        "sensing.current-reference-step-a": sensing.current_reference_step_a as f64, 0.0, COARSEST;
+        "sensing.speed-noise-rad-per-s": sensing.speed_noise_rad_per_s as f64, 0.0, COARSEST;
         "sensing.current-noise-half-width-a":
-            sensing.current_noise_half_width_a as f64, 0.0, FINITE;
+            sensing.current_noise_half_width_a as f64, 0.0, COARSEST;
     };
 
     /// The parameter with a key.

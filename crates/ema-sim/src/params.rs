@@ -212,12 +212,14 @@ impl Actuator {
             parameter.check(self)?;
         }
         let (m, v, t, c) = (&self.motor, &self.inverter, &self.transmission, &self.controller);
-        within(
-            "transmission.static-friction-n-m",
-            t.static_friction_n_m,
-            t.kinetic_friction_n_m,
-            f64::MAX,
-        )?;
+        if t.kinetic_friction_n_m > t.static_friction_n_m {
+            return Err(ParameterError::KineticAboveStatic {
+                kinetic: "transmission.kinetic-friction-n-m".to_owned(),
+                kinetic_value: t.kinetic_friction_n_m,
+                fixed: "transmission.static-friction-n-m".to_owned(),
+                fixed_value: t.static_friction_n_m,
+            });
+        }
         // a play as wide as the travel leaves no way to the stop
         within("transmission.backlash-rad", t.backlash_rad, 0.0, t.stop_rad)?;
         within("inverter.dead-time-s", v.dead_time_s, 0.0, 0.1 / v.carrier_hz)?;
@@ -251,12 +253,20 @@ impl Actuator {
             (m.torque_constant_n_m_per_a(), self.total_inertia_kg_m2());
         let swing_s = libm::sqrt(2.0 * m.inductance_henry * inertia_kg_m2) / torque_constant;
         let electrical_s = torque_constant / (f64::from(m.pole_pairs) * v.bus_voltage_v);
-        for (field, time_s) in
-            [("motor.inertia-kg-m2", swing_s), ("motor.back-emf-v-s-per-rad", electrical_s)]
-        {
-            if time_s * v.carrier_hz < 0.01 {
-                return Err(ParameterError::TooFast { field, time_s, carrier_hz: v.carrier_hz });
-            }
+        let carrier_hz = v.carrier_hz;
+        // what is missing to a hundredth of a period; the swing grows with the inertia's root
+        let short =
+            |time_s: f64| (time_s * carrier_hz < 0.01).then(|| 0.01 / (time_s * carrier_hz));
+        if let Some(ratio) = short(swing_s) {
+            let (field, value) = ("motor.inertia-kg-m2", m.inertia_kg_m2);
+            let least = value + inertia_kg_m2 * (ratio * ratio - 1.0);
+            let time_s = swing_s;
+            return Err(ParameterError::TooFast { field, value, least, time_s, carrier_hz });
+        }
+        if let Some(ratio) = short(electrical_s) {
+            let (field, value) = ("motor.back-emf-v-s-per-rad", m.back_emf_v_s_per_rad);
+            let (least, time_s) = (value * ratio, electrical_s);
+            return Err(ParameterError::TooFast { field, value, least, time_s, carrier_hz });
         }
         let braking = torque_constant * torque_constant / (2.0 * m.resistance_ohm);
         let needed_kg_m2 = least_inertia(m.viscous_n_m_s_per_rad + braking, tick_s);

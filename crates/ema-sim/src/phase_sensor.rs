@@ -1,6 +1,6 @@
 //! The sensors that record the phase currents: noise and digitisation.
 
-use crate::noise::NoiseSource;
+use crate::{error::ParameterError, noise::NoiseSource, parameter::within};
 
 /// An analogue-to-digital converter, symmetric about zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,25 @@ pub struct PhaseSensors {
 /// Distance between the seeds of the phases' noise.
 const PHASE_STREAM: u64 = 0xd1b5_4a32_d192_ed03;
 
+/// Beyond the noise and the range of any current sensor.
+const MOST_A: f64 = 1e6;
+/// Range below which a converter tells nothing from nothing.
+const LEAST_RANGE_A: f64 = 1e-6;
+
 impl PhaseSensors {
+    /// Refuses sensors that nobody has.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterError::OutOfBounds`] for `noise-a` that is not from 0 to 1 MA, for `adc-range-a`
+    /// that is not from 1 µA to 1 MA, and for `adc-bits` that are not from 1 to 32.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        within("noise-a", self.noise_a, 0.0, MOST_A)?;
+        let Some(converter) = &self.converter else { return Ok(()) };
+        within("adc-range-a", converter.range_a, LEAST_RANGE_A, MOST_A)?;
+        within("adc-bits", f64::from(converter.bits), 1.0, 32.0)
+    }
+
     /// What the sensors show of three currents; equal seeds give equal noise.
     pub fn measure(&self, phases_a: [&[f64]; 3], seed: u64) -> [Vec<f64>; 3] {
         let mut phase = 0;
@@ -88,6 +106,29 @@ mod tests {
         let variance = a.iter().map(|x| x * x).sum::<f64>() / 1e5;
         // five standard errors, √(2/n): false failure below 1e-6, and seeded
         assert!((variance / sensors.variance_a2() - 1.0).abs() < 5.0 * (2.0f64 / 1e5).sqrt());
+    }
+
+    #[test]
+    fn sensors_that_nobody_has_are_refused_by_name() {
+        let told = |noise_a: f64, converter| {
+            PhaseSensors { noise_a, converter }.check().map_err(|error| error.to_string())
+        };
+        let of = |bits, range_a| Some(Converter { bits, range_a });
+        assert_eq!(told(0.02, of(12, 20.0)), Ok(()));
+        let expected = |text: &str| Err(text.to_owned());
+        assert_eq!(
+            told(1e300, None),
+            expected("`noise-a` is 1e300, expected a number from 0 to 1000000")
+        );
+        assert!(told(f64::NAN, None).is_err() && told(-1.0, None).is_err());
+        assert_eq!(
+            told(0.0, of(12, 1e-300)),
+            expected("`adc-range-a` is 1e-300, expected a number from 0.000001 to 1000000")
+        );
+        assert_eq!(
+            told(0.0, of(40, 20.0)),
+            expected("`adc-bits` is 40, expected a number from 1 to 32")
+        );
     }
 
     #[test]

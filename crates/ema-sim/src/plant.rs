@@ -16,6 +16,7 @@ use crate::{
     params::Actuator,
     patience::Patience,
     phase::{PerPhase, Sector},
+    runaway::SpeedGuard,
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
     shape_function::ShapeFunction,
@@ -63,6 +64,8 @@ pub(crate) struct Run {
     window_rad: (f64, f64),
     pub(crate) current_a: f64,
     pub(crate) segments: u64,
+    /// Whether the shaft is driven away.
+    pub(crate) guard: SpeedGuard,
 }
 
 /// What ends a segment.
@@ -119,6 +122,7 @@ impl Run {
         );
         run.shape = ShapeFunction::new(actuator, faults);
         run.turns_frac = faults.healthy_turns_frac;
+        run.guard = SpeedGuard::of_actuator(actuator, scenario, faults, additions.load);
         run.add(&machine, additions, scenario.load_n_m);
         let lead_rad = run.lead_rad();
         let electrical = (run.start_angle_rad + lead_rad) * run.winding.pole_pairs();
@@ -173,6 +177,7 @@ impl Run {
             window_rad: (0.0, 0.0),
             current_a: 0.0,
             segments: 0,
+            guard: SpeedGuard::OFF,
         }
     }
 
@@ -198,6 +203,7 @@ impl Run {
     pub(crate) fn begin_tick(&mut self, tick: usize, tick_s: f64) {
         if tick.is_multiple_of(REFRESH_TICKS) {
             self.refresh();
+            self.guard.watch(tick as f64 * tick_s, self.train.speed_rad_per_s);
         }
         if self.load.is_some() {
             self.take_load(tick_s);
@@ -400,7 +406,7 @@ impl Run {
             let mut left_s = share * span_s;
             let least_s = 1e-9 * span_s;
             let mut patience = Patience::over(span_s, MOST_IN_A_TICK);
-            while left_s > least_s {
+            while left_s > least_s && !self.guard.has_passed() {
                 left_s -= self.extended_segment(&mut extension, value, (left_s, &mut patience));
             }
         }
@@ -480,6 +486,7 @@ impl Run {
         let (event, taken_s) = self.glide(&motion, span_s, patience);
         let to = (self.train.angle_rad, self.train.speed_rad_per_s);
         extension.advance(taken_s, from, to, heat_w);
+        self.guard.watch(extension.time_s(), to.1);
         if event != Event::Tick {
             if matches!(event, Event::Sector(_)) {
                 extension.commutated();

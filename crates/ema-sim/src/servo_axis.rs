@@ -7,6 +7,7 @@ use crate::{
     effect::{
         Effect, EffectId, Geometry,
         extension::{Host, Machine},
+        footing::Footing,
         strength::Strength,
     },
     error::{ParameterError, SimulationError},
@@ -14,6 +15,7 @@ use crate::{
     load::Load,
     params::least_inertia,
     plant::{Additions, Run},
+    runaway::{Ended, Runaway, SpeedGuard},
     scenario::{Command, MOST_TICKS},
     servo_control::{AxisCascade, AxisController, Drive, Feedback},
 };
@@ -63,6 +65,21 @@ impl ServoAxis {
         if self.drive == Drive::Winding { limit / self.resistance_ohm } else { limit }
     }
 
+    /// What effects can act on.
+    fn footing(&self) -> Footing {
+        let c = &self.controller;
+        Footing {
+            gains: [
+                c.position_gain_per_s.max(c.position_integral_per_s2),
+                c.speed_gain,
+                c.speed_integral,
+            ],
+            dry_friction: self.static_friction > 0.0,
+            regulated: self.drive != Drive::Winding,
+            measured: self.drive != Drive::Amplifier,
+        }
+    }
+
     /// Refuses numbers that no axis has.
     ///
     /// # Errors
@@ -74,10 +91,16 @@ impl ServoAxis {
                 parameter.check(self)?;
             }
         }
-        let (value, least) = (self.static_friction, self.kinetic_friction);
-        if value < least {
-            let field = self.key_of("axis.static-friction-{f}");
-            return Err(ParameterError::AxisOutOfBounds { field, value, least, most: f64::MAX });
+        let (kinetic_value, fixed_value) = (self.kinetic_friction, self.static_friction);
+        if kinetic_value > fixed_value {
+            let kinetic = self.key_of("axis.kinetic-friction-{f}");
+            let fixed = self.key_of("axis.static-friction-{f}");
+            return Err(ParameterError::KineticAboveStatic {
+                kinetic,
+                kinetic_value,
+                fixed,
+                fixed_value,
+            });
         }
         if self.controller.speed_samples > 1000 {
             let (field, value) = ("controller.speed-samples", self.controller.speed_samples);
@@ -215,6 +238,19 @@ pub struct AxisTrace {
     pub force: Vec<f64>,
     /// What it cost: segments between events.
     pub segments: u64,
+    /// Why the run ended before its test, where it did; its channels are NaN from there on.
+    pub runaway: Option<Runaway>,
+}
+
+impl Ended for AxisTrace {
+    fn runaway(&self) -> Option<&Runaway> {
+        self.runaway.as_ref()
+    }
+
+    fn channels(&mut self) -> Vec<&mut Vec<f64>> {
+        let Self { command, position, speed, output, current, force, .. } = self;
+        vec![command, position, speed, output, current, force]
+    }
 }
 
 /// An axis in one test.
@@ -363,9 +399,15 @@ impl ServoAxisSimulation {
         };
         let (axis, refused) = (&self.axis, refused.to_vec());
         let tick_s = 1.0 / axis.controller.sample_hz;
-        let strength = Strength::new(axis.peak_force(), axis.inertia, tick_s, 1.0);
+        // of a winding the output is a voltage; other drives have none
+        let limit = axis.controller.output_limit;
+        let limit_a =
+            if axis.drive == Drive::Winding { limit / axis.resistance_ohm } else { limit };
+        let (moved, limits) = ((axis.inertia, 1.0), (limit, limit_a));
+        let strength = Strength::new(axis.peak_force(), moved, tick_s, limits);
         let (geometry, stop_rad) = (axis.geometry, None);
-        Host { name: "the servo axis", geometry, refused, strength, stop_rad }.check(effects)?;
+        let (name, footing) = ("the servo axis", axis.footing());
+        Host { name, geometry, refused, strength, footing, stop_rad }.check(effects)?;
         for effect in effects {
             let inertia = effect.get("load_inertia_kg_m2").or(effect.get("load_mass_kg"));
             if inertia.is_some_and(|inertia| inertia <= 0.0 || inertia >= self.axis.inertia) {
@@ -400,8 +442,18 @@ impl ServoAxisSimulation {
         self
     }
 
+    /// Runs the test as [`simulate`](Self::simulate) does, to its end.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Runaway`] for an axis that is driven away.
+    pub fn try_simulate(&self, faults: &PhysicalFaults) -> Result<AxisTrace, SimulationError> {
+        self.simulate(faults).whole()
+    }
+
     /// Runs the test on an axis with worn friction (`k1`) and backlash (`k2`); the faults of a
-    /// winding have no place in it.
+    /// winding have no place in it. Where the axis is driven away the run ends at once:
+    /// [`AxisTrace::runaway`] says why, and the channels are NaN from there on.
     pub fn simulate(&self, faults: &PhysicalFaults) -> AxisTrace {
         let axis = self.reshaped();
         let law = &axis.controller;
@@ -431,9 +483,13 @@ impl ServoAxisSimulation {
             trace.force.push(run.motor_n_m());
             trace.current.push(run.shown_current_a());
             run.advance(output, tick_s);
+            if run.guard.has_passed() {
+                break;
+            }
         }
         trace.segments = run.segments;
-        trace
+        trace.runaway = run.guard.told(&self.effects, axis.geometry);
+        trace.filled(self.command.len())
     }
 
     /// The controller's output at each tick of the test, A or V, when its sensors show the
@@ -487,6 +543,11 @@ impl ServoAxisSimulation {
         };
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
         run.add(&machine, &additions, self.scenario.load);
+        // an axis has no stops; what the air does to one is taken within a radian
+        let load = self.scenario.load.abs() + self.load.most_n_m(1.0);
+        let force = axis.peak_force() + axis.offset.abs() + load;
+        let duration_s = self.command.len() as f64 * tick_s;
+        run.guard = SpeedGuard::of_axis(start.speed, force, axis.inertia, duration_s);
         run
     }
 
@@ -522,6 +583,7 @@ impl ServoAxisSimulation {
             current: room(),
             force: room(),
             segments: 0,
+            runaway: None,
         }
     }
 }

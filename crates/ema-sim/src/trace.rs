@@ -1,6 +1,10 @@
 //! What a simulation returns: channels sampled at the controller's rate.
 
-use crate::{envelope::Envelope, phase::PerPhase};
+use crate::{
+    envelope::Envelope,
+    phase::PerPhase,
+    runaway::{Ended, Runaway},
+};
 
 /// Signals of the high-fidelity model, sampled at each tick before the controller acts.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +23,8 @@ pub struct HighFidelityTrace {
     pub surface_angle_rad: Vec<f64>,
     /// What it cost: segments between events.
     pub segments: u64,
+    /// Why the run ended before its test, where it did; its channels are NaN from there on.
+    pub runaway: Option<Runaway>,
 }
 
 impl HighFidelityTrace {
@@ -51,4 +57,31 @@ pub struct LowFidelityTrace {
     pub surface_angle_rad: Vec<f64>,
     /// What it cost: segments between events.
     pub segments: u64,
+    /// Why the run ended before its test, where it did; its channels are NaN from there on.
+    pub runaway: Option<Runaway>,
+}
+
+impl Ended for HighFidelityTrace {
+    fn runaway(&self) -> Option<&Runaway> {
+        self.runaway.as_ref()
+    }
+
+    fn channels(&mut self) -> Vec<&mut Vec<f64>> {
+        let [a, b, c] = &mut self.phase_currents_a;
+        let turning = [&mut self.motor_angle_rad, &mut self.motor_speed_rad_per_s];
+        let outside = [&mut self.command_rad, &mut self.surface_angle_rad];
+        turning.into_iter().chain(outside).chain([a, b, c]).collect()
+    }
+}
+
+impl Ended for LowFidelityTrace {
+    fn runaway(&self) -> Option<&Runaway> {
+        self.runaway.as_ref()
+    }
+
+    fn channels(&mut self) -> Vec<&mut Vec<f64>> {
+        let Self { current_a, motor_angle_rad, motor_speed_rad_per_s, surface_angle_rad, .. } =
+            self;
+        vec![current_a, motor_angle_rad, motor_speed_rad_per_s, surface_angle_rad]
+    }
 }

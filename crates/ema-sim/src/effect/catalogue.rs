@@ -64,7 +64,7 @@ pub enum EffectId {
     Tabulated,
 }
 
-const MOST: f64 = 1e9;
+pub(super) const MOST: f64 = 1e9;
 
 /// A size: zero by default.
 const fn size(

@@ -11,12 +11,13 @@ use libm::{cos, exp, floor, pow, sin, sqrt, tanh};
 
 use super::{
     Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry, MOST_PARAMETERS,
-    strength::Strength,
+    footing::Footing, strength::Strength,
 };
 use crate::{
     controller::quantised,
     drive_train::{Direction, DriveTrain},
     params::{self, Actuator, PositionSensor},
+    scenario::Scenario,
     waveform::Waveform,
     winding::LocalQuadratic,
 };
@@ -28,6 +29,7 @@ pub(crate) struct Host {
     pub(crate) geometry: Geometry,
     pub(crate) refused: Vec<(EffectId, &'static str)>,
     pub(crate) strength: Strength,
+    pub(crate) footing: Footing,
     /// Where the surface stops; none where nothing stops it.
     pub(crate) stop_rad: Option<f64>,
 }
@@ -42,6 +44,7 @@ impl Host {
     pub(crate) fn of_actuator(
         name: &'static str,
         actuator: &Actuator,
+        scenario: &Scenario,
         refused: &[(EffectId, &'static str)],
     ) -> Self {
         let mut refused = refused.to_vec();
@@ -61,8 +64,17 @@ impl Host {
         let (c, t) = (&actuator.controller, &actuator.transmission);
         let peak_n_m = actuator.torque_constant_n_m_per_a() * c.current_limit_a;
         let inertia_kg_m2 = actuator.total_inertia_kg_m2();
-        let strength = Strength::new(peak_n_m, inertia_kg_m2, 1.0 / c.sample_hz, t.gear_ratio);
-        Self { name, geometry: Geometry::Rotary, refused, strength, stop_rad: Some(t.stop_rad) }
+        let moved = (inertia_kg_m2, t.gear_ratio);
+        let limits = (actuator.equivalent_supply_v(), c.current_limit_a);
+        let strength = Strength::new(peak_n_m, moved, 1.0 / c.sample_hz, limits);
+        let footing = Footing {
+            gains: [c.position_gain_per_s, c.speed_gain_a_s_per_rad, c.speed_integral_a_per_rad],
+            dry_friction: t.static_friction_n_m > 0.0 || scenario.brake_n_m > 0.0,
+            regulated: false,
+            measured: true,
+        };
+        let (geometry, stop_rad) = (Geometry::Rotary, Some(t.stop_rad));
+        Self { name, geometry, refused, strength, footing, stop_rad }
     }
 
     /// Refuses effects that the model has no place for.
@@ -80,18 +92,21 @@ impl Host {
                 return Err(EffectError::Twice { effect: id });
             }
             self.strength.check(effect, self.stop_rad)?;
+            self.footing.check(effect, effects, self.name)?;
         }
         Ok(())
     }
 }
 
 /// Effects with a state of their own, or on one number of the machine.
-const ONCE: [EffectId; 11] = [
+const ONCE: [EffectId; 13] = [
     EffectId::Presliding,
     EffectId::Compliance,
     EffectId::MagnetLoss,
     EffectId::ResistanceDrift,
     EffectId::InductanceEddy,
+    EffectId::DeadTime,
+    EffectId::BusSag,
     EffectId::CurrentSensor,
     EffectId::PositionSensor,
     EffectId::ControllerMismatch,
@@ -688,6 +703,11 @@ impl Extension {
             let towards = w.kelvin_per_w * heat_w;
             w.warm_k += (towards - w.warm_k) * (1.0 - exp(-span_s / w.thermal_s));
         }
+    }
+
+    /// Time from the start.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.time_s
     }
 
     /// The motor has commutated.

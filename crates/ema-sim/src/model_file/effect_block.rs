@@ -4,7 +4,7 @@ use toml::{Spanned, de::DeValue};
 
 use super::{ModelFileError, Reader, line_of, string};
 use crate::{
-    effect::{Coordinate, Curve, CurveKind, Effect, EffectId, Geometry},
+    effect::{Coordinate, Curve, CurveKind, Effect, EffectId, EffectParameter, Geometry, Role},
     valid_range::{RangeOf, ValidRange},
 };
 
@@ -73,6 +73,32 @@ impl EffectBlock {
     }
 }
 
+/// A key as a model file writes it.
+fn written(parameter: &EffectParameter, geometry: Geometry) -> String {
+    format!("`{}`", parameter.key(geometry).replace('_', "-"))
+}
+
+fn is_size(effect: EffectId, geometry: Geometry, key: &str) -> bool {
+    let name = key.replace('-', "_");
+    let mut parameters = effect.info().parameters.iter();
+    parameters.any(|p| p.role() == Role::Amplitude && p.key(geometry) == name)
+}
+
+/// The sizes of an effect, as an error names them.
+pub(super) fn sizes(effect: EffectId, geometry: Geometry) -> String {
+    let parameters = effect.info().parameters.iter();
+    let sizes = parameters.filter(|parameter| parameter.role() == Role::Amplitude);
+    sizes.map(|parameter| written(parameter, geometry)).collect::<Vec<_>>().join(" or ")
+}
+
+/// Its other numbers, which have defaults.
+pub(super) fn shapes(effect: EffectId, geometry: Geometry) -> String {
+    let parameters = effect.info().parameters.iter();
+    let others = parameters.filter(|parameter| parameter.role() != Role::Amplitude);
+    let told: Vec<_> = others.map(|parameter| written(parameter, geometry)).collect();
+    if told.is_empty() { String::new() } else { format!(", and {} if need be", told.join(", ")) }
+}
+
 impl Reader<'_> {
     pub(super) fn effects(
         &self,
@@ -139,6 +165,18 @@ impl Reader<'_> {
                     return Err(self.wrong("effect", KNOWN, value, found));
                 }
             }
+        }
+        let line = line_of(self.text, id);
+        if known == EffectId::Tabulated && block.effect.curve().is_none() {
+            return Err(ModelFileError::Curveless { line });
+        }
+        // a size that is given as zero is meant
+        let sized =
+            part("parameters").and_then(|table| table.get_ref().as_table()).is_some_and(|table| {
+                table.iter().any(|(key, _)| is_size(known, geometry, key.get_ref()))
+            });
+        if !sized && block.effect.is_off() {
+            return Err(ModelFileError::Sizeless { line, effect: known, geometry });
         }
         Ok(block)
     }

@@ -1,9 +1,9 @@
 //! What cannot be simulated is refused by name; what can, runs.
 
 use ema_sim::{
-    BackEmfShape, BackEmfTable, Command, Coordinate, Curve, CurveKind, Effect, EffectId, Geometry,
-    HealthState, HighFidelity, Knot, LowFidelity, Parameter, ParameterError, Scenario,
-    SimulationError,
+    AxisInput, AxisScenario, AxisStart, BackEmfShape, BackEmfTable, Command, Coordinate, Curve,
+    CurveKind, Drive, Effect, EffectId, Geometry, HealthState, HighFidelity, Knot, LowFidelity,
+    Parameter, ParameterError, Scenario, ServoAxisSimulation, SimulationError,
     presets::{BENCH, EMA_48},
 };
 use proptest::prelude::*;
@@ -58,7 +58,19 @@ fn machines_that_cannot_be_followed_are_refused() {
         actuator.check().unwrap_err().to_string()
     };
     let message = told(|a| a.motor.back_emf_v_s_per_rad = 1e-9);
-    assert!(message.starts_with("`motor.back-emf-v-s-per-rad` makes a time constant of 1.04"));
+    assert!(
+        message.starts_with("`motor.back-emf-v-s-per-rad` is 1e-9, expected at least 0.0000"),
+        "{message}"
+    );
+    assert!(message.contains("it makes a time constant of 1.04"), "{message}");
+    let message = told(|a| {
+        a.motor.inertia_kg_m2 = 1e-300;
+        a.transmission.surface_inertia_kg_m2 = 0.0;
+    });
+    assert!(
+        message.starts_with("`motor.inertia-kg-m2` is 1e-300, expected at least 1.9"),
+        "{message}"
+    );
     let light = |a: &mut ema_sim::Actuator| {
         (a.motor.inertia_kg_m2, a.transmission.surface_inertia_kg_m2) = (1e-7, 0.0);
     };
@@ -93,13 +105,126 @@ fn a_test_has_an_end() {
 fn rules_between_numbers_are_guarded() {
     let mut actuator = EMA_48;
     actuator.transmission.static_friction_n_m = 0.01;
-    assert!(matches!(actuator.check(), Err(ParameterError::OutOfBounds { least: 0.03, .. })));
+    assert!(matches!(actuator.check(), Err(ParameterError::KineticAboveStatic { .. })));
     let mut actuator = EMA_48;
     actuator.inverter.carrier_hz = 15e3;
     assert!(matches!(actuator.check(), Err(ParameterError::CarrierNotMultiple { .. })));
     let mut actuator = EMA_48;
     actuator.motor.inductance_henry = 1e-5;
     assert!(matches!(actuator.check(), Err(ParameterError::WindingTooFast { .. })));
+}
+
+/// What the message of a machine too fast for its carrier says is least, is taken by that rule.
+#[test]
+fn the_bound_that_is_told_is_the_bound() {
+    type Field = fn(&mut ema_sim::Actuator) -> &mut f64;
+    let fields: [Field; 2] =
+        [|a| &mut a.motor.inertia_kg_m2, |a| &mut a.motor.back_emf_v_s_per_rad];
+    for field in fields {
+        let mut actuator = EMA_48;
+        actuator.transmission.surface_inertia_kg_m2 = 1e-8;
+        *field(&mut actuator) = 1e-12;
+        let Err(ParameterError::TooFast { least, .. }) = actuator.check() else {
+            panic!("{:?}", actuator.check())
+        };
+        *field(&mut actuator) = 0.9999 * least;
+        assert!(matches!(actuator.check(), Err(ParameterError::TooFast { .. })));
+        *field(&mut actuator) = 1.0001 * least;
+        assert!(!matches!(actuator.check(), Err(ParameterError::TooFast { .. })));
+    }
+}
+
+#[test]
+fn a_friction_out_of_order_names_both() {
+    let mut actuator = EMA_48;
+    actuator.transmission.kinetic_friction_n_m = 1e4;
+    assert_eq!(
+        actuator.check().unwrap_err().to_string(),
+        "`transmission.kinetic-friction-n-m` is 10000, above `transmission.static-friction-n-m` \
+         0.045, expected at most as much"
+    );
+    let mut axis = super::effect_table::axis(Drive::Current);
+    axis.kinetic_friction = 1e300;
+    assert_eq!(
+        axis.check().unwrap_err().to_string(),
+        "`axis.kinetic-friction-n-m` is 1e300, above `axis.static-friction-n-m` 0.03, expected at \
+         most as much"
+    );
+}
+
+#[test]
+fn noise_and_steps_beyond_any_sensor_are_refused() {
+    for key in [
+        "sensing.surface-step-rad",
+        "sensing.current-reference-step-a",
+        "sensing.speed-noise-rad-per-s",
+        "sensing.current-noise-half-width-a",
+    ] {
+        let mut actuator = EMA_48;
+        Parameter::find(key).expect("a parameter").set(&mut actuator, 1e300);
+        let message = actuator.check().unwrap_err().to_string();
+        assert_eq!(message, format!("`{key}` is 1e300, expected a number from 0 to 1000000"));
+    }
+    let mut axis = super::effect_table::axis(Drive::Current);
+    axis.offset = -1e300;
+    assert_eq!(
+        axis.check().unwrap_err().to_string(),
+        "`axis.offset-n-m` is -1e300, expected a number from -1000000000 to 1000000000"
+    );
+    (axis.offset, axis.controller.encoder_step) = (0.0, 1e300);
+    let message = axis.check().unwrap_err().to_string();
+    assert!(message.starts_with("`controller.encoder-step-rad` is 1e300"), "{message}");
+}
+
+#[test]
+fn a_voltage_beyond_the_supply_and_a_friction_beyond_any_are_refused() {
+    let low = || LowFidelity::new(&EMA_48, &Scenario::chirp()).expect("valid");
+    let dead = |volt: f64| {
+        let effect = Effect::new(EffectId::DeadTime, Geometry::Rotary);
+        [effect.with("dead_time_v", volt).expect("within bounds")]
+    };
+    assert!(low().with_effects(&dead(47.0)).is_ok());
+    assert_eq!(
+        low().with_effects(&dead(1000.0)).unwrap_err().to_string(),
+        "`dead_time_v` of effect E17 is 1000, and this machine takes at most 48: all of its supply"
+    );
+    let bench = LowFidelity::new(&BENCH, &Scenario::sine()).expect("valid");
+    assert!(bench.with_effects(&dead(37.0)).is_err());
+    let twice = [dead(1.0), dead(1.0)].concat();
+    let message = low().with_effects(&twice).unwrap_err().to_string();
+    assert_eq!(message, "effect E17 acts in a model once only");
+    let input = AxisInput::Position(Command::SINE);
+    let test = AxisScenario { input, load: 0.0, duration_s: 1.0, start: AxisStart::default() };
+    let axis = super::effect_table::axis(Drive::Winding);
+    let axis = ServoAxisSimulation::new(&axis, &test).expect("valid");
+    let message = axis.with_effects(&dead(6.0)).unwrap_err().to_string();
+    assert!(message.ends_with("this machine takes at most 5: all of its supply"), "{message}");
+    let sensor = |offset_a: f64| {
+        let effect = Effect::new(EffectId::CurrentSensor, Geometry::Rotary);
+        let effect = effect.with("offset_a", offset_a).and_then(|e| e.with("in_loop", 1.0));
+        [effect.expect("within bounds")]
+    };
+    let limit_a = EMA_48.controller.current_limit_a;
+    assert!(low().with_effects(&sensor(-limit_a)).is_ok());
+    let message = low().with_effects(&sensor(-1000.0)).unwrap_err().to_string();
+    assert!(
+        message.starts_with("`offset_a` of effect E19 is -1000, and this machine takes at most")
+            && message.ends_with("all that its controller asks for"),
+        "{message}"
+    );
+
+    let friction = |most: f64| {
+        let points = vec![[-1.0, 0.0], [1.0, most]];
+        let curve = Curve::new(Coordinate::Speed, CurveKind::Friction, points).expect("in order");
+        [Effect::tabulated(curve, Geometry::Rotary)]
+    };
+    assert!(low().with_effects(&friction(1e9)).is_ok());
+    let message = low().with_effects(&friction(1e308)).unwrap_err().to_string();
+    assert!(
+        message
+            .starts_with("`scale_ratio` of effect U is 1, and this machine takes at most 1e-299"),
+        "{message}"
+    );
 }
 
 /// A scenario's field and what makes it bad.

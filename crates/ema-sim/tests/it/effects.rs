@@ -797,7 +797,7 @@ fn severe_cases_stay_finite() {
     severe.push(effect(EffectId::ResistanceDrift, &hot));
     severe.push(effect(EffectId::BusSag, &[("source_resistance_ohm", 1e3)]));
     severe.push(effect(EffectId::DeadTime, &[("dead_time_v", 9.6)]));
-    let wrong = [("gain_error_ratio", -0.5), ("offset_a", 1e3), ("in_loop", 1.0)];
+    let wrong = [("gain_error_ratio", -0.5), ("offset_a", 20.0), ("in_loop", 1.0)];
     severe.push(effect(EffectId::CurrentSensor, &wrong));
     for (flat_loss_rad, hall_rad) in [(1.0, 0.5), (PI / 6.0, -0.5), (0.08, 0.08)] {
         severe.push(effect(EffectId::BackEmfShape, &[("flat_loss_rad", flat_loss_rad)]));

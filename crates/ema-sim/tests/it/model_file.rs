@@ -1,8 +1,8 @@
 //! Model files against presets, and what they refuse.
 
 use ema_sim::{
-    Actuator, BackEmfShape, Effect, EffectId, FaultId, Geometry, HealthState, HighFidelity,
-    LowFidelity, Parameter, RangeOf, Scenario, VisitedRange,
+    Actuator, BackEmfShape, Coordinate, Curve, CurveKind, Effect, EffectId, FaultId, Geometry,
+    HealthState, HighFidelity, LowFidelity, Parameter, RangeOf, Scenario, VisitedRange,
     model_file::{self, Model, ModelFileError},
     presets::{BENCH, EMA_48},
 };
@@ -247,6 +247,11 @@ fn a_simulation_says_where_it_has_been() {
 fn every_effect_survives_a_file() {
     for id in EffectId::ALL {
         let mut effect = Effect::new(id, Geometry::Rotary);
+        if id == EffectId::Tabulated {
+            let points = vec![[0.0, 1.0]];
+            let curve = Curve::new(Coordinate::Time, CurveKind::Torque, points).unwrap();
+            effect = Effect::tabulated(curve, Geometry::Rotary);
+        }
         for parameter in id.info().parameters {
             let (key, (least, most)) = (parameter.key(Geometry::Rotary), parameter.bounds());
             effect.set(key, (least + 0.123).min(most)).unwrap();
@@ -271,6 +276,33 @@ fn without_its_effects_a_file_is_the_base_model() {
     model.effects.clear();
     assert_eq!(model, Model::from(EMA_48));
     assert_eq!(simulated(&model), base);
+}
+
+#[test]
+fn an_effect_without_a_size_is_refused_with_its_keys() {
+    let told = |block: &str| {
+        let text = format!("base = \"ema-48\"\n\n[[effect]]\n{block}\n");
+        model_file::parse(&text).map(drop).unwrap_err().to_string()
+    };
+    let message = "line 4: effect E11 (cogging) has no size and would do nothing: give \
+                   `cogging-sin-n-m` or `cogging-cos-n-m` in `parameters`, and `order` if need be";
+    assert_eq!(told("id = \"E11\""), message);
+    assert_eq!(told("id = \"E11\"\nparameters = { order = 3.0 }"), message);
+    assert_eq!(
+        told("id = \"E13\""),
+        "line 4: effect E13 (torque constant saturation) has no size and would do nothing: give \
+         `saturation-per-a2` in `parameters`"
+    );
+    let message = told("id = \"U\"\nparameters = { scale-ratio = 2.0 }");
+    assert!(
+        message.starts_with("line 4: effect U (tabulated) has no `curve` and would do nothing")
+            && message.contains("over = \"motor-angle\" or \"speed\""),
+        "{message}"
+    );
+    // a size that stands there as zero is an effect that waits for its size
+    let text = "base = \"ema-48\"\n[[effect]]\nid = \"E13\"\n\
+                parameters = { saturation-per-a2 = 0.0 }\n";
+    assert!(model_file::parse(text).unwrap().effects[0].effect.is_off());
 }
 
 #[test]

@@ -110,7 +110,8 @@ fn a_replayed_output_gives_the_same_motion() {
 
 #[test]
 fn a_controller_shown_its_own_trace_makes_its_own_output() {
-    let lag = Effect::new(EffectId::CurrentSensor, Geometry::Rotary).with("gain_error_ratio", 0.1);
+    let sensor = Effect::new(EffectId::CurrentSensor, Geometry::Rotary);
+    let lag = sensor.with("gain_error_ratio", 0.1).and_then(|sensor| sensor.with("in_loop", 1.0));
     let stretch = Effect::new(EffectId::ControllerMismatch, Geometry::Rotary)
         .with("speed_gain_error_ratio", 0.2);
     for (drive, samples) in [(Drive::Current, 0), (Drive::Amplifier, 2), (Drive::Winding, 1)] {
@@ -439,6 +440,10 @@ proptest! {
         let faults = (&HealthState::new(levels).unwrap()).into();
         let trace = simulation.simulate(&faults);
         prop_assert_eq!(trace.position.len(), libm::round(ticks) as usize);
+        if let Some(runaway) = trace.runaway {
+            prop_assert!(!runaway.feeding.is_empty(), "{runaway} {axis:?} {taken:?}");
+            return Ok(());
+        }
         for channel in [&trace.position, &trace.speed, &trace.output, &trace.current, &trace.force] {
             prop_assert!(channel.iter().all(|x| x.is_finite()), "{:?} {:?}", axis, taken);
         }

@@ -1,6 +1,7 @@
 //! `fdi simulate`.
 
 use anyhow::Result;
+use fdi_core::ema_sim::{Converter, PhaseSensors};
 
 use crate::{
     ExitStatus, GlobalArgs, Streams,
@@ -8,12 +9,22 @@ use crate::{
     simulator::{self, Simulated},
 };
 
+/// Refuses sensors that nobody has.
+fn check_sensors(args: &SimulateArgs) -> Result<()> {
+    // without a range of its own the converter has the model's, which is checked with the model
+    let range_a = args.adc_range_a.unwrap_or(Converter::DEFAULT.range_a);
+    let converter = args.adc_bits.map(|bits| Converter { bits: u32::from(bits), range_a });
+    let sensors = PhaseSensors { noise_a: args.noise_a, converter };
+    Ok(sensors.check()?)
+}
+
 /// Simulates a recording and writes it; compressed if the file ends in `.csv.gz`.
 pub(crate) fn simulate(
     args: &SimulateArgs,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
+    check_sensors(args)?;
     let Simulated { recording, format, notices } = simulator::simulate(args, global.root_seed())?;
     if !global.quiet {
         for notice in notices {
