@@ -82,7 +82,7 @@ impl SimulatedRecording {
         let model = experiment
             .high_fidelity(self.start_angle_rad, self.imperfections)?
             .with_seed(self.controller_seed);
-        let mut trace = model.simulate(&PhysicalFaults::from(&self.faults));
+        let mut trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
         let visited = trace.visited_range(experiment.scenario.load_n_m);
         if let Some(rate_hz) = self.phase_rate_hz {
             for channel in &mut trace.phase_currents_a {
@@ -156,7 +156,7 @@ impl SimulatedRecording {
             ..experiment.scenario.clone()
         };
         let model = experiment.low_fidelity(&scenario.turned_to(self.start_angle_rad))?;
-        let trace = model.simulate(&PhysicalFaults::from(&self.faults));
+        let trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
         let visited = trace.visited_range(experiment.scenario.load_n_m);
         let rate_hz = self.phase_rate_hz.unwrap_or(trace.rate_hz);
         let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);

@@ -79,7 +79,7 @@ impl AxisTest {
         let effects: Vec<_> = model.effects.iter().map(|block| block.effect.clone()).collect();
         let simulation =
             ServoAxisSimulation::new(&model.axis, &self.scenario)?.with_effects(&effects)?;
-        let trace = simulation.simulate(&PhysicalFaults::from(health));
+        let trace = simulation.try_simulate(&PhysicalFaults::from(health))?;
         let visited = trace.visited_range(self.scenario.load);
         let command = match self.name.as_str() {
             RECORDED => CommandSource::Recorded,
