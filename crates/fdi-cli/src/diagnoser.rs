@@ -15,9 +15,9 @@ pub trait Diagnoser: Sync {
     /// SHA-256 of the bundle that stands at the head of the answer.
     fn bundle_sha256(&self) -> &str;
 
-    /// Whether answers made with the bundle of that SHA-256 may stand beside its own.
-    fn knows_bundle(&self, sha256: &str) -> bool {
-        sha256 == self.bundle_sha256()
+    /// SHA-256 of every bundle that answers may be made with.
+    fn bundles(&self) -> Vec<&str> {
+        vec![self.bundle_sha256()]
     }
 
     /// Rates that recordings may have, Hz: named when one cannot even be read and
@@ -143,8 +143,8 @@ impl Diagnoser for BundleDiagnoser {
         &self.bundles[0].sha256
     }
 
-    fn knows_bundle(&self, sha256: &str) -> bool {
-        self.bundles.iter().any(|one| one.sha256 == sha256)
+    fn bundles(&self) -> Vec<&str> {
+        self.bundles.iter().map(|one| one.sha256.as_str()).collect()
     }
 
     fn rates_hz(&self) -> &[f64] {

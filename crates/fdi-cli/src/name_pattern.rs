@@ -1,6 +1,6 @@
 //! What the name of a file says: the actuator, the date.
 
-use std::{path::Path, str::FromStr};
+use std::{fmt, path::Path, str::FromStr};
 
 use fdi_core::{FileFormat, RecordingDate};
 
@@ -19,6 +19,19 @@ enum Part {
     Any,
     Id,
     Date,
+}
+
+impl fmt::Display for NamePattern {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.parts.iter().try_for_each(|part| {
+            f.write_str(match part {
+                Part::Text(text) => text,
+                Part::Any => "*",
+                Part::Id => "{id}",
+                Part::Date => "{date}",
+            })
+        })
+    }
 }
 
 /// What a name says.

@@ -16,6 +16,8 @@ pub(crate) struct Progress {
     /// Recordings that an earlier run has done.
     before: usize,
     done: usize,
+    /// Recordings that this run has done.
+    now: usize,
     terminal: bool,
     began: Instant,
     /// Width of the line that stands on the terminal.
@@ -25,7 +27,7 @@ pub(crate) struct Progress {
 impl Progress {
     /// Progress of a batch of `total` recordings, `before` of them done by an earlier run.
     pub(crate) fn new(total: usize, before: usize, terminal: bool) -> Self {
-        Self { total, before, done: before, terminal, began: clock(), drawn: 0 }
+        Self { total, before, done: before, now: 0, terminal, began: clock(), drawn: 0 }
     }
 
     /// Says that the batch begins.
@@ -54,14 +56,23 @@ impl Progress {
 
     /// Says that one recording more is done.
     pub(crate) fn step(&mut self, err: &mut dyn Write) {
-        self.done += 1;
+        // one that an earlier run has done may have to be done again
+        self.done = (self.done + 1).min(self.total);
+        self.now += 1;
+        if self.terminal && self.total > 1 {
+            self.draw(err);
+        }
+    }
+
+    /// Says that a recording is done that an earlier run has done.
+    pub(crate) fn stay(&mut self, err: &mut dyn Write) {
         if self.terminal && self.total > 1 {
             self.draw(err);
         }
     }
 
     fn draw(&mut self, err: &mut dyn Write) {
-        let line = told(self.done, self.total, self.done - self.before, self.began.elapsed());
+        let line = told(self.done, self.total, self.now, self.began.elapsed());
         // blanks hide what is left of a longer line
         let _ = write!(err, "\r{line:0$}", self.drawn);
         let _ = err.flush();

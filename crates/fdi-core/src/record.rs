@@ -48,6 +48,7 @@ pub use writer::{CsvFormat, WriteError};
 
 use std::path::Path;
 
+use crate::store::sha256_hex;
 use lines::Lines;
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
@@ -106,6 +107,16 @@ impl Recording {
     pub fn read(path: &Path, map: &ColumnMap) -> Result<Self, RecordError> {
         let (format, bytes) = source::read_bytes(path)?;
         Self::from_bytes(path.display().to_string(), format, bytes, map)
+    }
+
+    /// As [`read`](Self::read), with the SHA-256 of the very bytes that were read.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with_sha256(path: &Path, map: &ColumnMap) -> Result<(Self, String), RecordError> {
+        let (format, bytes) = source::read_bytes(path)?;
+        let sha256 = sha256_hex(&bytes);
+        Ok((Self::from_bytes(path.display().to_string(), format, bytes, map)?, sha256))
     }
 
     /// Reads the bytes of a file.
@@ -251,6 +262,15 @@ impl Recording {
             channel: channel.name(),
         })
     }
+}
+
+/// SHA-256 of the bytes of a recording's file, hexadecimal.
+///
+/// # Errors
+/// [`RecordError::NotFound`], [`RecordError::Unreadable`], [`RecordError::UnknownFormat`] or
+/// [`RecordError::TooLarge`]; what the bytes mean is not looked at.
+pub fn recording_sha256(path: &Path) -> Result<String, RecordError> {
+    Ok(sha256_hex(&source::read_bytes(path)?.1))
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
-    /// Exit with 1 when the model misses something
+    /// Exit with 1 when the model misses something, with 3 when there is no conclusion
     #[arg(long)]
     pub exit_code: bool,
     #[command(flatten)]

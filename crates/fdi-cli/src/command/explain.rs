@@ -62,13 +62,12 @@ pub(crate) fn explain(
         let extended = explained.extend(&model).write();
         streams.product(Some(path), |out| out.write_all(extended.as_bytes()))?;
     }
-    let missed = !matches!(
-        answer.verdict,
-        ExplanationVerdict::Adequate
-            | ExplanationVerdict::Absorbed
-            | ExplanationVerdict::Inconclusive
-    );
-    Ok(if args.exit_code && missed { ExitStatus::Found } else { ExitStatus::Done })
+    Ok(match answer.verdict {
+        _ if !args.exit_code => ExitStatus::Done,
+        ExplanationVerdict::Adequate | ExplanationVerdict::Absorbed => ExitStatus::Done,
+        ExplanationVerdict::Inconclusive => ExitStatus::Open,
+        _ => ExitStatus::Found,
+    })
 }
 
 /// Refuses to write over a recording that is read.

@@ -36,6 +36,12 @@ pub(super) fn batch(
         streams.say(format_args!("\nhint: {next}"));
     }
     let Some(records) = records else { return Ok(()) };
+    let older = args.report.report.as_deref().filter(|path| path.exists());
+    if let (true, Some(older)) = (tally.is_empty(), older) {
+        let name = older.display();
+        streams.say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+        return Ok(());
+    }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
     let made = global.stamp.then(stamp::now);
     html_report::write(&args.report, || {
