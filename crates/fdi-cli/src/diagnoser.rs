@@ -39,6 +39,12 @@ pub trait Diagnoser: Sync {
         Ok(None)
     }
 
+    /// Name of the command that the recording is taken to be of, where that is known.
+    fn command_name(&self, recording: &Recording) -> Option<&str> {
+        let _ = recording;
+        None
+    }
+
     /// Name of the model whose recordings it diagnoses, where that is known.
     fn model_name(&self) -> Option<&str> {
         None
@@ -165,6 +171,10 @@ impl Diagnoser for BundleDiagnoser {
         let ready = self.fitting(recording).ready(self.encoding, &self.references)?;
         let (_, signals) = ready.diagnose_with_signals(recording, &self.options)?;
         Ok(Some(signals))
+    }
+
+    fn command_name(&self, recording: &Recording) -> Option<&str> {
+        Some(&self.fitting(recording).bundle.experiment.name)
     }
 
     fn model_name(&self) -> Option<&str> {

@@ -5,6 +5,8 @@ mod document;
 mod evidence;
 mod sentences;
 
+use compared::Asked;
+pub(crate) use compared::{lacks, says_its_command};
 pub(super) use document::holdout;
 pub(crate) use sentences::rounded;
 
@@ -103,13 +105,14 @@ pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Resul
 /// The recordings by their use, or what they lack.
 fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordings, String>> {
     let map = ColumnMap::new(&args.map.map)?;
+    let asked = args.command.as_deref().map(|text| Asked::of_option(text, model)).transpose()?;
     let mut missing = None;
     let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
         let mut records = Vec::new();
         for path in paths {
             let named = || path.display().to_string();
             let recording = Recording::read(path, &map).with_context(named)?;
-            match compared::compared(&recording, model).with_context(named)? {
+            match compared::compared(&recording, model, asked.as_ref()).with_context(named)? {
                 Ok(record) => records.push(record),
                 Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),
             }
