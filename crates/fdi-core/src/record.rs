@@ -31,6 +31,11 @@ mod sampling;
 mod source;
 #[cfg(feature = "tdms")]
 mod tdms;
+#[cfg_attr(
+    not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
+    expect(dead_code, reason = "text states no units beside its names")
+)]
+mod unit;
 mod writer;
 
 pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
@@ -44,6 +49,7 @@ pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
 pub use nearest::nearest;
 pub use sampling::Sampling;
 pub use source::list_recordings;
+pub use unit::StatedUnit;
 pub use writer::{CsvFormat, WriteError};
 
 use std::path::Path;
@@ -69,6 +75,7 @@ pub struct Recording {
     other_columns: Vec<OtherColumn>,
     /// Where the rows stand in a text.
     lines: Option<Lines>,
+    stated_units: Vec<StatedUnit>,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -95,7 +102,14 @@ impl Recording {
                 return Err(RecordError::DuplicateChannel { channel: channel.name() });
             }
         }
-        Ok(Self { name: name.into(), metadata, channels, other_columns: Vec::new(), lines: None })
+        Ok(Self {
+            name: name.into(),
+            metadata,
+            channels,
+            other_columns: Vec::new(),
+            lines: None,
+            stated_units: Vec::new(),
+        })
     }
 
     /// Reads a file of any [`FileFormat`] that is built in, known by its name; the
@@ -177,6 +191,12 @@ impl Recording {
     /// Columns of the file that are no channel: kept, and ignored.
     pub fn other_columns(&self) -> &[OtherColumn] {
         &self.other_columns
+    }
+
+    /// Columns whose file states a unit that is not the SI unit of their channel, and what
+    /// they were multiplied by.
+    pub fn stated_units(&self) -> &[StatedUnit] {
+        &self.stated_units
     }
 
     /// The line, from 1, that the samples at this time stand on; `None` where the recording

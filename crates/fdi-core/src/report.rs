@@ -70,6 +70,12 @@ pub struct ResumeHead {
 pub struct Failure {
     /// The path as it was given.
     pub recording: String,
+    /// Which actuator the recording is of, where it says so or its name does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator_id: Option<String>,
+    /// When the recording was taken, RFC 3339, where it says so or its name does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
     /// Why, in one line.
     pub error: String,
 }

@@ -205,7 +205,14 @@ fn inputs(args: &DiagnoseArgs) -> Vec<Input> {
 }
 
 fn failure(path: &Path, error: String) -> Failure {
-    Failure { recording: path.display().to_string(), error }
+    Failure { recording: path.display().to_string(), actuator_id: None, date: None, error }
+}
+
+/// Which actuator a recording is of, and when it was taken.
+struct Identity {
+    actuator_id: Option<String>,
+    date: Option<String>,
+    no_day: Option<String>,
 }
 
 /// What is the same for all recordings.
@@ -246,20 +253,30 @@ impl Batch<'_> {
             Input::Broken(failure) => return Answer::Failed(failure.clone()),
         };
         // a defect that one recording brings to light must not take the others with it
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path)))
+        let mut identity = self.identity(path, &Metadata::default());
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path, &mut identity)))
             .unwrap_or_else(|_| bail!("internal error, please report it"));
+        let Identity { actuator_id, date, .. } = identity;
         match outcome {
-            Ok(record) => Answer::Diagnosed(Box::new(record)),
-            Err(error) => Answer::Failed(failure(path, format!("{error:#}"))),
+            Ok(record) => {
+                Answer::Diagnosed(Box::new(RecordDiagnosis { actuator_id, date, ..record }))
+            }
+            Err(error) => {
+                let error = format!("{error:#}");
+                Answer::Failed(Failure { actuator_id, date, ..failure(path, error) })
+            }
         }
     }
 
-    fn diagnose(&self, path: &Path) -> Result<RecordDiagnosis> {
+    fn diagnose(&self, path: &Path, identity: &mut Identity) -> Result<RecordDiagnosis> {
         let start = clock();
         let (recording, sha256) =
             Recording::read_with_sha256(path, &self.map).map_err(|error| self.explain(error))?;
+        *identity = self.identity(path, &recording.metadata);
+        if let Some(text) = &identity.no_day {
+            bail!("the name says the date `{text}`, and there is no such day");
+        }
         let mut record = self.diagnoser.diagnose(&recording)?;
-        self.identify(&mut record, path, &recording.metadata);
         if self.one_a_line {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
@@ -272,14 +289,17 @@ impl Batch<'_> {
         Ok(record)
     }
 
-    /// Adds the actuator and the date: those that the name of the file says, else its metadata.
-    fn identify(&self, record: &mut RecordDiagnosis, path: &Path, metadata: &Metadata) {
+    /// The actuator and the date: those that the name of the file says, else its metadata.
+    fn identity(&self, path: &Path, metadata: &Metadata) -> Identity {
         let patterns = [&self.fleet.id_from, &self.fleet.date_from];
         let named = patterns.map(|one| one.as_ref().map(|one| one.read(path)).unwrap_or_default());
         let [mut by_id, mut by_date] = named;
-        record.actuator_id = by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone());
         let date = by_date.date.or(by_id.date.take()).or(metadata.date.clone());
-        record.date = date.map(|date| date.to_string());
+        Identity {
+            actuator_id: by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone()),
+            date: date.map(|date| date.to_string()),
+            no_day: by_date.no_day.or(by_id.no_day),
+        }
     }
 
     /// Adds what the recording's rate says about it where its text breaks off.

@@ -5,7 +5,7 @@ use std::{fmt::Write, num::NonZeroUsize, time::Instant};
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Contender, EvaluationRequest, EvaluationSetting, Protocol, ema_sim::Imperfections, evaluate,
-    report::Evaluation,
+    nearest, report::Evaluation,
 };
 
 use crate::{
@@ -99,7 +99,10 @@ fn contenders(args: &EvaluateArgs, protocol: Protocol) -> Result<Vec<Contender>>
         .map(|name| {
             Contender::from_name(name).with_context(|| {
                 let known: Vec<_> = Contender::ALL.iter().map(|c| c.name()).collect();
-                format!("no method `{name}`; the methods are {}", known.join(", "))
+                match nearest(name, known.iter().copied()) {
+                    Some(near) => format!("no method `{name}`; did you mean `{near}`?"),
+                    None => format!("no method `{name}`; the methods are {}", known.join(", ")),
+                }
             })
         })
         .collect()

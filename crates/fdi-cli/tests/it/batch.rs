@@ -96,6 +96,45 @@ fn determinism_any_number_of_jobs_gives_the_same_bytes() {
     }
 }
 
+/// A pipe that nobody writes into would be waited for.
+#[cfg(unix)]
+#[test]
+fn pipes_are_no_recordings() {
+    let folder = folder(&[("healthy.csv", GOOD)]);
+    let pipe = folder.path().join("pipe.csv");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let outcome = diagnose(&[&pipe.display().to_string()]);
+    assert!(
+        outcome.code == 2 && outcome.err.contains("pipe.csv: not a regular file"),
+        "{}",
+        outcome.err
+    );
+}
+
+/// A row is of its actuator and its day, also where there is nothing more to say.
+#[test]
+fn what_failed_keeps_its_actuator_and_its_date() {
+    let folder = folder(&[
+        ("A7_2026-02-28.csv", ""),
+        ("A7_2026-02-30.csv", GOOD),
+        ("x_y.csv", "# actuator-id = \"B2\"\n# date = 2026-03-01\ntime_s,current_a\n0,1\n1,2\n"),
+    ]);
+    let path = folder.path().display().to_string();
+    let pattern = ["--id-from", "{id}_*", "--date-from", "*_{date}"];
+    let outcome = diagnose(&[&pattern[..], &["--output-format", "csv", &path]].concat());
+    let rows: Vec<_> = outcome.out.lines().skip(1).collect();
+    let begins =
+        |row: usize, cells: &str| rows[row].split_once(".csv,").unwrap().1.starts_with(cells);
+    assert!(begins(0, "A7,2026-02-28,failed,"), "{}", rows[0]);
+    assert!(begins(1, "A7,,failed,"), "{}", rows[1]);
+    let reason = "the name says the date `2026-02-30`, and there is no such day";
+    assert!(rows[1].contains(reason), "{}", rows[1]);
+    let outcome = diagnose(&["--output-format", "csv", &path]);
+    let last = outcome.out.lines().last().unwrap();
+    assert!(last.contains("x_y.csv,B2,2026-03-01,failed,"), "{last}");
+}
+
 #[test]
 fn a_defect_is_the_failure_of_one_recording() {
     let folder = folder(&[("broken.csv", GOOD), ("healthy.csv", GOOD), ("panic.csv", GOOD)]);

@@ -162,11 +162,9 @@ fn the_hint_of_a_diagnosis_leads_to_an_explanation() {
     fs::write(folder.path().join("true.toml"), format!("{nominal}\n{hidden}")).unwrap();
     let program = assert_cmd::cargo::cargo_bin!("fdi");
     let shell = |line: &str| {
-        let before = std::env::var("PATH").unwrap_or_default();
-        let path = format!("{}:{before}", program.parent().unwrap().display());
+        let line = format!("fdi() {{ '{}' \"$@\"; }}\n{line}", program.display());
         let mut command = Command::new("sh");
-        let output = command.current_dir(folder.path()).args(["-c", line]).env("PATH", path);
-        let output = output.output().unwrap();
+        let output = command.current_dir(folder.path()).args(["-c", &line]).output().unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
