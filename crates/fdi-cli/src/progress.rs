@@ -5,8 +5,13 @@
 
 use std::{
     io::Write,
+    panic::resume_unwind,
+    sync::mpsc::{self, RecvTimeoutError},
+    thread,
     time::{Duration, Instant},
 };
+
+use crate::Streams;
 
 /// Progress of a batch on standard error.
 #[derive(Debug)]
@@ -80,6 +85,52 @@ impl Progress {
     }
 }
 
+/// Does work that says nothing of how far it is: one line elsewhere, on a terminal one that counts the
+/// time and is taken away. Quiet where that is asked for.
+pub(crate) fn watched<T: Send>(
+    streams: &mut Streams<'_>,
+    is_quiet: bool,
+    what: &str,
+    work: impl FnOnce() -> T + Send,
+) -> T {
+    if is_quiet {
+        return work();
+    }
+    if !streams.is_terminal {
+        streams.say(format_args!("{what}"));
+        return work();
+    }
+    let (began, mut drawn) = (clock(), 0);
+    let (sender, finished) = mpsc::channel();
+    let mut draw = |err: &mut dyn Write| {
+        let line = format!("{what}, {}", remaining(began.elapsed().as_secs_f64().floor()));
+        let _ = write!(err, "\r{line:drawn$}");
+        let _ = err.flush();
+        drawn = line.chars().count();
+    };
+    let outcome = thread::scope(|scope| {
+        let worker = scope.spawn(move || {
+            let outcome = work();
+            // whoever waits may have gone
+            let _ = sender.send(());
+            outcome
+        });
+        loop {
+            draw(streams.err);
+            // ends with the work, also where that panics
+            if finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout) {
+                return worker.join();
+            }
+        }
+    });
+    let _ = write!(streams.err, "\r{:drawn$}\r", "");
+    let _ = streams.err.flush();
+    outcome.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+/// Time between two looks at the clock.
+const TICK: Duration = Duration::from_millis(500);
+
 #[expect(clippy::disallowed_methods, reason = "the command line is where the clock is read")]
 fn clock() -> Instant {
     Instant::now()
@@ -138,6 +189,21 @@ mod tests {
         // blanks over what was there
         assert_eq!(lines[5].trim(), "");
         assert!(lines[5].len() >= lines[4].trim_end().len());
+    }
+
+    #[test]
+    fn work_that_is_watched_is_told_where_someone_wants_it() {
+        let told = |is_terminal: bool, is_quiet: bool| {
+            let (mut out, mut err) = (Vec::new(), Vec::new());
+            let mut streams = Streams { out: &mut out, err: &mut err, is_terminal };
+            assert_eq!(watched(&mut streams, is_quiet, "fitting 2 recordings", || 7), 7);
+            String::from_utf8(err).unwrap()
+        };
+        assert_eq!(told(false, false), "fitting 2 recordings\n");
+        assert_eq!((told(false, true), told(true, true)), (String::new(), String::new()));
+        let terminal = told(true, false);
+        assert!(terminal.starts_with("\rfitting 2 recordings, 0 s"), "{terminal:?}");
+        assert!(terminal.ends_with(" \r") && !terminal.contains('\n'), "{terminal:?}");
     }
 
     #[test]

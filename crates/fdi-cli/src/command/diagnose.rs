@@ -64,7 +64,7 @@ pub fn diagnose_with(
     };
     let mut records = after::wanted(args).then(Vec::new);
     let (tally, left) = tell(&batch, &inputs, resume, &mut records, global, streams)?;
-    if let (Some(path), true) = (&global.output, left) {
+    if let (Some(path), true) = (&global.output, left && !global.quiet) {
         let name = path.display();
         streams.say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
     }

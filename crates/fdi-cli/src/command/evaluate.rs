@@ -12,6 +12,7 @@ use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{EvaluateArgs, ProtocolArg, Switch},
     html_report,
+    progress::watched,
 };
 
 /// Sensor noise of the experiment that is about it, A.
@@ -73,7 +74,9 @@ pub(crate) fn evaluate_protocol(
         jobs: global.threads(),
         clock: if global.stable { None } else { Some(&clock) },
     };
-    let result = evaluate(&request)?;
+    let searched: Vec<_> = contenders.iter().map(|one| one.name()).collect();
+    let what = format!("evaluating {} conditions by {}", request.conditions, searched.join(", "));
+    let result = watched(streams, global.quiet, &what, || evaluate(&request))?;
     html_report::write(&args.report, || Ok(html_report::of_evaluation(&result)))?;
     let text = render(&result)?;
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;

@@ -27,6 +27,7 @@ use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
     html_report, overwriting,
+    progress::watched,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -46,7 +47,10 @@ pub(crate) fn explain(
         Ok(recordings) => {
             let options =
                 Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
-            greybox::explain(&model, &recordings, &options)?
+            let what = stage("explaining", &recordings);
+            watched(streams, global.quiet, &what, || {
+                greybox::explain(&model, &recordings, &options)
+            })?
         }
         Err(missing) => Explained::inconclusive(missing),
     };
@@ -70,6 +74,17 @@ pub(crate) fn explain(
         ExplanationVerdict::Inconclusive => ExitStatus::Open,
         _ => ExitStatus::Found,
     })
+}
+
+/// What is being done with the recordings, in a line.
+pub(super) fn stage(what: &str, recordings: &Recordings) -> String {
+    let train = recordings.train.len();
+    let noun = if train == 1 { "recording" } else { "recordings" };
+    let held = match recordings.holdout.len() {
+        0 => String::new(),
+        count => format!(", {count} held out"),
+    };
+    format!("{what} {train} {noun}{held}")
 }
 
 /// Refuses to write over a recording that is read.

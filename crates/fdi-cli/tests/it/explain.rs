@@ -125,7 +125,7 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
         }),
     );
     let sentence = |arguments: &[&str]| {
-        let (code, out, err) = explain(folder.path(), arguments);
+        let (code, out, err) = explain(folder.path(), &[&["-q"], arguments].concat());
         assert_eq!((code, err.as_str()), (Some(0), ""));
         out.lines().next().unwrap_or_default().to_owned()
     };

@@ -40,7 +40,10 @@ pub(super) fn batch(
     let older = args.report.report.as_deref().filter(|path| path.exists());
     if let (true, Some(older)) = (tally.is_empty(), older) {
         let name = older.display();
-        streams.say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+        if !global.quiet {
+            streams
+                .say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+        }
         return Ok(());
     }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
