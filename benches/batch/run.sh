@@ -22,7 +22,8 @@ start() {
         --resume "$1.jsonl" "$folder/recordings" &
     pid=$!
 }
-lines() { if [[ -e "$1" ]]; then wc -l <"$1"; else echo 0; fi; }
+# answers of a file: its lines after the first, which names what they depend on
+lines() { if [[ -s "$1" ]]; then echo $(($(wc -l <"$1") - 1)); else echo 0; fi; }
 # Peak memory in MB and processor time in s so far; nothing when it has ended.
 peak() { awk '/VmHWM/ { print int($2 / 1024) }' "/proc/$pid/status" 2>/dev/null || true; }
 ticks() { awk '{ print ($14 + $15) / '"$(getconf CLK_TCK)"' }' "/proc/$pid/stat" 2>/dev/null || true; }

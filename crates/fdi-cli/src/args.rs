@@ -23,8 +23,9 @@ pub use report::{FleetArgs, ReportArgs};
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
 /// Data goes to standard output, everything else to standard error. Exit status: 0
-/// the work was done; with `--exit-code`, 1 when a fault was found; 2 it could not
-/// be done, or some recordings of a batch could not be.
+/// the work was done, and with `--exit-code` everything is healthy; 2 it could not be
+/// done, or some recordings of a batch could not be. With `--exit-code` alone: 1 a fault
+/// or a model error was found; 3 none was, and on some recordings there is no conclusion.
 #[derive(Debug, Parser)]
 #[command(name = "fdi", version, propagate_version = true, max_term_width = 100)]
 pub struct Cli {
@@ -240,13 +241,15 @@ pub struct DiagnoseArgs {
     ///
     /// A batch that was interrupted is run again with the same options: recordings
     /// that FILE has are not diagnosed again, and their answers are told with the
-    /// others. With `--stable` nothing tells FILE from that of an uninterrupted run.
+    /// others. A recording that failed or whose file is another now is diagnosed
+    /// again; other options that change an answer are refused. With `--stable`
+    /// nothing tells FILE from that of an uninterrupted run.
     #[arg(long, value_name = "FILE.jsonl")]
     pub resume: Option<PathBuf>,
     /// Diagnose only every N-th recording, beginning with the I-th (from 1)
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Exit with 1 when a fault or a model error is found
+    /// Exit with 1 when a fault or a model error is found, with 3 when on some recording there is no conclusion
     #[arg(long)]
     pub exit_code: bool,
     #[command(flatten)]

@@ -7,13 +7,16 @@ mod file;
 
 use std::{ffi::OsString, fmt::Write, path::PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::{
-    Arg, ArgMatches, Command, CommandFactory, FromArgMatches, builder::Resettable,
+    Arg, ArgMatches, ColorChoice, Command, CommandFactory, FromArgMatches, ValueEnum,
+    builder::Resettable,
+    error::{ContextKind, ContextValue, ErrorKind},
     parser::ValueSource,
 };
+use fdi_core::nearest;
 
-use crate::{Cli, GlobalArgs};
+use crate::{Cli, GlobalArgs, args::Color};
 use file::SettingsFile;
 
 /// The file that is read when none is named.
@@ -30,8 +33,8 @@ const OF_ONE_RUN: [&str; 14] = [
 pub enum LoadError {
     /// It is wrong, or asks for help.
     Usage(clap::Error),
-    /// The file of settings cannot be used.
-    File(anyhow::Error),
+    /// The file of settings or the environment cannot be used.
+    Settings(anyhow::Error),
 }
 
 /// An option that a file and the environment may give.
@@ -120,30 +123,96 @@ fn settings() -> Vec<Setting> {
 ///
 /// # Errors
 /// [`LoadError::Usage`] for a command line that is wrong or asks for help,
-/// [`LoadError::File`] for a file of settings that cannot be read or holds something unknown.
+/// [`LoadError::Settings`] for a file of settings that cannot be read or holds something unknown,
+/// and for variables `FDI_…` that are unknown or hold what the option cannot be.
 pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError> {
     let words: Vec<OsString> = words.into_iter().collect();
     let settings = settings();
-    let file = read_file(named_file(&words), &settings).map_err(LoadError::File)?;
-    let command = with_defaults(Cli::command(), &settings, &file);
-    let matches = command.try_get_matches_from(words).map_err(LoadError::Usage)?;
+    let named = value_of(&words, "--config").or_else(|| std::env::var_os("FDI_CONFIG"));
+    let file = read_file(named.map(PathBuf::from), &settings).map_err(LoadError::Settings)?;
+    let command = with_defaults(Cli::command(), &settings, &file).color(color(&words, &file));
+    let parsed = command.try_get_matches_from(words.iter().cloned());
+    let matches = parsed.map_err(|error| match blamed_variable(&error, &words, &settings) {
+        Some(reason) => LoadError::Settings(anyhow!("{reason}")),
+        None => LoadError::Usage(error),
+    })?;
+    if let Some(reason) = unknown_variable(&settings) {
+        return Err(LoadError::Settings(anyhow!("{reason}")));
+    }
     let mut cli = Cli::from_arg_matches(&matches).map_err(LoadError::Usage)?;
     cli.global.settings = resolved(&matches, &settings, &file);
     Ok(cli)
 }
 
-/// The file that the command line or the environment names.
-fn named_file(words: &[OsString]) -> Option<PathBuf> {
+/// The first value that the command line gives to an option, before anything is parsed.
+fn value_of(words: &[OsString], option: &str) -> Option<OsString> {
     let mut words = words.iter().take_while(|word| *word != "--");
     while let Some(word) = words.next() {
-        if word == "--config" {
-            return words.next().map(PathBuf::from);
+        if word == option {
+            return words.next().cloned();
         }
-        if let Some(path) = word.to_str().and_then(|word| word.strip_prefix("--config=")) {
-            return Some(PathBuf::from(path));
+        let rest = word.to_str().and_then(|word| word.strip_prefix(option));
+        if let Some(value) = rest.and_then(|rest| rest.strip_prefix('=')) {
+            return Some(value.into());
         }
     }
-    std::env::var_os("FDI_CONFIG").map(PathBuf::from)
+    None
+}
+
+/// Whether help and errors of usage are coloured: they are told before `--color` is parsed.
+fn color(words: &[OsString], file: &SettingsFile) -> ColorChoice {
+    let given = value_of(words, "--color").or_else(|| std::env::var_os("FDI_COLOR"));
+    let of_file = || file.values("color").and_then(|values| values.first()).map(OsString::from);
+    match given.or_else(of_file).and_then(|value| Color::from_str(value.to_str()?, true).ok()) {
+        Some(Color::Never) => ColorChoice::Never,
+        Some(Color::Always) => ColorChoice::Always,
+        Some(Color::Auto) | None => ColorChoice::Auto,
+    }
+}
+
+/// The variable that a value is from which the command line is blamed for.
+#[expect(clippy::disallowed_methods, reason = "the command line is where the environment is read")]
+fn blamed_variable(
+    error: &clap::Error,
+    words: &[OsString],
+    settings: &[Setting],
+) -> Option<String> {
+    if !matches!(error.kind(), ErrorKind::InvalidValue | ErrorKind::ValueValidation) {
+        return None;
+    }
+    let (Some(ContextValue::String(arg)), Some(ContextValue::String(value))) =
+        (error.get(ContextKind::InvalidArg), error.get(ContextKind::InvalidValue))
+    else {
+        return None;
+    };
+    let option = arg.split_whitespace().next()?;
+    let given = |variable: &str| std::env::var(variable).is_ok_and(|found| found == *value);
+    let of = |setting: &&Setting| format!("--{}", setting.key()) == option;
+    let setting = settings.iter().filter(of).find(|setting| given(&setting.variable()))?;
+    if value_of(words, option).is_some() {
+        return None;
+    }
+    Some(format!("`{}`: {}", setting.variable(), setting.refuses(std::slice::from_ref(value))?))
+}
+
+/// Variables that are of the tests, or are read apart.
+const OTHER_VARIABLES: [&str; 3] = ["FDI_CONFIG", "FDI_FUZZ_SECONDS", "FDI_MEASURED_DATA"];
+
+/// A variable that looks like a setting and is none.
+fn unknown_variable(settings: &[Setting]) -> Option<String> {
+    let known: Vec<String> = settings.iter().map(Setting::variable).collect();
+    let known = || known.iter().map(String::as_str).chain(OTHER_VARIABLES);
+    let mut found: Vec<String> = std::env::vars_os()
+        .filter_map(|(name, _)| name.into_string().ok())
+        .filter(|name| name.starts_with("FDI_") && known().all(|known| known != name))
+        .collect();
+    found.sort_unstable();
+    let name = found.first()?;
+    let hint = match nearest(name, known()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "`docs/config.md` lists them".to_owned(),
+    };
+    Some(format!("`{name}` in the environment is no setting; {hint}"))
 }
 
 /// Reads and checks the file; an empty one where there is none.
@@ -280,7 +349,7 @@ Generated by `cargo xtask docs` from the command line itself; edits are lost.
 Every option below can stand in a file, in the environment or on the command line. A flag goes before the
 environment, that before the file, that before the default. The file is `fdi.toml` in the folder in which `fdi` runs, or the
 one that `--config FILE` or `FDI_CONFIG` names. It is TOML: a key has the name of its option, and the unit with it; a key that
-is not known is refused, and the nearest one named. Values are checked before anything runs. Paths count from the
+is not known is refused, and so is a variable `FDI_…`; the nearest one is named. Values are checked before anything runs. Paths count from the
 folder in which `fdi` runs. `fdi inspect config` shows every setting with where it is from.
 
 ```toml

@@ -15,9 +15,9 @@ pub trait Diagnoser: Sync {
     /// SHA-256 of the bundle that stands at the head of the answer.
     fn bundle_sha256(&self) -> &str;
 
-    /// Whether answers made with the bundle of that SHA-256 may stand beside its own.
-    fn knows_bundle(&self, sha256: &str) -> bool {
-        sha256 == self.bundle_sha256()
+    /// SHA-256 of every bundle that answers may be made with.
+    fn bundles(&self) -> Vec<&str> {
+        vec![self.bundle_sha256()]
     }
 
     /// Rates that recordings may have, Hz: named when one cannot even be read and
@@ -37,6 +37,12 @@ pub trait Diagnoser: Sync {
     fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {
         let _ = recording;
         Ok(None)
+    }
+
+    /// Name of the command that the recording is taken to be of, where that is known.
+    fn command_name(&self, recording: &Recording) -> Option<&str> {
+        let _ = recording;
+        None
     }
 
     /// Name of the model whose recordings it diagnoses, where that is known.
@@ -143,8 +149,8 @@ impl Diagnoser for BundleDiagnoser {
         &self.bundles[0].sha256
     }
 
-    fn knows_bundle(&self, sha256: &str) -> bool {
-        self.bundles.iter().any(|one| one.sha256 == sha256)
+    fn bundles(&self) -> Vec<&str> {
+        self.bundles.iter().map(|one| one.sha256.as_str()).collect()
     }
 
     fn rates_hz(&self) -> &[f64] {
@@ -165,6 +171,10 @@ impl Diagnoser for BundleDiagnoser {
         let ready = self.fitting(recording).ready(self.encoding, &self.references)?;
         let (_, signals) = ready.diagnose_with_signals(recording, &self.options)?;
         Ok(Some(signals))
+    }
+
+    fn command_name(&self, recording: &Recording) -> Option<&str> {
+        Some(&self.fitting(recording).bundle.experiment.name)
     }
 
     fn model_name(&self) -> Option<&str> {

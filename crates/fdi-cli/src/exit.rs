@@ -5,12 +5,14 @@ use std::process::ExitCode;
 /// How the command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExitStatus {
-    /// 0: the work was done.
+    /// 0: the work was done; with `--exit-code`, and everything is healthy.
     Done,
     /// 1: with `--exit-code`, a fault or a model error was found.
     Found,
     /// 2: it could not be done, or some recordings of a batch could not be.
     Failed,
+    /// 3: with `--exit-code`, nothing was found and of some recordings nothing concluded.
+    Open,
 }
 
 impl ExitStatus {
@@ -20,6 +22,7 @@ impl ExitStatus {
             Self::Done => 0,
             Self::Found => 1,
             Self::Failed => 2,
+            Self::Open => 3,
         }
     }
 }

@@ -78,7 +78,7 @@ fn recorded(path: &Path) -> Result<Experiment> {
 }
 
 /// A recording of a command, with its name.
-fn recording_of(path: &Path) -> Result<(String, Recording)> {
+pub(crate) fn recording_of(path: &Path) -> Result<(String, Recording)> {
     let named = path.display().to_string();
     if path.extension().is_none() {
         bail!("{named}: neither a command (`chirp`, `sine`) nor a recording");

@@ -16,7 +16,10 @@ use std::{fs, path::Path};
 
 use anyhow::{Context, Result};
 
-use crate::args::ReportArgs;
+use crate::{
+    args::ReportArgs,
+    streams::{Worth, in_place_of},
+};
 
 /// What a report holds.
 #[derive(Debug, Default)]
@@ -138,5 +141,6 @@ pub(crate) fn write(args: &ReportArgs, page: impl FnOnce() -> Result<Page>) -> R
 
 /// Writes a file.
 pub(crate) fn put(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("`{}` cannot be written", path.display()))
+    let written = in_place_of(path, |out| out.write_all(text.as_bytes()).map(|()| Worth::Keeping));
+    written.map(|_| ()).with_context(|| format!("`{}` cannot be written", path.display()))
 }

@@ -12,7 +12,7 @@ fn main() -> ExitCode {
     let cli = match load(std::env::args_os()) {
         Ok(cli) => cli,
         Err(LoadError::Usage(error)) => error.exit(),
-        Err(LoadError::File(error)) => {
+        Err(LoadError::Settings(error)) => {
             let _ = writeln!(std::io::stderr(), "error: {error:#}");
             return fdi_cli::ExitStatus::Failed.into();
         }

@@ -1,6 +1,6 @@
 //! What the name of a file says: the actuator, the date.
 
-use std::{path::Path, str::FromStr};
+use std::{fmt, path::Path, str::FromStr};
 
 use fdi_core::{FileFormat, RecordingDate};
 
@@ -21,11 +21,26 @@ enum Part {
     Date,
 }
 
+impl fmt::Display for NamePattern {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.parts.iter().try_for_each(|part| {
+            f.write_str(match part {
+                Part::Text(text) => text,
+                Part::Any => "*",
+                Part::Id => "{id}",
+                Part::Date => "{date}",
+            })
+        })
+    }
+}
+
 /// What a name says.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Named {
     pub(crate) id: Option<String>,
     pub(crate) date: Option<RecordingDate>,
+    /// What stands where a date should and looks like one, and is no day of the calendar.
+    pub(crate) no_day: Option<String>,
 }
 
 impl FromStr for NamePattern {
@@ -84,18 +99,21 @@ impl NamePattern {
         let endings = FileFormat::ALL.map(FileFormat::extension).into_iter().chain([".gz"]);
         let ends = endings.filter(|ending| lower.ends_with(ending));
         let shorter = ends.map(|ending| &name[..name.len() - ending.len()]);
-        let mut names = std::iter::once(name).chain(shorter);
-        names.find_map(|name| fit(&self.parts, name)).unwrap_or_default()
+        let names: Vec<&str> = std::iter::once(name).chain(shorter).collect();
+        let with = |date: fn(&str) -> Option<Day>| {
+            names.iter().find_map(|name| fit(&self.parts, name, date))
+        };
+        with(day_of).or_else(|| with(looks_like_a_day)).unwrap_or_default()
     }
 }
 
 /// The values with which the parts make up the name; the earliest places are the shortest.
-fn fit(parts: &[Part], name: &str) -> Option<Named> {
+fn fit(parts: &[Part], name: &str, day: fn(&str) -> Option<Day>) -> Option<Named> {
     let Some((part, rest)) = parts.split_first() else {
         return name.is_empty().then(Named::default);
     };
     if let Part::Text(text) = part {
-        return fit(rest, name.strip_prefix(text.as_str())?);
+        return fit(rest, name.strip_prefix(text.as_str())?, day);
     }
     let ends = name.char_indices().map(|(at, _)| at).chain([name.len()]);
     for end in ends {
@@ -103,24 +121,47 @@ fn fit(parts: &[Part], name: &str) -> Option<Named> {
         if value.contains('/') {
             return None;
         }
-        let date = if *part == Part::Date { date(value) } else { None };
+        let found = if *part == Part::Date { day(value) } else { None };
         let possible = match part {
             Part::Id => !value.is_empty(),
-            Part::Date => date.is_some(),
+            Part::Date => found.is_some(),
             _ => true,
         };
         if !possible {
             continue;
         }
-        if let Some(mut named) = fit(rest, after) {
+        if let Some(mut named) = fit(rest, after, day) {
             if *part == Part::Id {
                 named.id = Some(value.to_owned());
             }
-            named.date = named.date.or(date);
+            match found {
+                Some(Day::Real(date)) => named.date = Some(date),
+                Some(Day::None(text)) => named.no_day = Some(text),
+                None => {}
+            }
             return Some(named);
         }
     }
     None
+}
+
+/// What stands where a date should.
+enum Day {
+    Real(RecordingDate),
+    /// Its digits are those of a date, and there is no such day.
+    None(String),
+}
+
+fn day_of(text: &str) -> Option<Day> {
+    date(text).map(Day::Real)
+}
+
+/// `2026-02-30`, `20261301`: only after nothing else has fitted.
+fn looks_like_a_day(text: &str) -> Option<Day> {
+    let digits = text.chars().filter(char::is_ascii_digit).count();
+    let begins = text.starts_with(|first: char| first.is_ascii_digit());
+    let alone = begins && text.chars().all(|c| c.is_ascii_digit() || "-_T:Z".contains(c));
+    (alone && matches!(digits, 8 | 14)).then(|| Day::None(text.to_owned()))
 }
 
 /// A date as file names have it: `2026-11-21`, `20261121`, with a time as `T09:30:00`,
@@ -177,8 +218,14 @@ mod tests {
         );
         assert_eq!(read("*-{id}-*", "left-42-x.csv"), (Some("42".to_owned()), None));
         assert_eq!(read("{id}_{date}", "A-7.csv"), (None, None));
-        assert_eq!(read("{id}_{date}", "A-7_2026-13-21.csv"), (None, None));
+        assert_eq!(read("{id}_{date}", "A-7_2026-13-21.csv"), (Some("A-7".to_owned()), None));
         assert_eq!(read("{id}.csv", "folder/.csv"), (None, None));
+        let no_day =
+            |name: &str| "{id}_{date}".parse::<NamePattern>().unwrap().read(Path::new(name)).no_day;
+        assert_eq!(no_day("A-7_2026-02-30.csv").as_deref(), Some("2026-02-30"));
+        assert_eq!(no_day("A-7_20260431.csv").as_deref(), Some("20260431"));
+        assert_eq!(no_day("A-7_2026-02-28.csv"), None);
+        assert_eq!(no_day("A-7_new.csv"), None);
     }
 
     #[test]

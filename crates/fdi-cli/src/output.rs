@@ -11,7 +11,7 @@ mod table;
 
 use std::io::{self, Write};
 
-use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
+use fdi_core::report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
 pub(crate) use human::{common_folder, fit_ratio, short_name};
@@ -86,10 +86,24 @@ pub(crate) fn writer<'a>(
 /// What came of a batch.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
+    /// Answers of an earlier run among them.
+    taken_over: usize,
     verdicts: [usize; 4],
+    /// Recordings that are neither healthy nor faulty: nothing was concluded.
+    pub(crate) without_conclusion: usize,
     pub(crate) failures: Vec<Failure>,
     /// Recordings that the model does not explain.
     pub(crate) unexplained: Vec<String>,
+}
+
+/// Whether an answer says neither that the actuator is healthy nor what is wrong with it.
+fn is_open(record: &RecordDiagnosis) -> bool {
+    let unfinished = |notice: &Notice| notice.code == NoticeCode::SearchUnfinished;
+    match record.verdict {
+        Verdict::Undetermined | Verdict::ModelInadequate => true,
+        Verdict::Healthy => record.notices.iter().any(unfinished),
+        Verdict::Faulty => false,
+    }
 }
 
 /// The verdicts in the order in which they are told.
@@ -102,12 +116,24 @@ impl Tally {
             Answer::Diagnosed(record) => {
                 let of = VERDICTS.iter().position(|&verdict| verdict == record.verdict);
                 self.verdicts[of.expect("the list holds every verdict")] += 1;
+                self.without_conclusion += usize::from(is_open(record));
                 if record.verdict == Verdict::ModelInadequate {
                     self.unexplained.push(record.recording.clone());
                 }
             }
             Answer::Failed(failure) => self.failures.push(failure.clone()),
         }
+    }
+
+    /// Counts an answer of an earlier run.
+    pub(crate) fn take_over(&mut self, answer: &Answer) {
+        self.count(answer);
+        self.taken_over += usize::from(matches!(answer, Answer::Diagnosed(_)));
+    }
+
+    /// Whether no recording could be diagnosed.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.verdicts == [0; 4]
     }
 
     pub(crate) fn of(&self, verdict: Verdict) -> usize {
@@ -121,9 +147,17 @@ impl Tally {
         let told = VERDICTS.iter().zip(self.verdicts).filter(|(_, count)| *count > 0);
         let told: Vec<_> = told.map(|(verdict, count)| format!("{count} {verdict}")).collect();
         let verdicts = if all == 0 { String::new() } else { format!(": {}", told.join(", ")) };
+        let open = self.without_conclusion;
+        let open = if open == 0 { String::new() } else { format!("; no conclusion on {open}") };
         let failed = self.failures.len();
         let failed = if failed == 0 { String::new() } else { format!("; {failed} failed") };
-        let noun = if all == 1 { "recording" } else { "recordings" };
-        format!("{all} {noun} diagnosed{verdicts}{failed}")
+        let noun = |count: usize| if count == 1 { "recording" } else { "recordings" };
+        let done = match (all - self.taken_over, self.taken_over) {
+            (now, 0) => format!("{now} {} diagnosed", noun(now)),
+            (now, taken) => {
+                format!("{now} {} diagnosed now, {taken} taken over", noun(now))
+            }
+        };
+        format!("{done}{verdicts}{open}{failed}")
     }
 }

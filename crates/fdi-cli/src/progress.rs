@@ -5,8 +5,13 @@
 
 use std::{
     io::Write,
+    panic::resume_unwind,
+    sync::mpsc::{self, RecvTimeoutError},
+    thread,
     time::{Duration, Instant},
 };
+
+use crate::Streams;
 
 /// Progress of a batch on standard error.
 #[derive(Debug)]
@@ -16,6 +21,8 @@ pub(crate) struct Progress {
     /// Recordings that an earlier run has done.
     before: usize,
     done: usize,
+    /// Recordings that this run has done.
+    now: usize,
     terminal: bool,
     began: Instant,
     /// Width of the line that stands on the terminal.
@@ -25,7 +32,7 @@ pub(crate) struct Progress {
 impl Progress {
     /// Progress of a batch of `total` recordings, `before` of them done by an earlier run.
     pub(crate) fn new(total: usize, before: usize, terminal: bool) -> Self {
-        Self { total, before, done: before, terminal, began: clock(), drawn: 0 }
+        Self { total, before, done: before, now: 0, terminal, began: clock(), drawn: 0 }
     }
 
     /// Says that the batch begins.
@@ -54,20 +61,75 @@ impl Progress {
 
     /// Says that one recording more is done.
     pub(crate) fn step(&mut self, err: &mut dyn Write) {
-        self.done += 1;
+        // one that an earlier run has done may have to be done again
+        self.done = (self.done + 1).min(self.total);
+        self.now += 1;
+        if self.terminal && self.total > 1 {
+            self.draw(err);
+        }
+    }
+
+    /// Says that a recording is done that an earlier run has done.
+    pub(crate) fn stay(&mut self, err: &mut dyn Write) {
         if self.terminal && self.total > 1 {
             self.draw(err);
         }
     }
 
     fn draw(&mut self, err: &mut dyn Write) {
-        let line = told(self.done, self.total, self.done - self.before, self.began.elapsed());
+        let line = told(self.done, self.total, self.now, self.began.elapsed());
         // blanks hide what is left of a longer line
         let _ = write!(err, "\r{line:0$}", self.drawn);
         let _ = err.flush();
         self.drawn = line.chars().count();
     }
 }
+
+/// Does work that says nothing of how far it is: one line elsewhere, on a terminal one that counts the
+/// time and is taken away. Quiet where that is asked for.
+pub(crate) fn watched<T: Send>(
+    streams: &mut Streams<'_>,
+    is_quiet: bool,
+    what: &str,
+    work: impl FnOnce() -> T + Send,
+) -> T {
+    if is_quiet {
+        return work();
+    }
+    if !streams.is_terminal {
+        streams.say(format_args!("{what}"));
+        return work();
+    }
+    let (began, mut drawn) = (clock(), 0);
+    let (sender, finished) = mpsc::channel();
+    let mut draw = |err: &mut dyn Write| {
+        let line = format!("{what}, {}", remaining(began.elapsed().as_secs_f64().floor()));
+        let _ = write!(err, "\r{line:drawn$}");
+        let _ = err.flush();
+        drawn = line.chars().count();
+    };
+    let outcome = thread::scope(|scope| {
+        let worker = scope.spawn(move || {
+            let outcome = work();
+            // whoever waits may have gone
+            let _ = sender.send(());
+            outcome
+        });
+        loop {
+            draw(streams.err);
+            // ends with the work, also where that panics
+            if finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout) {
+                return worker.join();
+            }
+        }
+    });
+    let _ = write!(streams.err, "\r{:drawn$}\r", "");
+    let _ = streams.err.flush();
+    outcome.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+/// Time between two looks at the clock.
+const TICK: Duration = Duration::from_millis(500);
 
 #[expect(clippy::disallowed_methods, reason = "the command line is where the clock is read")]
 fn clock() -> Instant {
@@ -127,6 +189,21 @@ mod tests {
         // blanks over what was there
         assert_eq!(lines[5].trim(), "");
         assert!(lines[5].len() >= lines[4].trim_end().len());
+    }
+
+    #[test]
+    fn work_that_is_watched_is_told_where_someone_wants_it() {
+        let told = |is_terminal: bool, is_quiet: bool| {
+            let (mut out, mut err) = (Vec::new(), Vec::new());
+            let mut streams = Streams { out: &mut out, err: &mut err, is_terminal };
+            assert_eq!(watched(&mut streams, is_quiet, "fitting 2 recordings", || 7), 7);
+            String::from_utf8(err).unwrap()
+        };
+        assert_eq!(told(false, false), "fitting 2 recordings\n");
+        assert_eq!((told(false, true), told(true, true)), (String::new(), String::new()));
+        let terminal = told(true, false);
+        assert!(terminal.starts_with("\rfitting 2 recordings, 0 s"), "{terminal:?}");
+        assert!(terminal.ends_with(" \r") && !terminal.contains('\n'), "{terminal:?}");
     }
 
     #[test]

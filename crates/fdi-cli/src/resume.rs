@@ -1,89 +1,237 @@
 //! Answers kept in a file, so that a batch that was interrupted can go on.
+//!
+//! The first line says what the answers depend on ([`ResumeHead`]); each line after it is an
+//! answer. While a batch runs, answers are appended as they come, also in place of earlier ones:
+//! the last line of a recording counts. When the batch has ended the file is put into its order.
 
 use std::{
-    fs::{File, OpenOptions},
-    io::{self, BufRead, BufReader, ErrorKind, Seek, SeekFrom, Write},
+    collections::BTreeMap,
+    fs::{File, OpenOptions, TryLockError},
+    io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
+    sync::Mutex,
 };
 
 use anyhow::{Context, Result, bail};
-use fdi_core::report::Failure;
+use fdi_core::report::{Failure, ResumeHead};
 
-use crate::output::{Answer, to_line};
+use crate::{
+    output::{Answer, to_line},
+    streams::{Worth, in_place_of},
+};
+
+/// Where a line of the file stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Span {
+    start: u64,
+    length: usize,
+}
+
+impl Span {
+    fn end(self) -> u64 {
+        self.start + self.length as u64
+    }
+}
 
 /// The file of answers: what it holds, and where the next one goes.
 pub(crate) struct Resume {
     path: PathBuf,
-    file: File,
-    done: usize,
+    /// Shared by the threads that look at earlier answers and the one that adds new ones.
+    file: Mutex<File>,
+    /// Length of the first line.
+    head: u64,
+    /// The last line of each recording.
+    kept: BTreeMap<String, Kept>,
+    /// The lines of this batch in its order.
+    order: Vec<Span>,
+    end: u64,
+}
+
+/// A line of an earlier run.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    span: Span,
+    /// Whether it says more than that it failed.
+    is_diagnosed: bool,
 }
 
 impl Resume {
-    /// Opens the file, made if there is none, and checks that it holds the beginning
-    /// of this batch; an unfinished last line is cut off.
+    /// Opens the file, made if there is none, and checks that its answers are of this batch and
+    /// depend on the same; an unfinished last line is cut off.
     pub(crate) fn open<'a>(
         path: &Path,
-        mut batch: impl Iterator<Item = &'a Path>,
-        acceptable: impl Fn(&Answer) -> Result<()>,
+        batch: impl Iterator<Item = &'a Path>,
+        head: &ResumeHead,
     ) -> Result<Self> {
         let name = path.display();
         let mut options = OpenOptions::new();
-        let mut file = options
+        let file = options
             .read(true)
             .write(true)
             .create(true)
             .truncate(false)
             .open(path)
             .with_context(|| format!("`{name}` cannot be opened"))?;
-        let (mut done, mut length) = (0, 0);
-        let mut lines = BufReader::new(&file);
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            bail!("`{name}` is written by another run");
+        }
+        let first = serde_json::to_string(head)? + "\n";
+        let recordings: Vec<String> = batch.map(|path| path.display().to_string()).collect();
+        let mut resume = Self {
+            path: path.to_owned(),
+            file: Mutex::new(file),
+            head: first.len() as u64,
+            kept: BTreeMap::new(),
+            order: Vec::new(),
+            end: 0,
+        };
+        resume.index(&first, head, &recordings).with_context(|| format!("`{name}`"))?;
+        let mut file = resume.locked();
+        file.set_len(resume.end)?;
+        file.seek(SeekFrom::End(0))?;
+        if resume.end == 0 {
+            file.write_all(first.as_bytes())
+                .with_context(|| format!("`{name}` cannot be written"))?;
+        }
+        drop(file);
+        resume.end = resume.end.max(resume.head);
+        Ok(resume)
+    }
+
+    /// Finds out what the file holds.
+    fn index(&mut self, first: &str, head: &ResumeHead, batch: &[String]) -> Result<()> {
+        let mut known: Vec<&str> = batch.iter().map(String::as_str).collect();
+        known.sort_unstable();
+        let file = self.file.get_mut().expect("no thread has it yet");
+        let mut lines = BufReader::new(&*file);
         let mut line = String::new();
-        loop {
+        for number in 1.. {
             line.clear();
             match lines.read_line(&mut line) {
-                Ok(read) if read > 0 && line.ends_with('\n') => length += read as u64,
+                Ok(read) if read > 0 && line.ends_with('\n') => {}
+                Ok(_) if number == 1 && !first.starts_with(&line) => {
+                    check_head(&line, head)?;
+                    break;
+                }
                 Ok(_) => break,
                 // a cut inside a character
-                Err(error) if error.kind() == ErrorKind::InvalidData => break,
-                Err(error) => return Err(error).with_context(|| format!("`{name}`")),
+                Err(error) if number > 1 && error.kind() == ErrorKind::InvalidData => break,
+                Err(error) => return Err(error.into()),
             }
-            done += 1;
-            let answer = parse(&line).with_context(|| format!("`{name}` line {done}"))?;
+            let span = Span { start: self.end, length: line.len() };
+            self.end = span.end();
+            if number == 1 {
+                check_head(&line, head)?;
+                continue;
+            }
+            let answer = parse(&line).with_context(|| format!("line {number}"))?;
             let found = answer.recording();
-            match batch.next().map(|path| path.display().to_string()) {
-                Some(expected) if expected == found => {}
-                Some(expected) => {
-                    bail!("`{name}` line {done} is of `{found}`, the batch has `{expected}` there")
-                }
-                None => bail!("`{name}` line {done} is of `{found}`, the batch ends before it"),
+            if known.binary_search(&found).is_err() {
+                bail!("line {number} is of `{found}`, which is not in this batch");
             }
-            acceptable(&answer).with_context(|| format!("`{name}` line {done}"))?;
+            let is_diagnosed = matches!(answer, Answer::Diagnosed(_));
+            self.kept.insert(found.to_owned(), Kept { span, is_diagnosed });
         }
-        file.set_len(length)?;
-        file.seek(SeekFrom::End(0))?;
-        Ok(Self { path: path.to_owned(), file, done })
+        Ok(())
     }
 
-    /// How many recordings of the batch it has.
-    pub(crate) fn done(&self) -> usize {
-        self.done
+    /// How many recordings of the batch it has, failures apart.
+    pub(crate) fn done(&self, recording: &Path) -> bool {
+        self.kept.get(&recording.display().to_string()).is_some_and(|kept| kept.is_diagnosed)
     }
 
-    /// Tells the answers that it had when it was opened.
-    pub(crate) fn replay(&self, mut tell: impl FnMut(&Answer) -> io::Result<()>) -> io::Result<()> {
-        let lines = BufReader::new(File::open(&self.path)?).lines();
-        lines.take(self.done).try_for_each(|line| {
-            let answer = parse(&line?).map_err(|error| io::Error::other(format!("{error:#}")))?;
-            tell(&answer)
-        })
+    /// The answer to a recording that an earlier run has, and its line.
+    pub(crate) fn earlier(&self, recording: &Path) -> Result<Option<(Answer, Line)>> {
+        let Some(kept) = self.kept.get(&recording.display().to_string()) else { return Ok(None) };
+        let mut bytes = vec![0; kept.span.length];
+        let mut file = self.locked();
+        file.seek(SeekFrom::Start(kept.span.start))?;
+        file.read_exact(&mut bytes)?;
+        drop(file);
+        let answer = parse(&String::from_utf8(bytes)?)?;
+        Ok(Some((answer, Line(kept.span))))
     }
 
-    /// Keeps one more answer.
+    /// Takes over the answer on this line as the next one of the batch.
+    pub(crate) fn take_over(&mut self, line: Line) {
+        self.order.push(line.0);
+    }
+
+    /// Keeps one more answer, the next one of the batch.
     pub(crate) fn keep(&mut self, answer: &Answer) -> io::Result<()> {
-        self.file.write_all(&to_line(answer)?).map_err(|error| {
+        let line = to_line(answer)?;
+        let mut file = self.locked();
+        file.seek(SeekFrom::End(0)).and_then(|_| file.write_all(&line)).map_err(|error| {
             io::Error::other(format!("`{}` cannot be written: {error}", self.path.display()))
-        })
+        })?;
+        drop(file);
+        let span = Span { start: self.end, length: line.len() };
+        self.end = span.end();
+        self.order.push(span);
+        Ok(())
     }
+
+    /// Puts the file into the order of the batch, once all of it is done: the file of a run that
+    /// was not interrupted is that already.
+    pub(crate) fn finish(self) -> Result<()> {
+        let mut expected = self.head;
+        let in_order = self.order.iter().all(|span| {
+            let fits = span.start == expected;
+            expected = span.end();
+            fits
+        });
+        if in_order && expected == self.end {
+            return Ok(());
+        }
+        let whole = Span { start: 0, length: self.head as usize };
+        let rewritten = in_place_of(&self.path, |out| {
+            let mut file = self.locked();
+            for span in std::iter::once(&whole).chain(&self.order) {
+                file.seek(SeekFrom::Start(span.start))?;
+                io::copy(&mut Read::by_ref(&mut *file).take(span.length as u64), out)?;
+            }
+            Ok(Worth::Keeping)
+        });
+        rewritten
+            .map(|_| ())
+            .with_context(|| format!("`{}` cannot be written", self.path.display()))
+    }
+
+    fn locked(&self) -> std::sync::MutexGuard<'_, File> {
+        self.file.lock().expect("no thread panics while it holds the lock")
+    }
+}
+
+/// A line of the file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line(Span);
+
+/// Refuses answers that depend on something else.
+fn check_head(line: &str, now: &ResumeHead) -> Result<()> {
+    let Ok(then) = serde_json::from_str::<ResumeHead>(line) else {
+        bail!("its first line is not that of a file of `--resume`; it is left as it was");
+    };
+    if then.tool != now.tool {
+        bail!("its answers are of `{}`, this is `{}`: use another file", then.tool, now.tool);
+    }
+    let settings = |head: &ResumeHead| head.answers_depend_on.clone();
+    let (then, now) = (settings(&then), settings(now));
+    for name in now.keys().chain(then.keys()) {
+        let of = |head: &BTreeMap<String, Option<String>>| head.get(name).cloned().flatten();
+        let (before, wanted) = (of(&then), of(&now));
+        if before != wanted {
+            let told = |value: Option<String>| match value {
+                None => format!("without `--{name}`"),
+                Some(value) => format!("with `--{name}` `{value}`"),
+            };
+            bail!(
+                "its answers were made {}, this run is {}: give the same, or another file",
+                told(before),
+                told(wanted)
+            );
+        }
+    }
+    Ok(())
 }
 
 /// An answer from its line.

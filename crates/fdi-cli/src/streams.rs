@@ -1,9 +1,9 @@
 //! Where a command writes.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufWriter, ErrorKind, Write},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use anyhow::{Context, Result};
@@ -38,17 +38,85 @@ impl Streams<'_> {
         file: Option<&Path>,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<()> {
-        let Some(path) = file else {
-            let written = write(self.out).and_then(|()| self.out.flush());
-            return forgive_broken_pipe(written).context("standard output");
-        };
-        let create = || {
-            let mut out = BufWriter::new(File::create(path)?);
-            write(&mut out)?;
-            out.flush()
-        };
-        create().with_context(|| format!("`{}` cannot be written", path.display()))
+        self.product_worth(file, |out| write(out).map(|()| Worth::Keeping)).map(drop)
     }
+
+    /// As [`product`](Self::product), where `write` says whether what it wrote is worth more than
+    /// an older file. Says whether an older file was left as it was.
+    pub(crate) fn product_worth(
+        &mut self,
+        file: Option<&Path>,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
+    ) -> Result<bool> {
+        let Some(path) = file else {
+            let written = write(self.out).and_then(|_| self.out.flush());
+            forgive_broken_pipe(written).context("standard output")?;
+            return Ok(false);
+        };
+        in_place_of(path, write).with_context(|| format!("`{}` cannot be written", path.display()))
+    }
+}
+
+/// What a product is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Worth {
+    /// It takes the place of an older one.
+    Keeping,
+    /// Nothing came of it: it is written only where there is no older one.
+    Nothing,
+}
+
+/// Lets `write` make a file, which takes the place of an older one only once it is whole.
+/// Says whether an older file was left as it was.
+pub(crate) fn in_place_of(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
+) -> io::Result<bool> {
+    let older = fs::metadata(path).ok();
+    let target = if older.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
+    // a pipe or a device takes what it is given as it comes
+    let beside = older.as_ref().is_none_or(fs::Metadata::is_file).then(|| part_of(&target));
+    let Some(part) = beside.flatten() else { return directly(&target, write) };
+    let file = match File::create(&part) {
+        Err(error) if error.kind() == ErrorKind::PermissionDenied && older.is_some() => {
+            // the file may be written, its folder not
+            return directly(&target, write);
+        }
+        made => made?,
+    };
+    let finish = || {
+        let mut out = BufWriter::new(file);
+        let worth = write(&mut out)?;
+        out.flush()?;
+        if let Some(older) = &older {
+            if worth == Worth::Nothing {
+                fs::remove_file(&part)?;
+                return Ok(true);
+            }
+            fs::set_permissions(&part, older.permissions())?;
+        }
+        fs::rename(&part, &target)?;
+        Ok(false)
+    };
+    finish().inspect_err(|_| {
+        let _ = fs::remove_file(&part);
+    })
+}
+
+fn directly(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
+) -> io::Result<bool> {
+    let mut out = BufWriter::new(File::create(path)?);
+    write(&mut out)?;
+    out.flush()?;
+    Ok(false)
+}
+
+/// The file beside it that is written first.
+fn part_of(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_string_lossy();
+    Some(path.with_file_name(format!(".{name}.part")))
 }
 
 /// A reader that has gone away is no failure.

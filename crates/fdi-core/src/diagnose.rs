@@ -1276,6 +1276,7 @@ impl Run<'_> {
         let mask = &self.diagnoser.bundle.mask;
         let discrepancy = square_sum(&mut mask.iter().map(|&i| outcome.residual_a[i])).sqrt();
         RecordDiagnosis {
+            recording_sha256: None,
             recording: String::new(),
             actuator_id: None,
             date: None,

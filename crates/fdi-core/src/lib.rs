@@ -117,7 +117,8 @@ pub use posterior::FALSE_ALARM_RATE;
 pub use record::{
     Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
     CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
-    RecordingDate, Sampling, WriteError, guess_columns, is_decoding, list_recordings, nearest,
+    RecordingDate, Sampling, StatedUnit, WriteError, guess_columns, is_decoding, list_recordings,
+    nearest, recording_sha256,
 };
 pub use recorded_test::RecordedTestError;
 pub use schema::Schema;

@@ -31,6 +31,11 @@ mod sampling;
 mod source;
 #[cfg(feature = "tdms")]
 mod tdms;
+#[cfg_attr(
+    not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
+    expect(dead_code, reason = "text states no units beside its names")
+)]
+mod unit;
 mod writer;
 
 pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
@@ -44,10 +49,12 @@ pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
 pub use nearest::nearest;
 pub use sampling::Sampling;
 pub use source::list_recordings;
+pub use unit::StatedUnit;
 pub use writer::{CsvFormat, WriteError};
 
 use std::path::Path;
 
+use crate::store::sha256_hex;
 use lines::Lines;
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
@@ -68,6 +75,7 @@ pub struct Recording {
     other_columns: Vec<OtherColumn>,
     /// Where the rows stand in a text.
     lines: Option<Lines>,
+    stated_units: Vec<StatedUnit>,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -94,7 +102,14 @@ impl Recording {
                 return Err(RecordError::DuplicateChannel { channel: channel.name() });
             }
         }
-        Ok(Self { name: name.into(), metadata, channels, other_columns: Vec::new(), lines: None })
+        Ok(Self {
+            name: name.into(),
+            metadata,
+            channels,
+            other_columns: Vec::new(),
+            lines: None,
+            stated_units: Vec::new(),
+        })
     }
 
     /// Reads a file of any [`FileFormat`] that is built in, known by its name; the
@@ -106,6 +121,16 @@ impl Recording {
     pub fn read(path: &Path, map: &ColumnMap) -> Result<Self, RecordError> {
         let (format, bytes) = source::read_bytes(path)?;
         Self::from_bytes(path.display().to_string(), format, bytes, map)
+    }
+
+    /// As [`read`](Self::read), with the SHA-256 of the very bytes that were read.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with_sha256(path: &Path, map: &ColumnMap) -> Result<(Self, String), RecordError> {
+        let (format, bytes) = source::read_bytes(path)?;
+        let sha256 = sha256_hex(&bytes);
+        Ok((Self::from_bytes(path.display().to_string(), format, bytes, map)?, sha256))
     }
 
     /// Reads the bytes of a file.
@@ -166,6 +191,12 @@ impl Recording {
     /// Columns of the file that are no channel: kept, and ignored.
     pub fn other_columns(&self) -> &[OtherColumn] {
         &self.other_columns
+    }
+
+    /// Columns whose file states a unit that is not the SI unit of their channel, and what
+    /// they were multiplied by.
+    pub fn stated_units(&self) -> &[StatedUnit] {
+        &self.stated_units
     }
 
     /// The line, from 1, that the samples at this time stand on; `None` where the recording
@@ -251,6 +282,15 @@ impl Recording {
             channel: channel.name(),
         })
     }
+}
+
+/// SHA-256 of the bytes of a recording's file, hexadecimal.
+///
+/// # Errors
+/// [`RecordError::NotFound`], [`RecordError::Unreadable`], [`RecordError::UnknownFormat`] or
+/// [`RecordError::TooLarge`]; what the bytes mean is not looked at.
+pub fn recording_sha256(path: &Path) -> Result<String, RecordError> {
+    Ok(sha256_hex(&source::read_bytes(path)?.1))
 }
 
 #[cfg(test)]

@@ -52,11 +52,30 @@ pub struct Diagnosis {
     pub failed: Vec<Failure>,
 }
 
+/// The first line of a file of `--resume`: what the answers after it depend on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResumeHead {
+    /// Version of this form.
+    pub schema_version: u32,
+    /// Name and version of the program.
+    pub tool: String,
+    /// Every setting that changes an answer, by the name of its option, as text; `null` where it
+    /// is left alone. Files (`bundle`, `reference`) are told by the SHA-256 of their bytes.
+    pub answers_depend_on: BTreeMap<String, Option<String>>,
+}
+
 /// A recording that could not be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Failure {
     /// The path as it was given.
     pub recording: String,
+    /// Which actuator the recording is of, where it says so or its name does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actuator_id: Option<String>,
+    /// When the recording was taken, RFC 3339, where it says so or its name does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
     /// Why, in one line.
     pub error: String,
 }
@@ -66,6 +85,10 @@ pub struct Failure {
 pub struct RecordDiagnosis {
     /// The path as it was given.
     pub recording: String,
+    /// SHA-256 of the recording's file, hexadecimal; only with `--resume`, which diagnoses a
+    /// recording again whose file is another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording_sha256: Option<String>,
     /// Which actuator the recording is of, where it says so or its name does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actuator_id: Option<String>,
@@ -644,6 +667,7 @@ pub(crate) mod tests {
         let mut faults: Vec<Fault> = FaultId::ALL.map(Fault::undetermined).into();
         faults[0] = Fault::determined(FaultId::K1, 0.021, 0.001, [0.019, 0.023], Some(true));
         RecordDiagnosis {
+            recording_sha256: None,
             recording: "r01.csv".to_owned(),
             actuator_id: None,
             date: None,

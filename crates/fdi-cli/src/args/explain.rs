@@ -18,6 +18,9 @@ pub struct RecordArgs {
     /// Repetitions of recordings to train on, for the noise
     #[arg(long, num_args = 1.., value_name = "REC")]
     pub repeat: Vec<PathBuf>,
+    /// Command of the recordings that have no column of it: `chirp`, `sine` or a recording [default: the one their metadata name]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub command: Option<String>,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,
@@ -32,7 +35,7 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
-    /// Exit with 1 when the model misses something
+    /// Exit with 1 when the model misses something, with 3 when there is no conclusion
     #[arg(long)]
     pub exit_code: bool,
     #[command(flatten)]

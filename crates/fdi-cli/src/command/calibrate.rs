@@ -10,8 +10,8 @@ use fdi_core::{
 };
 use greybox::{Calibrated, CalibratedNumber};
 
-use super::explain::{holdout, in_form, rounded, spared, whole_recordings};
-use crate::{ExitStatus, GlobalArgs, Streams, args::CalibrateArgs, stamp};
+use super::explain::{holdout, in_form, rounded, spared, stage, whole_recordings};
+use crate::{ExitStatus, GlobalArgs, Streams, args::CalibrateArgs, progress::watched, stamp};
 
 /// Finds the numbers of a machine from healthy recordings, and writes the model with them.
 #[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
@@ -24,7 +24,10 @@ pub(crate) fn calibrate(
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let recordings = whole_recordings(&args.records, &model)?;
-    let calibrated = greybox::calibrate(&model, &recordings, global.threads())?;
+    let what = stage("fitting", &recordings);
+    let calibrated = watched(streams, global.quiet, &what, || {
+        greybox::calibrate(&model, &recordings, global.threads())
+    })?;
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&calibrated, &model, global, elapsed_s);
     let text = in_form(global.output_format, &answer, human)?;

@@ -1,18 +1,20 @@
 //! `fdi diagnose`.
 
 mod after;
+mod answers;
 
 use std::{
     io,
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
+    sync::RwLock,
     time::Instant,
 };
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, Encoding, Metadata, RecordError, Recording, list_recordings,
-    report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict},
+    ColumnMap, Metadata, RecordError, Recording, list_recordings, recording_sha256,
+    report::{Failure, RecordDiagnosis, Verdict},
 };
 
 use crate::{
@@ -22,8 +24,9 @@ use crate::{
     output::{Answer, Head, Tally, writer},
     overwriting,
     progress::Progress,
-    resume::Resume,
+    resume::{Line, Resume},
     stamp,
+    streams::Worth,
 };
 
 /// Diagnoses the recordings that the options name.
@@ -40,7 +43,9 @@ pub fn diagnose_with(
 ) -> Result<ExitStatus> {
     let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
     let map = ColumnMap::new(&args.map.map)?;
-    let batch = Batch { diagnoser, map, fleet: &args.fleet, stable: global.stable, one_a_line };
+    let is_kept = args.resume.is_some();
+    let (fleet, stable) = (&args.fleet, global.stable);
+    let batch = Batch { diagnoser, map, fleet, stable, one_a_line, is_kept };
     let inputs = inputs(args);
     overwriting::refuse(
         &[
@@ -52,13 +57,17 @@ pub fn diagnose_with(
     )?;
     let resume = match &args.resume {
         Some(path) => {
-            let recordings = inputs.iter().map(Input::path);
-            Some(Resume::open(path, recordings, |answer| batch.accepts(answer, args))?)
+            let head = answers::head(args, global, diagnoser)?;
+            Some(Resume::open(path, inputs.iter().map(Input::path), &head)?)
         }
         None => None,
     };
     let mut records = after::wanted(args).then(Vec::new);
-    let tally = tell(&batch, &inputs, resume, &mut records, global, streams)?;
+    let (tally, left) = tell(&batch, &inputs, resume, &mut records, global, streams)?;
+    if let (Some(path), true) = (&global.output, left && !global.quiet) {
+        let name = path.display();
+        streams.say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+    }
     for failure in &tally.failures {
         streams.say(format_args!("error: {}: {}", failure.recording, failure.error));
     }
@@ -69,22 +78,24 @@ pub fn diagnose_with(
     Ok(status(&tally, args.exit_code))
 }
 
-/// Diagnoses what is not done yet and writes all answers.
+/// Diagnoses what is not done yet and writes all answers; says whether an older product was left
+/// because nothing came of the batch.
 fn tell(
     batch: &Batch<'_>,
     inputs: &[Input],
-    mut resume: Option<Resume>,
+    resume: Option<Resume>,
     records: &mut Option<Vec<RecordDiagnosis>>,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
-) -> Result<Tally> {
+) -> Result<(Tally, bool)> {
     let jobs = global.threads();
     let head = Head {
         bundle: batch.diagnoser.bundle_sha256().to_owned(),
         seed: global.seed,
         stamp: global.stamp.then(stamp::now),
     };
-    let todo = &inputs[resume.as_ref().map_or(0, Resume::done)..];
+    let is_done = |input: &&Input| resume.as_ref().is_some_and(|one| one.done(input.path()));
+    let before = inputs.iter().filter(is_done).count();
     let mut tally = Tally::default();
     let mut keep = |answer: &Answer| {
         if let (Some(records), Answer::Diagnosed(record)) = (records.as_mut(), answer) {
@@ -94,43 +105,62 @@ fn tell(
     // a list of the recordings with `-v` tells as much
     let is_told = !global.quiet && !global.verbose;
     let total = if is_told { inputs.len() } else { 0 };
-    let before = inputs.len() - todo.len();
     let mut progress = Progress::new(total, before.min(total), streams.is_terminal);
     let Streams { out, err, is_terminal } = streams;
     let mut product = Streams { out: &mut **out, err: &mut io::sink(), is_terminal: *is_terminal };
     progress.begin(*err);
-    product.product(global.output.as_deref(), |out| {
+    let resume = resume.map(RwLock::new);
+    let left = product.product_worth(global.output.as_deref(), |out| {
         let styled = global.output.is_none();
         let mut writer = writer(global.output_format, styled, out);
         writer.begin(&head)?;
-        if let Some(resume) = &resume {
-            resume.replay(|answer| {
-                tally.count(answer);
-                keep(answer);
-                writer.answer(answer)
-            })?;
-        }
-        let emit = |answer| {
-            if let Some(resume) = &mut resume {
-                resume.keep(&answer)?;
+        let emit = |done: Done| {
+            let answer = &done.answer;
+            if let Some(resume) = &resume {
+                let mut resume = resume.write().expect(UNPOISONED);
+                match done.line {
+                    Some(line) => resume.take_over(line),
+                    None => resume.keep(answer)?,
+                }
             }
             if global.verbose {
+                let again = if done.line.is_some() { " (taken over)" } else { "" };
                 // that progress cannot be told is no failure
-                let _ = writeln!(err, "{}", answer.in_a_word());
+                let _ = writeln!(err, "{}{again}", answer.in_a_word());
             }
-            tally.count(&answer);
-            keep(&answer);
+            match done.line {
+                Some(_) => tally.take_over(answer),
+                None => tally.count(answer),
+            }
+            keep(answer);
             progress.clear(*err);
-            let written = writer.answer(&answer);
-            progress.step(*err);
+            let written = writer.answer(answer);
+            match done.line {
+                Some(_) => progress.stay(*err),
+                None => progress.step(*err),
+            }
             written
         };
-        let done = in_order(todo, jobs, |_, input| batch.answer(input), emit);
+        let work = |_: usize, input: &Input| batch.done(input, resume.as_ref());
+        let done = in_order(inputs, jobs, work, emit);
         progress.clear(*err);
         done?;
-        writer.end()
+        writer.end()?;
+        Ok(if tally.is_empty() { Worth::Nothing } else { Worth::Keeping })
     })?;
-    Ok(tally)
+    if let Some(resume) = resume {
+        resume.into_inner().expect(UNPOISONED).finish()?;
+    }
+    Ok((tally, left))
+}
+
+/// Why a lock can be had.
+const UNPOISONED: &str = "no thread panics while it holds the lock";
+
+/// An answer, and its line where an earlier run has it.
+struct Done {
+    answer: Answer,
+    line: Option<Line>,
 }
 
 fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
@@ -138,6 +168,8 @@ fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
         ExitStatus::Failed
     } else if exit_code && tally.found() {
         ExitStatus::Found
+    } else if exit_code && tally.without_conclusion > 0 {
+        ExitStatus::Open
     } else {
         ExitStatus::Done
     }
@@ -173,7 +205,14 @@ fn inputs(args: &DiagnoseArgs) -> Vec<Input> {
 }
 
 fn failure(path: &Path, error: String) -> Failure {
-    Failure { recording: path.display().to_string(), error }
+    Failure { recording: path.display().to_string(), actuator_id: None, date: None, error }
+}
+
+/// Which actuator a recording is of, and when it was taken.
+struct Identity {
+    actuator_id: Option<String>,
+    date: Option<String>,
+    no_day: Option<String>,
 }
 
 /// What is the same for all recordings.
@@ -183,62 +222,66 @@ struct Batch<'a> {
     fleet: &'a FleetArgs,
     stable: bool,
     one_a_line: bool,
+    /// Whether the answers are gone on with later.
+    is_kept: bool,
 }
 
 impl Batch<'_> {
+    /// The answer of an earlier run, where the recording is the same, else one of its own.
+    fn done(&self, input: &Input, resume: Option<&RwLock<Resume>>) -> Done {
+        let Some(resume) = resume else { return Done { answer: self.answer(input), line: None } };
+        let earlier = resume.read().expect(UNPOISONED).earlier(input.path());
+        match earlier {
+            Ok(Some((Answer::Diagnosed(record), line)))
+                if record.recording_sha256.is_some()
+                    && recording_sha256(input.path()).ok() == record.recording_sha256 =>
+            {
+                Done { answer: Answer::Diagnosed(record), line: Some(line) }
+            }
+            // what failed is tried again, what is not the same diagnosed again
+            Ok(_) => Done { answer: self.answer(input), line: None },
+            Err(error) => {
+                let answer = Answer::Failed(failure(input.path(), format!("{error:#}")));
+                Done { answer, line: None }
+            }
+        }
+    }
+
     fn answer(&self, input: &Input) -> Answer {
         let path = match input {
             Input::Recording(path) => path,
             Input::Broken(failure) => return Answer::Failed(failure.clone()),
         };
         // a defect that one recording brings to light must not take the others with it
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path)))
+        let mut identity = self.identity(path, &Metadata::default());
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path, &mut identity)))
             .unwrap_or_else(|_| bail!("internal error, please report it"));
+        let Identity { actuator_id, date, .. } = identity;
         match outcome {
-            Ok(record) => Answer::Diagnosed(Box::new(record)),
-            Err(error) => Answer::Failed(failure(path, format!("{error:#}"))),
-        }
-    }
-
-    /// Refuses an answer of an earlier run that these options would not give.
-    fn accepts(&self, answer: &Answer, args: &DiagnoseArgs) -> Result<()> {
-        let Answer::Diagnosed(record) = answer else { return Ok(()) };
-        let method = args.method.of_report();
-        if record.method != method {
-            bail!("was made with the method `{}`, now it is `{method}`", record.method);
-        }
-        if record.fidelity != args.fidelity.of_report() {
-            bail!("was made with another `--fidelity`");
-        }
-        let encoded = args.encoding.of_diagnosis() != Encoding::Full;
-        let has_code = |notice: &Notice| notice.code == NoticeCode::Encoded;
-        let name = format!("`{}`", args.encoding.of_diagnosis().name());
-        let alike = |notice: &Notice| has_code(notice) && notice.message.starts_with(&name);
-        let same = if encoded {
-            record.notices.iter().any(alike)
-        } else {
-            !record.notices.iter().any(has_code)
-        };
-        if !same {
-            bail!("was made with another encoding than {name}");
-        }
-        match record.bundle.as_deref() {
-            Some(bundle) if !self.diagnoser.knows_bundle(bundle) => {
-                bail!("was made with the bundle `{bundle}`, which is not used now")
+            Ok(record) => {
+                Answer::Diagnosed(Box::new(RecordDiagnosis { actuator_id, date, ..record }))
             }
-            _ => Ok(()),
+            Err(error) => {
+                let error = format!("{error:#}");
+                Answer::Failed(Failure { actuator_id, date, ..failure(path, error) })
+            }
         }
     }
 
-    fn diagnose(&self, path: &Path) -> Result<RecordDiagnosis> {
+    fn diagnose(&self, path: &Path, identity: &mut Identity) -> Result<RecordDiagnosis> {
         let start = clock();
-        let recording = Recording::read(path, &self.map).map_err(|error| self.explain(error))?;
+        let (recording, sha256) =
+            Recording::read_with_sha256(path, &self.map).map_err(|error| self.explain(error))?;
+        *identity = self.identity(path, &recording.metadata);
+        if let Some(text) = &identity.no_day {
+            bail!("the name says the date `{text}`, and there is no such day");
+        }
         let mut record = self.diagnoser.diagnose(&recording)?;
-        self.identify(&mut record, path, &recording.metadata);
         if self.one_a_line {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
         }
+        record.recording_sha256 = self.is_kept.then_some(sha256);
         record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
         if let Some(name) = record.not_finite() {
             bail!("internal error, please report it: `{name}` is not finite");
@@ -246,14 +289,17 @@ impl Batch<'_> {
         Ok(record)
     }
 
-    /// Adds the actuator and the date: those that the name of the file says, else its metadata.
-    fn identify(&self, record: &mut RecordDiagnosis, path: &Path, metadata: &Metadata) {
+    /// The actuator and the date: those that the name of the file says, else its metadata.
+    fn identity(&self, path: &Path, metadata: &Metadata) -> Identity {
         let patterns = [&self.fleet.id_from, &self.fleet.date_from];
         let named = patterns.map(|one| one.as_ref().map(|one| one.read(path)).unwrap_or_default());
         let [mut by_id, mut by_date] = named;
-        record.actuator_id = by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone());
         let date = by_date.date.or(by_id.date.take()).or(metadata.date.clone());
-        record.date = date.map(|date| date.to_string());
+        Identity {
+            actuator_id: by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone()),
+            date: date.map(|date| date.to_string()),
+            no_day: by_date.no_day.or(by_id.no_day),
+        }
     }
 
     /// Adds what the recording's rate says about it where its text breaks off.

@@ -5,13 +5,14 @@ use std::{fmt::Write, num::NonZeroUsize, time::Instant};
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Contender, EvaluationRequest, EvaluationSetting, Protocol, ema_sim::Imperfections, evaluate,
-    report::Evaluation,
+    nearest, report::Evaluation,
 };
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{EvaluateArgs, ProtocolArg, Switch},
     html_report,
+    progress::watched,
 };
 
 /// Sensor noise of the experiment that is about it, A.
@@ -73,7 +74,9 @@ pub(crate) fn evaluate_protocol(
         jobs: global.threads(),
         clock: if global.stable { None } else { Some(&clock) },
     };
-    let result = evaluate(&request)?;
+    let searched: Vec<_> = contenders.iter().map(|one| one.name()).collect();
+    let what = format!("evaluating {} conditions by {}", request.conditions, searched.join(", "));
+    let result = watched(streams, global.quiet, &what, || evaluate(&request))?;
     html_report::write(&args.report, || Ok(html_report::of_evaluation(&result)))?;
     let text = render(&result)?;
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
@@ -99,7 +102,10 @@ fn contenders(args: &EvaluateArgs, protocol: Protocol) -> Result<Vec<Contender>>
         .map(|name| {
             Contender::from_name(name).with_context(|| {
                 let known: Vec<_> = Contender::ALL.iter().map(|c| c.name()).collect();
-                format!("no method `{name}`; the methods are {}", known.join(", "))
+                match nearest(name, known.iter().copied()) {
+                    Some(near) => format!("no method `{name}`; did you mean `{near}`?"),
+                    None => format!("no method `{name}`; the methods are {}", known.join(", ")),
+                }
             })
         })
         .collect()

@@ -5,6 +5,8 @@ mod document;
 mod evidence;
 mod sentences;
 
+use compared::Asked;
+pub(crate) use compared::{lacks, says_its_command};
 pub(super) use document::holdout;
 pub(crate) use sentences::rounded;
 
@@ -25,6 +27,7 @@ use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
     html_report, overwriting,
+    progress::watched,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -44,7 +47,10 @@ pub(crate) fn explain(
         Ok(recordings) => {
             let options =
                 Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
-            greybox::explain(&model, &recordings, &options)?
+            let what = stage("explaining", &recordings);
+            watched(streams, global.quiet, &what, || {
+                greybox::explain(&model, &recordings, &options)
+            })?
         }
         Err(missing) => Explained::inconclusive(missing),
     };
@@ -62,13 +68,23 @@ pub(crate) fn explain(
         let extended = explained.extend(&model).write();
         streams.product(Some(path), |out| out.write_all(extended.as_bytes()))?;
     }
-    let missed = !matches!(
-        answer.verdict,
-        ExplanationVerdict::Adequate
-            | ExplanationVerdict::Absorbed
-            | ExplanationVerdict::Inconclusive
-    );
-    Ok(if args.exit_code && missed { ExitStatus::Found } else { ExitStatus::Done })
+    Ok(match answer.verdict {
+        _ if !args.exit_code => ExitStatus::Done,
+        ExplanationVerdict::Adequate | ExplanationVerdict::Absorbed => ExitStatus::Done,
+        ExplanationVerdict::Inconclusive => ExitStatus::Open,
+        _ => ExitStatus::Found,
+    })
+}
+
+/// What is being done with the recordings, in a line.
+pub(super) fn stage(what: &str, recordings: &Recordings) -> String {
+    let train = recordings.train.len();
+    let noun = if train == 1 { "recording" } else { "recordings" };
+    let held = match recordings.holdout.len() {
+        0 => String::new(),
+        count => format!(", {count} held out"),
+    };
+    format!("{what} {train} {noun}{held}")
 }
 
 /// Refuses to write over a recording that is read.
@@ -104,13 +120,14 @@ pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Resul
 /// The recordings by their use, or what they lack.
 fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordings, String>> {
     let map = ColumnMap::new(&args.map.map)?;
+    let asked = args.command.as_deref().map(|text| Asked::of_option(text, model)).transpose()?;
     let mut missing = None;
     let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
         let mut records = Vec::new();
         for path in paths {
             let named = || path.display().to_string();
             let recording = Recording::read(path, &map).with_context(named)?;
-            match compared::compared(&recording, model).with_context(named)? {
+            match compared::compared(&recording, model, asked.as_ref()).with_context(named)? {
                 Ok(record) => records.push(record),
                 Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),
             }

@@ -85,6 +85,15 @@ fn describe(recording: &Recording) -> Result<String> {
         let (name, cells) = (column.name(), column.samples());
         writeln!(text, "{gap}column `{name}` ({cells} cells) is no channel and is ignored")?;
     }
+    for (index, stated) in recording.stated_units().iter().enumerate() {
+        let gap = if index == 0 { "\n" } else { "" };
+        let by = if stated.is_mapped { " as `--map` says" } else { "" };
+        let (column, unit, factor) = (&stated.column, &stated.unit, stated.factor);
+        writeln!(
+            text,
+            "{gap}column `{column}` is in `{unit}` as the file says and multiplied by {factor}{by}"
+        )?;
+    }
     text.push('\n');
     let current = match recording.require_current() {
         Ok(Current::Phases(_)) => "from the three phases".to_owned(),

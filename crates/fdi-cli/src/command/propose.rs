@@ -10,8 +10,8 @@ use fdi_core::{
 };
 use greybox::{CommandKind, Options, Proposed};
 
-use super::explain::{in_form, rounded, spared, whole_recordings};
-use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, stamp};
+use super::explain::{in_form, rounded, spared, stage, whole_recordings};
+use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
 
 /// Looks for the recording that tells open causes apart, and writes its command.
 #[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
@@ -25,7 +25,9 @@ pub(crate) fn propose(
     let model = read_machine(&args.model)?;
     let recordings = whole_recordings(&args.records, &model)?;
     let options = Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
-    let proposal = greybox::propose(&model, &recordings, &options)?;
+    let what = stage("looking for causes in", &recordings);
+    let proposal =
+        watched(streams, global.quiet, &what, || greybox::propose(&model, &recordings, &options))?;
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&proposal, &model, global, elapsed_s);
     let text = in_form(global.output_format, &answer, human)?;

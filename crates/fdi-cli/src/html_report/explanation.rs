@@ -154,14 +154,14 @@ fn residual(answer: &Explanation) -> Option<Section> {
     let first = answer.curves.first()?;
     let caption = format!(
         "Measured less modelled, averaged over stretches of the coordinate that explains most of \
-         it: {:.1} % of its variance with the nominal model, {:.1} % with what was found. White \
+         it: beyond chance {:.1} % of the whole residual's variance with the nominal model, {:.1} % with what was found. White \
          noise alone would leave 19 of 20 means in the grey band. Below, the samples behind each \
          mean; means of very few are not drawn.",
         100.0 * first.share_before,
         100.0 * first.share_after
     );
-    let others = "The same over the other coordinates, with the share of the variance that each \
-                  explains alone.";
+    let others = "The same over the other coordinates, with the share of the whole residual's variance \
+                  that each explains alone.";
     let blocks = [
         figure(
             answer,
@@ -307,8 +307,8 @@ fn left(answer: &Explanation) -> Option<Section> {
             .map(|one| format!("{} {:.0} %", one.coordinate, 100.0 * one.share))
             .collect();
         blocks.push(Block::Text(format!(
-            "Something is left that nothing in the catalogue explains. Shares of its variance \
-             beyond chance that each coordinate explains alone: {}. Kurtosis {:.1} (3 for normal \
+            "Something is left that nothing in the catalogue explains. Shares of \
+             what is left beyond the noise that each coordinate explains alone: {}. Kurtosis {:.1} (3 for normal \
              noise, more for bursts).",
             shares.join(", "),
             remainder.kurtosis

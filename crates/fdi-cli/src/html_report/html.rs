@@ -86,7 +86,7 @@ fn push_block(out: &mut String, block: &Block, counts: &mut Counts) -> fmt::Resu
 fn push_table(out: &mut String, table: &Table, number: usize) -> fmt::Result {
     write!(
         out,
-        "<div class=\"wide\">\n<table class=\"sortable\">\n<caption>Table {number}. {}</caption>\n\
+        "<div class=\"wide\">\n<table class=\"sortable\">\n<caption><span>Table {number}. {}</span></caption>\n\
          <thead><tr>",
         prose(&table.caption)
     )?;

@@ -87,6 +87,8 @@ pub(super) fn row(answer: &Answer) -> Vec<Cell> {
             let mut row: Vec<_> =
                 columns().into_iter().map(|(_, kind)| Cell::nothing(kind)).collect();
             row[0] = Cell::text(&failure.recording);
+            row[1] = Cell::Text(failure.actuator_id.clone());
+            row[2] = Cell::Text(failure.date.clone());
             row[STATUS] = Cell::text(&"failed");
             if let Some(last) = row.last_mut() {
                 *last = Cell::text(&failure.error);

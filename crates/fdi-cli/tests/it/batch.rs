@@ -96,6 +96,45 @@ fn determinism_any_number_of_jobs_gives_the_same_bytes() {
     }
 }
 
+/// A pipe that nobody writes into would be waited for.
+#[cfg(unix)]
+#[test]
+fn pipes_are_no_recordings() {
+    let folder = folder(&[("healthy.csv", GOOD)]);
+    let pipe = folder.path().join("pipe.csv");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let outcome = diagnose(&[&pipe.display().to_string()]);
+    assert!(
+        outcome.code == 2 && outcome.err.contains("pipe.csv: not a regular file"),
+        "{}",
+        outcome.err
+    );
+}
+
+/// A row is of its actuator and its day, also where there is nothing more to say.
+#[test]
+fn what_failed_keeps_its_actuator_and_its_date() {
+    let folder = folder(&[
+        ("A7_2026-02-28.csv", ""),
+        ("A7_2026-02-30.csv", GOOD),
+        ("x_y.csv", "# actuator-id = \"B2\"\n# date = 2026-03-01\ntime_s,current_a\n0,1\n1,2\n"),
+    ]);
+    let path = folder.path().display().to_string();
+    let pattern = ["--id-from", "{id}_*", "--date-from", "*_{date}"];
+    let outcome = diagnose(&[&pattern[..], &["--output-format", "csv", &path]].concat());
+    let rows: Vec<_> = outcome.out.lines().skip(1).collect();
+    let begins =
+        |row: usize, cells: &str| rows[row].split_once(".csv,").unwrap().1.starts_with(cells);
+    assert!(begins(0, "A7,2026-02-28,failed,"), "{}", rows[0]);
+    assert!(begins(1, "A7,,failed,"), "{}", rows[1]);
+    let reason = "the name says the date `2026-02-30`, and there is no such day";
+    assert!(rows[1].contains(reason), "{}", rows[1]);
+    let outcome = diagnose(&["--output-format", "csv", &path]);
+    let last = outcome.out.lines().last().unwrap();
+    assert!(last.contains("x_y.csv,B2,2026-03-01,failed,"), "{last}");
+}
+
 #[test]
 fn a_defect_is_the_failure_of_one_recording() {
     let folder = folder(&[("broken.csv", GOOD), ("healthy.csv", GOOD), ("panic.csv", GOOD)]);
@@ -114,7 +153,12 @@ fn a_defect_is_the_failure_of_one_recording() {
 
 #[test]
 fn exit_codes_tell_what_was_found_only_when_asked() {
-    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD), ("strange.csv", GOOD)]);
+    let folder = folder(&[
+        ("faulty.csv", GOOD),
+        ("healthy.csv", GOOD),
+        ("partial.csv", GOOD),
+        ("strange.csv", GOOD),
+    ]);
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (faulty, healthy, strange) = (path("faulty.csv"), path("healthy.csv"), path("strange.csv"));
     assert_eq!(diagnose(&[&faulty]).code, 0);
@@ -122,6 +166,14 @@ fn exit_codes_tell_what_was_found_only_when_asked() {
     assert_eq!(diagnose(&["--exit-code", &healthy, &faulty]).code, 1);
     assert_eq!(diagnose(&["--exit-code", &strange]).code, 1);
     assert_eq!(diagnose(&["--exit-code", &faulty, &path("none.csv")]).code, 2);
+    // nothing concluded is not healthy; what is found goes before, what failed before that
+    let open = path("partial.csv");
+    assert_eq!(diagnose(&["--exit-code", &healthy, &open]).code, 3);
+    assert_eq!(diagnose(&["--exit-code", &faulty, &open]).code, 1);
+    assert_eq!(diagnose(&["--exit-code", &open, &path("none.csv")]).code, 2);
+    let plain = diagnose(&["--stable", &open]);
+    assert_eq!(plain.code, 0);
+    assert_eq!(plain.err, "1 recording diagnosed: 1 undetermined; no conclusion on 1\n");
 }
 
 #[test]
@@ -157,51 +209,167 @@ fn determinism_a_resumed_batch_ends_like_an_uninterrupted_one() {
     let path = folder.path().display().to_string();
     let kept = tempfile::tempdir().unwrap();
     let kept = kept.path().join("kept.jsonl");
-    let run = || {
+    let run = |form: &str| {
         let kept = kept.display().to_string();
-        let outcome = diagnose(&["--stable", "--output-format", "json", "--resume", &kept, &path]);
-        // the first line says how much was done before
+        let outcome = diagnose(&["--stable", "--output-format", form, "--resume", &kept, &path]);
+        // the first line says how much was done before, the last how much now
         let (begin, rest) = outcome.err.split_once('\n').unwrap();
         assert!(begin.starts_with("diagnosing 14 recordings"), "{begin}");
-        (outcome.code, outcome.out, rest.to_owned())
+        let (last, others): (Vec<_>, Vec<_>) =
+            rest.lines().partition(|line| line.contains("diagnosed"));
+        let others = others.join("\n");
+        ((outcome.code, outcome.out, others), last.join("\n"))
     };
-    let whole = run();
-    let file = fs::read(&kept).unwrap();
-    assert_eq!(String::from_utf8(file.clone()).unwrap().lines().count(), 14);
-    for length in (0..=file.len()).step_by(97).chain([file.len() - 1, file.len()]) {
-        fs::write(&kept, &file[..length]).unwrap();
-        assert_eq!(run(), whole, "{length} bytes");
-        assert_eq!(fs::read(&kept).unwrap(), file, "{length} bytes");
+    for form in ["json", "jsonl", "csv", "human"] {
+        let _ = fs::remove_file(&kept);
+        let (whole, _) = run(form);
+        let file = fs::read(&kept).unwrap();
+        assert_eq!(String::from_utf8(file.clone()).unwrap().lines().count(), 15);
+        for length in (0..=file.len()).step_by(297).chain([file.len() - 1, file.len()]) {
+            fs::write(&kept, &file[..length]).unwrap();
+            assert_eq!(run(form).0, whole, "{form} {length} bytes");
+            assert_eq!(fs::read(&kept).unwrap(), file, "{form} {length} bytes");
+        }
+        assert_eq!(
+            run(form).1,
+            "0 recordings diagnosed now, 6 taken over: 1 healthy, 2 faulty, 2 undetermined, \
+             1 model-inadequate; no conclusion on 3; 8 failed"
+        );
     }
+}
+
+/// What has changed since is done again in its place: a recording whose file was replaced, one
+/// that could not be read, and one that was not there.
+#[test]
+fn what_is_not_the_same_recording_is_diagnosed_again() {
+    let folder = folder(&[
+        ("faulty-1.csv", GOOD),
+        ("healthy-1.csv", GOOD),
+        ("healthy-2.csv", ""),
+        ("partial-1.csv", GOOD),
+    ]);
+    let elsewhere = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let kept = |name: &str| elsewhere.path().join(name).display().to_string();
+    let batch = folder.path().display().to_string();
+    let run = |name: &str| {
+        let outcome = diagnose(&["--stable", "--resume", &kept(name), &batch]);
+        outcome.err.trim_end().rsplit('\n').next().unwrap().to_owned()
+    };
+    assert_eq!(
+        run("a"),
+        "3 recordings diagnosed: 1 healthy, 1 faulty, 1 undetermined; no conclusion on 1; 1 failed"
+    );
+    // as long and as old as before
+    let was = fs::metadata(path("faulty-1.csv")).unwrap().modified().unwrap();
+    fs::write(path("faulty-1.csv"), GOOD.replace(",3", ",4")).unwrap();
+    let file = fs::File::options().write(true).open(path("faulty-1.csv")).unwrap();
+    file.set_modified(was).unwrap();
+    fs::write(path("healthy-2.csv"), GOOD).unwrap();
+    fs::write(path("healthy-0.csv"), GOOD).unwrap();
+    assert_eq!(
+        run("a"),
+        "3 recordings diagnosed now, 2 taken over: 3 healthy, 1 faulty, 1 undetermined; no \
+         conclusion on 1"
+    );
+    run("b");
+    assert_eq!(fs::read(kept("a")).unwrap(), fs::read(kept("b")).unwrap());
 }
 
 #[test]
 fn answers_of_another_batch_are_not_gone_on_with() {
-    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD)]);
+    let folder = folder(&[("faulty.csv", GOOD), ("healthy.csv", GOOD), ("new.csv", GOOD)]);
     let path = |name: &str| folder.path().join(name).display().to_string();
     let kept = path("kept.jsonl");
     diagnose(&["--resume", &kept, &path("faulty.csv")]);
+    let text = fs::read_to_string(&kept).unwrap();
     let error = |arguments: &[&str]| {
         let error = try_diagnose(&[&["--resume", &kept], arguments].concat()).err().unwrap();
         format!("{error:#}").replace(&folder.path().display().to_string(), "[folder]")
     };
     assert_eq!(
         error(&[&path("healthy.csv")]),
-        "`[folder]/kept.jsonl` line 1 is of `[folder]/faulty.csv`, the batch has \
-         `[folder]/healthy.csv` there"
+        "`[folder]/kept.jsonl`: line 2 is of `[folder]/faulty.csv`, which is not in this batch"
     );
+    let faulty = path("faulty.csv");
+    let made = |before: &str, now: &str| {
+        format!(
+            "`[folder]/kept.jsonl`: its answers were made {before}, this run is {now}: give the \
+             same, or another file"
+        )
+    };
+    for (option, before, now) in [
+        ("--method=ei", "with `--method` `composite`", "with `--method` `ei`"),
+        ("--seed=7", "with `--seed` `0`", "with `--seed` `7`"),
+        ("--noise-a=0.02", "without `--noise-a`", "with `--noise-a` `0.02`"),
+        ("--map=current_a=I", "without `--map`", "with `--map` `current_a=I`"),
+        ("--max-delay-s=0.01", "without `--max-delay-s`", "with `--max-delay-s` `0.01`"),
+        ("--free-start", "without `--free-start`", "with `--free-start` `on`"),
+        ("--stable", "without `--stable`", "with `--stable` `on`"),
+        ("--id-from={id}_*", "without `--id-from`", "with `--id-from` `{id}_*`"),
+    ] {
+        assert_eq!(error(&[option, &faulty]), made(before, now));
+    }
+    let reference = fdi_core::recording_sha256(Path::new(&path("new.csv"))).unwrap();
     assert_eq!(
-        error(&["--method", "ei", &path("faulty.csv")]),
-        "`[folder]/kept.jsonl` line 1: was made with the method `composite`, now it is `ei`"
+        error(&["--reference", &path("new.csv"), &faulty]),
+        made("without `--reference`", &format!("with `--reference` `{reference}`"))
     );
-    let text = fs::read_to_string(&kept).unwrap();
-    fs::write(&kept, text.replace("00ff", "11ff")).unwrap();
-    assert_eq!(
-        error(&[&path("faulty.csv")]),
-        "`[folder]/kept.jsonl` line 1: was made with the bundle `11ff`, which is not used now"
-    );
-    fs::write(&kept, "{}\n").unwrap();
-    assert!(error(&[&path("faulty.csv")]).contains("line 1: is no answer of `diagnose`"));
+    fs::write(&kept, text.replace("\"00ff\"", "\"11ff\"")).unwrap();
+    assert_eq!(error(&[&faulty]), made("with `--bundle` `11ff`", "with `--bundle` `00ff`"));
+    for (other, why) in [
+        (text.lines().next().unwrap().to_owned() + "\n{}\n", "line 2: is no answer"),
+        ("{}\n".to_owned(), "its first line is not that of a file of `--resume`"),
+        ("my notes, not a line of answers".to_owned(), "its first line is not that"),
+        (text.replace(concat!("fdi ", env!("CARGO_PKG_VERSION")), "fdi 0.0.1"), "`fdi 0.0.1`"),
+    ] {
+        fs::write(&kept, &other).unwrap();
+        let error = error(&[&faulty]);
+        assert!(error.contains(why), "{error}");
+        assert_eq!(fs::read_to_string(&kept).unwrap(), other, "it is left as it was");
+    }
+}
+
+/// Two runs into one file would mix.
+#[test]
+fn a_file_of_answers_is_of_one_run_at_a_time() {
+    let folder = folder(&[("faulty.csv", GOOD), ("kept.jsonl", "")]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let file = fs::File::open(path("kept.jsonl")).unwrap();
+    file.lock().unwrap();
+    let error = try_diagnose(&["--resume", &path("kept.jsonl"), &path("faulty.csv")]);
+    let error = format!("{:#}", error.err().unwrap());
+    assert!(error.ends_with("is written by another run"), "{error}");
+}
+
+/// An older product outlives a run in which nothing could be read.
+#[test]
+fn an_older_product_is_replaced_only_by_something() {
+    let folder = folder(&[("faulty.csv", GOOD), ("x.csv", "")]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    for form in ["human", "json", "jsonl", "csv"] {
+        let (target, report) = (path("answers.out"), path("report.html"));
+        fs::write(&target, "of yesterday").unwrap();
+        fs::write(&report, "of yesterday").unwrap();
+        let options = ["--output-format", form, "--output", &target, "--report", &report];
+        let run = |recordings: &[&str]| diagnose(&[&options, recordings].concat());
+        let outcome = run(&[&path("x.csv"), &path("none.csv")]);
+        let said = format!("`{target}` is left as it was: no recording could be diagnosed\n");
+        assert!(outcome.code == 2 && outcome.err.contains(&said), "{form}: {}", outcome.err);
+        for file in [&target, &report] {
+            assert_eq!(fs::read_to_string(file).unwrap(), "of yesterday", "{form}");
+        }
+        run(&[&path("x.csv"), &path("faulty.csv")]);
+        for file in [&target, &report] {
+            assert!(fs::read_to_string(file).unwrap().contains("faulty"), "{form}");
+        }
+        fs::remove_file(&target).unwrap();
+        run(&[&path("x.csv")]);
+        let told = fs::read_to_string(&target).unwrap();
+        assert_eq!(told.contains("empty file"), form != "human", "{form}: {told}");
+    }
+    let left = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 4, "two recordings and two products");
 }
 
 #[test]

@@ -229,7 +229,7 @@ fn a_reader_that_goes_away_is_no_error_of_any_command() {
         &["man"],
         &[&EVALUATE[..], &["--stable"]].concat(),
     ] {
-        let mut child = command(machine.path(), arguments)
+        let mut child = command(machine.path(), &[arguments, &["--quiet"]].concat())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

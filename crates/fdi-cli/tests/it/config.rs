@@ -112,3 +112,52 @@ fn a_report_tells_the_settings_it_was_made_with() {
     }
     assert!(!html.contains("<td>default</td>"));
 }
+
+#[test]
+fn variables_are_checked_and_blamed() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = |variables: &[(&str, &str)], arguments: &[&str]| {
+        let (code, out, err) = fdi(folder.path(), variables, arguments);
+        assert_eq!((code, out.as_str()), (2, ""));
+        err
+    };
+    assert_eq!(
+        error(&[("FDI_DIAGNOSE_NOISE", "0.1")], &["schema", "recording"]),
+        "error: `FDI_DIAGNOSE_NOISE` in the environment is no setting; did you mean \
+         `FDI_DIAGNOSE_NOISE_A`?\n"
+    );
+    assert_eq!(
+        error(&[("FDI_WEATHER", "fine")], &["schema", "recording"]),
+        "error: `FDI_WEATHER` in the environment is no setting; `docs/config.md` lists them\n"
+    );
+    let seed = error(&[("FDI_SEED", "x")], &["schema", "recording"]);
+    assert!(seed.starts_with("error: `FDI_SEED`: invalid value 'x'"), "{seed}");
+    let noise = error(&[("FDI_DIAGNOSE_NOISE_A", "-1")], &["diagnose", "r.csv"]);
+    assert!(noise.starts_with("error: `FDI_DIAGNOSE_NOISE_A`: invalid value '-1'"), "{noise}");
+    let method = error(&[("FDI_DIAGNOSE_METHOD", "eis")], &["diagnose", "r.csv"]);
+    assert!(method.starts_with("error: `FDI_DIAGNOSE_METHOD`: invalid value 'eis'"), "{method}");
+    assert!(method.contains("[possible values: composite"), "{method}");
+    // the flag is to blame where it is the flag's value
+    let flag = error(&[("FDI_SEED", "x")], &["--seed", "x", "schema", "recording"]);
+    assert!(flag.starts_with("error: invalid value 'x' for '--seed"), "{flag}");
+    let (code, out, _) = fdi(folder.path(), &[("FDI_WEATHER", "fine")], &["--help"]);
+    assert!(code == 0 && out.contains("Usage: fdi"), "help is there whatever is set");
+}
+
+#[test]
+fn help_keeps_to_the_colour_that_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = |variables: &[(&str, &str)], arguments: &[&str]| {
+        let (code, out, _) = fdi(folder.path(), variables, arguments);
+        assert!(code == 0 && out.contains("Usage:"), "{out}");
+        out.contains('\u{1b}')
+    };
+    let forced = [("CLICOLOR_FORCE", "1")];
+    assert!(help(&[], &["--color", "always", "--help"]));
+    assert!(help(&forced, &["--help"]));
+    assert!(!help(&forced, &["--color", "never", "--help"]));
+    assert!(!help(&forced, &["diagnose", "--help", "--color=never"]));
+    assert!(!help(&[("CLICOLOR_FORCE", "1"), ("FDI_COLOR", "never")], &["help"]));
+    fs::write(folder.path().join("fdi.toml"), "color = \"never\"\n").unwrap();
+    assert!(!help(&forced, &["--help"]));
+}

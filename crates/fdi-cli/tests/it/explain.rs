@@ -125,14 +125,14 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
         }),
     );
     let sentence = |arguments: &[&str]| {
-        let (code, out, err) = explain(folder.path(), arguments);
+        let (code, out, err) = explain(folder.path(), &[&["-q"], arguments].concat());
         assert_eq!((code, err.as_str()), (Some(0), ""));
         out.lines().next().unwrap_or_default().to_owned()
     };
     assert_eq!(
         sentence(&["--train", "no-command.csv"]),
         "No conclusion: no-command.csv: no command (`command_rad`, `command_m` or a speed \
-         command): what the controller was asked for is not known."
+         command): what the controller was asked for is not known (`--command` names it)."
     );
     assert_eq!(
         sentence(&["--train", "one.csv"]),
@@ -150,4 +150,52 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     let (code, _, err) = explain(folder.path(), &["--train", "one.csv", "--output-format", "csv"]);
     assert_eq!(code, Some(2));
     assert!(err.contains("no table of this"), "{err}");
+}
+
+/// The last line of `fdi diagnose`, run as it stands by a shell.
+#[test]
+fn the_hint_of_a_diagnosis_leads_to_an_explanation() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/models");
+    let nominal = fs::read_to_string(models.join("ema-48.toml")).unwrap();
+    let hidden = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.02 }\n";
+    fs::write(folder.path().join("true.toml"), format!("{nominal}\n{hidden}")).unwrap();
+    let program = assert_cmd::cargo::cargo_bin!("fdi");
+    let shell = |line: &str| {
+        let line = format!("fdi() {{ '{}' \"$@\"; }}\n{line}", program.display());
+        let mut command = Command::new("sh");
+        let output = command.current_dir(folder.path()).args(["-c", &line]).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    for seed in ["1", "2"] {
+        let options = "--model true.toml --noise-a 0.02 --adc-bits 12";
+        let (code, _, err) = shell(&format!("fdi simulate {options} --seed {seed} -o {seed}.csv"));
+        assert_eq!(code, Some(0), "{err}");
+        // a logger does not know what the controller was asked for
+        let file = folder.path().join(format!("{seed}.csv"));
+        let text = fs::read_to_string(&file).unwrap();
+        fs::write(&file, text.replacen("# command = \"chirp\"\n", "", 1)).unwrap();
+    }
+    let (code, _, err) = shell("fdi diagnose 1.csv 2.csv");
+    assert_eq!(code, Some(0), "{err}");
+    let hint = err.lines().last().unwrap_or_default();
+    let line = hint.split('`').nth(1).unwrap_or_default();
+    assert_eq!(line, "fdi explain --model ema-48 --command chirp --train 1.csv 2.csv");
+    let (code, out, err) = shell(line);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.starts_with("The model misses cogging (E11)"), "{out}");
+    // one alone needs a second, and the hint says so
+    let (_, _, err) = shell("fdi diagnose 1.csv");
+    let line = err.lines().last().unwrap_or_default();
+    assert!(line.contains("--holdout SECOND.csv`, where `SECOND.csv` is a second"), "{line}");
+    let line = line.split('`').nth(1).unwrap_or_default().replace("SECOND", "2");
+    let (code, out, err) = shell(&line);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.starts_with("The model misses cogging (E11)"), "{out}");
+    // no conclusion is not that the model is right
+    let open = "fdi explain --exit-code --train 1.csv --holdout 2.csv";
+    assert_eq!(shell(open).0, Some(3));
+    let (code, _, err) = shell("fdi explain --command 1.csv --train 1.csv --holdout 2.csv");
+    assert!(code == Some(2) && err.contains("1.csv: no command (`command_rad`"), "{err}");
 }

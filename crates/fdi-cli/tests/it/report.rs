@@ -314,6 +314,7 @@ fn an_explanation_has_its_report() {
         page,
         "--figures",
         figures,
+        "--quiet",
     ]);
     assert_eq!((code, err.as_str()), (0, ""));
     let html = text(Path::new(page));
@@ -367,6 +368,7 @@ fn an_experiment_has_its_report() {
         &page,
         "--figures",
         &figures,
+        "--quiet",
     ]);
     assert_eq!((code, err.as_str()), (0, ""));
     let html = text(Path::new(&page));

@@ -75,6 +75,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
     });
     RecordDiagnosis {
         recording: recording.name.clone(),
+        recording_sha256: None,
         actuator_id: None,
         date: None,
         status: Status::Ok,

@@ -32,7 +32,8 @@ impl Target {
 pub(super) struct Entry {
     pub(super) target: Target,
     pub(super) column: String,
-    pub(super) factor: f64,
+    /// Where one is given: it goes before the unit that the file states.
+    pub(super) factor: Option<f64>,
 }
 
 /// Columns of a file that stand for channels under other names or units.
@@ -105,7 +106,8 @@ fn hint(nearest: Option<&'static str>) -> String {
 impl ColumnMap {
     /// Reads entries of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`.
     ///
-    /// The value of the channel is that of the column times the factor. What
+    /// The value of the channel is that of the column times the factor; without a factor, times
+    /// what makes SI of the unit that the file states for the column, if it states one. What
     /// follows the last `*` is the factor only where it is a number, so a column
     /// whose name holds a `*` can be named.
     ///
@@ -153,15 +155,15 @@ impl FromStr for Entry {
         let form = || ColumnMapError::Form { entry: text.to_owned() };
         let (name, rest) = text.split_once('=').ok_or_else(form)?;
         let (name, rest) = (name.trim(), rest.trim());
-        let (column, factor): (&str, f64) = rest
+        let (column, factor): (&str, Option<f64>) = rest
             .rsplit_once('*')
-            .and_then(|(column, factor)| Some((column.trim(), factor.trim().parse().ok()?)))
-            .unwrap_or((rest, 1.0));
+            .and_then(|(column, factor)| Some((column.trim(), Some(factor.trim().parse().ok()?))))
+            .unwrap_or((rest, None));
         if name.is_empty() || column.is_empty() {
             return Err(form());
         }
         let target = Target::from_column(name).ok_or_else(|| unknown(name))?;
-        if !factor.is_finite() || factor == 0.0 {
+        if let Some(factor) = factor.filter(|factor| !factor.is_finite() || *factor == 0.0) {
             return Err(ColumnMapError::Factor { name: target.column(), factor });
         }
         Ok(Self { target, column: column.to_owned(), factor })
@@ -186,8 +188,11 @@ mod tests {
             .iter()
             .map(|entry| (entry.target.column(), entry.column.as_str(), entry.factor))
             .collect();
-        let want =
-            [("time_s", "t [ms]", 1e-3), ("current_a", "i*q", 1.0), ("load_n_m", "x=y", -2.0)];
+        let want = [
+            ("time_s", "t [ms]", Some(1e-3)),
+            ("current_a", "i*q", None),
+            ("load_n_m", "x=y", Some(-2.0)),
+        ];
         assert_eq!(read, want);
     }
 

@@ -9,6 +9,7 @@ use super::{
     Channel, ChannelName, ColumnMap, MOST_PLAUSIBLE, Metadata, OtherColumn, RecordError, Recording,
     RecordingDate,
     column_map::{Entry, Target},
+    unit::{self, StatedUnit},
 };
 
 /// Most numbers that one recording may hold in its channels: a day of six channels at
@@ -33,6 +34,39 @@ pub(super) struct Head {
     pub(super) samples: usize,
     /// The time axis that the format gives it.
     pub(super) clock: Clock,
+    /// The unit that the file states for it.
+    pub(super) unit: Option<String>,
+}
+
+impl Head {
+    /// What makes SI of its numbers where it is this channel, unless a map has a factor.
+    fn factor(&self, target: Target, mapped: Option<&Entry>) -> Result<f64, RecordError> {
+        if let Some(factor) = mapped.and_then(|entry| entry.factor) {
+            return Ok(factor);
+        }
+        let Some(stated) = self.stated_unit() else { return Ok(1.0) };
+        let expected = unit::si_unit(target);
+        unit::factor(stated, expected).ok_or_else(|| RecordError::UnitUnknown {
+            column: self.path.clone(),
+            unit: stated.to_owned(),
+            channel: target.column(),
+            expected,
+        })
+    }
+
+    /// What is to be told of it: a unit that is not the SI unit, or whose factor a map replaces.
+    fn converted(&self, used: Target, mapped: Option<&Entry>, factor: f64) -> Option<StatedUnit> {
+        let stated = self.stated_unit()?;
+        let is_mapped = mapped.is_some_and(|entry| entry.factor.is_some());
+        let own = unit::factor(stated, unit::si_unit(used));
+        let told = factor != 1.0 || own != Some(factor);
+        let (column, unit) = (self.path.clone(), stated.to_owned());
+        told.then_some(StatedUnit { column, unit, factor, is_mapped })
+    }
+
+    fn stated_unit(&self) -> Option<&str> {
+        self.unit.as_deref().map(str::trim).filter(|unit| !unit.is_empty())
+    }
 }
 
 /// The time axis that a format itself gives a column.
@@ -103,12 +137,27 @@ pub(super) fn assemble(
     for wanted in &plan.channels {
         channels.extend(channel(wanted, container, &mut axes)?);
     }
+    let heads = container.heads();
+    let is_empty = |wanted: &Wanted| heads[wanted.column].path.clone();
+    if channels.is_empty() && !heads.is_empty() {
+        let columns: Vec<_> = plan.channels.iter().map(is_empty).collect();
+        let rowless = heads.iter().all(|head| head.samples == 0);
+        if !columns.is_empty() || rowless {
+            return Err(RecordError::NoRows { columns });
+        }
+    }
     let other_columns = plan.others.iter().map(|&index| {
         let head = &container.heads()[index];
         OtherColumn::unread(head.path.clone(), head.samples)
     });
-    let recording =
-        Recording { name, metadata, channels, other_columns: other_columns.collect(), lines: None };
+    let recording = Recording {
+        name,
+        metadata,
+        channels,
+        other_columns: other_columns.collect(),
+        lines: None,
+        stated_units: plan.units.clone(),
+    };
     recording.check_stated_rate()?;
     Ok(recording)
 }
@@ -157,6 +206,7 @@ struct Plan {
     channels: Vec<Wanted>,
     times: Vec<TimeColumn>,
     others: Vec<usize>,
+    units: Vec<StatedUnit>,
 }
 
 impl Plan {
@@ -187,10 +237,12 @@ impl Plan {
                 // a name that is one column's whole path means that column alone
                 entry.column == head.name && heads.iter().all(|other| other.path != entry.column)
             });
-            let (target, factor) = match by_path.or(by_name) {
-                Some(entry) => (Some(entry.target), entry.factor),
-                None => (Target::from_column(&head.name).filter(|&own| !map.maps(own)), 1.0),
-            };
+            let mapped = by_path.or(by_name);
+            let own = || Target::from_column(&head.name).filter(|&own| !map.maps(own));
+            let target = mapped.map(|entry| entry.target).or_else(own);
+            let used = target.or_else(|| is_clock(heads, column).then_some(Target::Time));
+            let factor = used.map_or(Ok(1.0), |used| head.factor(used, mapped))?;
+            plan.units.extend(used.and_then(|used| head.converted(used, mapped, factor)));
             match target {
                 Some(Target::Time) => plan.times.push(TimeColumn { column, factor }),
                 Some(Target::Channel(channel)) => {
@@ -256,7 +308,10 @@ impl Axes<'_> {
             return self.column(time);
         }
         match head.clock {
-            Clock::Column(column) => return self.column(TimeColumn { column, factor: 1.0 }),
+            Clock::Column(column) => {
+                let factor = heads[column].factor(Target::Time, None)?;
+                return self.column(TimeColumn { column, factor });
+            }
             Clock::Uniform { start_s, step_s } => return uniform(start_s, step_s, samples, head),
             Clock::Unstated => {}
         }
@@ -412,6 +467,7 @@ mod tests {
 
     fn file(columns: &[(&str, &str, Clock, &[f64])]) -> Fixed {
         let heads = columns.iter().map(|&(group, name, clock, values)| Head {
+            unit: None,
             group: (!group.is_empty()).then(|| group.to_owned()),
             name: name.to_owned(),
             path: if group.is_empty() { name.to_owned() } else { format!("{group}/{name}") },
@@ -516,5 +572,79 @@ mod tests {
         for (value, want) in cases {
             assert_eq!(decimals(value), want, "{value}");
         }
+    }
+
+    fn in_unit(unit: &str, map: &[&str]) -> Result<Recording, RecordError> {
+        let mut file = file(&[
+            ("g", "time_s", Clock::Unstated, &[0.0, 1.0]),
+            ("g", "i", Clock::Unstated, &[1000.0, 2000.0]),
+        ]);
+        file.heads[1].unit = Some(unit.to_owned());
+        assemble("r".to_owned(), &file, &ColumnMap::new(map).unwrap())
+    }
+
+    #[test]
+    fn units_that_the_file_states_are_looked_at() {
+        let read = |unit: &str, map: &str| {
+            let recording = in_unit(unit, &[map]).unwrap();
+            let value = recording.channel(ChannelName::Current).unwrap().values()[0];
+            let told: Vec<_> = recording
+                .stated_units()
+                .iter()
+                .map(|one| (one.unit.clone(), one.factor, one.is_mapped))
+                .collect();
+            (value, told)
+        };
+        assert_eq!(read("A", "current_a=i"), (1000.0, vec![]));
+        assert_eq!(read("  ", "current_a=i"), (1000.0, vec![]));
+        assert_eq!(read("mA", "current_a=i"), (1.0, vec![("mA".to_owned(), 1e-3, false)]));
+        // a factor that is given goes before the unit, and that is told too
+        assert_eq!(read("mA", "current_a=i*2"), (2000.0, vec![("mA".to_owned(), 2.0, true)]));
+        assert_eq!(
+            read("counts", "current_a=i*2"),
+            (2000.0, vec![("counts".to_owned(), 2.0, true)])
+        );
+        assert_eq!(
+            in_unit("Nm", &["current_a=i"]).unwrap_err().to_string(),
+            "column `g/i` is in `Nm` as the file says, `current_a` in A: say by what it is to be \
+             multiplied (`--map current_a=g/i*FACTOR`)"
+        );
+        // what is no channel may be in anything
+        assert!(in_unit("furlong", &[]).is_ok());
+    }
+
+    #[test]
+    fn the_unit_of_a_time_axis_is_looked_at() {
+        let mut file = file(&[
+            ("g", "t", Clock::Unstated, &[0.0, 500.0]),
+            ("g", "current_a", Clock::Column(0), &[1.0, 2.0]),
+        ]);
+        file.heads[0].unit = Some("ms".to_owned());
+        let recording = assemble("r".to_owned(), &file, &ColumnMap::default()).unwrap();
+        assert_eq!(recording.channel(ChannelName::Current).unwrap().times_s(), [0.0, 0.5]);
+        assert_eq!(recording.stated_units().len(), 1);
+        file.heads[0].unit = Some("lap".to_owned());
+        let error = assemble("r".to_owned(), &file, &ColumnMap::default()).unwrap_err();
+        assert!(error.to_string().starts_with("column `g/t` is in `lap`"), "{error}");
+    }
+
+    #[test]
+    fn files_without_rows_are_told_apart_from_files_without_channels() {
+        let error = |columns: &[(&str, &str, Clock, &[f64])]| {
+            let read = assemble("r".to_owned(), &file(columns), &ColumnMap::default());
+            read.unwrap_err().to_string()
+        };
+        let none: &[f64] = &[];
+        assert_eq!(
+            error(&[
+                ("", "time_s", Clock::Unstated, none),
+                ("", "current_a", Clock::Unstated, none)
+            ]),
+            "no samples: the file has `current_a` and no rows of it"
+        );
+        assert_eq!(
+            error(&[("", "x", Clock::Unstated, none)]),
+            "no samples: the file has columns and no rows"
+        );
     }
 }

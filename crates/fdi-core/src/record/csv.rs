@@ -41,7 +41,14 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
         table.push(&record, line).map_err(|problem| problem.at(line, &table))?;
     }
     let Rows { channels, other_columns, lines } = table.finish(header_line)?;
-    let recording = Recording { name, metadata, channels, other_columns, lines: Some(lines) };
+    let recording = Recording {
+        name,
+        metadata,
+        channels,
+        other_columns,
+        lines: Some(lines),
+        stated_units: Vec::new(),
+    };
     recording.check_stated_rate()?;
     Ok(recording)
 }
@@ -340,7 +347,7 @@ impl KnownColumn {
 /// What a column is, after mapping: a mapped channel hides the column of its own name.
 fn target_of(column: &str, map: &ColumnMap) -> (Option<Target>, f64) {
     if let Some(entry) = map.of_column(column) {
-        return (Some(entry.target), entry.factor);
+        return (Some(entry.target), entry.factor.unwrap_or(1.0));
     }
     (Target::from_column(column).filter(|&target| !map.maps(target)), 1.0)
 }

@@ -20,6 +20,9 @@ pub enum RecordError {
         /// What it said.
         reason: io::Error,
     },
+    /// A folder, a pipe or a device.
+    #[error("not a regular file")]
+    NotAFile,
     /// The extension is not that of a recording.
     #[error("not a recording: expected {}", FileFormat::listed())]
     UnknownFormat,
@@ -190,6 +193,27 @@ pub enum RecordError {
     HeaderOnly {
         /// Line of the header, from 1.
         line: u64,
+    },
+    /// The columns of a file that is not text hold no samples.
+    #[error("no samples: {}", rowless(columns))]
+    NoRows {
+        /// Those that would be channels.
+        columns: Vec<String>,
+    },
+    /// A file states a unit for a column that is not one of its channel.
+    #[error(
+        "column `{column}` is in `{unit}` as the file says, `{channel}` in {expected}: say by what \
+         it is to be multiplied (`--map {channel}={column}*FACTOR`)"
+    )]
+    UnitUnknown {
+        /// The column.
+        column: String,
+        /// The unit as stated.
+        unit: String,
+        /// The channel that it would be.
+        channel: &'static str,
+        /// The channel's unit.
+        expected: &'static str,
     },
     /// A row has more or fewer cells than the header.
     #[error("line {line} has {found} cells, the header has {expected}")]
@@ -408,6 +432,14 @@ fn list<T: ToString>(names: &[T]) -> String {
     let rest = names.len().saturating_sub(SHOWN);
     let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
     format!("{}{more}", shown.join(", "))
+}
+
+/// Which columns a file without rows has.
+fn rowless(columns: &[String]) -> String {
+    if columns.is_empty() {
+        return "the file has columns and no rows".to_owned();
+    }
+    format!("the file has {} and no rows of it", list(columns))
 }
 
 fn columns_are(columns: &[String]) -> String {

@@ -140,7 +140,7 @@ impl MatFile {
             Column::Other(_) => 0,
         };
         let group = group.map(str::to_owned);
-        self.heads.push(Head { group, name, path, samples, clock: Clock::Unstated });
+        self.heads.push(Head { group, name, path, samples, clock: Clock::Unstated, unit: None });
         self.columns.push(column);
     }
 }

@@ -112,7 +112,17 @@ impl RecordingDate {
     /// The date if `text` is one, such as `2026-11-21` or `2026-11-21T09:30:00Z`.
     pub fn parse(text: &str) -> Option<Self> {
         let date = toml::value::Datetime::from_str(text).ok()?;
-        date.date.is_some().then(|| Self(date.to_string()))
+        let exists = |day: toml::value::Date| {
+            let leap = day.year.is_multiple_of(4)
+                && (!day.year.is_multiple_of(100) || day.year.is_multiple_of(400));
+            let last = match day.month {
+                2 => 28 + u8::from(leap),
+                4 | 6 | 9 | 11 => 30,
+                _ => 31,
+            };
+            (1..=last).contains(&day.day)
+        };
+        date.date.is_some_and(exists).then(|| Self(date.to_string()))
     }
 
     /// As RFC 3339 text.
@@ -396,6 +406,18 @@ mod tests {
     fn dates_need_a_day() {
         assert!(RecordingDate::parse("2026-11-21T09:30:00Z").is_some());
         assert!(RecordingDate::parse("09:30:00").is_none());
-        assert!(RecordingDate::parse("2026-13-01").is_none());
+        for (text, is_day) in [
+            ("2026-13-01", false),
+            ("2026-02-30", false),
+            ("2026-02-29", false),
+            ("2024-02-29", true),
+            ("2000-02-29", true),
+            ("1900-02-29", false),
+            ("2026-04-31", false),
+            ("2026-12-31", true),
+            ("2026-02-30T09:30:00Z", false),
+        ] {
+            assert_eq!(RecordingDate::parse(text).is_some(), is_day, "{text}");
+        }
     }
 }

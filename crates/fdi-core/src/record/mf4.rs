@@ -59,6 +59,7 @@ impl MdfFile {
                         path: format!("{title}/{}", channel.name),
                         name: channel.name.clone(),
                         samples,
+                        unit: Some(channel.unit.clone()),
                         clock: match master {
                             Some(master) if master != c => Clock::Column(first + master),
                             _ => Clock::Unstated,

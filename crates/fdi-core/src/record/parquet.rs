@@ -61,7 +61,14 @@ impl ParquetFile {
                 .filter_map(|group| group.columns().get(index))
                 .map(|chunk| usize::try_from(chunk.num_values()).unwrap_or(usize::MAX))
                 .fold(0, usize::saturating_add);
-            Head { group: None, path: name.clone(), name, samples, clock: Clock::Unstated }
+            Head {
+                group: None,
+                path: name.clone(),
+                name,
+                samples,
+                clock: Clock::Unstated,
+                unit: None,
+            }
         });
         let heads = heads.collect();
         Ok(Self { reader, bytes, heads })

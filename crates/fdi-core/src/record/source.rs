@@ -60,6 +60,10 @@ pub(super) fn read_bytes(path: &Path) -> Result<(FileFormat, Vec<u8>), RecordErr
         fs::metadata(path).map_err(unreadable)?;
         return Err(RecordError::UnknownFormat);
     };
+    // a pipe without a writer would never open
+    if !fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(RecordError::NotAFile);
+    }
     let file = File::open(path).map_err(unreadable)?;
     let raw = read_up_to(LIMIT_BYTES, file).map_err(unreadable)?;
     if raw.len() as u64 > LIMIT_BYTES {

@@ -15,6 +15,8 @@ const LEAD_IN_BYTES: usize = 28;
 const DAQMX: [u32; 2] = [0x0000_1269, 0x0000_126a];
 /// An object without data in this segment.
 const NO_DATA: u32 = 0xffff_ffff;
+/// Length of a segment whose writer was interrupted.
+const UNFINISHED: u64 = u64::MAX;
 /// Longest path of an object.
 const LONGEST_NAME: usize = 1024;
 /// Most pieces that the data of all channels may be in.
@@ -135,8 +137,8 @@ impl TdmsFile {
         while bytes.len() - at >= LEAD_IN_BYTES {
             at = index.segment(&bytes, at)?;
         }
-        if at == 0 {
-            return Err(damaged("ends within the lead-in"));
+        if at == 0 || at < bytes.len() {
+            return Err(damaged("truncated: ends within the lead-in of a segment"));
         }
         let mut file =
             Self { bytes, objects: index.objects, columns: Vec::new(), heads: Vec::new() };
@@ -152,6 +154,10 @@ impl TdmsFile {
                 name,
                 samples,
                 clock: clock(object, earliest),
+                unit: match object.properties.get("unit_string") {
+                    Some(Property::Text(unit)) => Some(unit.clone()),
+                    _ => None,
+                },
             });
         }
         Ok(file)
@@ -205,6 +211,10 @@ impl Index {
         let _version = lead_in.u32()?;
         let (next, data) = (lead_in.u64()?, lead_in.u64()?);
         let rest = bytes.len() - at - LEAD_IN_BYTES;
+        if next != UNFINISHED && next > rest as u64 {
+            let missing = next - rest as u64;
+            return Err(damaged(&format!("truncated: its last {missing} bytes are not there")));
+        }
         // a writer that was interrupted has not filled in the length
         let length = usize::try_from(next).unwrap_or(usize::MAX).min(rest);
         let data = usize::try_from(data).unwrap_or(usize::MAX);
@@ -600,7 +610,68 @@ mod tests {
     #[test]
     fn what_is_no_file_of_this_kind_is_refused() {
         let error = |bytes: &[u8]| TdmsFile::open(bytes.to_vec()).unwrap_err().to_string();
-        assert_eq!(error(b"TDSm"), "damaged `.tdms` file: ends within the lead-in");
+        assert_eq!(
+            error(b"TDSm"),
+            "damaged `.tdms` file: truncated: ends within the lead-in of a segment"
+        );
         assert_eq!(error(&[0; 40]), "damaged `.tdms` file: no segment where one should begin");
+    }
+
+    fn text(bytes: &mut Vec<u8>, text: &str) {
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.as_bytes());
+    }
+
+    /// A file of one segment with one channel, in the layout of the tutorial.
+    fn file(values: &[f64], unit: &str) -> Vec<u8> {
+        let mut metadata = 1_u32.to_le_bytes().to_vec();
+        text(&mut metadata, "/'g'/'current_a'");
+        for word in [20_u32, 10, 1] {
+            metadata.extend(word.to_le_bytes());
+        }
+        metadata.extend((values.len() as u64).to_le_bytes());
+        metadata.extend(2_u32.to_le_bytes());
+        text(&mut metadata, "unit_string");
+        metadata.extend(0x20_u32.to_le_bytes());
+        text(&mut metadata, unit);
+        text(&mut metadata, "wf_increment");
+        metadata.extend(10_u32.to_le_bytes());
+        metadata.extend(0.5_f64.to_le_bytes());
+        let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let mut bytes = b"TDSm".to_vec();
+        bytes.extend(0b1110_u32.to_le_bytes());
+        bytes.extend(4713_u32.to_le_bytes());
+        bytes.extend(((metadata.len() + data.len()) as u64).to_le_bytes());
+        bytes.extend((metadata.len() as u64).to_le_bytes());
+        [bytes, metadata, data].concat()
+    }
+
+    fn read(bytes: Vec<u8>) -> Result<Vec<f64>, String> {
+        let map = super::super::ColumnMap::default();
+        let read = super::super::Recording::from_bytes("r", FileFormat::Tdms, bytes, &map);
+        let recording = read.map_err(|error| error.to_string())?;
+        Ok(recording.channels()[0].values().to_vec())
+    }
+
+    #[test]
+    fn units_rows_and_ends_are_looked_at() {
+        let values = [1000.0, -250.0];
+        assert_eq!(read(file(&values, "A")), Ok(values.to_vec()));
+        assert_eq!(read(file(&values, "mA")), Ok(vec![1.0, -0.25]));
+        let refused = read(file(&values, "psi")).unwrap_err();
+        assert!(
+            refused.starts_with("column `g/current_a` is in `psi` as the file says"),
+            "{refused}"
+        );
+        assert_eq!(
+            read(file(&[], "A")),
+            Err("no samples: the file has `g/current_a` and no rows of it".to_owned())
+        );
+        let mut short = file(&values, "A");
+        short.truncate(short.len() - 3);
+        assert_eq!(
+            read(short),
+            Err("damaged `.tdms` file: truncated: its last 3 bytes are not there".to_owned())
+        );
     }
 }

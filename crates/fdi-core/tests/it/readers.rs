@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use fdi_core::{ChannelName, ColumnMap, OtherColumn, RecordError, Recording};
+use fdi_core::{ChannelName, ColumnMap, FileFormat, OtherColumn, RecordError, Recording};
 
 /// Doubles are stored as they are; only an axis that is stated as a step is computed, to a
 /// few units in the last place of times below a second.
@@ -149,6 +149,30 @@ mod mf4 {
         }
     }
 
+    /// The file states ampere for its currents; with volt in the same places they are refused, unless
+    /// a factor says what to make of them.
+    #[test]
+    fn stated_units_are_looked_at() {
+        let mut bytes = std::fs::read(path("asammdf-plain.mf4")).unwrap();
+        // a text block: its name, 20 bytes of header, the text
+        let is_ampere =
+            |at: &usize| bytes[*at..].starts_with(b"##TX") && bytes[*at + 24..].starts_with(b"A\0");
+        let places: Vec<usize> = (0..bytes.len() - 26).filter(is_ampere).collect();
+        assert!(!places.is_empty());
+        for at in places {
+            bytes[at + 24] = b'V';
+        }
+        let read = |map: &[&str]| {
+            let map = ColumnMap::new(map).unwrap();
+            Recording::from_bytes("r.mf4", FileFormat::Mf4, bytes.clone(), &map)
+        };
+        let error = read(&[]).unwrap_err().to_string();
+        assert!(error.contains("is in `V` as the file says, `phase_a_current_a` in A"), "{error}");
+        let map = ["a", "b", "c"].map(|x| format!("phase_{x}_current_a=phase_{x}_current_a*2"));
+        let recording = read(&map.each_ref().map(String::as_str)).unwrap();
+        assert_eq!(recording.stated_units().len(), 3);
+    }
+
     /// Twelve bits over 20 A: the error of rounding is half a step.
     #[test]
     fn conversions_are_applied() {
@@ -170,6 +194,19 @@ mod tdms {
     #[test]
     fn versus_nptdms_waveforms_in_segments() {
         assert_metadata(&assert_twin("nptdms-waveform.tdms", &[], &PHASES_AND_ANGLE));
+    }
+
+    /// Wherever a copy breaks off, it is damaged: neither another file nor one without channels.
+    #[test]
+    fn truncated_copies_are_called_that() {
+        let whole = std::fs::read(path("nptdms-waveform.tdms")).unwrap();
+        for length in [10, 30, whole.len() / 3, whole.len() / 2, whole.len() - 1] {
+            let bytes = whole[..length].to_vec();
+            let map = ColumnMap::default();
+            let error = Recording::from_bytes("r", FileFormat::Tdms, bytes, &map).unwrap_err();
+            let error = error.to_string();
+            assert!(error.starts_with("damaged `.tdms` file: truncated: "), "{length}: {error}");
+        }
     }
 
     #[test]

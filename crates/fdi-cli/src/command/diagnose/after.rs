@@ -12,6 +12,7 @@ use fdi_core::{
 use super::Batch;
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, Streams,
+    command::{lacks, says_its_command},
     html_report::{self, DiagnosisReport, put},
     output::{TOOL, Tally},
     stamp,
@@ -31,11 +32,20 @@ pub(super) fn batch(
     records: Option<&[RecordDiagnosis]>,
     streams: &mut Streams<'_>,
 ) -> Result<()> {
-    let next = next_command(&tally.unexplained, args, batch.diagnoser.model_name());
+    let next = next_command(batch, &tally.unexplained, &args.map.map);
     if let (Some(next), false) = (&next, global.quiet) {
         streams.say(format_args!("\nhint: {next}"));
     }
     let Some(records) = records else { return Ok(()) };
+    let older = args.report.report.as_deref().filter(|path| path.exists());
+    if let (true, Some(older)) = (tally.is_empty(), older) {
+        let name = older.display();
+        if !global.quiet {
+            streams
+                .say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+        }
+        return Ok(());
+    }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
     let made = global.stamp.then(stamp::now);
     html_report::write(&args.report, || {
@@ -75,39 +85,106 @@ fn beside(report: &Path, extension: &str) -> PathBuf {
 const NAMED: usize = 12;
 
 /// What to run when the model does not explain recordings.
-fn next_command(
-    unexplained: &[String],
-    args: &DiagnoseArgs,
-    model: Option<&str>,
-) -> Option<String> {
+fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> Option<String> {
     // a program without the command must not advise it
     Cli::command().find_subcommand("explain")?;
-    explain(unexplained, &args.map.map, model)
+    let read = |name: &String| {
+        let recording = Recording::read(Path::new(name), &batch.map).ok()?;
+        let lacks = lacks(&recording);
+        let command = if says_its_command(&recording) {
+            Asked::Told
+        } else {
+            match batch.diagnoser.command_name(&recording) {
+                Some(name @ ("chirp" | "sine")) => Asked::Assumed(name.to_owned()),
+                _ => Asked::Unknown,
+            }
+        };
+        Some(Unexplained { name: name.clone(), lacks, command })
+    };
+    let first: Vec<_> = unexplained.iter().filter_map(read).take(NAMED).collect();
+    advice(&first, unexplained.len(), maps, batch.diagnoser.model_name())
 }
 
-/// The command that finds what the simulation of these recordings gets wrong.
-fn explain(unexplained: &[String], maps: &[String], model: Option<&str>) -> Option<String> {
-    if unexplained.is_empty() {
-        return None;
-    }
-    let mut words = vec!["fdi explain".to_owned()];
-    // a model that is neither a preset nor a file here is a file that the user knows
-    words.extend(model.map(|name| match read_model(name) {
-        Ok(_) => format!("--model {}", quoted(name)),
-        Err(_) => format!("--model {}", quoted(&format!("{name}.toml"))),
-    }));
-    words.extend(maps.iter().map(|map| format!("--map {}", quoted(map))));
-    words.push("--train".to_owned());
-    words.extend(unexplained.iter().take(NAMED).map(|name| quoted(name)));
-    let command = words.join(" ");
-    let what = match unexplained.len() {
+/// A recording that the model does not explain.
+struct Unexplained {
+    name: String,
+    /// A column without which there is no conclusion.
+    lacks: Option<&'static str>,
+    command: Asked,
+}
+
+/// How it is known what a recording was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Asked {
+    Told,
+    /// The diagnosis took it for the test of that name.
+    Assumed(String),
+    Unknown,
+}
+
+/// The command that finds what the simulation of these recordings gets wrong, or what they lack for it.
+fn advice(
+    unexplained: &[Unexplained],
+    count: usize,
+    maps: &[String],
+    model: Option<&str>,
+) -> Option<String> {
+    let first = unexplained.first()?;
+    let what = match count {
         1 => "1 recording".to_owned(),
         count => format!("{count} recordings"),
     };
-    let first =
-        if unexplained.len() > NAMED { format!(" (the first {NAMED})") } else { String::new() };
+    let whole: Vec<_> = unexplained.iter().filter(|one| one.lacks.is_none()).collect();
+    if let (true, Some(column)) = (whole.is_empty(), first.lacks) {
+        return Some(format!(
+            "the model does not explain {what}; `fdi explain` could tell what it gets wrong from \
+             recordings with the column `{column}` (`--map {column}=COLUMN` names it)"
+        ));
+    }
+    // one command is for all that do not say theirs
+    let assumed = whole.iter().find_map(|one| match &one.command {
+        Asked::Assumed(name) => Some(name.clone()),
+        _ => None,
+    });
+    let fits = |one: &&&Unexplained| match &one.command {
+        Asked::Told => true,
+        Asked::Assumed(name) => Some(name) == assumed.as_ref(),
+        Asked::Unknown => assumed.is_none(),
+    };
+    let chosen: Vec<_> = whole.iter().filter(fits).collect();
+    let mut words = vec!["fdi explain".to_owned()];
+    let mut given = Vec::new();
+    // a model that is neither a preset nor a file here is a file that the user knows
+    words.extend(model.map(|name| {
+        if read_model(name).is_ok() {
+            return format!("--model {}", quoted(name));
+        }
+        let file = format!("{name}.toml");
+        if !Path::new(&file).exists() {
+            given.push(format!("`{file}` is the model file of this machine"));
+        }
+        format!("--model {}", quoted(&file))
+    }));
+    words.extend(maps.iter().map(|map| format!("--map {}", quoted(map))));
+    if let Some(name) = assumed {
+        words.push(format!("--command {name}"));
+    } else if chosen.iter().any(|one| one.command == Asked::Unknown) {
+        words.push("--command COMMAND.csv".to_owned());
+        given.push("`COMMAND.csv` is a recording of the command, with `command_rad`".to_owned());
+    }
+    words.push("--train".to_owned());
+    words.extend(chosen.iter().map(|one| quoted(&one.name)));
+    if chosen.len() == 1 {
+        words.push("--holdout SECOND.csv".to_owned());
+        given.push("`SECOND.csv` is a second recording of the same machine".to_owned());
+    }
+    let command = words.join(" ");
+    let part =
+        if count > chosen.len() { format!(" ({} of them)", chosen.len()) } else { String::new() };
+    let given =
+        if given.is_empty() { String::new() } else { format!(", where {}", given.join(" and ")) };
     Some(format!(
-        "the model does not explain {what}; to learn what it gets wrong{first}, run `{command}`"
+        "the model does not explain {what}; to learn what it gets wrong{part}, run `{command}`{given}"
     ))
 }
 
@@ -125,27 +202,48 @@ fn quoted(word: &str) -> String {
 mod tests {
     use super::*;
 
+    fn of(names: &[&str], command: &Asked) -> Vec<Unexplained> {
+        let one = |name: &&str| Unexplained {
+            name: (*name).to_owned(),
+            lacks: None,
+            command: command.clone(),
+        };
+        names.iter().map(one).collect()
+    }
+
     #[test]
     fn the_command_names_the_recordings() {
-        let names = ["a.csv".to_owned(), "my bench/b's.csv".to_owned()];
+        let two = of(&["a.csv", "my bench/b's.csv"], &Asked::Told);
         let maps = ["current_a=I*0.001".to_owned()];
         assert_eq!(
-            explain(&names, &maps, Some("ema-48")).unwrap(),
+            advice(&two, 2, &maps, Some("ema-48")).unwrap(),
             "the model does not explain 2 recordings; to learn what it gets wrong, run `fdi \
              explain --model ema-48 --map 'current_a=I*0.001' --train a.csv \
              'my bench/b'\\''s.csv'`"
         );
-        let one = explain(&names[..1], &[], Some("ema-270")).unwrap();
-        assert!(one.ends_with("1 recording; to learn what it gets wrong, run `fdi explain --model ema-270.toml --train a.csv`"), "{one}");
-        assert_eq!(explain(&[], &[], None), None);
+        let chirps = of(&["a.csv", "b.csv"], &Asked::Assumed("chirp".to_owned()));
+        let text = advice(&chirps, 2, &[], Some("ema-48")).unwrap();
+        assert!(text.ends_with("--model ema-48 --command chirp --train a.csv b.csv`"), "{text}");
+        assert_eq!(advice(&[], 0, &[], None), None);
     }
 
     #[test]
-    fn long_lists_are_cut_and_it_is_said() {
-        let names: Vec<String> = (0..40).map(|i| format!("r{i}.csv")).collect();
-        let text = explain(&names, &[], None).unwrap();
-        assert!(text.contains("40 recordings; to learn what it gets wrong (the first 12)"));
-        assert!(text.ends_with("r11.csv`"), "{text}");
+    fn what_is_missing_is_named() {
+        let one = of(&["a.csv"], &Asked::Unknown);
+        assert_eq!(
+            advice(&one, 1, &[], Some("ema-270")).unwrap(),
+            "the model does not explain 1 recording; to learn what it gets wrong, run `fdi explain \
+             --model ema-270.toml --command COMMAND.csv --train a.csv --holdout SECOND.csv`, where \
+             `ema-270.toml` is the model file of this machine and `COMMAND.csv` is a recording of \
+             the command, with `command_rad` and `SECOND.csv` is a second recording of the same \
+             machine"
+        );
+        let mut some = of(&["a.csv", "b.csv", "c.csv"], &Asked::Told);
+        some[1].lacks = Some("motor_angle_rad");
+        let text = advice(&some, 3, &[], None).unwrap();
+        assert!(text.ends_with("(2 of them), run `fdi explain --train a.csv c.csv`"), "{text}");
+        let text = advice(&some[1..2], 1, &[], None).unwrap();
+        assert!(text.contains("recordings with the column `motor_angle_rad`"), "{text}");
     }
 
     #[test]

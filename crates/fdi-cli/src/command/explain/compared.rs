@@ -1,11 +1,15 @@
 //! From a recording to the signals that a model is compared with.
 
-use anyhow::{Result, bail};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Channel, ChannelName, EnvelopeKind, RecordError, Recording,
-    ema_sim::{Drive, Envelope, model_file::MachineModel},
+    Channel, ChannelName, CommandSource, EnvelopeKind, Experiment, RecordError, Recording,
+    ema_sim::{Drive, Envelope, Scenario, model_file::MachineModel},
 };
 use greybox::{CommandKind, Record};
+
+use crate::experiment::recording_of;
 
 /// Share of a sample that a sample may be off the grid of its recording.
 const MOST_OFF_GRID: f64 = 0.01;
@@ -14,6 +18,7 @@ const MOST_OFF_GRID: f64 = 0.01;
 pub(super) fn compared(
     recording: &Recording,
     model: &MachineModel,
+    asked: Option<&Asked>,
 ) -> Result<Result<Record, String>> {
     use ChannelName::{
         Command, Force, LinearCommand, LinearSpeedCommand, Load, MotorAngle, Position,
@@ -35,31 +40,116 @@ pub(super) fn compared(
     }
     let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
     let on_axis = |channel: &Channel| interpolated(channel, drive.times_s());
-    let (command, kind) =
-        match (first(&[Command, LinearCommand]), first(&[SpeedCommand, LinearSpeedCommand])) {
-            (Some(position), _) => (position, CommandKind::Position),
-            (None, Some(speed)) => (speed, CommandKind::Speed),
-            (None, None) => {
-                return Ok(Err(
-                    "no command (`command_rad`, `command_m` or a speed command): what the \
-                           controller was asked for is not known"
-                        .to_owned(),
-                ));
-            }
-        };
+    let own = match (first(&[Command, LinearCommand]), first(&[SpeedCommand, LinearSpeedCommand])) {
+        (Some(position), _) => Some((on_axis(position), CommandKind::Position, None)),
+        (None, Some(speed)) => Some((on_axis(speed), CommandKind::Speed, None)),
+        (None, None) => None,
+    };
+    let named = match (&recording.metadata.command, asked, model) {
+        (_, Some(asked), _) => Some(asked.clone()),
+        (Some(CommandSource::Named(name)), None, MachineModel::Actuator(_)) => Asked::named(name),
+        _ => None,
+    };
+    let told = || named.map(|asked| asked.at(drive.times_s())).transpose();
+    let Some((command, kind, load)) = own.map_or_else(told, |own| Ok(Some(own)))? else {
+        return Ok(Err(
+            "no command (`command_rad`, `command_m` or a speed command): what the controller was \
+             asked for is not known (`--command` names it)"
+                .to_owned(),
+        ));
+    };
     let is_axis = matches!(model, MachineModel::ServoAxis(_));
     let motor: &[ChannelName] =
         if is_axis { &[MotorAngle, Position, SurfaceAngle] } else { &[MotorAngle] };
     Ok(Ok(Record {
         name: recording.name.clone(),
         rate_hz: sampling.rate_hz,
-        command: on_axis(command),
+        command,
         kind,
         drive: drive.values().to_vec(),
         position: first(motor).map(on_axis),
-        load: first(&[Load, Force]).map(on_axis),
+        load: first(&[Load, Force]).map(on_axis).or(load),
         filter_hz,
     }))
+}
+
+/// The command of a recording that has no column of it.
+#[derive(Clone, Debug)]
+pub(super) enum Asked {
+    /// A test with a name, from its beginning.
+    Test(Box<Scenario>),
+    /// Another recording, from its beginning.
+    Recorded(Box<Recording>),
+}
+
+/// Command, its kind and load on the axis of a recording.
+type OnAxis = (Vec<f64>, CommandKind, Option<Vec<f64>>);
+
+impl Asked {
+    /// What `--command` says: a name, or a recording.
+    pub(super) fn of_option(text: &str, model: &MachineModel) -> Result<Self> {
+        if let Some(named) = Self::named(text) {
+            if !matches!(model, MachineModel::Actuator(_)) {
+                bail!("`--command {text}`: a test of actuators; give a recording of the command");
+            }
+            return Ok(named);
+        }
+        let (named, recording) = recording_of(Path::new(text))?;
+        let asked = Self::Recorded(Box::new(recording));
+        asked.at(&[0.0]).context(named)?;
+        Ok(asked)
+    }
+
+    /// The test of that name.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        let test = match name {
+            "chirp" => Experiment::chirp(),
+            "sine" => Experiment::sine(),
+            _ => return None,
+        };
+        Some(Self::Test(Box::new(test.scenario)))
+    }
+
+    /// The command at these times, the first of which is its beginning.
+    fn at(&self, times_s: &[f64]) -> Result<OnAxis> {
+        use ChannelName::{Command, Force, LinearCommand, LinearSpeedCommand, Load, SpeedCommand};
+        let begin_s = times_s.first().copied().unwrap_or(0.0);
+        let since_s: Vec<f64> = times_s.iter().map(|time_s| time_s - begin_s).collect();
+        let recording = match self {
+            Self::Test(test) => {
+                let command = since_s.iter().map(|&time_s| test.command.at(time_s)).collect();
+                let load = vec![test.load_n_m; since_s.len()];
+                return Ok((command, CommandKind::Position, Some(load)));
+            }
+            Self::Recorded(recording) => recording,
+        };
+        let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
+        let (command, kind) =
+            match (first(&[Command, LinearCommand]), first(&[SpeedCommand, LinearSpeedCommand])) {
+                (Some(position), _) => (position, CommandKind::Position),
+                (None, Some(speed)) => (speed, CommandKind::Speed),
+                (None, None) => bail!("no command (`command_rad`, `command_m` or a speed command)"),
+            };
+        let begin_s = command.times_s()[0];
+        let own_s: Vec<f64> = since_s.iter().map(|time_s| time_s + begin_s).collect();
+        let load = first(&[Load, Force]).map(|load| interpolated(load, &own_s));
+        Ok((interpolated(command, &own_s), kind, load))
+    }
+}
+
+/// What a recording lacks for a conclusion about actuators, besides a command.
+pub(crate) fn lacks(recording: &Recording) -> Option<&'static str> {
+    recording.channel(ChannelName::MotorAngle).is_none().then_some("motor_angle_rad")
+}
+
+/// Whether a recording says its command, in a column or by the name of a test.
+pub(crate) fn says_its_command(recording: &Recording) -> bool {
+    let column = [ChannelName::Command, ChannelName::SpeedCommand];
+    let named = match &recording.metadata.command {
+        Some(CommandSource::Named(name)) => Asked::named(name).is_some(),
+        _ => false,
+    };
+    named || column.iter().any(|name| recording.channel(*name).is_some())
 }
 
 /// The signal that drives the machine, and the filter it went through.

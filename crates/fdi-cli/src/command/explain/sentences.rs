@@ -44,7 +44,7 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
             let leading = answer.remainder.as_ref().and_then(|r| r.shares.first());
             let follows = leading.map_or_else(String::new, |share| {
                 format!(
-                    "; it follows the {} most ({:.0} % of its variance)",
+                    "; it follows the {} most ({:.0} % of what is left beyond the noise)",
                     share.coordinate,
                     100.0 * share.share
                 )

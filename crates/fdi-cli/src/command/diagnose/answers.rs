@@ -1,0 +1,142 @@
+//! What an answer depends on, besides its recording.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use fdi_core::{
+    recording_sha256,
+    report::{ResumeHead, SCHEMA_VERSION},
+};
+
+use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL};
+
+/// Options of `diagnose` that change no answer: which recordings, and what is made of the answers.
+#[cfg(test)]
+const OF_NO_ANSWER: [&str; 16] = [
+    "color",
+    "config",
+    "exit-code",
+    "figures",
+    "jobs",
+    "output",
+    "output-format",
+    "quiet",
+    "help",
+    "report",
+    "resume",
+    "shard",
+    "stamp",
+    "verbose",
+    "version",
+    "warning-change",
+];
+
+/// The head of a file that keeps the answers.
+pub(super) fn head(
+    args: &DiagnoseArgs,
+    global: &GlobalArgs,
+    diagnoser: &dyn Diagnoser,
+) -> Result<ResumeHead> {
+    let of_file =
+        |path: &PathBuf| recording_sha256(path).with_context(|| path.display().to_string());
+    let references = args.reference.iter().map(of_file).collect::<Result<Vec<_>>>()?;
+    let word = |value: &dyn ToString| Some(value.to_string());
+    let several = |values: &[String]| (!values.is_empty()).then(|| values.join(", "));
+    let switch = |on: bool| on.then(|| "on".to_owned());
+    let depend_on = [
+        ("bundle", Some(diagnoser.bundles().join(", "))),
+        ("date-from", args.fleet.date_from.as_ref().and_then(|one| word(one))),
+        ("encoding", named(&args.encoding)),
+        ("fidelity", named(&args.fidelity)),
+        ("free-start", switch(args.free_start)),
+        ("id-from", args.fleet.id_from.as_ref().and_then(|one| word(one))),
+        ("map", several(&args.map.map)),
+        ("max-delay-s", args.max_delay_s.and_then(|one| word(&one))),
+        ("max-evaluations", args.max_evaluations.and_then(|one| word(&one))),
+        ("method", named(&args.method)),
+        ("noise-a", args.noise_a.and_then(|one| word(&one))),
+        ("reference", several(&references)),
+        ("seed", word(&global.seed)),
+        ("stable", switch(global.stable)),
+    ];
+    let answers_depend_on: BTreeMap<String, Option<String>> =
+        depend_on.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    Ok(ResumeHead { schema_version: SCHEMA_VERSION, tool: TOOL.to_owned(), answers_depend_on })
+}
+
+/// A choice as the command line has it.
+fn named(choice: &impl ValueEnum) -> Option<String> {
+    Some(choice.to_possible_value()?.get_name().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::*;
+    use crate::{Cli, args::Command};
+
+    struct Two;
+
+    impl Diagnoser for Two {
+        fn bundle_sha256(&self) -> &'static str {
+            "00ff"
+        }
+
+        fn bundles(&self) -> Vec<&str> {
+            vec!["00ff", "11ff"]
+        }
+
+        fn rates_hz(&self) -> &[f64] {
+            &[]
+        }
+
+        fn diagnose(&self, _: &fdi_core::Recording) -> Result<fdi_core::report::RecordDiagnosis> {
+            anyhow::bail!("nothing is diagnosed here")
+        }
+    }
+
+    fn depends_on(words: &[&str]) -> BTreeMap<String, Option<String>> {
+        let cli = Cli::parse_from([&["fdi", "diagnose", "r.csv"], words].concat());
+        let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
+        head(args, &cli.global, &Two).unwrap().answers_depend_on
+    }
+
+    /// An option that comes later is either what answers depend on or says that it is not.
+    #[test]
+    fn every_option_is_one_or_the_other() {
+        let mut root = Cli::command();
+        root.build();
+        let command = root.find_subcommand("diagnose").unwrap();
+        let told = depends_on(&[]);
+        for long in command.get_arguments().filter_map(clap::Arg::get_long) {
+            assert!(told.contains_key(long) != OF_NO_ANSWER.contains(&long), "--{long}");
+        }
+    }
+
+    #[test]
+    fn every_setting_is_told_as_it_was_given() {
+        let plain = depends_on(&[]);
+        assert_eq!(plain["bundle"].as_deref(), Some("00ff, 11ff"));
+        for (name, value) in [
+            ("date-from", "*_{date}"),
+            ("encoding", "modes"),
+            ("fidelity", "high"),
+            ("id-from", "{id}_*"),
+            ("map", "current_a=I*2"),
+            ("max-delay-s", "0.01"),
+            ("max-evaluations", "30"),
+            ("method", "ei"),
+            ("noise-a", "0.02"),
+            ("seed", "7"),
+        ] {
+            let given = depends_on(&[&format!("--{name}={value}")]);
+            assert_eq!(given[name].as_deref(), Some(value), "{name}");
+            assert_ne!(given, plain);
+        }
+        for switch in ["free-start", "stable"] {
+            assert_ne!(depends_on(&[&format!("--{switch}")]), plain, "{switch}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Units that a file states for its columns, and what makes SI of them.
+
+use std::f64::consts::{PI, TAU};
+
+use super::column_map::Target;
+
+/// Units by the SI unit that they are of: how programs write them, without blanks, and their size.
+const UNITS: &[(&str, &[(&str, f64)])] = &[
+    ("A", &[("A", 1.0), ("amp", 1.0), ("amps", 1.0), ("ampere", 1.0), ("amperes", 1.0)]),
+    ("A", &[("mA", 1e-3), ("milliampere", 1e-3), ("uA", 1e-6), ("µA", 1e-6), ("kA", 1e3)]),
+    ("V", &[("V", 1.0), ("volt", 1.0), ("volts", 1.0), ("mV", 1e-3), ("kV", 1e3)]),
+    ("s", &[("s", 1.0), ("sec", 1.0), ("second", 1.0), ("seconds", 1.0), ("min", 60.0)]),
+    ("s", &[("ms", 1e-3), ("msec", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("ns", 1e-9)]),
+    ("rad", &[("rad", 1.0), ("radian", 1.0), ("radians", 1.0), ("mrad", 1e-3)]),
+    ("rad", &[("deg", PI / 180.0), ("degree", PI / 180.0), ("degrees", PI / 180.0)]),
+    ("rad", &[("°", PI / 180.0), ("rev", TAU), ("turn", TAU), ("turns", TAU)]),
+    ("rad/s", &[("rad/s", 1.0), ("deg/s", PI / 180.0), ("°/s", PI / 180.0), ("rps", TAU)]),
+    ("rad/s", &[("rpm", TAU / 60.0), ("1/min", TAU / 60.0), ("rev/min", TAU / 60.0)]),
+    ("m", &[("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("cm", 1e-2)]),
+    ("m/s", &[("m/s", 1.0), ("mm/s", 1e-3), ("cm/s", 1e-2)]),
+    ("N", &[("N", 1.0), ("kN", 1e3), ("mN", 1e-3), ("newton", 1.0)]),
+    ("N·m", &[("N·m", 1.0), ("Nm", 1.0), ("N*m", 1.0), ("N.m", 1.0), ("N-m", 1.0)]),
+    ("N·m", &[("mNm", 1e-3), ("mN·m", 1e-3), ("kNm", 1e3), ("Ncm", 1e-2)]),
+    ("K", &[("K", 1.0), ("kelvin", 1.0)]),
+];
+
+/// SI unit of what a column is taken for.
+pub(super) fn si_unit(target: Target) -> &'static str {
+    match target {
+        Target::Time => "s",
+        Target::Channel(name) => name.unit(),
+    }
+}
+
+/// What a number in the stated unit is multiplied by to be in this SI unit; `None` where the unit
+/// is not known as one of that kind. A pure number takes any.
+pub(super) fn factor(stated: &str, si: &str) -> Option<f64> {
+    if si == "1" {
+        return Some(1.0);
+    }
+    let mut plain: String = stated.chars().filter(|letter| !letter.is_whitespace()).collect();
+    plain = plain.replace('\u{3bc}', "µ");
+    let plain = plain.trim_matches(['[', ']', '(', ')']);
+    let alike = UNITS.iter().filter(|(of, _)| *of == si).flat_map(|(_, names)| names.iter());
+    let word = |name: &str| name.chars().count() > 2;
+    // `mA` and `MA` differ in more than style, words do not
+    let same = |name: &str| name == plain || word(name) && name.eq_ignore_ascii_case(plain);
+    alike.clone().find(|(name, _)| same(name)).map(|(_, factor)| *factor)
+}
+
+/// A column whose file states a unit that is not the SI unit of its channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedUnit {
+    /// The column.
+    pub column: String,
+    /// The unit, as the file states it.
+    pub unit: String,
+    /// What the column was multiplied by.
+    pub factor: f64,
+    /// Whether that factor is from a [`ColumnMap`](super::ColumnMap), which goes before the unit.
+    pub is_mapped: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_known_by_their_kind() {
+        for (stated, si, expected) in [
+            ("A", "A", Some(1.0)),
+            ("[mA]", "A", Some(1e-3)),
+            ("m A", "A", Some(1e-3)),
+            ("MA", "A", None),
+            ("Ampere", "A", Some(1.0)),
+            ("\u{3bc}s", "s", Some(1e-6)),
+            ("ms", "s", Some(1e-3)),
+            ("V", "A", None),
+            ("deg", "rad", Some(PI / 180.0)),
+            ("RPM", "rad/s", Some(TAU / 60.0)),
+            ("Nm", "N·m", Some(1.0)),
+            ("counts", "A", None),
+            ("counts", "1", Some(1.0)),
+        ] {
+            assert_eq!(factor(stated, si), expected, "{stated} as {si}");
+        }
+    }
+}
