@@ -7,7 +7,7 @@ use std::sync::{Mutex, OnceLock};
 use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState, Imperfections};
-use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
+use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError, StopReason};
 use nalgebra::DMatrix;
 
 use self::{reference::References, start::Began};
@@ -219,6 +219,8 @@ struct FitResult {
     /// Mean square of the whitened residual.
     misfit: f64,
     evaluations: u64,
+    /// Whether the search ran out of evaluations.
+    cut_short: bool,
     /// Slopes of the signal at the estimate, where they are known already.
     slopes: Option<Slopes>,
     /// How the recording begins and the covariance with that, where that is estimated.
@@ -909,7 +911,8 @@ impl Run<'_> {
         let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
         let misfit = misfit(&likelihood.whiten(&residual_a));
         let slopes = Some(slopes);
-        Ok(Some(FitResult { estimate, residual_a, misfit, evaluations: 0, slopes, began: None }))
+        let (evaluations, cut_short, began) = (0, false, None);
+        Ok(Some(FitResult { estimate, residual_a, misfit, evaluations, cut_short, slopes, began }))
     }
 
     /// Whether the surface is learnt at a point, and the machine can be given it.
@@ -999,7 +1002,8 @@ impl Run<'_> {
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let evaluations = evaluations + 1 + 2 * sought.len() as u64;
         let slopes = Some(slopes);
-        let fit = FitResult { estimate, residual_a, misfit, evaluations, slopes, began: None };
+        let (cut_short, began) = (false, None);
+        let fit = FitResult { estimate, residual_a, misfit, evaluations, cut_short, slopes, began };
         let mut outcome =
             self.outcome(hypothesis, likelihood, fit, (here <= limit, false), evaluations)?;
         outcome.unfinished = here > limit;
@@ -1082,6 +1086,7 @@ impl Run<'_> {
             estimate: solution.point,
             residual_a,
             evaluations: solution.evaluations as u64 + 1,
+            cut_short: solution.stop == StopReason::BudgetSpent,
             slopes: None,
             began: None,
         })
@@ -1137,6 +1142,7 @@ impl Run<'_> {
         mut spent: u64,
     ) -> Result<Outcome, DiagnoseError> {
         let experiment = &self.diagnoser.bundle.experiment;
+        let unfinished = fit.cut_short && !adequate;
         let began_otherwise;
         let mut measured_a = None;
         let covariance = if let Some((began, covariance)) = fit.began.take() {
@@ -1151,8 +1157,9 @@ impl Run<'_> {
                 spent += 2 * jacobian.len() as u64;
                 likelihood.slopes(jacobian)
             };
-            // what explains a recording leaves no other start to suspect
-            began_otherwise = if adequate {
+            // what explains a recording leaves no other start to suspect, and a search cut short
+            // nothing to go by
+            began_otherwise = if adequate || unfinished {
                 Vec::new()
             } else {
                 self.suspected_start(likelihood, slopes.rows(), &fit.residual_a)?
@@ -1170,7 +1177,7 @@ impl Run<'_> {
             floor_a: likelihood.floor_a(),
             adequate,
             severe,
-            unfinished: false,
+            unfinished,
             method: self.options.method,
             evaluations: spent,
             cost,

@@ -50,6 +50,14 @@ pub enum SimulatedRecordingError {
     /// The actuator or the test cannot be simulated.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// Fewer than two samples.
+    #[error("a rate of {rate_hz} Hz leaves less than two samples, expected at least {least_hz} Hz")]
+    TooSlow {
+        /// Rate asked for.
+        rate_hz: f64,
+        /// Least rate that leaves two.
+        least_hz: f64,
+    },
     /// The channels do not form a recording.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -84,6 +92,7 @@ impl SimulatedRecording {
             .with_seed(self.controller_seed);
         let mut trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
         let visited = trace.visited_range(experiment.scenario.load_n_m);
+        self.check_rate(trace.rate_hz, trace.motor_angle_rad.len())?;
         if let Some(rate_hz) = self.phase_rate_hz {
             for channel in &mut trace.phase_currents_a {
                 *channel = resampled(channel, trace.rate_hz, rate_hz);
@@ -158,6 +167,7 @@ impl SimulatedRecording {
         let model = experiment.low_fidelity(&scenario.turned_to(self.start_angle_rad))?;
         let trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
         let visited = trace.visited_range(experiment.scenario.load_n_m);
+        self.check_rate(trace.rate_hz, trace.current_a.len())?;
         let rate_hz = self.phase_rate_hz.unwrap_or(trace.rate_hz);
         let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);
         let [current_a, ..] =
@@ -165,6 +175,17 @@ impl SimulatedRecording {
         let envelope = (&current_a[..], rate_hz);
         let recording = envelope_recording(experiment, name, envelope, Some(self.start_angle_rad))?;
         Ok((recording, visited))
+    }
+
+    /// Refuses a rate that leaves less than two of so many samples.
+    fn check_rate(&self, from_hz: f64, samples: usize) -> Result<(), SimulatedRecordingError> {
+        let least_hz = from_hz / samples.saturating_sub(1).max(1) as f64;
+        match self.phase_rate_hz {
+            Some(rate_hz) if rate_hz < least_hz => {
+                Err(SimulatedRecordingError::TooSlow { rate_hz, least_hz })
+            }
+            _ => Ok(()),
+        }
     }
 }
 

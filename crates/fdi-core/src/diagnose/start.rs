@@ -453,6 +453,7 @@ impl Run<'_> {
             estimate: point[..order].to_vec(),
             residual_a,
             evaluations: evaluations + 2 * count,
+            cut_short: false,
             slopes: None,
             began: Some((began, covariance)),
         })

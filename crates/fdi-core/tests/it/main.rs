@@ -7,6 +7,7 @@
 )]
 
 mod beginning;
+mod budget;
 mod encoding;
 mod evaluation;
 mod files;

@@ -71,6 +71,19 @@ fn a_torque_that_no_recording_repeats_is_not_taken_for_noise() {
 }
 
 #[test]
+fn what_does_not_fit_where_it_was_fitted_is_not_adequate() {
+    let good = recordings(&Truth::default());
+    let mut swapped = good.train[0].clone();
+    for value in &mut swapped.drive {
+        *value = -*value;
+    }
+    let recordings =
+        Recordings { train: vec![swapped], holdout: good.holdout, repeat: Vec::new() };
+    let answer = explain(&model(), &recordings, &Options::default()).expect("good recordings");
+    assert_ne!(answer.verdict, Verdict::Adequate);
+}
+
+#[test]
 fn the_answer_does_not_depend_on_the_number_of_threads() {
     let hidden = effect(EffectId::Cogging, &[("cogging_sin_n_m", 0.003), ("order", 12.0)]);
     let truth = Truth { effects: vec![hidden], seed: 3, ..Truth::default() };
