@@ -55,7 +55,8 @@ impl fmt::Display for Runaway {
         let Some((last, others)) = self.feeding.split_last() else {
             return write!(
                 f,
-                "no effect of the model feeds the motion: loop, load or parameters are unstable"
+                "no effect of the model feeds the motion: loop, load or parameters are unstable, \
+                 or an effect is too strong to be followed"
             );
         };
         for id in others {

@@ -22,8 +22,7 @@ fn simulated() -> SimulatedRecording {
 
 #[test]
 fn a_search_cut_short_decides_nothing() {
-    let diagnoser =
-        Diagnoser::new(Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap()).unwrap();
+    let diagnoser = Diagnoser::new(Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap()).unwrap();
     let healthy = simulated().record(&Experiment::chirp(), "r").unwrap();
     for max_evaluations in [1, 3, 5] {
         let options = DiagnoseOptions {

@@ -77,8 +77,7 @@ fn what_does_not_fit_where_it_was_fitted_is_not_adequate() {
     for value in &mut swapped.drive {
         *value = -*value;
     }
-    let recordings =
-        Recordings { train: vec![swapped], holdout: good.holdout, repeat: Vec::new() };
+    let recordings = Recordings { train: vec![swapped], holdout: good.holdout, repeat: Vec::new() };
     let answer = explain(&model(), &recordings, &Options::default()).expect("good recordings");
     assert_ne!(answer.verdict, Verdict::Adequate);
 }
