@@ -3,7 +3,7 @@
 
 mod lanes;
 
-pub(crate) use lanes::{Lanes, WIDTH};
+pub(crate) use lanes::{Lanes, NARROW, WIDTH};
 
 use crate::{
     drive_train::{Crossing, Direction, DriveTrain, START_RAD},

@@ -6,7 +6,7 @@ use crate::{
     controller::Cascade,
     effect::extension::reshaped,
     fault::PhysicalFaults,
-    plant::{Additions, Lanes, Run, WIDTH},
+    plant::{Additions, Lanes, NARROW, Run, WIDTH},
 };
 
 use super::LowFidelity;
@@ -19,7 +19,7 @@ impl LowFidelity {
     /// order of the faults.
     ///
     /// What [`simulate_current`](Self::simulate_current) gives, bit for bit, several times as
-    /// fast: sixteen states of health go side by side through the ticks in which nothing happens,
+    /// fast: sixteen states of health, or four, go side by side through the ticks in which nothing happens,
     /// with wide vectors where the machine has them, and one by one through the others. Effects, a
     /// load that changes, a field-oriented drive with a measured back-EMF, a derivative part,
     /// controller noise and digitisation are simulated one by one altogether.
@@ -40,14 +40,12 @@ impl LowFidelity {
     pub fn simulate_currents(&self, faults: &[PhysicalFaults], currents_a: &mut Vec<Vec<f64>>) {
         currents_a.resize_with(faults.len(), Vec::new);
         for (faults, currents_a) in faults.chunks(WIDTH).zip(currents_a.chunks_mut(WIDTH)) {
-            if let Some(lanes) = self.lanes(faults) {
-                for current_a in &mut *currents_a {
-                    current_a.clear();
-                    current_a.reserve(self.command_rad.len());
-                }
-                let command_rad = &self.command_rad;
-                Arch::new().dispatch(Side { lanes, command_rad, currents_a });
+            let together = if faults.len() <= NARROW {
+                self.side_by_side::<NARROW>(faults, currents_a)
             } else {
+                self.side_by_side::<WIDTH>(faults, currents_a)
+            };
+            if !together {
                 for (faults, current_a) in faults.iter().zip(currents_a) {
                     self.simulate_current(faults, current_a);
                 }
@@ -55,9 +53,25 @@ impl LowFidelity {
         }
     }
 
-    /// The runs of at most [`WIDTH`] states of health, the last of them in what is left of the
+    /// Runs at most `N` states of health in lanes, and whether that can be.
+    fn side_by_side<const N: usize>(
+        &self,
+        faults: &[PhysicalFaults],
+        currents_a: &mut [Vec<f64>],
+    ) -> bool {
+        let Some(lanes) = self.lanes::<N>(faults) else { return false };
+        for current_a in &mut *currents_a {
+            current_a.clear();
+            current_a.reserve(self.command_rad.len());
+        }
+        let command_rad = &self.command_rad;
+        Arch::new().dispatch(Side { lanes, command_rad, currents_a });
+        true
+    }
+
+    /// The runs of at most `N` states of health, the last of them in what is left of the
     /// lanes; `None` where they have to go one by one.
-    fn lanes(&self, faults: &[PhysicalFaults]) -> Option<Lanes> {
+    fn lanes<const N: usize>(&self, faults: &[PhysicalFaults]) -> Option<Lanes<N>> {
         let last = faults.len().checked_sub(1)?;
         if self.finer < 1.0 {
             return None;
@@ -73,20 +87,20 @@ impl LowFidelity {
 }
 
 /// A run of all lanes.
-struct Side<'a> {
-    lanes: Lanes,
+struct Side<'a, const N: usize> {
+    lanes: Lanes<N>,
     command_rad: &'a [f64],
     currents_a: &'a mut [Vec<f64>],
 }
 
-impl NullaryFnOnce for Side<'_> {
+impl<const N: usize> NullaryFnOnce for Side<'_, N> {
     type Output = ();
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled for each instruction set by being inlined")]
     fn call(self) {
         let Self { mut lanes, command_rad, currents_a } = self;
-        let mut gathered = [[0.0; GATHERED]; WIDTH];
+        let mut gathered = [[0.0; GATHERED]; N];
         let mut tick = 0;
         for commands in command_rad.chunks(GATHERED) {
             for (place, &command) in commands.iter().enumerate() {

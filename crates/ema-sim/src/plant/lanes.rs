@@ -25,66 +25,68 @@ use crate::{
 
 use super::{Motion, REFRESH_TICKS, Run};
 
-/// Lanes that go together.
+/// Most lanes that go together.
 pub(crate) const WIDTH: usize = 16;
+/// Lanes of a narrow run, for a few states of health.
+pub(crate) const NARROW: usize = 4;
 
 /// A number of each lane.
-type Wide = [f64; WIDTH];
+type Wide<const N: usize> = [f64; N];
 
 /// The state that a tick changes.
 #[derive(Clone, Debug)]
-struct Moving {
-    angle_rad: Wide,
-    speed_rad_per_s: Wide,
-    sin: Wide,
-    cos: Wide,
-    current_a: Wide,
-    integral_a: Wide,
+struct Moving<const N: usize> {
+    angle_rad: Wide<N>,
+    speed_rad_per_s: Wide<N>,
+    sin: Wide<N>,
+    cos: Wide<N>,
+    current_a: Wide<N>,
+    integral_a: Wide<N>,
 }
 
 /// What lasts from event to event.
 #[derive(Clone, Debug)]
-struct Lasting {
+struct Lasting<const N: usize> {
     /// `surface = (follows·angle + offset)/i_g`.
-    follows: Wide,
-    offset_rad: Wide,
+    follows: Wide<N>,
+    offset_rad: Wide<N>,
     /// Direction of the motion, 0 at rest.
-    sign: Wide,
+    sign: Wide<N>,
     /// `1/J`; zero while the shaft rests.
-    per_inertia: Wide,
-    external_n_m: Wide,
+    per_inertia: Wide<N>,
+    external_n_m: Wide<N>,
     /// Motor angles between which nothing changes.
-    low_rad: Wide,
-    high_rad: Wide,
+    low_rad: Wide<N>,
+    high_rad: Wide<N>,
     /// Motor torques between which a shaft at rest stays; none for a moving one.
-    least_n_m: Wide,
-    most_n_m: Wide,
+    least_n_m: Wide<N>,
+    most_n_m: Wide<N>,
     /// `2·k_p·F_sc` and `2·R_p·F_sc` of the sector.
-    constant: Wide,
-    resistance_ohm: Wide,
+    constant: Wide<N>,
+    resistance_ohm: Wide<N>,
     /// `F_sc` of a field-oriented drive: mean, and amplitudes of `cos 2θ_e` and `sin 2θ_e`.
-    mean: Wide,
-    wave_cos: Wide,
-    wave_sin: Wide,
-    eccentricity_cos: Wide,
-    eccentricity_sin: Wide,
+    mean: Wide<N>,
+    wave_cos: Wide<N>,
+    wave_sin: Wide<N>,
+    eccentricity_cos: Wide<N>,
+    eccentricity_sin: Wide<N>,
 }
 
 /// What comes of a tick.
 #[derive(Clone, Debug)]
-struct Outcome {
+struct Outcome<const N: usize> {
     /// Set-points.
-    reference_a: Wide,
-    speed_rad_per_s: Wide,
-    turn_rad: Wide,
-    needed_v: Wide,
-    torque_n_m: Wide,
+    reference_a: Wide<N>,
+    speed_rad_per_s: Wide<N>,
+    turn_rad: Wide<N>,
+    needed_v: Wide<N>,
+    torque_n_m: Wide<N>,
     /// Sine and cosine of twice the electrical angle, and whether they are `libm`'s.
-    wave_sin: Wide,
-    wave_cos: Wide,
-    exact: [u64; WIDTH],
+    wave_sin: Wide<N>,
+    wave_cos: Wide<N>,
+    exact: [u64; N],
     /// Lanes in which something happens: 1, else 0.
-    event: [u64; WIDTH],
+    event: [u64; N],
 }
 
 /// What is the same in all lanes.
@@ -103,23 +105,19 @@ struct Common {
 
 /// Runs side by side.
 #[derive(Clone, Debug)]
-pub(crate) struct Lanes {
+pub(crate) struct Lanes<const N: usize> {
     common: Common,
-    moving: Moving,
+    moving: Moving<N>,
     /// The state before the tick, for the lanes in which something happens.
-    before: Moving,
-    lasting: Lasting,
-    outcome: Outcome,
-    runs: [Run; WIDTH],
+    before: Moving<N>,
+    lasting: Lasting<N>,
+    outcome: Outcome<N>,
+    runs: [Run; N],
 }
 
-impl Lanes {
+impl<const N: usize> Lanes<N> {
     /// Runs of one test side by side; `None` where a tick is more than the lanes can do.
-    pub(crate) fn of(
-        runs: [Run; WIDTH],
-        (law, integral_a): (Law, f64),
-        tick_s: f64,
-    ) -> Option<Self> {
+    pub(crate) fn of(runs: [Run; N], (law, integral_a): (Law, f64), tick_s: f64) -> Option<Self> {
         let plain = |run: &Run| {
             run.extension.is_none()
                 && run.load.is_none()
@@ -131,14 +129,14 @@ impl Lanes {
         }
         let first = &runs[0];
         let waves = runs.each_ref().map(|run| run.shape.as_ref().and_then(ShapeFunction::wave));
-        let zero = [0.0; WIDTH];
+        let zero = [0.0; N];
         let moving = Moving {
             angle_rad: zero,
             speed_rad_per_s: zero,
             sin: zero,
             cos: zero,
             current_a: zero,
-            integral_a: [integral_a; WIDTH],
+            integral_a: [integral_a; N],
         };
         let mut lanes = Self {
             common: Common {
@@ -179,12 +177,12 @@ impl Lanes {
                 torque_n_m: zero,
                 wave_sin: zero,
                 wave_cos: zero,
-                exact: [1; WIDTH],
-                event: [0; WIDTH],
+                exact: [1; N],
+                event: [0; N],
             },
             runs,
         };
-        for lane in 0..WIDTH {
+        for lane in 0..N {
             lanes.take_over(lane);
         }
         Some(lanes)
@@ -192,7 +190,7 @@ impl Lanes {
 
     /// Currents of the lanes now.
     #[inline(always)]
-    pub(crate) fn current_a(&self) -> &Wide {
+    pub(crate) fn current_a(&self) -> &Wide<N> {
         &self.moving.current_a
     }
 
@@ -219,7 +217,7 @@ impl Lanes {
         }
         self.arrive();
         if self.outcome.event.iter().fold(0, |any, event| any | event) != 0 {
-            for lane in 0..WIDTH {
+            for lane in 0..N {
                 if self.outcome.event[lane] != 0 {
                     self.finish(lane);
                 }
@@ -243,7 +241,7 @@ impl Lanes {
     fn decide(&mut self, command: f64) {
         let Common { law, per_gear_ratio, .. } = self.common;
         let (moving, lasting) = (&mut self.moving, &self.lasting);
-        for lane in 0..WIDTH {
+        for lane in 0..N {
             let angle_rad = moving.angle_rad[lane];
             let speed = moving.speed_rad_per_s[lane];
             let integral_a = moving.integral_a[lane];
@@ -266,14 +264,14 @@ impl Lanes {
     fn turn_waves(&mut self, rate: f64) {
         let start_rad = self.common.start_angle_rad;
         let (moving, outcome) = (&self.moving, &mut self.outcome);
-        for lane in 0..WIDTH {
+        for lane in 0..N {
             let angle_rad = rate * (start_rad + moving.angle_rad[lane]);
             let (sin, cos, exact) = lane_sine::sincos(angle_rad);
             (outcome.wave_sin[lane], outcome.wave_cos[lane]) = (sin, cos);
             outcome.exact[lane] = u64::from(exact);
         }
         if outcome.exact.iter().fold(1, |all, exact| all & exact) == 0 {
-            for lane in 0..WIDTH {
+            for lane in 0..N {
                 if outcome.exact[lane] == 0 {
                     let angle_rad = rate * (start_rad + moving.angle_rad[lane]);
                     let (sin, cos) = libm::sincos(angle_rad);
@@ -288,11 +286,11 @@ impl Lanes {
     #[inline(always)]
     fn glide(
         &mut self,
-        equivalent: impl Fn(&Lasting, &Outcome, usize, &LocalQuadratic) -> (LocalQuadratic, f64),
+        equivalent: impl Fn(&Lasting<N>, &Outcome<N>, usize, &LocalQuadratic) -> (LocalQuadratic, f64),
     ) {
         let Common { per_inertia, viscous_n_m_s_per_rad, tick_s, .. } = self.common;
         let (moving, lasting, outcome) = (&self.moving, &self.lasting, &mut self.outcome);
-        for lane in 0..WIDTH {
+        for lane in 0..N {
             let (reference_a, speed) = (outcome.reference_a[lane], moving.speed_rad_per_s[lane]);
             let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
             let eccentricity = (lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]);
@@ -322,7 +320,7 @@ impl Lanes {
         let most = wave.map_or(f64::INFINITY, |wave| 0.1 / (wave.rate * tick_s) * (1.0 - 1e-12));
         let (moving, lasting, outcome) = (&mut self.moving, &self.lasting, &mut self.outcome);
         let before = &mut self.before;
-        for lane in 0..WIDTH {
+        for lane in 0..N {
             let (speed, turn_rad) = (outcome.speed_rad_per_s[lane], outcome.turn_rad[lane]);
             let angle_rad = moving.angle_rad[lane];
             let to_rad = angle_rad + turn_rad;
