@@ -1,6 +1,6 @@
 //! What follows a batch: the report, the trends beside it, and what to run next.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::CommandFactory;
@@ -13,7 +13,7 @@ use super::Batch;
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, Streams,
     command::{lacks, says_its_command},
-    html_report::{self, DiagnosisReport, put},
+    html_report::{self, DiagnosisReport, put, trends_beside},
     output::{TOOL, Tally},
     stamp,
 };
@@ -69,16 +69,11 @@ pub(super) fn batch(
     if let Some(report) = &args.report.report
         && !fleet.actuators.is_empty()
     {
-        put(&beside(report, "json"), &(serde_json::to_string_pretty(&fleet)? + "\n"))?;
-        put(&beside(report, "csv"), &fleet.to_csv())?;
+        let [json, csv] = trends_beside(report);
+        put(&json, &(serde_json::to_string_pretty(&fleet)? + "\n"))?;
+        put(&csv, &fleet.to_csv())?;
     }
     Ok(())
-}
-
-/// The file of the trends beside a report: `report.html`, `report-fleet.json`.
-fn beside(report: &Path, extension: &str) -> PathBuf {
-    let stem = report.file_stem().unwrap_or_default().to_string_lossy();
-    report.with_file_name(format!("{stem}-fleet.{extension}"))
 }
 
 /// Recordings named in a command; a longer one is a script's work.
@@ -244,10 +239,5 @@ mod tests {
         assert!(text.ends_with("(2 of them), run `fdi explain --train a.csv c.csv`"), "{text}");
         let text = advice(&some[1..2], 1, &[], None).unwrap();
         assert!(text.contains("recordings with the column `motor_angle_rad`"), "{text}");
-    }
-
-    #[test]
-    fn trends_stand_beside_the_report() {
-        assert_eq!(beside(Path::new("out/x.html"), "csv"), Path::new("out/x-fleet.csv"));
     }
 }
