@@ -101,6 +101,11 @@ impl ResolvedSetting {
         self.origin.is_some()
     }
 
+    /// Whether the answer can differ with it: how many are worked on at the same time does not show.
+    pub(crate) fn is_of_the_answer(&self) -> bool {
+        self.path != "jobs"
+    }
+
     /// Name, value and origin for a table.
     pub(crate) fn row(&self) -> [String; 3] {
         let value = self.value.clone().unwrap_or_else(|| "-".to_owned());

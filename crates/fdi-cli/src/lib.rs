@@ -16,6 +16,7 @@ mod output;
 mod progress;
 mod reference;
 mod resume;
+mod shell;
 mod simulator;
 mod stamp;
 mod streams;

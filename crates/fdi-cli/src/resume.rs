@@ -207,6 +207,15 @@ impl Resume {
     }
 }
 
+impl Drop for Resume {
+    /// Gives the file free at once, also where a process that was started meanwhile shares it.
+    fn drop(&mut self) {
+        if let Ok(file) = self.file.lock() {
+            let _ = file.unlock();
+        }
+    }
+}
+
 /// A line of the file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line(Span);

@@ -15,6 +15,7 @@ use crate::{
     command::{lacks, says_its_command},
     html_report::{self, DiagnosisReport, put, trends_beside},
     output::{TOOL, Tally},
+    shell::{file_word, quoted},
     stamp,
 };
 
@@ -57,7 +58,12 @@ pub(super) fn batch(
             seed: global.seed,
             stamp: made.as_deref(),
             next,
-            settings: global.settings.iter().filter(|one| one.is_set()).cloned().collect(),
+            settings: global
+                .settings
+                .iter()
+                .filter(|one| one.is_set() && one.is_of_the_answer())
+                .cloned()
+                .collect(),
             signals: &|record| {
                 let recording = Recording::read(Path::new(&record.recording), &batch.map)
                     .with_context(|| record.recording.clone())?;
@@ -158,7 +164,7 @@ fn advice(
         if !Path::new(&file).exists() {
             given.push(format!("`{file}` is the model file of this machine"));
         }
-        format!("--model {}", quoted(&file))
+        format!("--model {}", file_word(&file))
     }));
     words.extend(maps.iter().map(|map| format!("--map {}", quoted(map))));
     if let Some(name) = assumed {
@@ -168,7 +174,7 @@ fn advice(
         given.push("`COMMAND.csv` is a recording of the command, with `command_rad`".to_owned());
     }
     words.push("--train".to_owned());
-    words.extend(chosen.iter().map(|one| quoted(&one.name)));
+    words.extend(chosen.iter().map(|one| file_word(&one.name)));
     if chosen.len() == 1 {
         words.push("--holdout SECOND.csv".to_owned());
         given.push("`SECOND.csv` is a second recording of the same machine".to_owned());
@@ -181,16 +187,6 @@ fn advice(
     Some(format!(
         "the model does not explain {what}; to learn what it gets wrong{part}, run `{command}`{given}"
     ))
-}
-
-/// A word as a POSIX shell reads it.
-fn quoted(word: &str) -> String {
-    let plain = |letter: char| letter.is_alphanumeric() || "-_./=:,+@%".contains(letter);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }
 
 #[cfg(test)]
@@ -220,6 +216,10 @@ mod tests {
         let text = advice(&chirps, 2, &[], Some("ema-48")).unwrap();
         assert!(text.ends_with("--model ema-48 --command chirp --train a.csv b.csv`"), "{text}");
         assert_eq!(advice(&[], 0, &[], None), None);
+        // a name that looks like an option
+        let dash = of(&["-a.csv", "--b.csv"], &Asked::Told);
+        let text = advice(&dash, 2, &[], None).unwrap();
+        assert!(text.ends_with("--train ./-a.csv ./--b.csv`"), "{text}");
     }
 
     #[test]
