@@ -167,7 +167,8 @@ impl Files {
         }
         for (what, path) in &self.read {
             let Some(read) = identity(path) else { continue };
-            if let Some((option, path, _)) = there.iter().find(|(.., one)| one.file == Some(read)) {
+            let is_read = |one: &&&(_, _, Place)| one.2.file.as_ref() == Some(&read);
+            if let Some((option, path, _)) = there.iter().find(is_read) {
                 bail!("`{option} {}` would write over {what} that is read", path.display());
             }
         }
@@ -229,7 +230,7 @@ fn real(path: &Path) -> PathBuf {
 type Identity = (u64, u64);
 /// What a file is known by.
 #[cfg(not(unix))]
-type Identity = u64;
+type Identity = PathBuf;
 
 /// The identity of a regular file.
 #[cfg(unix)]
@@ -243,12 +244,8 @@ fn identity(path: &Path) -> Option<Identity> {
 /// The identity of a regular file.
 #[cfg(not(unix))]
 fn identity(path: &Path) -> Option<Identity> {
-    use std::hash::{DefaultHasher, Hash, Hasher};
-
     fs::metadata(path).ok().filter(Metadata::is_file)?;
-    let mut hasher = DefaultHasher::new();
-    fs::canonicalize(path).ok()?.hash(&mut hasher);
-    Some(hasher.finish())
+    fs::canonicalize(path).ok()
 }
 
 #[cfg(test)]

@@ -116,7 +116,7 @@ fn once_whole(
     has_older: bool,
     write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
 ) -> io::Result<bool> {
-    // what cannot be written is known before the work
+    // that it cannot be written is known before the work
     let mut file = OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
     let mut whole = Vec::new();
     let worth = write(&mut whole)?;
