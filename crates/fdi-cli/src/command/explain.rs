@@ -34,7 +34,9 @@ pub(crate) fn explain(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    if matches!(global.output_format, OutputFormat::Csv | OutputFormat::Parquet) {
+    use OutputFormat::{Human, Json, Jsonl};
+
+    if !matches!(global.output_format, Human | Json | Jsonl) {
         bail!("no table of this: `--output-format human|json|jsonl`");
     }
     let start = Instant::now();

@@ -175,6 +175,21 @@ fn what_a_command_reads_is_not_written_over() {
     assert!(code == 2 && err.contains("would write over the file of settings that"), "{err}");
 }
 
+/// A recording takes the place of an older one and is not written into it.
+#[cfg(unix)]
+#[test]
+fn a_simulated_recording_takes_the_place_of_an_older_one() {
+    let folder = folder(&[("r.csv", GOOD)]);
+    let path = |name: &str| folder.path().join(name);
+    fs::hard_link(path("r.csv"), path("older.csv")).unwrap();
+    let (code, err) = fdi(folder.path(), &["simulate", "-o", "r.csv"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(fs::read_to_string(path("older.csv")).unwrap() == GOOD);
+    assert!(fs::read_to_string(path("r.csv")).unwrap() != GOOD);
+    let (code, err) = fdi(folder.path(), &["simulate", "-o", "r.txt"]);
+    assert_eq!((code, err.as_str()), (2, "error: `r.txt` does not end in `.csv` or `.csv.gz`\n"));
+}
+
 /// A pipe that nobody writes into would be waited for.
 #[cfg(unix)]
 #[test]
