@@ -73,10 +73,12 @@ pub(crate) fn in_place_of(
     write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
 ) -> io::Result<bool> {
     let older = fs::metadata(path).ok();
-    let target = if older.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
     // a pipe or a device takes what it is given as it comes
-    let beside = older.as_ref().is_none_or(fs::Metadata::is_file).then(|| part_of(&target));
-    let Some(part) = beside.flatten() else { return directly(&target, write) };
+    if older.as_ref().is_some_and(|older| !older.is_file()) {
+        return directly(path, write);
+    }
+    let target = if older.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
+    let Some(part) = part_of(&target) else { return directly(&target, write) };
     let file = match File::create(&part) {
         Err(error) if is_of_the_folder(&error) => {
             return once_whole(&target, older.is_some(), write);

@@ -175,6 +175,21 @@ fn what_a_command_reads_is_not_written_over() {
     assert!(code == 2 && err.contains("would write over the file of settings that"), "{err}");
 }
 
+/// A pipe has no place of its own, whatever links lead to it.
+#[cfg(target_os = "linux")]
+#[test]
+fn products_go_into_pipes() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("fdi").unwrap();
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let plain = run(&["schema", "fleet"]);
+    assert!(plain.0 == Some(0) && plain.1.len() > 500);
+    assert_eq!(run(&["schema", "fleet", "-o", "/dev/stdout"]), plain);
+}
+
 /// A recording takes the place of an older one and is not written into it.
 #[cfg(unix)]
 #[test]
