@@ -9,7 +9,7 @@ use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
-    Encoding, RootSeed, Schema,
+    ColumnMap, Encoding, RootSeed, Schema,
     report::{Fidelity, Method},
 };
 
@@ -197,7 +197,7 @@ pub enum Command {
 #[derive(Clone, Debug, Default, Args)]
 pub struct MapArgs {
     /// Read channel NAME from COLUMN, multiplied by FACTOR; may be repeated
-    #[arg(long, value_name = "NAME=COLUMN[*FACTOR]")]
+    #[arg(long, value_name = "NAME=COLUMN[*FACTOR]", value_parser = mapping)]
     pub map: Vec<String>,
 }
 
@@ -226,7 +226,7 @@ pub struct DiagnoseArgs {
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,
     /// Noise on each phase per sample, rms in A, in place of the recording's own
-    #[arg(long, value_name = "RMS", value_parser = not_negative)]
+    #[arg(long, value_name = "RMS", value_parser = noise_a)]
     pub noise_a: Option<f64>,
     /// Estimate with the faults by how much the recording begins before or after the command: up to this, at most 0.05
     #[arg(long, value_name = "S", value_parser = not_negative)]
@@ -527,6 +527,24 @@ fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| {
         if value >= 0.0 { Ok(value) } else { Err("expected a number that is not negative".into()) }
     })
+}
+
+/// Beyond the noise of any current sensor, A.
+const MOST_NOISE_A: f64 = 1e6;
+
+fn noise_a(text: &str) -> Result<f64, String> {
+    not_negative(text).and_then(|value| {
+        if value <= MOST_NOISE_A {
+            Ok(value)
+        } else {
+            Err(format!("expected at most {MOST_NOISE_A} A"))
+        }
+    })
+}
+
+/// An entry of `--map`; whether entries go together is seen once all are known.
+fn mapping(text: &str) -> Result<String, String> {
+    ColumnMap::new([text]).map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

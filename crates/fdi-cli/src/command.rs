@@ -15,6 +15,7 @@ mod simulate;
 pub(crate) use bundle::{build, show};
 pub(crate) use calibrate::calibrate;
 pub(crate) use dataset::dataset;
+pub(crate) use diagnose::diagnose;
 pub use diagnose::diagnose_with;
 pub(crate) use evaluate::evaluate_protocol;
 pub(crate) use explain::{explain, lacks, rounded, says_its_command};

@@ -5,9 +5,13 @@
 
 mod file;
 
-use std::{ffi::OsString, fmt::Write, path::PathBuf};
+use std::{
+    ffi::OsString,
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::{
     Arg, ArgMatches, ColorChoice, Command, CommandFactory, FromArgMatches, ValueEnum,
     builder::Resettable,
@@ -97,6 +101,11 @@ impl ResolvedSetting {
         self.origin.is_some()
     }
 
+    /// Whether the answer can differ with it: how many are worked on at the same time does not show.
+    pub(crate) fn is_of_the_answer(&self) -> bool {
+        self.path != "jobs"
+    }
+
     /// Name, value and origin for a table.
     pub(crate) fn row(&self) -> [String; 3] {
         let value = self.value.clone().unwrap_or_else(|| "-".to_owned());
@@ -128,8 +137,7 @@ fn settings() -> Vec<Setting> {
 pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError> {
     let words: Vec<OsString> = words.into_iter().collect();
     let settings = settings();
-    let named = value_of(&words, "--config").or_else(|| std::env::var_os("FDI_CONFIG"));
-    let file = read_file(named.map(PathBuf::from), &settings).map_err(LoadError::Settings)?;
+    let file = named_file(&words, &settings).map_err(LoadError::Settings)?;
     let command = with_defaults(Cli::command(), &settings, &file).color(color(&words, &file));
     let parsed = command.try_get_matches_from(words.iter().cloned());
     let matches = parsed.map_err(|error| match blamed_variable(&error, &words, &settings) {
@@ -215,13 +223,28 @@ fn unknown_variable(settings: &[Setting]) -> Option<String> {
     Some(format!("`{name}` in the environment is no setting; {hint}"))
 }
 
-/// Reads and checks the file; an empty one where there is none.
-fn read_file(named: Option<PathBuf>, settings: &[Setting]) -> Result<SettingsFile> {
-    match named {
-        Some(path) => SettingsFile::read(&path, settings),
-        None if PathBuf::from(HERE).is_file() => SettingsFile::read(HERE.as_ref(), settings),
-        None => Ok(SettingsFile::default()),
+/// The settings of the file that the command line names, or the environment, or that lies here.
+fn named_file(words: &[OsString], settings: &[Setting]) -> Result<SettingsFile> {
+    if let Some(path) = value_of(words, "--config") {
+        return read_file(Some(path.as_ref()), settings);
     }
+    let Some(path) = std::env::var_os("FDI_CONFIG") else { return read_file(None, settings) };
+    if path.is_empty() {
+        bail!("`FDI_CONFIG` is empty; expected a file");
+    }
+    read_file(Some(path.as_ref()), settings).context("`FDI_CONFIG`")
+}
+
+/// The file that the settings are from: the one that is named, else the one that lies here.
+pub(crate) fn file(named: Option<&Path>) -> Option<PathBuf> {
+    let here = || Some(PathBuf::from(HERE)).filter(|path| path.is_file());
+    named.map(Path::to_owned).or_else(here)
+}
+
+/// Reads and checks the file; an empty one where there is none.
+fn read_file(named: Option<&Path>, settings: &[Setting]) -> Result<SettingsFile> {
+    file(named)
+        .map_or_else(|| Ok(SettingsFile::default()), |path| SettingsFile::read(&path, settings))
 }
 
 /// The command line with the values of environment and file as defaults.
@@ -278,7 +301,7 @@ fn resolved(
 #[expect(clippy::disallowed_methods, reason = "the command line is where the environment is read")]
 pub(crate) fn every_setting(global: &GlobalArgs) -> Result<Vec<ResolvedSetting>> {
     let settings = settings();
-    let file = read_file(global.config.clone(), &settings)?;
+    let file = read_file(global.config.as_deref(), &settings)?;
     let mut all = Vec::with_capacity(settings.len());
     for setting in &settings {
         let path = setting.path();

@@ -12,7 +12,10 @@ pub(crate) use diagnosis::DiagnosisReport;
 pub(crate) use evaluation::of_evaluation;
 pub(crate) use explanation::of_explanation;
 
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Result};
 
@@ -139,8 +142,26 @@ pub(crate) fn write(args: &ReportArgs, page: impl FnOnce() -> Result<Page>) -> R
     Ok(())
 }
 
+/// The files of the trends beside a report: `report.html`, `report-fleet.json` and `.csv`.
+pub(crate) fn trends_beside(report: &Path) -> [PathBuf; 2] {
+    let stem = report.file_stem().unwrap_or_default().to_string_lossy();
+    ["json", "csv"].map(|extension| report.with_file_name(format!("{stem}-fleet.{extension}")))
+}
+
 /// Writes a file.
 pub(crate) fn put(path: &Path, text: &str) -> Result<()> {
     let written = in_place_of(path, |out| out.write_all(text.as_bytes()).map(|()| Worth::Keeping));
     written.map(|_| ()).with_context(|| format!("`{}` cannot be written", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trends_stand_beside_the_report() {
+        let [json, csv] = trends_beside(Path::new("out/x.html"));
+        assert_eq!(json, Path::new("out/x-fleet.json"));
+        assert_eq!(csv, Path::new("out/x-fleet.csv"));
+    }
 }

@@ -9,13 +9,14 @@ mod config;
 mod diagnoser;
 mod exit;
 mod experiment;
+mod files;
 mod html_report;
 mod name_pattern;
 mod output;
-mod overwriting;
 mod progress;
 mod reference;
 mod resume;
+mod shell;
 mod simulator;
 mod stamp;
 mod streams;
@@ -30,6 +31,7 @@ pub use reference::reference;
 pub use streams::Streams;
 
 use args::{BundleCommand, Command};
+use files::Files;
 
 /// Runs a parsed command line.
 ///
@@ -37,10 +39,11 @@ use args::{BundleCommand, Command};
 /// Whatever keeps the command from being done at all; what keeps single
 /// recordings of a batch from being done is in the answer.
 pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
+    Files::of(&cli.command, &cli.global).check()?;
     match &cli.command {
         Command::Diagnose(args) => {
             let diagnoser = diagnoser::diagnoser(args, cli.global.root_seed())?;
-            diagnose_with(diagnoser.as_ref(), args, &cli.global, streams)
+            command::diagnose(diagnoser.as_ref(), args, &cli.global, streams)
         }
         Command::Simulate(args) => command::simulate(args, &cli.global, streams),
         Command::Dataset(args) => command::dataset(args, &cli.global, streams),

@@ -6,7 +6,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{File, OpenOptions, TryLockError},
+    fs::{self, File, OpenOptions, TryLockError},
     io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     sync::Mutex,
@@ -38,7 +38,7 @@ pub(crate) struct Resume {
     path: PathBuf,
     /// Shared by the threads that look at earlier answers and the one that adds new ones.
     file: Mutex<File>,
-    /// Length of the first line.
+    /// Length of the first line as it stands there.
     head: u64,
     /// The last line of each recording.
     kept: BTreeMap<String, Kept>,
@@ -64,6 +64,9 @@ impl Resume {
         head: &ResumeHead,
     ) -> Result<Self> {
         let name = path.display();
+        if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+            bail!("`{name}` is not a regular file");
+        }
         let mut options = OpenOptions::new();
         let file = options
             .read(true)
@@ -87,12 +90,12 @@ impl Resume {
         };
         resume.index(&first, head, &recordings).with_context(|| format!("`{name}`"))?;
         let mut file = resume.locked();
-        file.set_len(resume.end)?;
-        file.seek(SeekFrom::End(0))?;
-        if resume.end == 0 {
-            file.write_all(first.as_bytes())
-                .with_context(|| format!("`{name}` cannot be written"))?;
-        }
+        let begin = |file: &mut File| {
+            file.set_len(resume.end)?;
+            file.seek(SeekFrom::End(0))?;
+            if resume.end == 0 { file.write_all(first.as_bytes()) } else { Ok(()) }
+        };
+        begin(&mut file).with_context(|| format!("`{name}` cannot be written"))?;
         drop(file);
         resume.end = resume.end.max(resume.head);
         Ok(resume)
@@ -122,6 +125,8 @@ impl Resume {
             self.end = span.end();
             if number == 1 {
                 check_head(&line, head)?;
+                // another program may have written it in other bytes
+                self.head = self.end;
                 continue;
             }
             let answer = parse(&line).with_context(|| format!("line {number}"))?;
@@ -202,6 +207,15 @@ impl Resume {
     }
 }
 
+impl Drop for Resume {
+    /// Gives the file free at once, also where a process that was started meanwhile shares it.
+    fn drop(&mut self) {
+        if let Ok(file) = self.file.lock() {
+            let _ = file.unlock();
+        }
+    }
+}
+
 /// A line of the file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line(Span);
@@ -211,6 +225,13 @@ fn check_head(line: &str, now: &ResumeHead) -> Result<()> {
     let Ok(then) = serde_json::from_str::<ResumeHead>(line) else {
         bail!("its first line is not that of a file of `--resume`; it is left as it was");
     };
+    let form = then.schema_version;
+    if form != now.schema_version {
+        bail!(
+            "its answers are of the form {form}, this run writes {}: use another file",
+            now.schema_version
+        );
+    }
     if then.tool != now.tool {
         bail!("its answers are of `{}`, this is `{}`: use another file", then.tool, now.tool);
     }

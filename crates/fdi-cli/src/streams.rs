@@ -1,7 +1,7 @@
 //! Where a command writes.
 
 use std::{
-    fs::{self, File},
+    fs::{self, File, OpenOptions},
     io::{self, BufWriter, ErrorKind, Write},
     path::{Path, PathBuf},
 };
@@ -73,14 +73,15 @@ pub(crate) fn in_place_of(
     write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
 ) -> io::Result<bool> {
     let older = fs::metadata(path).ok();
-    let target = if older.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
     // a pipe or a device takes what it is given as it comes
-    let beside = older.as_ref().is_none_or(fs::Metadata::is_file).then(|| part_of(&target));
-    let Some(part) = beside.flatten() else { return directly(&target, write) };
+    if older.as_ref().is_some_and(|older| !older.is_file()) {
+        return directly(path, write);
+    }
+    let target = if older.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
+    let Some(part) = part_of(&target) else { return directly(&target, write) };
     let file = match File::create(&part) {
-        Err(error) if error.kind() == ErrorKind::PermissionDenied && older.is_some() => {
-            // the file may be written, its folder not
-            return directly(&target, write);
+        Err(error) if is_of_the_folder(&error) => {
+            return once_whole(&target, older.is_some(), write);
         }
         made => made?,
     };
@@ -101,6 +102,32 @@ pub(crate) fn in_place_of(
     finish().inspect_err(|_| {
         let _ = fs::remove_file(&part);
     })
+}
+
+/// Whether there can be no file beside the one that is wanted, which may still be written itself.
+fn is_of_the_folder(error: &io::Error) -> bool {
+    use ErrorKind::{InvalidFilename, IsADirectory, PermissionDenied};
+
+    matches!(error.kind(), PermissionDenied | IsADirectory | InvalidFilename)
+}
+
+/// Writes a file in its place, where none can be made beside it: only once `write` has ended, as
+/// it may read what the file holds.
+fn once_whole(
+    path: &Path,
+    has_older: bool,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<Worth>,
+) -> io::Result<bool> {
+    // that it cannot be written is known before the work
+    let mut file = OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
+    let mut whole = Vec::new();
+    let worth = write(&mut whole)?;
+    if has_older && worth == Worth::Nothing {
+        return Ok(true);
+    }
+    file.write_all(&whole)?;
+    file.set_len(whole.len() as u64)?;
+    Ok(false)
 }
 
 fn directly(

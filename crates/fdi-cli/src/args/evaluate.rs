@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use clap::{Args, ValueEnum};
 
-use super::ReportArgs;
+use super::{ReportArgs, noise_a};
 
 /// Options of `fdi evaluate`.
 #[derive(Clone, Debug, Args)]
@@ -25,7 +25,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_enum, default_value_t = Switch::Off)]
     pub digitisation: Switch,
     /// Noise on each phase sample before a 12-bit converter, rms [default: 0, neither; 0.02 for `noisy`]
-    #[arg(long, value_name = "A")]
+    #[arg(long, value_name = "A", value_parser = noise_a)]
     pub noise_a: Option<f64>,
     /// Rate of the phase samples
     #[arg(long, default_value_t = 10_000.0, value_name = "N")]

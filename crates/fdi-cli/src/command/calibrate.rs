@@ -10,7 +10,7 @@ use fdi_core::{
 };
 use greybox::{Calibrated, CalibratedNumber};
 
-use super::explain::{holdout, in_form, rounded, spared, stage, whole_recordings};
+use super::explain::{holdout, in_form, rounded, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::CalibrateArgs, progress::watched, stamp};
 
 /// Finds the numbers of a machine from healthy recordings, and writes the model with them.
@@ -20,7 +20,6 @@ pub(crate) fn calibrate(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    spared(&args.records, global, None)?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let recordings = whole_recordings(&args.records, &model)?;

@@ -21,8 +21,8 @@ use crate::{
     DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::FleetArgs,
     batch::in_order,
+    files::Files,
     output::{Answer, Head, Tally, writer},
-    overwriting,
     progress::Progress,
     resume::{Line, Resume},
     stamp,
@@ -41,20 +41,23 @@ pub fn diagnose_with(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
+    Files::of_diagnosis(args, global).check()?;
+    diagnose(diagnoser, args, global, streams)
+}
+
+/// The same, once what it reads and writes has been checked.
+pub(crate) fn diagnose(
+    diagnoser: &dyn Diagnoser,
+    args: &DiagnoseArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
     let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
     let map = ColumnMap::new(&args.map.map)?;
     let is_kept = args.resume.is_some();
     let (fleet, stable) = (&args.fleet, global.stable);
     let batch = Batch { diagnoser, map, fleet, stable, one_a_line, is_kept };
     let inputs = inputs(args);
-    overwriting::refuse(
-        &[
-            ("--output", global.output.as_deref()),
-            ("--report", args.report.report.as_deref()),
-            ("--resume", args.resume.as_deref()),
-        ],
-        inputs.iter().map(Input::path).chain(args.reference.iter().map(PathBuf::as_path)),
-    )?;
     let resume = match &args.resume {
         Some(path) => {
             let head = answers::head(args, global, diagnoser)?;

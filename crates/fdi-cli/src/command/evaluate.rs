@@ -36,9 +36,6 @@ pub(crate) fn evaluate_protocol(
     let protocol = protocol(args.protocol);
     let is_noisy = protocol == Protocol::Noisy;
     let noise_a = args.noise_a.unwrap_or(if is_noisy { NOISY_A } else { 0.0 });
-    if !(noise_a.is_finite() && noise_a >= 0.0) {
-        bail!("`--noise-a {noise_a}`: expected 0 or more");
-    }
     let fastest_hz = protocol.experiment().actuator.controller.sample_hz;
     if !(2000.0..=fastest_hz).contains(&args.phase_rate_hz) {
         bail!("`--phase-rate-hz {}`: expected 2000 to {fastest_hz}", args.phase_rate_hz);

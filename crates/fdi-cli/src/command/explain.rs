@@ -10,10 +10,7 @@ pub(crate) use compared::{lacks, says_its_command};
 pub(super) use document::holdout;
 pub(crate) use sentences::rounded;
 
-use std::{
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{path::PathBuf, time::Instant};
 
 use anyhow::{Context, Result, anyhow, bail};
 use fdi_core::{
@@ -26,7 +23,7 @@ use serde::Serialize;
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
-    html_report, overwriting,
+    html_report,
     progress::watched,
 };
 
@@ -37,10 +34,11 @@ pub(crate) fn explain(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    if matches!(global.output_format, OutputFormat::Csv | OutputFormat::Parquet) {
+    use OutputFormat::{Human, Json, Jsonl};
+
+    if !matches!(global.output_format, Human | Json | Jsonl) {
         bail!("no table of this: `--output-format human|json|jsonl`");
     }
-    spared(&args.records, global, args.report.report.as_deref())?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let explained = match recordings(&args.records, &model)? {
@@ -85,17 +83,6 @@ pub(super) fn stage(what: &str, recordings: &Recordings) -> String {
         count => format!(", {count} held out"),
     };
     format!("{what} {train} {noun}{held}")
-}
-
-/// Refuses to write over a recording that is read.
-pub(super) fn spared(
-    records: &RecordArgs,
-    global: &GlobalArgs,
-    report: Option<&Path>,
-) -> Result<()> {
-    let read = records.train.iter().chain(&records.holdout).chain(&records.repeat);
-    let products = [("--output", global.output.as_deref()), ("--report", report)];
-    overwriting::refuse(&products, read.map(PathBuf::as_path))
 }
 
 /// An answer in the form asked for, of those that are no tables.

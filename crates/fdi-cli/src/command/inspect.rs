@@ -7,7 +7,7 @@ use fdi_core::{Channel, ColumnMap, Current, OtherColumn, RecordError, Recording,
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams, args::InspectArgs, config::every_setting,
-    output::table,
+    output::table, shell::file_word,
 };
 
 /// Says what a recording holds.
@@ -62,7 +62,8 @@ fn advice<S: AsRef<str>>(columns: &[S], args: &InspectArgs) -> Option<String> {
         .chain(guessed.iter().map(ToString::to_string))
         .map(|entry| format!("--map '{entry}'"))
         .collect();
-    let command = format!("fdi inspect {} {}", maps.join(" "), args.file.display());
+    let command =
+        format!("fdi inspect {} {}", maps.join(" "), file_word(&args.file.display().to_string()));
     (!guessed.is_empty()).then(|| format!("if the names mean what they seem to, `{command}`"))
 }
 

@@ -10,7 +10,7 @@ use fdi_core::{
 };
 use greybox::{CommandKind, Options, Proposed};
 
-use super::explain::{in_form, rounded, spared, stage, whole_recordings};
+use super::explain::{in_form, rounded, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
 
 /// Looks for the recording that tells open causes apart, and writes its command.
@@ -20,7 +20,6 @@ pub(crate) fn propose(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    spared(&args.records, global, None)?;
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let recordings = whole_recordings(&args.records, &model)?;

@@ -1,7 +1,10 @@
 //! `fdi simulate`.
 
-use anyhow::Result;
-use fdi_core::ema_sim::{Converter, PhaseSensors};
+use anyhow::{Result, bail};
+use fdi_core::{
+    FileFormat,
+    ema_sim::{Converter, PhaseSensors},
+};
 
 use crate::{
     ExitStatus, GlobalArgs, Streams,
@@ -32,7 +35,12 @@ pub(crate) fn simulate(
         }
     }
     if let Some(path) = &global.output {
-        recording.write(path, format)?;
+        let bytes = match FileFormat::of(path) {
+            Some(FileFormat::Csv) => recording.to_csv(format)?.into_bytes(),
+            Some(FileFormat::CsvGz) => recording.to_csv_gz(format)?,
+            _ => bail!("`{}` does not end in `.csv` or `.csv.gz`", path.display()),
+        };
+        streams.product(Some(path), |out| out.write_all(&bytes))?;
         return Ok(ExitStatus::Done);
     }
     let text = recording.to_csv(format)?;

@@ -10,6 +10,7 @@ use toml::{
 };
 
 use super::Setting;
+use crate::files::require_file;
 
 /// The settings that a file gives.
 #[derive(Debug, Default)]
@@ -22,6 +23,7 @@ pub(super) struct SettingsFile {
 impl SettingsFile {
     /// Reads a file and refuses what is no setting, or no value of one.
     pub(super) fn read(path: &Path, settings: &[Setting]) -> Result<Self> {
+        require_file(path)?;
         let name = path.display().to_string();
         let text = fs::read_to_string(path).with_context(|| format!("`{name}` cannot be read"))?;
         Self::parse(name, &text, settings)

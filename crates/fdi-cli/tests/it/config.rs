@@ -111,6 +111,14 @@ fn a_report_tells_the_settings_it_was_made_with() {
         assert!(html.contains(row), "{row}");
     }
     assert!(!html.contains("<td>default</td>"));
+    // how many at the same time changes nothing
+    let with = |jobs: &str| {
+        let arguments = ["--jobs", jobs, "--stable", "diagnose", "-q", "--report", "r.html"];
+        let (code, _, err) = fdi(folder.path(), &[], &[&arguments[..], &[&recording]].concat());
+        assert_eq!(code, 0, "{err}");
+        fs::read(folder.path().join("r.html")).unwrap()
+    };
+    assert!(with("1") == with("2"));
 }
 
 #[test]
@@ -137,6 +145,14 @@ fn variables_are_checked_and_blamed() {
     let method = error(&[("FDI_DIAGNOSE_METHOD", "eis")], &["diagnose", "r.csv"]);
     assert!(method.starts_with("error: `FDI_DIAGNOSE_METHOD`: invalid value 'eis'"), "{method}");
     assert!(method.contains("[possible values: composite"), "{method}");
+    let map = error(&[("FDI_DIAGNOSE_MAP", "current_a")], &["diagnose", "r.csv"]);
+    assert!(map.starts_with("error: `FDI_DIAGNOSE_MAP`: invalid value 'current_a'"), "{map}");
+    let map = error(&[("FDI_INSPECT_MAP", "weather=I")], &["inspect", "r.csv"]);
+    assert!(map.starts_with("error: `FDI_INSPECT_MAP`: invalid value 'weather=I'"), "{map}");
+    let empty = error(&[("FDI_CONFIG", "")], &["schema", "recording"]);
+    assert_eq!(empty, "error: `FDI_CONFIG` is empty; expected a file\n");
+    let none = error(&[("FDI_CONFIG", "none.toml")], &["schema", "recording"]);
+    assert!(none.starts_with("error: `FDI_CONFIG`: `none.toml` cannot be read"), "{none}");
     // the flag is to blame where it is the flag's value
     let flag = error(&[("FDI_SEED", "x")], &["--seed", "x", "schema", "recording"]);
     assert!(flag.starts_with("error: invalid value 'x' for '--seed"), "{flag}");

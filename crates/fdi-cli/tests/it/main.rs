@@ -15,6 +15,7 @@ mod config;
 mod diagnosis;
 mod explain;
 mod explained;
+mod files;
 mod killed;
 mod reference;
 mod report;

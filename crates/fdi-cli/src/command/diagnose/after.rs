@@ -1,6 +1,6 @@
 //! What follows a batch: the report, the trends beside it, and what to run next.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::CommandFactory;
@@ -13,8 +13,9 @@ use super::Batch;
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, Streams,
     command::{lacks, says_its_command},
-    html_report::{self, DiagnosisReport, put},
+    html_report::{self, DiagnosisReport, put, trends_beside},
     output::{TOOL, Tally},
+    shell::{file_word, quoted},
     stamp,
 };
 
@@ -57,7 +58,12 @@ pub(super) fn batch(
             seed: global.seed,
             stamp: made.as_deref(),
             next,
-            settings: global.settings.iter().filter(|one| one.is_set()).cloned().collect(),
+            settings: global
+                .settings
+                .iter()
+                .filter(|one| one.is_set() && one.is_of_the_answer())
+                .cloned()
+                .collect(),
             signals: &|record| {
                 let recording = Recording::read(Path::new(&record.recording), &batch.map)
                     .with_context(|| record.recording.clone())?;
@@ -69,16 +75,11 @@ pub(super) fn batch(
     if let Some(report) = &args.report.report
         && !fleet.actuators.is_empty()
     {
-        put(&beside(report, "json"), &(serde_json::to_string_pretty(&fleet)? + "\n"))?;
-        put(&beside(report, "csv"), &fleet.to_csv())?;
+        let [json, csv] = trends_beside(report);
+        put(&json, &(serde_json::to_string_pretty(&fleet)? + "\n"))?;
+        put(&csv, &fleet.to_csv())?;
     }
     Ok(())
-}
-
-/// The file of the trends beside a report: `report.html`, `report-fleet.json`.
-fn beside(report: &Path, extension: &str) -> PathBuf {
-    let stem = report.file_stem().unwrap_or_default().to_string_lossy();
-    report.with_file_name(format!("{stem}-fleet.{extension}"))
 }
 
 /// Recordings named in a command; a longer one is a script's work.
@@ -163,7 +164,7 @@ fn advice(
         if !Path::new(&file).exists() {
             given.push(format!("`{file}` is the model file of this machine"));
         }
-        format!("--model {}", quoted(&file))
+        format!("--model {}", file_word(&file))
     }));
     words.extend(maps.iter().map(|map| format!("--map {}", quoted(map))));
     if let Some(name) = assumed {
@@ -173,7 +174,7 @@ fn advice(
         given.push("`COMMAND.csv` is a recording of the command, with `command_rad`".to_owned());
     }
     words.push("--train".to_owned());
-    words.extend(chosen.iter().map(|one| quoted(&one.name)));
+    words.extend(chosen.iter().map(|one| file_word(&one.name)));
     if chosen.len() == 1 {
         words.push("--holdout SECOND.csv".to_owned());
         given.push("`SECOND.csv` is a second recording of the same machine".to_owned());
@@ -186,16 +187,6 @@ fn advice(
     Some(format!(
         "the model does not explain {what}; to learn what it gets wrong{part}, run `{command}`{given}"
     ))
-}
-
-/// A word as a POSIX shell reads it.
-fn quoted(word: &str) -> String {
-    let plain = |letter: char| letter.is_alphanumeric() || "-_./=:,+@%".contains(letter);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }
 
 #[cfg(test)]
@@ -225,6 +216,10 @@ mod tests {
         let text = advice(&chirps, 2, &[], Some("ema-48")).unwrap();
         assert!(text.ends_with("--model ema-48 --command chirp --train a.csv b.csv`"), "{text}");
         assert_eq!(advice(&[], 0, &[], None), None);
+        // a name that looks like an option
+        let dash = of(&["-a.csv", "--b.csv"], &Asked::Told);
+        let text = advice(&dash, 2, &[], None).unwrap();
+        assert!(text.ends_with("--train ./-a.csv ./--b.csv`"), "{text}");
     }
 
     #[test]
@@ -244,10 +239,5 @@ mod tests {
         assert!(text.ends_with("(2 of them), run `fdi explain --train a.csv c.csv`"), "{text}");
         let text = advice(&some[1..2], 1, &[], None).unwrap();
         assert!(text.contains("recordings with the column `motor_angle_rad`"), "{text}");
-    }
-
-    #[test]
-    fn trends_stand_beside_the_report() {
-        assert_eq!(beside(Path::new("out/x.html"), "csv"), Path::new("out/x-fleet.csv"));
     }
 }
