@@ -453,7 +453,7 @@ impl ServoAxisSimulation {
 
     /// Runs the test on an axis with worn friction (`k1`) and backlash (`k2`); the faults of a
     /// winding have no place in it. Where the axis is driven away the run ends at once:
-    /// [`AxisTrace::runaway`] says why, and the channels are NaN from there on.
+    /// [`runaway`](field@AxisTrace::runaway) says why, and the channels are NaN from there on.
     pub fn simulate(&self, faults: &PhysicalFaults) -> AxisTrace {
         let axis = self.reshaped();
         let law = &axis.controller;
