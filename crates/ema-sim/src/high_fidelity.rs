@@ -230,8 +230,8 @@ impl HighFidelity {
     }
 
     /// Runs the test on an actuator with the given damage. Where the shaft is driven away the run
-    /// ends at once: [`runaway`](field@HighFidelityTrace::runaway) says why, and the channels are NaN from there
-    /// on; [`try_simulate`](Self::try_simulate) makes an error of it.
+    /// ends at once: [`runaway`](field@HighFidelityTrace::runaway) says why, and the channels are
+    /// NaN from there on; [`try_simulate`](Self::try_simulate) makes an error of it.
     pub fn simulate(&self, faults: &PhysicalFaults) -> HighFidelityTrace {
         self.observed(faults, ()).0
     }

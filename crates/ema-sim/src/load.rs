@@ -97,9 +97,7 @@ impl Load {
             }
         }
     }
-}
 
-impl Load {
     /// Largest size of the load while the surface is between stops, and the angle of attack within
     /// a radian of trim.
     pub(crate) fn most_n_m(&self, stop_rad: f64) -> f64 {

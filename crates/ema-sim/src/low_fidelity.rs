@@ -125,8 +125,8 @@ impl LowFidelity {
     }
 
     /// Runs the test on an actuator with the given damage. Where the shaft is driven away the run
-    /// ends at once: [`runaway`](field@LowFidelityTrace::runaway) says why, and the channels are NaN from there
-    /// on; [`try_simulate`](Self::try_simulate) makes an error of it.
+    /// ends at once: [`runaway`](field@LowFidelityTrace::runaway) says why, and the channels are
+    /// NaN from there on; [`try_simulate`](Self::try_simulate) makes an error of it.
     pub fn simulate(&self, faults: &PhysicalFaults) -> LowFidelityTrace {
         let room = || Vec::with_capacity(self.command_rad.len());
         let mut trace = LowFidelityTrace {

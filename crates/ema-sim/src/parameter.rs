@@ -140,6 +140,23 @@ pub(crate) fn within(
     }
 }
 
+/// Requires dry friction, by key and value, that does not fall when the machine stops.
+pub(crate) fn kinetic_within_static(
+    (kinetic, kinetic_value): (&str, f64),
+    (fixed, fixed_value): (&str, f64),
+) -> Result<(), ParameterError> {
+    if kinetic_value > fixed_value {
+        let (kinetic, fixed) = (kinetic.to_owned(), fixed.to_owned());
+        return Err(ParameterError::KineticAboveStatic {
+            kinetic,
+            kinetic_value,
+            fixed,
+            fixed_value,
+        });
+    }
+    Ok(())
+}
+
 /// How a field is read and written as a number.
 trait Number: Copy {
     fn read(self) -> f64;

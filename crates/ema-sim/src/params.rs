@@ -3,7 +3,7 @@
 use crate::{
     back_emf::BackEmfTable,
     error::ParameterError,
-    parameter::{Parameter, within},
+    parameter::{Parameter, kinetic_within_static, within},
 };
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.
@@ -212,14 +212,10 @@ impl Actuator {
             parameter.check(self)?;
         }
         let (m, v, t, c) = (&self.motor, &self.inverter, &self.transmission, &self.controller);
-        if t.kinetic_friction_n_m > t.static_friction_n_m {
-            return Err(ParameterError::KineticAboveStatic {
-                kinetic: "transmission.kinetic-friction-n-m".to_owned(),
-                kinetic_value: t.kinetic_friction_n_m,
-                fixed: "transmission.static-friction-n-m".to_owned(),
-                fixed_value: t.static_friction_n_m,
-            });
-        }
+        kinetic_within_static(
+            ("transmission.kinetic-friction-n-m", t.kinetic_friction_n_m),
+            ("transmission.static-friction-n-m", t.static_friction_n_m),
+        )?;
         // a play as wide as the travel leaves no way to the stop
         within("transmission.backlash-rad", t.backlash_rad, 0.0, t.stop_rad)?;
         within("inverter.dead-time-s", v.dead_time_s, 0.0, 0.1 / v.carrier_hz)?;

@@ -51,12 +51,13 @@ pub struct PhaseSensors {
 /// Distance between the seeds of the phases' noise.
 const PHASE_STREAM: u64 = 0xd1b5_4a32_d192_ed03;
 
-/// Beyond the noise and the range of any current sensor.
-const MOST_A: f64 = 1e6;
 /// Range below which a converter tells nothing from nothing.
 const LEAST_RANGE_A: f64 = 1e-6;
 
 impl PhaseSensors {
+    /// Beyond the noise and the range of any current sensor, A.
+    pub const MOST_A: f64 = 1e6;
+
     /// Refuses sensors that nobody has.
     ///
     /// # Errors
@@ -64,9 +65,9 @@ impl PhaseSensors {
     /// [`ParameterError::OutOfBounds`] for `noise-a` that is not from 0 to 1 MA, for `adc-range-a`
     /// that is not from 1 µA to 1 MA, and for `adc-bits` that are not from 1 to 32.
     pub fn check(&self) -> Result<(), ParameterError> {
-        within("noise-a", self.noise_a, 0.0, MOST_A)?;
+        within("noise-a", self.noise_a, 0.0, Self::MOST_A)?;
         let Some(converter) = &self.converter else { return Ok(()) };
-        within("adc-range-a", converter.range_a, LEAST_RANGE_A, MOST_A)?;
+        within("adc-range-a", converter.range_a, LEAST_RANGE_A, Self::MOST_A)?;
         within("adc-bits", f64::from(converter.bits), 1.0, 32.0)
     }
 

@@ -13,6 +13,7 @@ use crate::{
     error::{ParameterError, SimulationError},
     fault::{FaultId, PhysicalFaults},
     load::Load,
+    parameter::kinetic_within_static,
     params::least_inertia,
     plant::{Additions, Run},
     runaway::{Ended, Runaway, SpeedGuard},
@@ -61,8 +62,12 @@ pub struct ServoAxis {
 impl ServoAxis {
     /// Torque or force of the motor at the controller's limit, at rest.
     fn peak_force(&self) -> f64 {
-        let limit = self.force_constant * self.controller.output_limit;
-        if self.drive == Drive::Winding { limit / self.resistance_ohm } else { limit }
+        self.at_rest(self.force_constant * self.controller.output_limit)
+    }
+
+    /// What the controller's output makes at rest: of a winding it is a voltage.
+    fn at_rest(&self, of_output: f64) -> f64 {
+        if self.drive == Drive::Winding { of_output / self.resistance_ohm } else { of_output }
     }
 
     /// What effects can act on.
@@ -91,17 +96,10 @@ impl ServoAxis {
                 parameter.check(self)?;
             }
         }
-        let (kinetic_value, fixed_value) = (self.kinetic_friction, self.static_friction);
-        if kinetic_value > fixed_value {
-            let kinetic = self.key_of("axis.kinetic-friction-{f}");
-            let fixed = self.key_of("axis.static-friction-{f}");
-            return Err(ParameterError::KineticAboveStatic {
-                kinetic,
-                kinetic_value,
-                fixed,
-                fixed_value,
-            });
-        }
+        kinetic_within_static(
+            (&self.key_of("axis.kinetic-friction-{f}"), self.kinetic_friction),
+            (&self.key_of("axis.static-friction-{f}"), self.static_friction),
+        )?;
         if self.controller.speed_samples > 1000 {
             let (field, value) = ("controller.speed-samples", self.controller.speed_samples);
             let (value, least, most) = (f64::from(value), 0.0, 1000.0);
@@ -399,11 +397,8 @@ impl ServoAxisSimulation {
         };
         let (axis, refused) = (&self.axis, refused.to_vec());
         let tick_s = 1.0 / axis.controller.sample_hz;
-        // of a winding the output is a voltage; other drives have none
         let limit = axis.controller.output_limit;
-        let limit_a =
-            if axis.drive == Drive::Winding { limit / axis.resistance_ohm } else { limit };
-        let (moved, limits) = ((axis.inertia, 1.0), (limit, limit_a));
+        let (moved, limits) = ((axis.inertia, 1.0), (limit, axis.at_rest(limit)));
         let strength = Strength::new(axis.peak_force(), moved, tick_s, limits);
         let (geometry, stop_rad) = (axis.geometry, None);
         let (name, footing) = ("the servo axis", axis.footing());

@@ -10,6 +10,7 @@ use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
     ColumnMap, Encoding, RootSeed, Schema,
+    ema_sim::PhaseSensors,
     report::{Fidelity, Method},
 };
 
@@ -529,15 +530,12 @@ fn not_negative(text: &str) -> Result<f64, String> {
     })
 }
 
-/// Beyond the noise of any current sensor, A.
-const MOST_NOISE_A: f64 = 1e6;
-
 fn noise_a(text: &str) -> Result<f64, String> {
     not_negative(text).and_then(|value| {
-        if value <= MOST_NOISE_A {
+        if value <= PhaseSensors::MOST_A {
             Ok(value)
         } else {
-            Err(format!("expected at most {MOST_NOISE_A} A"))
+            Err(format!("expected at most {} A", PhaseSensors::MOST_A))
         }
     })
 }

@@ -22,10 +22,9 @@ pub(crate) fn experiment(args: &TestArgs) -> Result<Experiment> {
 /// An actuator in the test that the options name.
 pub(crate) fn experiment_of(model: &Model, args: &TestArgs) -> Result<Experiment> {
     let name = model.name.clone().context("a model that is read has a name")?;
-    let mut test = match args.command.as_str() {
-        "chirp" => Experiment::chirp(),
-        "sine" => Experiment::sine(),
-        file => recorded(Path::new(file))?,
+    let mut test = match named_test(&args.command) {
+        Some(test) => test,
+        None => recorded(Path::new(&args.command))?,
     };
     if let Some(load_n_m) = args.load_n_m {
         test.scenario.load_n_m = load_n_m;
@@ -35,6 +34,15 @@ pub(crate) fn experiment_of(model: &Model, args: &TestArgs) -> Result<Experiment
         let blamed = if of_the_command(&error) { &args.command } else { &args.model };
         anyhow::Error::new(error).context(blamed.clone())
     })
+}
+
+/// The test of actuators that has this name.
+pub(crate) fn named_test(name: &str) -> Option<Experiment> {
+    match name {
+        "chirp" => Some(Experiment::chirp()),
+        "sine" => Some(Experiment::sine()),
+        _ => None,
+    }
 }
 
 /// The test of a servo axis that the options name.

@@ -17,11 +17,11 @@ use fdi_core::{
 use crate::{
     DiagnoseArgs, GlobalArgs,
     args::{BundleCommand, Command, RecordArgs, ReportArgs, TestArgs},
-    config, html_report,
+    config,
+    experiment::named_test,
+    html_report,
 };
 
-/// Tests that have a name.
-const NAMED_COMMANDS: [&str; 2] = ["chirp", "sine"];
 /// Bases of a model that are looked for; more are refused when it is read.
 const MOST_BASES: usize = 16;
 /// Links that are followed to a file that is not there yet.
@@ -39,9 +39,7 @@ pub(crate) struct Files {
 impl Files {
     /// Those of a command.
     pub(crate) fn of(command: &Command, global: &GlobalArgs) -> Self {
-        let mut files = Self::default();
-        files.product("--output", global.output.as_ref());
-        files.read("the file of settings", config::file(global.config.as_deref()));
+        let mut files = Self::of_every_command(global);
         match command {
             Command::Diagnose(args) => files.diagnosis(args),
             Command::Simulate(args) => files.test(&args.test),
@@ -70,10 +68,15 @@ impl Files {
 
     /// Those of `diagnose`.
     pub(crate) fn of_diagnosis(args: &DiagnoseArgs, global: &GlobalArgs) -> Self {
+        let mut files = Self::of_every_command(global);
+        files.diagnosis(args);
+        files
+    }
+
+    fn of_every_command(global: &GlobalArgs) -> Self {
         let mut files = Self::default();
         files.product("--output", global.output.as_ref());
         files.read("the file of settings", config::file(global.config.as_deref()));
-        files.diagnosis(args);
         files
     }
 
@@ -110,7 +113,7 @@ impl Files {
     }
 
     fn command(&mut self, command: &str) {
-        if !NAMED_COMMANDS.contains(&command) {
+        if named_test(command).is_none() {
             self.read("the command", [command.into()]);
         }
     }

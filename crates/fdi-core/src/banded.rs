@@ -232,8 +232,7 @@ impl BandedCholesky {
     ///
     /// When a length is not the matrix order.
     pub fn whiten_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
-        let mut all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
-        assert!(all.iter().all(|r| r.len() == self.factor.order));
+        let mut all = self.sides(all);
         Arch::new().dispatch(Whiten { factor: &self.factor, all: &mut all });
     }
 
@@ -252,9 +251,15 @@ impl BandedCholesky {
     ///
     /// When a length is not the matrix order.
     pub fn whiten_transposed_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
-        let mut all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
-        assert!(all.iter().all(|z| z.len() == self.factor.order));
+        let mut all = self.sides(all);
         Arch::new().dispatch(WhitenTransposed { factor: &self.factor, all: &mut all });
+    }
+
+    /// Right-hand sides as slices of the matrix order.
+    fn sides<'r, R: AsMut<[f64]>>(&self, all: &'r mut [R]) -> Vec<&'r mut [f64]> {
+        let all: Vec<&mut [f64]> = all.iter_mut().map(AsMut::as_mut).collect();
+        assert!(all.iter().all(|side| side.len() == self.factor.order));
+        all
     }
 
     /// `L·z` in place: coloured noise from white.
@@ -479,6 +484,21 @@ mod tests {
         factor.whiten_transposed(&mut b);
         for (got, want) in b.iter().zip(&x) {
             assert!((got - want).abs() < FACTOR_REL * 10.0);
+        }
+    }
+
+    #[test]
+    fn rows_beyond_the_last_group_and_narrow_bands_are_solved_as_well() {
+        for (order, half_band) in [(41, 5), (43, 4), (42, 3), (7, 1), (3, 2), (9, 0)] {
+            let a = example(order, half_band);
+            let x: Vec<f64> = (0..order).map(|i| (i as f64 * 0.3).cos()).collect();
+            let mut b = a.times(&x);
+            let factor = a.cholesky().unwrap();
+            factor.whiten(&mut b);
+            factor.whiten_transposed(&mut b);
+            for (got, want) in b.iter().zip(&x) {
+                assert!((got - want).abs() < FACTOR_REL * 10.0, "{order} {half_band}");
+            }
         }
     }
 

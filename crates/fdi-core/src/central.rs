@@ -9,9 +9,7 @@ pub(crate) fn differences(
     step: f64,
     mut function: impl FnMut(&[f64]) -> Vec<f64>,
 ) -> Vec<Vec<f64>> {
-    let steps = vec![step; point.len()];
-    let Ok(rows) = differences_of(point, &steps, |at| Ok::<_, Infallible>(function(at)));
-    rows
+    differences_together(point, step, |points| points.iter().map(|at| function(at)).collect())
 }
 
 /// The same of a function of several points at once, which is asked for all of them together.
@@ -20,17 +18,9 @@ pub(crate) fn differences_together(
     step: f64,
     function: impl FnOnce(&[Vec<f64>]) -> Vec<Vec<f64>>,
 ) -> Vec<Vec<f64>> {
-    let side = |(place, sign): (usize, f64)| {
-        let mut moved = point.to_vec();
-        moved[place] += sign * step;
-        moved
-    };
-    let points: Vec<Vec<f64>> =
-        (0..point.len()).flat_map(|place| [(place, 1.0), (place, -1.0)]).map(side).collect();
-    let slope = |pair: &[Vec<f64>]| {
-        pair[0].iter().zip(&pair[1]).map(|(u, d)| (u - d) / (2.0 * step)).collect()
-    };
-    function(&points).chunks_exact(2).map(slope).collect()
+    let steps = vec![step; point.len()];
+    let Ok(rows) = of_all(point, &steps, |points| Ok::<_, Infallible>(function(points)));
+    rows
 }
 
 /// The same of a function that can fail, with a step for each coordinate.
@@ -39,14 +29,25 @@ pub(crate) fn differences_of<E>(
     steps: &[f64],
     mut function: impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
 ) -> Result<Vec<Vec<f64>>, E> {
-    let row = |(place, step): (usize, &f64)| {
-        let mut side = |sign: f64| {
+    of_all(point, steps, |points| points.iter().map(|at| function(at)).collect())
+}
+
+fn of_all<E>(
+    point: &[f64],
+    steps: &[f64],
+    function: impl FnOnce(&[Vec<f64>]) -> Result<Vec<Vec<f64>>, E>,
+) -> Result<Vec<Vec<f64>>, E> {
+    let sides = |(place, step): (usize, &f64)| {
+        [*step, -step].map(|by| {
             let mut moved = point.to_vec();
-            moved[place] += sign * step;
-            function(&moved)
-        };
-        let (up, down) = (side(1.0)?, side(-1.0)?);
-        Ok(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect())
+            moved[place] += by;
+            moved
+        })
     };
-    steps.iter().enumerate().map(row).collect()
+    let points: Vec<Vec<f64>> = steps.iter().enumerate().flat_map(sides).collect();
+    let values = function(&points)?;
+    let slope = |(pair, step): (&[Vec<f64>], &f64)| {
+        pair[0].iter().zip(&pair[1]).map(|(u, d)| (u - d) / (2.0 * step)).collect()
+    };
+    Ok(values.chunks_exact(2).zip(steps).map(slope).collect())
 }

@@ -890,8 +890,9 @@ impl Run<'_> {
         Ok((None, most))
     }
 
-    /// One step for a whitened residual with the monitor's own slopes, and its residual there: what a surface leaves out
-    /// is not to be read as damage. `None` where the slopes leave a coordinate undetermined.
+    /// One step for a whitened residual with the monitor's own slopes, and its residual there: what
+    /// a surface leaves out is not to be read as damage. `None` where the slopes leave a coordinate
+    /// undetermined.
     fn last_step(
         &self,
         hypothesis: &Hypothesis<'_>,
@@ -1109,16 +1110,19 @@ impl Run<'_> {
     }
 
     /// The same of what the monitor gives at the point.
-    fn compare(&self, hypothesis: &Hypothesis<'_>, signal: Vec<f64>, point: &[f64]) -> Vec<f64> {
-        let mut residual = signal;
+    fn compare(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        mut signal: Vec<f64>,
+        point: &[f64],
+    ) -> Vec<f64> {
         let mean = hypothesis.error.mean_at(&within_training(point));
-        for ((value, mean), measured) in
-            residual.iter_mut().zip(mean).zip(&self.observation.signal_a)
+        for ((value, mean), measured) in signal.iter_mut().zip(mean).zip(&self.observation.signal_a)
         {
             *value = measured - *value - mean;
         }
-        (self.watch.residual)(&residual);
-        residual
+        (self.watch.residual)(&signal);
+        signal
     }
 
     /// The coordinates looked for among all seven, the others zero.

@@ -36,11 +36,13 @@ pub(crate) struct Likelihood {
     misfits: OnceLock<(f64, f64)>,
 }
 
-/// Slopes of the signal, one row a coordinate, and the same as white numbers.
+/// Slopes of the signal, one row a coordinate, the same as white numbers, and their information.
 #[derive(Debug)]
 pub(crate) struct Slopes {
     rows: Vec<Vec<f64>>,
     white: Vec<Vec<f64>>,
+    /// `JᵀΣ⁻¹J`.
+    information: DMatrix<f64>,
 }
 
 impl Slopes {
@@ -55,7 +57,7 @@ impl Slopes {
     pub(crate) fn step(&self, white: &[f64]) -> Option<DVector<f64>> {
         let projections = self.white.iter().map(|row| dot(row, white));
         let projected = DVector::from_iterator(self.white.len(), projections);
-        Some(gram(&self.white).try_inverse()? * projected)
+        Some(self.information.clone().try_inverse()? * projected)
     }
 
     /// What a step leaves of a whitened residual, to first order.
@@ -184,7 +186,8 @@ impl Likelihood {
 
     /// Slopes of the signal, one row a coordinate, with what is made of them here.
     pub(crate) fn slopes(&self, rows: Vec<Vec<f64>>) -> Slopes {
-        Slopes { white: self.factor.whiten_each(rows.iter()), rows }
+        let white = self.factor.whiten_each(rows.iter());
+        Slopes { information: gram(&white), rows, white }
     }
 
     /// Covariance of the generalised least-squares estimate.
@@ -204,7 +207,7 @@ impl Likelihood {
     ) -> Option<DMatrix<f64>> {
         let order = slopes.rows.len();
         let prior = diagonal(precision);
-        let inverse = (gram(&slopes.white) + &prior).try_inverse()?;
+        let inverse = (&slopes.information + &prior).try_inverse()?;
         let samples = slopes.rows.first().map_or(0, Vec::len);
         let solved = self.factor.spread_each(slopes.white.clone(), samples);
         let weights = combined(&inverse, &solved);

@@ -19,8 +19,8 @@ impl LowFidelity {
     /// order of the faults.
     ///
     /// What [`simulate_current`](Self::simulate_current) gives, bit for bit, several times as
-    /// fast: sixteen states of health, or four, go side by side through the ticks in which nothing happens,
-    /// with wide vectors where the machine has them, and one by one through the others. Effects, a
+    /// fast: sixteen states of health, or four, go side by side through the ticks in which nothing
+    /// happens, with wide vectors where the machine has them, and one by one through the others. Effects, a
     /// load that changes, a field-oriented drive with a measured back-EMF, a derivative part,
     /// controller noise and digitisation are simulated one by one altogether.
     ///

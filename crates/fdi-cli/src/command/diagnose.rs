@@ -67,9 +67,8 @@ pub(crate) fn diagnose(
     };
     let mut records = after::wanted(args).then(Vec::new);
     let (tally, left) = tell(&batch, &inputs, resume, &mut records, global, streams)?;
-    if let (Some(path), true) = (&global.output, left && !global.quiet) {
-        let name = path.display();
-        streams.say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+    if let (Some(path), true) = (&global.output, left) {
+        say_left(path, global, streams);
     }
     for failure in &tally.failures {
         streams.say(format_args!("error: {}: {}", failure.recording, failure.error));
@@ -79,6 +78,14 @@ pub(crate) fn diagnose(
     }
     after::batch(&batch, args, global, &tally, records.as_deref(), streams)?;
     Ok(status(&tally, args.exit_code))
+}
+
+/// Says that an older product stays.
+fn say_left(path: &Path, global: &GlobalArgs, streams: &mut Streams<'_>) {
+    if !global.quiet {
+        let name = path.display();
+        streams.say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
+    }
 }
 
 /// Diagnoses what is not done yet and writes all answers; says whether an older product was left

@@ -9,10 +9,11 @@ use fdi_core::{
     report::{Fleet, RecordDiagnosis},
 };
 
-use super::Batch;
+use super::{Batch, say_left};
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, Streams,
     command::{lacks, says_its_command},
+    experiment::named_test,
     html_report::{self, DiagnosisReport, put, trends_beside},
     output::{TOOL, Tally},
     shell::{file_word, quoted},
@@ -40,11 +41,7 @@ pub(super) fn batch(
     let Some(records) = records else { return Ok(()) };
     let older = args.report.report.as_deref().filter(|path| path.exists());
     if let (true, Some(older)) = (tally.is_empty(), older) {
-        let name = older.display();
-        if !global.quiet {
-            streams
-                .say(format_args!("`{name}` is left as it was: no recording could be diagnosed"));
-        }
+        say_left(older, global, streams);
         return Ok(());
     }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
@@ -95,10 +92,9 @@ fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> O
         let command = if says_its_command(&recording) {
             Asked::Told
         } else {
-            match batch.diagnoser.command_name(&recording) {
-                Some(name @ ("chirp" | "sine")) => Asked::Assumed(name.to_owned()),
-                _ => Asked::Unknown,
-            }
+            let name = batch.diagnoser.command_name(&recording);
+            let named = name.filter(|name| named_test(name).is_some());
+            named.map_or(Asked::Unknown, |name| Asked::Assumed(name.to_owned()))
         };
         Some(Unexplained { name: name.clone(), lacks, command })
     };

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Channel, ChannelName, CommandSource, EnvelopeKind, Experiment, RecordError, Recording,
+    Channel, ChannelName, CommandSource, EnvelopeKind, RecordError, Recording,
     ema_sim::{Drive, Envelope, Scenario, model_file::MachineModel},
 };
 use greybox::{CommandKind, Record};
 
-use crate::experiment::recording_of;
+use crate::experiment::{named_test, recording_of};
 
 /// Share of a sample that a sample may be off the grid of its recording.
 const MOST_OFF_GRID: f64 = 0.01;
@@ -20,10 +20,7 @@ pub(super) fn compared(
     model: &MachineModel,
     asked: Option<&Asked>,
 ) -> Result<Result<Record, String>> {
-    use ChannelName::{
-        Command, Force, LinearCommand, LinearSpeedCommand, Load, MotorAngle, Position,
-        SpeedCommand, SurfaceAngle,
-    };
+    use ChannelName::{Force, Load, MotorAngle, Position, SurfaceAngle};
     let (drive, filter_hz) = match drive(recording, model)? {
         Ok(drive) => drive,
         Err(missing) => return Ok(Err(missing)),
@@ -40,23 +37,19 @@ pub(super) fn compared(
     }
     let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
     let on_axis = |channel: &Channel| interpolated(channel, drive.times_s());
-    let own = match (first(&[Command, LinearCommand]), first(&[SpeedCommand, LinearSpeedCommand])) {
-        (Some(position), _) => Some((on_axis(position), CommandKind::Position, None)),
-        (None, Some(speed)) => Some((on_axis(speed), CommandKind::Speed, None)),
-        (None, None) => None,
-    };
-    let named = match (&recording.metadata.command, asked, model) {
-        (_, Some(asked), _) => Some(asked.clone()),
-        (Some(CommandSource::Named(name)), None, MachineModel::Actuator(_)) => Asked::named(name),
+    let own = command_of(recording).map(|(channel, kind)| (on_axis(channel), kind, None));
+    let of_metadata = || match (&recording.metadata.command, model) {
+        (Some(CommandSource::Named(name)), MachineModel::Actuator(_)) => Asked::named(name),
         _ => None,
     };
-    let told = || named.map(|asked| asked.at(drive.times_s())).transpose();
+    let told = || match asked {
+        Some(asked) => asked.at(drive.times_s()).map(Some),
+        None => of_metadata().map(|asked| asked.at(drive.times_s())).transpose(),
+    };
     let Some((command, kind, load)) = own.map_or_else(told, |own| Ok(Some(own)))? else {
-        return Ok(Err(
-            "no command (`command_rad`, `command_m` or a speed command): what the controller was \
-             asked for is not known (`--command` names it)"
-                .to_owned(),
-        ));
+        return Ok(Err(format!(
+            "{NO_COMMAND}: what the controller was asked for is not known (`--command` names it)"
+        )));
     };
     let is_axis = matches!(model, MachineModel::ServoAxis(_));
     let motor: &[ChannelName] =
@@ -73,8 +66,19 @@ pub(super) fn compared(
     }))
 }
 
+/// Why a recording without a column of its command is no use.
+const NO_COMMAND: &str = "no command (`command_rad`, `command_m` or a speed command)";
+
+/// The column that says what the controller was asked for.
+fn command_of(recording: &Recording) -> Option<(&Channel, CommandKind)> {
+    use ChannelName::{Command, LinearCommand, LinearSpeedCommand, SpeedCommand};
+    let first = |names: [ChannelName; 2]| names.iter().find_map(|name| recording.channel(*name));
+    let position = first([Command, LinearCommand]).map(|one| (one, CommandKind::Position));
+    position.or_else(|| Some((first([SpeedCommand, LinearSpeedCommand])?, CommandKind::Speed)))
+}
+
 /// The command of a recording that has no column of it.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) enum Asked {
     /// A test with a name, from its beginning.
     Test(Box<Scenario>),
@@ -102,17 +106,12 @@ impl Asked {
 
     /// The test of that name.
     pub(super) fn named(name: &str) -> Option<Self> {
-        let test = match name {
-            "chirp" => Experiment::chirp(),
-            "sine" => Experiment::sine(),
-            _ => return None,
-        };
-        Some(Self::Test(Box::new(test.scenario)))
+        named_test(name).map(|test| Self::Test(Box::new(test.scenario)))
     }
 
     /// The command at these times, the first of which is its beginning.
     fn at(&self, times_s: &[f64]) -> Result<OnAxis> {
-        use ChannelName::{Command, Force, LinearCommand, LinearSpeedCommand, Load, SpeedCommand};
+        use ChannelName::{Force, Load};
         let begin_s = times_s.first().copied().unwrap_or(0.0);
         let since_s: Vec<f64> = times_s.iter().map(|time_s| time_s - begin_s).collect();
         let recording = match self {
@@ -124,12 +123,7 @@ impl Asked {
             Self::Recorded(recording) => recording,
         };
         let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
-        let (command, kind) =
-            match (first(&[Command, LinearCommand]), first(&[SpeedCommand, LinearSpeedCommand])) {
-                (Some(position), _) => (position, CommandKind::Position),
-                (None, Some(speed)) => (speed, CommandKind::Speed),
-                (None, None) => bail!("no command (`command_rad`, `command_m` or a speed command)"),
-            };
+        let Some((command, kind)) = command_of(recording) else { bail!("{NO_COMMAND}") };
         let begin_s = command.times_s()[0];
         let own_s: Vec<f64> = since_s.iter().map(|time_s| time_s + begin_s).collect();
         let load = first(&[Load, Force]).map(|load| interpolated(load, &own_s));
