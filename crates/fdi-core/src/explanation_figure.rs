@@ -316,13 +316,10 @@ fn interval(level: f64, std: f64, place: usize) -> String {
     format!("{word} {level:.4} ({low:.4} to {high:.4})").replace('-', "−")
 }
 
-/// A coordinate of damage as it is read: `k6_cos` is a part of k6.
+/// A fault level as it is read.
 fn fault_name(key: &str) -> String {
-    let (id, part) = key.split_once('_').map_or((key, ""), |(id, part)| (id, part));
-    let fault = FaultId::ALL.into_iter().find(|fault| fault.to_string() == id);
-    let name = fault.map_or("", FaultId::name);
-    let part = if part.is_empty() { String::new() } else { format!(", {part}") };
-    format!("{id} {name}{part}").trim_end().to_owned()
+    let fault = FaultId::ALL.into_iter().find(|fault| fault.to_string() == key);
+    format!("{key} {}", fault.map_or("", FaultId::name)).trim_end().to_owned()
 }
 
 /// What a coordinate is called in a sentence.
@@ -398,7 +395,7 @@ mod tests {
                 gap_closed_frac: None,
                 unit: "v".to_owned(),
             }),
-            faults: [("k1".to_owned(), level), ("k6_cos".to_owned(), level)].into(),
+            faults: [("k1".to_owned(), level), ("k6".to_owned(), level)].into(),
             nominal: [].into(),
             records: Vec::new(),
             remainder: None,

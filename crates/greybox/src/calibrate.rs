@@ -6,7 +6,7 @@ use crate::{
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
     floor::{Floor, NoiseSource, pairs},
-    machine::Machine,
+    machine::{Machine, State},
     noise::{Whitener, rms},
     problem::Problem,
     record::{Record, Recordings},
@@ -84,29 +84,25 @@ pub fn calibrate(
     let first = fit(&train, nominal.clone(), &guess)?;
     let floor = Floor::of_pairs(&train, &repeat, &pairs(recordings))
         .unwrap_or_else(|| Floor::of_saturated(&first.residuals, &[]));
-    let all = fit(&train, nominal.clone().started_at(&first.values), &floor.whitener)?;
-    let numbers = judged(&machine, &all, &train, &floor.whitener);
-
-    // what is not determined stays where the data sheet has it
-    let mut held = nominal.started_at(&all.values);
-    for (free, number) in held.free.iter_mut().zip(&numbers) {
-        if !number.determined {
-            (free.start, free.least, free.most) = (number.nominal, number.nominal, number.nominal);
+    let mut fitted = fit(&train, nominal.started_at(&first.values), &floor.whitener)?;
+    let mut numbers = judged(&machine, &fitted, &train, &floor.whitener);
+    // what is not determined stays where the data sheet has it, first what that knows best
+    while let Some(place) = best_known(&machine, &fitted, &numbers) {
+        let mut structure = fitted.structure.clone().started_at(&fitted.values);
+        structure.free.remove(place);
+        fitted = fit(&train, structure, &floor.whitener)?;
+        for number in judged(&machine, &fitted, &train, &floor.whitener) {
+            if let Some(known) = numbers.iter_mut().find(|known| known.key == number.key) {
+                *known = number;
+            }
         }
     }
-    let fitted = fit(&train, held, &floor.whitener)?;
-    let mut numbers = numbers;
-    for (number, value) in numbers.iter_mut().zip(&fitted.values) {
-        if number.determined {
-            number.value = *value;
-        }
-    }
+    let found = fitted.structure.state(&machine, &fitted.values);
     let holdout = problem(&recordings.holdout);
     let holdout_rms = (!recordings.holdout.is_empty())
         .then(|| -> Result<[f64; 2], GreyboxError> {
-            let nominal: Vec<f64> = machine.rough().iter().map(|rough| rough.value).collect();
-            let states = [nominal, fitted.values.clone()]
-                .map(|values| fitted.structure.state(&machine, &values));
+            let nominal = machine.rough().iter().map(|rough| rough.value).collect();
+            let states = [State { rough: nominal, ..found.clone() }, found.clone()];
             let drives = holdout.drives(&states)?;
             Ok([0, 1].map(|n: usize| rms(&holdout.residuals(&drives[n]).concat())))
         })
@@ -116,8 +112,25 @@ pub fn calibrate(
         holdout_rms,
         noise_floor: (floor.rms, floor.source),
         drive_unit: machine.drive_unit(),
-        model: machine.with_rough(&fitted.values),
+        model: machine.with_rough(&found.rough),
     })
+}
+
+/// Place among the free numbers of the one that is not determined and that the data sheet knows
+/// best, by its tolerance over its value.
+fn best_known(machine: &Machine, fitted: &Fitted, numbers: &[CalibratedNumber]) -> Option<usize> {
+    let tolerance = |key: &str| {
+        let rough = machine.rough().iter().find(|rough| rough.key == key);
+        rough.map_or(f64::INFINITY, |rough| match rough.value {
+            0.0 => f64::INFINITY,
+            value => rough.half_width / value.abs(),
+        })
+    };
+    let open = |key: &str| numbers.iter().any(|number| number.key == key && !number.determined);
+    let free = fitted.structure.free.iter().enumerate();
+    free.filter(|(_, free)| open(&free.key))
+        .min_by(|(_, a), (_, b)| tolerance(&a.key).total_cmp(&tolerance(&b.key)))
+        .map(|(place, _)| place)
 }
 
 /// Typical torque and speed of recordings.
@@ -163,7 +176,7 @@ fn judged(
             let on_bound = value <= free[n].least || value >= free[n].most;
             CalibratedNumber {
                 key: free[n].key.clone(),
-                nominal: machine.rough()[n].value,
+                nominal: machine.nominal(&free[n].key),
                 value,
                 std: std_n,
                 determined: std_n > 0.0

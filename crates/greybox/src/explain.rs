@@ -1,29 +1,31 @@
 //! The whole chain: fit, scan, refit, judge, decide.
 
 use ema_sim::{EffectId, model_file::MachineModel};
+use nalgebra::DMatrix;
 
 use crate::{
-    curve::{Hypothesis, ResidualCurve, curves, hypotheses, joined},
+    curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::GreyboxError,
     explained::{Explained, FaultChange, Finding, Use, Verdict},
     fit::{Fitted, fit, sandwich},
     floor::{Excess, Floor, pairs},
-    hypothesis::{Family, Leads, Scales, families},
+    hypothesis::Scales,
     machine::{Machine, Prediction},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
-    response::{leads, travel},
-    rival::{Judged, Rival},
-    scan::{Scan, Tried, score, try_all},
+    response::travel,
+    rival::{GOOD_PER_SAMPLE, Judged, Rival},
+    scan::try_all,
+    search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
-    structure::Structure,
+    structure::{Structure, Target},
     through_plant::ThroughPlant,
 };
 
 /// What decides, with the defaults that every report states.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Seed of the draws of noise.
     pub seed: u64,
@@ -43,6 +45,8 @@ pub struct Options {
     pub evidence_nats: f64,
     /// Nats, beside the standard errors, within which rivals are tied.
     pub tie_nats: f64,
+    /// Effects that the machine cannot have: they are not looked for.
+    pub without: Vec<EffectId>,
 }
 
 impl Default for Options {
@@ -57,6 +61,7 @@ impl Default for Options {
             sure_rate: 1e-6,
             evidence_nats: 3.0,
             tie_nats: 5.0,
+            without: Vec::new(),
         }
     }
 }
@@ -124,68 +129,25 @@ pub(crate) fn with_holdout(recordings: &Recordings) -> Recordings {
 /// Share of an effect below which damage and tolerances imitate it.
 const ABSORBED_SHARE: f64 = 0.15;
 
+/// Friction and backlash levels, k1 and k2, from which the nominal model is fitted too.
+const WORN: [[f64; 2]; 3] = [[0.4, 0.0], [0.0, 0.2], [0.4, 0.2]];
+
 /// Causes beside the best among which a recording is to tell.
 const MOST_OPEN: usize = 3;
 
-/// Whether an effect may act twice: ripples do, of different orders.
-fn may_repeat(id: EffectId) -> bool {
-    matches!(id, EffectId::Cogging | EffectId::CurrentRipple | EffectId::TransmissionError)
-}
-
 pub(crate) struct Session<'a> {
-    machine: &'a Machine,
-    options: &'a Options,
-    train: Problem<'a>,
-    holdout: Problem<'a>,
+    pub(crate) machine: &'a Machine,
+    pub(crate) options: &'a Options,
+    pub(crate) train: Problem<'a>,
+    pub(crate) holdout: Problem<'a>,
     repeat: Problem<'a>,
     pairs: Vec<(usize, usize)>,
-}
-
-/// An effect accepted in a round.
-struct Found {
-    rival: Rival,
-    p_familywise: f64,
 }
 
 /// A fit with what it leaves of the recordings held out.
 struct Seen<'f> {
     fitted: &'f Fitted,
     held_out: PerRecord,
-}
-
-/// Where the rounds ended.
-struct Search {
-    floor: Floor,
-    before: Judged,
-    current: Judged,
-    found: Vec<Found>,
-    /// Rivals of the first effect that explain as much.
-    ties: Vec<Rival>,
-    /// Of other kinds that stood the tests in the first round.
-    runners_up: Vec<Rival>,
-    first_round: Option<Round>,
-    /// How each effect fared in the first round.
-    tried: Vec<Hypothesis>,
-    log: Vec<String>,
-}
-
-/// Everything that one scan made.
-struct Round {
-    families: Vec<Family>,
-    tried: Vec<Tried>,
-    scan: Scan,
-}
-
-impl Round {
-    /// The best of the scan in words.
-    fn lines(&self) -> impl Iterator<Item = String> {
-        self.scan.scored.iter().take(6).map(|s| {
-            let f = &self.families[s.family];
-            let (symbol, sizes) = (f.id.info().symbol, &f.sizes);
-            let (log_p, share, cosine) = (s.log_p, s.visible_share, s.raw_cosine);
-            format!("  {symbol} {sizes:?}: log p {log_p:.1}, share {share:.2}, cosine {cosine:.2}")
-        })
-    }
 }
 
 impl<'a> Session<'a> {
@@ -228,64 +190,6 @@ impl<'a> Session<'a> {
         Ok((std::iter::once(best).chain(others).collect(), search.floor.whitener))
     }
 
-    /// Effects, one a round, until no other stands the tests.
-    fn search(&self) -> Result<Search, GreyboxError> {
-        let (floor, fitted) = self.floor(Structure::nominal(self.machine))?;
-        let whitener = &floor.whitener;
-        let before = Judged::new(fitted, &self.train, &self.holdout)?;
-        let scales = self.scales(&before.fitted)?;
-        let mut log = vec![format!(
-            "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
-            before.holdout_rms,
-            floor.rms,
-            floor.source,
-            whitener.order()
-        )];
-        let mut current = before.clone();
-        let mut found: Vec<Found> = Vec::new();
-        let (mut ties, mut runners_up, mut tried) = (Vec::new(), Vec::new(), Vec::new());
-        let mut first_round = None;
-        for round_number in 0..self.options.most_effects {
-            let alpha = self.options.false_alarm_rate / f64::from(1_u32 << round_number);
-            let round = self.scan(&current, whitener, &scales)?;
-            let p_familywise = round.scan.p_familywise;
-            log.extend(round.lines());
-            let rivals = if p_familywise <= alpha {
-                self.rivals(&round, &current, whitener, &scales)?
-            } else {
-                Vec::new()
-            };
-            log.extend(rivals.iter().map(|rival| rival.line(&round.families)));
-            if first_round.is_none() {
-                let of_family: Vec<EffectId> = round.families.iter().map(|f| f.id).collect();
-                tried = hypotheses(&of_family, &round.scan, &rivals);
-            }
-            first_round.get_or_insert(round);
-            let again = |rival: &Rival| {
-                found.iter().any(|known| known.rival.id == rival.id) && !may_repeat(rival.id)
-            };
-            let accepted: Vec<Rival> = rivals
-                .into_iter()
-                .filter(|rival| self.accepts(rival, alpha) && !again(rival))
-                .collect();
-            let Some(winner) = accepted.iter().max_by(|a, b| a.score().total_cmp(&b.score()))
-            else {
-                break;
-            };
-            let problems = (&self.train, &self.holdout);
-            let winner = winner.clone().settled(&current, problems, whitener)?;
-            // a tie of the first effect is not asked again beside a second
-            ties = if found.is_empty() { self.tied(&winner, &accepted) } else { Vec::new() };
-            if found.is_empty() {
-                runners_up = best_of_each(accepted, winner.id);
-            }
-            log.push(format!("round {round_number}: {}", winner.id.info().symbol));
-            current = winner.judged.clone();
-            found.push(Found { rival: winner, p_familywise });
-        }
-        Ok(Search { floor, before, current, found, ties, runners_up, first_round, tried, log })
-    }
-
     fn answer(&self, search: Search) -> Result<Explained, GreyboxError> {
         let Search { floor, before, current, found, ties, first_round, tried, mut log, .. } =
             search;
@@ -302,12 +206,15 @@ impl<'a> Session<'a> {
             (false, false) => Verdict::Named,
             (false, true) => Verdict::NamedWithRemainder,
         };
+        // what explains most comes first
+        let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
+        by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength));
         let of = |(place, f): (usize, &Found)| self.finding(&current, whitener, place, f);
-        let effects = found.iter().enumerate().map(of).collect();
+        let effects = by_strength.into_iter().map(of).collect();
         let p_familywise = found.last().map_or(1.0, |f| f.p_familywise);
         let alternative = |rival: &Rival| {
             let last = rival.judged.fitted.structure.effects.len() - 1;
-            let found = Found { rival: rival.clone(), p_familywise };
+            let found = Found { rival: rival.clone(), p_familywise, strength: rival.fall };
             self.finding(&rival.judged, whitener, last, &found)
         };
         let state = fitted.structure.state(self.machine, &fitted.values);
@@ -420,9 +327,9 @@ impl<'a> Session<'a> {
     }
 
     /// The nominal fit and the noise.
-    fn floor(&self, nominal: Structure) -> Result<(Floor, Fitted), GreyboxError> {
+    pub(crate) fn floor(&self, nominal: &Structure) -> Result<(Floor, Fitted), GreyboxError> {
         if let Some(floor) = Floor::of_pairs(&self.train, &self.repeat, &self.pairs) {
-            let fitted = fit(&self.train, nominal, &floor.whitener)?;
+            let fitted = self.nominal(nominal, &floor.whitener)?;
             return Ok((floor, fitted));
         }
         let guess = Whitener::white(rough_noise(&self.train));
@@ -430,22 +337,38 @@ impl<'a> Session<'a> {
         let scales = self.scales(&fitted)?;
         let drive = self.drive(&fitted)?;
         let leads = self.leads(&fitted, &guess, &scales)?;
-        let families = families(self.machine.geometry(), &leads, self.machine.is_axis());
+        let families = self.families(&leads);
         let state = fitted.structure.state(self.machine, &fitted.values);
         let tried = try_all(&self.train, &state, &drive, &families, &guess, &scales)?;
         let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
         columns.extend(tried.iter().flat_map(|t| &t.columns));
         let floor = Floor::of_saturated(&fitted.residuals, &columns);
-        let fitted = fit(&self.train, nominal, &floor.whitener)?;
+        let fitted = self.nominal(nominal, &floor.whitener)?;
         Ok((floor, fitted))
     }
 
-    fn drive(&self, fitted: &Fitted) -> Result<PerRecord, GreyboxError> {
+    /// The model without an effect, fitted from health, and where that leaves something also from
+    /// far gone wear, which bends the fit on its way.
+    fn nominal(&self, nominal: &Structure, whitener: &Whitener) -> Result<Fitted, GreyboxError> {
+        let mut best = fit(&self.train, nominal.clone(), whitener)?;
+        for levels in WORN {
+            if best.objective < GOOD_PER_SAMPLE * self.train.samples() as f64 {
+                break;
+            }
+            let fitted = fit(&self.train, nominal.clone().started_worn(levels), whitener)?;
+            if fitted.objective < best.objective {
+                best = fitted;
+            }
+        }
+        Ok(best)
+    }
+
+    pub(crate) fn drive(&self, fitted: &Fitted) -> Result<PerRecord, GreyboxError> {
         let state = fitted.structure.state(self.machine, &fitted.values);
         Ok(self.train.drives(&[state])?.remove(0))
     }
 
-    fn scales(&self, fitted: &Fitted) -> Result<Scales, GreyboxError> {
+    pub(crate) fn scales(&self, fitted: &Fitted) -> Result<Scales, GreyboxError> {
         let state = fitted.structure.state(self.machine, &fitted.values);
         let predictions: Vec<Prediction> = self.train.predictions(&state)?;
         let all = |of: fn(&Prediction) -> &Vec<f64>| -> f64 {
@@ -462,105 +385,6 @@ impl<'a> Session<'a> {
             motor_travel: travel(&predictions, |p| &p.motor).1,
             sample_s: 1.0 / self.train.records[0].record.rate_hz,
         })
-    }
-
-    fn leads(
-        &self,
-        fitted: &Fitted,
-        whitener: &Whitener,
-        scales: &Scales,
-    ) -> Result<Leads, GreyboxError> {
-        let known =
-            fitted.sensitivities.iter().map(|c| crate::fit::whitened(whitener, c)).collect();
-        let state = fitted.structure.state(self.machine, &fitted.values);
-        leads(&self.train, &state, (&fitted.residuals, known), whitener, scales)
-    }
-
-    fn scan(
-        &self,
-        current: &Judged,
-        whitener: &Whitener,
-        scales: &Scales,
-    ) -> Result<Round, GreyboxError> {
-        let fitted = &current.fitted;
-        let leads = self.leads(fitted, whitener, scales)?;
-        let families = families(self.machine.geometry(), &leads, self.machine.is_axis());
-        let state = fitted.structure.state(self.machine, &fitted.values);
-        let drive = self.drive(fitted)?;
-        let tried = try_all(&self.train, &state, &drive, &families, whitener, scales)?;
-        let scan = score(&families, &tried, fitted, whitener, self.options.seed);
-        Ok(Round { families, tried, scan })
-    }
-
-    /// The best of a scan, and the best by plain likeness among the rest, refitted.
-    fn rivals(
-        &self,
-        round: &Round,
-        current: &Judged,
-        whitener: &Whitener,
-        scales: &Scales,
-    ) -> Result<Vec<Rival>, GreyboxError> {
-        let scored = &round.scan.scored;
-        let questions = round.families.len() as f64;
-        let alone = libm::log(self.options.false_alarm_rate);
-        let worth = scored.iter().filter(|s| s.log_p <= alone).count();
-        let by_score: Vec<usize> = (0..worth.min(self.options.refitted)).collect();
-        let mut by_likeness: Vec<usize> = (by_score.len()..scored.len()).collect();
-        by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
-        // where the model is far off the linear picture may be wrong
-        let far_off = current.fitted.objective > self.train.samples() as f64;
-        by_likeness.truncate(if far_off { 3 } else { 0 });
-        let chosen = by_score.into_iter().chain(by_likeness);
-        let mut rivals: Vec<Rival> = Vec::new();
-        let mut bar = f64::INFINITY;
-        for place in chosen {
-            let scored = &scored[place];
-            if scored.visible_share < 0.01 || scored.energy <= 0.0 {
-                continue;
-            }
-            let family = &round.families[scored.family];
-            let outcome = Rival::new(
-                (scored, &round.tried[scored.tried], family),
-                current,
-                (&self.train, &self.holdout),
-                whitener,
-                (scales.travel, questions),
-                bar,
-            );
-            match outcome {
-                Ok(rival) => {
-                    bar = bar.min(rival.judged.fitted.objective);
-                    rivals.push(rival);
-                }
-                // at such sizes the machine cannot be run: no explanation
-                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(rivals)
-    }
-
-    fn accepts(&self, rival: &Rival, alpha: f64) -> bool {
-        rival.log_p <= libm::log(alpha)
-            && rival.gain > self.wanted_std_errors(rival) * rival.gain_std
-            && rival.evidence > self.options.evidence_nats
-            && !rival.on_bound
-    }
-
-    /// Where chance is out of the question in what was fitted, less is asked of what was not.
-    fn wanted_std_errors(&self, rival: &Rival) -> f64 {
-        let sure = rival.log_p <= libm::log(self.options.sure_rate);
-        self.options.gain_std_errors * if sure { 0.5 } else { 1.0 }
-    }
-
-    /// Rivals of another kind that explain as much as the winner.
-    fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
-        let as_good = |rival: &&Rival| {
-            let (lead, std) = winner.judged.gain_over(&rival.judged);
-            lead < self.options.gain_std_errors * std
-                && winner.score() - rival.score() < self.options.tie_nats
-        };
-        best_of_each(accepted.iter().filter(as_good).cloned().collect(), winner.id)
     }
 
     fn finding(
@@ -598,22 +422,17 @@ impl<'a> Session<'a> {
         after: &Judged,
         whitener: &Whitener,
     ) -> Vec<FaultChange> {
-        let own_before = sandwich(&before.fitted, &self.train, before.own_noise());
-        let own_after = sandwich(&after.fitted, &self.train, whitener);
-        let places = before.fitted.structure.free.iter().enumerate();
-        let is_fault = |free: &crate::structure::Free| {
-            matches!(free.target, crate::structure::Target::Fault(_))
+        let was =
+            levels(&before.fitted, &sandwich(&before.fitted, &self.train, before.own_noise()));
+        let is = levels(&after.fitted, &sandwich(&after.fitted, &self.train, whitener));
+        let change = |((key, before, std_before), (_, after, std_after))| FaultChange {
+            key,
+            before,
+            std_before,
+            after,
+            std_after,
         };
-        places
-            .filter(|(_, free)| is_fault(free))
-            .map(|(p, free)| FaultChange {
-                key: free.key.clone(),
-                before: before.fitted.values[p],
-                std_before: libm::sqrt(own_before[(p, p)].max(0.0)),
-                after: after.fitted.values[p],
-                std_after: libm::sqrt(own_after[(p, p)].max(0.0)),
-            })
-            .collect()
+        was.into_iter().zip(is).map(change).collect()
     }
 
     /// The size at which an effect would have been named nine times in ten: its projected
@@ -637,17 +456,30 @@ impl<'a> Session<'a> {
     }
 }
 
-/// The best rival of each kind but one, best first.
-fn best_of_each(mut rivals: Vec<Rival>, but: EffectId) -> Vec<Rival> {
-    rivals.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    let mut seen = vec![but];
-    rivals.retain(|rival| {
-        let new = !seen.contains(&rival.id);
-        seen.push(rival.id);
-        new
-    });
-    rivals
+/// Fault levels with their standard deviations; of an eccentricity its amount, whatever its
+/// direction.
+fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, f64, f64)> {
+    let variance = |p: usize, q: usize| covariance[(p, q)];
+    let (values, mut levels) = (&fitted.values, Vec::new());
+    for (p, free) in fitted.structure.free.iter().enumerate() {
+        let Target::Fault(place) = free.target else { continue };
+        if place < ECCENTRICITY {
+            levels.push((free.key.clone(), values[p], libm::sqrt(variance(p, p).max(0.0))));
+        } else if place == ECCENTRICITY {
+            let (cos, sin) = (values[p], values[p + 1]);
+            let amount = libm::hypot(cos, sin);
+            let (c, s) = if amount > 0.0 { (cos / amount, sin / amount) } else { (1.0, 0.0) };
+            let along = c * c * variance(p, p)
+                + s * s * variance(p + 1, p + 1)
+                + 2.0 * c * s * variance(p, p + 1);
+            levels.push(("k6".to_owned(), amount, libm::sqrt(along.max(0.0))));
+        }
+    }
+    levels
 }
+
+/// Place of the first of the two coordinates of an eccentricity.
+const ECCENTRICITY: usize = 5;
 
 fn absorbed(round: &Round) -> Vec<EffectId> {
     let mut ids: Vec<EffectId> = round

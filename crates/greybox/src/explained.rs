@@ -50,7 +50,7 @@ pub struct Finding {
 /// A fault level without and with what was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultChange {
-    /// Coordinate of damage: `k1`, `k6_cos`.
+    /// Fault level: `k1` to `k6`.
     pub key: String,
     /// With the nominal model.
     pub before: f64,

@@ -131,8 +131,8 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
             (found.collect(), exponents.len() as f64)
         }
         EffectId::Presliding => {
-            let found = [0.05, 0.3].iter().filter_map(|r| with(&[(2, r * speed)]));
-            (found.collect(), 2.0)
+            let found = with(&[(2, 0.1 * speed)]);
+            (found.into_iter().collect(), 1.0)
         }
         EffectId::Compliance if is_axis => {
             let shares = [0.3, 0.6];
@@ -222,6 +222,12 @@ pub(crate) fn is_stiff(id: EffectId) -> bool {
     matches!(id, EffectId::Presliding | EffectId::Compliance)
 }
 
+/// Multiples of the first size at which an effect is tried. What a softness does is not in
+/// proportion to it: it is looked for at several, each taken as it is.
+pub(crate) fn multiples(id: EffectId) -> &'static [f64] {
+    if is_stiff(id) { &[1.0, 0.2, 0.04] } else { &[1.0] }
+}
+
 /// Effects whose sizes are others in each recording: a vibration has no phase of its own.
 pub(crate) fn differs_by_record(id: EffectId) -> bool {
     id == EffectId::Vibration
@@ -239,7 +245,7 @@ pub(crate) fn numbers(
         place,
         in_record: None,
         step: if is_stiff(effect.id()) { 0.1 * step } else { step },
-        least: if is_stiff(effect.id()) { 0.2 * step } else { f64::NEG_INFINITY },
+        least: if is_stiff(effect.id()) { 0.1 * step } else { f64::NEG_INFINITY },
         most: f64::INFINITY,
     };
     let shape = |&place: &usize| {

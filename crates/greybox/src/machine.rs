@@ -5,7 +5,12 @@ use ema_sim::{
     model_file::{AxisModel, AxisTolerance, MachineModel, Model, Tolerance},
 };
 
-use crate::{error::GreyboxError, record::Record, run::Run};
+use crate::{
+    error::GreyboxError,
+    follow::{self, followed, smoothed},
+    record::{CommandKind, Record},
+    run::Run,
+};
 
 /// Signals that the model gives for a recording, at its rate.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -125,6 +130,11 @@ impl Machine {
         &self.rough
     }
 
+    /// What the model file says of a number that is known roughly.
+    pub(crate) fn nominal(&self, key: &str) -> f64 {
+        self.rough.iter().find(|rough| rough.key == key).map_or(0.0, |rough| rough.value)
+    }
+
     /// The same machine with what a calibration asks for known only roughly as well: inertia,
     /// drag, dry friction and the constant of the motor.
     pub(crate) fn to_calibrate(&self) -> Self {
@@ -203,6 +213,43 @@ impl Machine {
         }
     }
 
+    /// The drive signal of a recording as it is compared with predictions.
+    pub(crate) fn measured_drive(&self, record: &Record) -> Vec<f64> {
+        match &self.model {
+            MachineModel::ServoAxis(_) if record.kind == CommandKind::Motion => {
+                followed(&smoothed(&record.drive), record.rate_hz)
+            }
+            _ => record.drive.clone(),
+        }
+    }
+
+    /// Rate down to which the drive signal of a recording is averaged, Hz: what acts on the machine
+    /// shows within a few bandwidths of its control. Far above it the likelihood would be one of
+    /// single samples, and a delay of a part of a sample outweigh half of the friction.
+    pub(crate) fn compared_hz(&self, record: &Record) -> f64 {
+        if record.kind == CommandKind::Motion {
+            return follow::compared_hz(record.rate_hz);
+        }
+        let (least, most) = COMPARED_HZ;
+        (COMPARED_OVER_BANDWIDTH * self.bandwidth_hz()).clamp(least, most)
+    }
+
+    /// Bandwidth of the faster of the speed and the position loop, Hz: with gains `k_p` and `k_v`,
+    /// `max(k_p, k_v·constant/inertia)/2π`.
+    fn bandwidth_hz(&self) -> f64 {
+        let (position, speed) = match &self.model {
+            MachineModel::Actuator(model) => {
+                let controller = &model.actuator.controller;
+                (controller.position_gain_per_s, controller.speed_gain_a_s_per_rad)
+            }
+            MachineModel::ServoAxis(model) => {
+                (model.axis.controller.position_gain_per_s, model.axis.controller.speed_gain)
+            }
+            _ => (0.0, 0.0),
+        };
+        position.max(speed * self.constant() / self.inertia()) / core::f64::consts::TAU
+    }
+
     /// Largest drive signal that a proposed command may need: half of the controller's limit.
     pub(crate) fn safe_drive(&self) -> f64 {
         0.5 * match &self.model {
@@ -252,6 +299,10 @@ impl Machine {
         }
     }
 }
+
+/// Rate of comparison over the bandwidth of the control, and its bounds, Hz.
+const COMPARED_OVER_BANDWIDTH: f64 = 8.0;
+const COMPARED_HZ: (f64, f64) = (50.0, 500.0);
 
 /// What a calibration asks for, by the beginning of its key.
 const CALIBRATED: [&str; 10] = [

@@ -20,6 +20,13 @@ impl Whitener {
         Self { coefficients: Vec::new(), std: std.max(f64::MIN_POSITIVE) }
     }
 
+    /// The same noise, so many times as large.
+    #[must_use]
+    pub fn scaled(&self, ratio: f64) -> Self {
+        let std = (ratio * self.std).max(f64::MIN_POSITIVE);
+        Self { coefficients: self.coefficients.clone(), std }
+    }
+
     /// The model of several stretches of one noise, its order by the Bayesian information
     /// criterion (Yule-Walker, Levinson's recursion).
     ///

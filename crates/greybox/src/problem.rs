@@ -8,8 +8,6 @@ use crate::{
     structure::Structure,
 };
 
-/// Rate down to which signals are averaged, Hz.
-const COMPARED_HZ: f64 = 500.0;
 /// What is left out at the start: the controller's integrators are not known there, s.
 const SETTLING_S: f64 = 0.3;
 
@@ -29,13 +27,13 @@ pub(crate) struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new((place, record): (usize, &'a Record)) -> Self {
-        let factor = libm::round(record.rate_hz / COMPARED_HZ).max(1.0) as usize;
+    fn new(machine: &Machine, (place, record): (usize, &'a Record)) -> Self {
+        let factor = libm::round(record.rate_hz / machine.compared_hz(record)).max(1.0) as usize;
         let skip = (libm::ceil(SETTLING_S * record.rate_hz) as usize)
             .min(record.drive.len() / 4)
             .next_multiple_of(factor);
         let mut prepared = Self { record, place, factor, skip, measured: Vec::new() };
-        prepared.measured = prepared.reduce(&record.drive);
+        prepared.measured = prepared.reduce(&machine.measured_drive(record));
         prepared
     }
 
@@ -68,7 +66,11 @@ impl<'a> Problem<'a> {
     ) -> Self {
         Self {
             machine,
-            records: records.into_iter().enumerate().map(Prepared::new).collect(),
+            records: records
+                .into_iter()
+                .enumerate()
+                .map(|record| Prepared::new(machine, record))
+                .collect(),
             jobs,
         }
     }

@@ -10,6 +10,10 @@ pub enum CommandKind {
     Position,
     /// A speed: rad/s or m/s.
     Speed,
+    /// Nothing that is known: the controller is another than the model's, and the command is the
+    /// measured position, which a controller of our own follows. Of a servo axis whose current,
+    /// or whose amplifier, is recorded.
+    Motion,
 }
 
 /// One recording of a machine in closed loop.

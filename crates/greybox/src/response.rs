@@ -19,7 +19,7 @@ use crate::{
 /// Taps of the loop's answer to a torque.
 const TAPS: usize = 40;
 /// Largest order of the motor's angle looked at.
-const MOST_ORDER: u32 = 60;
+const MOST_ORDER: u32 = 144;
 /// Frequencies looked at go up by this share of the resolution of the longest recording.
 const FREQUENCY_STEP: f64 = 0.7;
 /// Largest frequency looked at, Hz.

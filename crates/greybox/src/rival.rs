@@ -5,7 +5,7 @@ use ema_sim::{Effect, EffectId};
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
-    fit::{Fitted, fit, fit_near},
+    fit::{Fitted, fit, fit_near, whitened},
     hypothesis::{Family, differs_by_record, numbers},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
@@ -23,7 +23,8 @@ const MOST_MEDIANS: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub(crate) fitted: Fitted,
-    /// Noise of its own residual: each rival is judged with its own.
+    /// The noise with the size of its own residual: each rival is judged with its own size, and
+    /// none may take what is slow for noise.
     own: Whitener,
     /// Log-likelihood of each block of the recordings held out.
     blocks: Vec<f64>,
@@ -36,11 +37,10 @@ pub(crate) struct Judged {
 impl Judged {
     pub(crate) fn new(
         fitted: Fitted,
-        train: &Problem<'_>,
-        holdout: &Problem<'_>,
+        (train, holdout): (&Problem<'_>, &Problem<'_>),
+        noise: &Whitener,
     ) -> Result<Self, GreyboxError> {
-        let stretches: Vec<&[f64]> = fitted.residuals.iter().map(Vec::as_slice).collect();
-        let own = Whitener::fit(&stretches, 0);
+        let own = noise.scaled(rms(&whitened(noise, &fitted.residuals)));
         let residuals = elsewhere(holdout, &fitted.structure, &fitted.values, &own)?;
         let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
             let of = |(prepared, residual): (&crate::problem::Prepared<'_>, &Vec<f64>)| {
@@ -109,6 +109,19 @@ pub(crate) struct Rival {
     pub(crate) evidence: f64,
     /// Whether a number of the effect stands on a bound.
     pub(crate) on_bound: bool,
+    asked: Asked,
+}
+
+/// What a rival has to pay for.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    /// Sizes of the effect, and its sizes and shapes together.
+    sizes: usize,
+    numbers: usize,
+    /// Shapes among which those tried were chosen.
+    looked_at: f64,
+    /// Questions of the catalogue.
+    questions: f64,
 }
 
 impl Rival {
@@ -140,10 +153,12 @@ impl Rival {
         whitener: &Whitener,
     ) -> Result<Self, GreyboxError> {
         let Fitted { structure, values, .. } = self.judged.fitted;
-        let judged =
-            Judged::new(fit(train, structure.started_at(&values), whitener)?, train, holdout)?;
-        let (gain, gain_std) = judged.gain_over(current);
-        Ok(Self { judged, gain, gain_std, ..self })
+        let judged = Judged::new(
+            fit(train, structure.started_at(&values), whitener)?,
+            (train, holdout),
+            whitener,
+        )?;
+        Ok(Self::of((self.id, self.family), judged, current, train.samples(), self.asked))
     }
 
     /// Fits a scored effect on top of a fitted structure, from its shape and size in the scan.
@@ -156,7 +171,7 @@ impl Rival {
         bar: f64,
     ) -> Result<Self, GreyboxError> {
         let shapes = family.free_shapes();
-        let start_at = |scale: f64| -> Effect {
+        let start_at = || -> Effect {
             let mut effect = tried.plain.clone();
             if differs_by_record(effect.id()) {
                 return effect;
@@ -164,7 +179,7 @@ impl Rival {
             for ((place, size), found) in tried.sizes.iter().zip(&scored.sizes) {
                 let (least, _) = effect.id().info().parameters[*place].bounds();
                 let found = if *found <= least { *size } else { *found };
-                set(&mut effect, *place, scale * found);
+                set(&mut effect, *place, found);
             }
             effect
         };
@@ -191,8 +206,7 @@ impl Rival {
             }
             effect
         };
-        let mut trials: Vec<(&Structure, Effect)> =
-            starts(tried.plain.id()).iter().map(|scale| (&near, start_at(*scale))).collect();
+        let mut trials: Vec<(&Structure, Effect)> = vec![(&near, start_at())];
         if current.fitted.objective > POOR_PER_SAMPLE * train.samples() as f64 {
             // damage and tolerances have been bent to fit what they cannot: start without them
             trials.extend(SIZES.map(|scale| (nominal, at_size(scale))));
@@ -219,48 +233,54 @@ impl Rival {
             best = Some(fit_near(train, structure, whitener, known, bar)?);
         }
         let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };
+        let asked = Asked {
+            sizes: tried.sizes.len(),
+            numbers: tried.sizes.len() + shapes.len(),
+            looked_at: family.screened(),
+            questions,
+        };
+        let judged = Judged::new(fitted, (train, holdout), whitener)?;
+        Ok(Self::of((tried.plain.id(), scored.family), judged, current, train.samples(), asked))
+    }
+
+    /// A fit judged against the structure without the effect, which is its last.
+    fn of(
+        (id, family): (EffectId, usize),
+        judged: Judged,
+        current: &Judged,
+        samples: usize,
+        asked: Asked,
+    ) -> Self {
+        let fitted = &judged.fitted;
         let fall = current.fitted.objective - fitted.objective;
-        let dims = tried.sizes.len() + shapes.len();
-        let looked = family.screened();
-        let log_p = (log_tail(2.0 * fall, dims) + libm::log(looked * questions)).min(0.0);
-        let place = fitted.structure.effects.len() - 1;
-        let places = fitted.structure.places_of_effect(place);
-        let sizes = places.iter().take(tried.sizes.len());
+        let chance = log_tail(2.0 * fall, asked.numbers);
+        let places = fitted.structure.places_of_effect(fitted.structure.effects.len() - 1);
         let bound = |&p: &usize| {
             let free = &fitted.structure.free[p];
             let near = 1e-3 * (free.most - free.least).min(fitted.values[p].abs().max(free.step));
             fitted.values[p] - free.least <= near || free.most - fitted.values[p] <= near
         };
-        let on_bound = sizes.into_iter().any(bound);
-        let judged = Judged::new(fitted, train, holdout)?;
+        let on_bound = places.iter().take(asked.sizes).any(bound);
         let (gain, gain_std) = judged.gain_over(current);
-        let evidence = judged.evidence_over(current, train.samples()) - libm::log(looked);
-        Ok(Self {
-            id: tried.plain.id(),
-            family: scored.family,
-            judged,
+        let looked = libm::log(asked.looked_at);
+        Self {
+            id,
+            family,
             fall,
-            log_p,
+            log_p: (chance + looked + libm::log(asked.questions)).min(0.0),
             gain,
             gain_std,
-            evidence,
+            evidence: judged.evidence_over(current, samples) - looked,
             on_bound,
-        })
+            asked,
+            judged,
+        }
     }
 }
 
 /// Half the mean square of the whitened residual from which a fit is poor.
 const POOR_PER_SAMPLE: f64 = 5.0;
 /// The same at which no other start is worth trying: noise alone leaves a half.
-const GOOD_PER_SAMPLE: f64 = 0.75;
+pub(crate) const GOOD_PER_SAMPLE: f64 = 0.75;
 /// Multiples of the size tried from which a fit starts where the model without it is poor.
 const SIZES: [f64; 2] = [3.0, 30.0];
-
-/// Multiples of the linear estimate from which a fit starts: more than one where the effect is
-/// far from linear in its size.
-fn starts(id: EffectId) -> &'static [f64] {
-    match id {
-        EffectId::Presliding | EffectId::Compliance => &[0.3, 3.0],
-        _ => &[1.0],
-    }
-}

@@ -2,13 +2,14 @@
 
 use ema_sim::{
     Actuator, AxisInput, AxisScenario, AxisStart, AxisTrace, Command, ControlMode, Drive, Effect,
-    EnvelopeFilter, Load, LowFidelity, LowFidelityTrace, PhysicalFaults, Scenario,
+    EnvelopeFilter, Load, LowFidelity, LowFidelityTrace, PhysicalFaults, Scenario, ServoAxis,
     ServoAxisSimulation, SimulationError,
     model_file::{AxisModel, MachineModel, Model},
 };
 
 use crate::{
     error::GreyboxError,
+    follow::{follower, motion},
     machine::{Machine, Prediction, State},
     record::{CommandKind, Record},
 };
@@ -28,6 +29,9 @@ impl Machine {
         let (Some(position), None) = (&record.position, record.filter_hz) else {
             return Ok(None);
         };
+        if record.kind == CommandKind::Motion {
+            return Ok(None);
+        }
         Ok(match self.prepare(state, record, place)? {
             Run::Actuator(run) => Some(run.through_plant(record, position)),
             Run::Axis(run) => Some(run.through_plant(record, position)),
@@ -194,6 +198,12 @@ fn delayed(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
+fn not_followed(record: &Record) -> GreyboxError {
+    let reason = "its motion can be followed on a servo axis whose current or amplifier is \
+                  recorded, on no other machine";
+    GreyboxError::Record { record: record.name.clone(), reason: reason.to_owned() }
+}
+
 /// Ticks of the controller for a sample of the recording.
 fn ticks_per_sample(record: &Record, sample_hz: f64) -> Result<usize, GreyboxError> {
     let ratio = sample_hz / record.rate_hz;
@@ -234,6 +244,7 @@ fn of_actuator(
         mode: match record.kind {
             CommandKind::Position => ControlMode::Position,
             CommandKind::Speed => ControlMode::Speed,
+            CommandKind::Motion => return Err(not_followed(record)),
         },
         load_n_m: 0.0,
         duration_s: record.duration_s(),
@@ -255,13 +266,24 @@ fn of_axis(
     effects: &[Effect],
     record: &Record,
 ) -> Result<AxisRun, GreyboxError> {
-    let axis = &model.axis;
+    let axis = &match record.kind {
+        CommandKind::Motion if model.axis.drive == Drive::Winding => {
+            return Err(not_followed(record));
+        }
+        CommandKind::Motion => {
+            ServoAxis { controller: follower(&model.axis, record.rate_hz), ..model.axis }
+        }
+        _ => model.axis,
+    };
     let ticks_per_sample = ticks_per_sample(record, axis.controller.sample_hz)?;
-    let command = Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz };
+    let command = match record.kind {
+        CommandKind::Motion => motion(&record.command, record.rate_hz),
+        _ => Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz },
+    };
     let position = record.position.as_ref();
     let scenario = AxisScenario {
         input: match record.kind {
-            CommandKind::Position => AxisInput::Position(command),
+            CommandKind::Position | CommandKind::Motion => AxisInput::Position(command),
             CommandKind::Speed => AxisInput::Speed(command),
         },
         load: 0.0,

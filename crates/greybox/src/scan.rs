@@ -12,7 +12,7 @@ use crate::{
     error::GreyboxError,
     fit::{Fitted, whitened},
     gram::Gram,
-    hypothesis::{Family, Scales, differs_by_record, first_size, is_stiff},
+    hypothesis::{Family, Scales, differs_by_record, first_size, is_stiff, multiples},
     machine::State,
     noise::Whitener,
     problem::{PerRecord, Problem},
@@ -82,9 +82,12 @@ pub(crate) fn try_all(
     let mut attempts = Vec::new();
     for family in families {
         for plain in &family.shapes {
-            for &place in &family.sizes {
-                let size = first_size(&plain.id().info().parameters[place], geometry, scales);
-                attempts.push(Attempt { plain: plain.clone(), place, size });
+            for multiple in multiples(plain.id()) {
+                for &place in &family.sizes {
+                    let parameter = &plain.id().info().parameters[place];
+                    let size = multiple * first_size(parameter, geometry, scales);
+                    attempts.push(Attempt { plain: plain.clone(), place, size });
+                }
             }
         }
     }
@@ -120,7 +123,8 @@ pub(crate) fn try_all(
         let parameter = &attempt.plain.id().info().parameters[place];
         let (least, most) = parameter.bounds();
         let Some(mut columns) = change(&attempt.plain, place, size)? else { return Ok(None) };
-        for _ in 0..2 {
+        let rescalings = if is_stiff(attempt.plain.id()) { 0 } else { 2 };
+        for _ in 0..rescalings {
             let seen = norm(&columns);
             let (lower, upper) = WANTED_CHANGE;
             if (lower..=upper).contains(&seen) || !seen.is_finite() {
@@ -128,8 +132,6 @@ pub(crate) fn try_all(
             }
             let factor =
                 if seen > 0.0 { (0.5 * (lower + upper) / seen).clamp(1e-3, 1e2) } else { 1e2 };
-            // smaller sizes of what is stiff cost time and change little
-            let factor = if is_stiff(attempt.plain.id()) { factor.max(1.0) } else { factor };
             let next = (size * factor).clamp(least, most);
             if next == size {
                 break;
@@ -146,7 +148,8 @@ pub(crate) fn try_all(
     let mut tried: Vec<Tried> = Vec::new();
     let mut outcomes = attempts.into_iter().zip(outcomes);
     for (number, family) in families.iter().enumerate() {
-        for plain in &family.shapes {
+        let tries = |plain| multiples(family.id).iter().map(move |_| plain);
+        for plain in family.shapes.iter().flat_map(tries) {
             let mut entry = Tried {
                 family: number,
                 plain: plain.clone(),
@@ -210,7 +213,11 @@ pub(crate) fn score(
         .zip(&places)
         .enumerate()
         .map(|(number, (entry, places))| {
-            let (statistic, weights) = rest.explained(target, places);
+            let (statistic, weights) = if is_stiff(entry.plain.id()) {
+                as_it_is(&rest, target, places)
+            } else {
+                rest.explained(target, places)
+            };
             let allowed = sign_allowed(&entry.plain, &entry.sizes, &weights);
             let sum = |gram: &Gram| places.iter().map(|&p| gram.get(p, p)).sum::<f64>();
             let raw_energy = raw.explained(target, places).0;
@@ -242,6 +249,15 @@ pub(crate) fn score(
         new
     });
     Scan { scored, p_familywise }
+}
+
+/// Energy of a column that others explain at the size that they have.
+fn as_it_is(gram: &Gram, target: usize, by: &[usize]) -> (f64, Vec<f64>) {
+    let of = |&i: &usize| -> f64 {
+        let own: f64 = by.iter().map(|&j| gram.get(i, j)).sum();
+        2.0 * gram.get(i, target) - own
+    };
+    (by.iter().map(of).sum(), vec![1.0; by.len()])
 }
 
 /// Chance that noise scores `observed` somewhere in the catalogue: draws of the projected

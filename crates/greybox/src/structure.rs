@@ -142,6 +142,46 @@ impl Structure {
         structure
     }
 
+    /// The same with an effect of another structure, which starts from what was found there.
+    pub(crate) fn with_effect_of(&self, other: &Self, values: &[f64], place: usize) -> Self {
+        let mut structure = self.clone();
+        let here = structure.effects.len();
+        for (free, value) in other.free.iter().zip(values) {
+            let target = match free.target {
+                Target::Effect(of, number) if of == place => Target::Effect(here, number),
+                Target::InRecord { record, effect, place: number } if effect == place => {
+                    Target::InRecord { record, effect: here, place: number }
+                }
+                _ => continue,
+            };
+            structure.free.push(Free { target, start: *value, ..free.clone() });
+        }
+        structure.effects.push(other.effects[place].clone());
+        structure
+    }
+
+    /// What is left without an effect, started from what was found.
+    pub(crate) fn without_effect(&self, values: &[f64], place: usize) -> Self {
+        let of = |free: &Free| matches!(free.target, Target::Rough(_) | Target::Fault(_));
+        let base = self.clone().started_at(values);
+        let kept = base.free.iter().filter(|free| of(free)).cloned().collect();
+        let mut structure = Self { effects: Vec::new(), free: kept };
+        for other in (0..self.effects.len()).filter(|&other| other != place) {
+            structure = structure.with_effect_of(self, values, other);
+        }
+        structure
+    }
+
+    /// Starts a fit from levels of friction and backlash.
+    pub(crate) fn started_worn(mut self, levels: [f64; 2]) -> Self {
+        for free in &mut self.free {
+            if let Target::Fault(place @ 0..=1) = free.target {
+                free.start = levels[place];
+            }
+        }
+        self
+    }
+
     /// Starts a fit from found values.
     pub(crate) fn started_at(mut self, values: &[f64]) -> Self {
         for (free, value) in self.free.iter_mut().zip(values) {

@@ -171,6 +171,9 @@ struct Presliding {
     deflection_rad: f64,
     /// Kinetic and static friction of the present direction.
     level_n_m: [f64; 2],
+    /// Longest segment, and its longest turn, while the bristles bend.
+    longest_s: f64,
+    longest_rad: f64,
 }
 
 impl Presliding {
@@ -180,6 +183,13 @@ impl Presliding {
         let ratio = speed / self.stribeck;
         let g = kinetic + (fixed - kinetic).max(0.0) * exp(-ratio * ratio);
         if kinetic > 0.0 { self.distance_rad * g / kinetic } else { self.distance_rad }
+    }
+
+    /// Whether the bristles have bent as far as they do at a speed: they follow it from there,
+    /// however long the segment, until the motion turns.
+    fn is_steady(&self, speed: f64) -> bool {
+        let steady = self.steady_rad(speed).copysign(speed);
+        speed != 0.0 && (self.deflection_rad - steady).abs() < STEADY_RATIO * steady.abs()
     }
 
     /// The deflection after a turn.
@@ -340,6 +350,10 @@ impl Extension {
         }
         extension.longest_s *= finer;
         extension.longest_rad *= finer;
+        if let Some(bristles) = &mut extension.presliding {
+            bristles.longest_s *= finer;
+            bristles.longest_rad *= finer;
+        }
         Some(Box::new(extension))
     }
 
@@ -352,14 +366,14 @@ impl Extension {
                 let stiffness = friction[0] / v[0];
                 // the bristles and the inertia swing at this rate
                 let swing = sqrt(stiffness / machine.inertia_kg_m2);
-                self.longest_s = self.longest_s.min(LONGEST_PHASE_RAD / swing);
-                self.longest_rad = self.longest_rad.min(0.25 * v[0]);
                 self.presliding = Some(Presliding {
                     distance_rad: v[0],
                     damping: v[1],
                     stribeck: v[2],
                     deflection_rad: 0.0,
                     level_n_m: friction,
+                    longest_s: LONGEST_PHASE_RAD / swing,
+                    longest_rad: 0.25 * v[0],
                 });
             }
             EffectId::Compliance => self.soften(v, machine, train),
@@ -475,8 +489,14 @@ impl Extension {
 
     /// The longest segment at a speed.
     pub(crate) fn longest_s(&self, speed_rad_per_s: f64) -> f64 {
-        let longest_s = self.longest_s.min(self.longest_rad / speed_rad_per_s.abs().max(1e-9));
-        longest_s.max(self.shortest_s())
+        let (mut longest_s, mut longest_rad) = (self.longest_s, self.longest_rad);
+        if let Some(bristles) = &self.presliding
+            && !bristles.is_steady(speed_rad_per_s)
+        {
+            longest_s = longest_s.min(bristles.longest_s);
+            longest_rad = longest_rad.min(bristles.longest_rad);
+        }
+        longest_s.min(longest_rad / speed_rad_per_s.abs().max(1e-9)).max(self.shortest_s())
     }
 
     /// No segment is cut shorter.
@@ -882,6 +902,8 @@ impl Extension {
 /// Phase of a periodic effect that a segment covers at most; the midpoint rule's error in a
 /// sine is then below a thousandth of it.
 const LONGEST_PHASE_RAD: f64 = 0.15;
+/// Distance from the steady deflection of bristles, over it, within which they follow the speed.
+const STEADY_RATIO: f64 = 1e-3;
 /// Share of a tick below which no segment is cut, so that any number within bounds ends a run.
 const SHORTEST_RATIO: f64 = 1e-3;
 /// Phase of the elastic shaft's swing that a segment covers at most.

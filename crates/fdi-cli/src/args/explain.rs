@@ -21,6 +21,9 @@ pub struct RecordArgs {
     /// Command of the recordings that have no column of it: `chirp`, `sine` or a recording [default: the one their metadata name]
     #[arg(long, value_name = "NAME|FILE")]
     pub command: Option<String>,
+    /// Compare with what the measured motion asks for: for a servo axis under a controller that the model file does not describe
+    #[arg(long, conflicts_with = "command")]
+    pub inverse_dynamics: bool,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,

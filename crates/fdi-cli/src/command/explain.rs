@@ -107,7 +107,11 @@ pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Resul
 /// The recordings by their use, or what they lack.
 fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordings, String>> {
     let map = ColumnMap::new(&args.map.map)?;
-    let asked = args.command.as_deref().map(|text| Asked::of_option(text, model)).transpose()?;
+    let asked = match args.command.as_deref() {
+        _ if args.inverse_dynamics => Some(Asked::Motion),
+        Some(text) => Some(Asked::of_option(text, model)?),
+        None => None,
+    };
     let mut missing = None;
     let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
         let mut records = Vec::new();

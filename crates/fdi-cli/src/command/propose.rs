@@ -104,7 +104,8 @@ fn human(answer: &Proposal) -> String {
 fn command(proposed: &Proposed, proposal: &greybox::Proposal, unit: &str) -> String {
     let name = match proposal.kind {
         CommandKind::Speed => format!("speed_command_{unit}_per_s"),
-        CommandKind::Position => format!("command_{unit}"),
+        // a motion is asked for as a position, whatever controller follows it
+        CommandKind::Position | CommandKind::Motion => format!("command_{unit}"),
     };
     let load = if unit == "rad" { "load_n_m" } else { "force_n" };
     let mut text = format!("# command = \"recorded\"\n# rate-hz = {:?}\n", proposal.rate_hz);

@@ -32,7 +32,7 @@ pub struct Explanation {
     pub absorbed: Vec<String>,
     /// Residual of the recordings that were not fitted.
     pub holdout: Option<Holdout>,
-    /// Fault levels without and with what was found; `k6` in two coordinates.
+    /// Fault levels, `k1` to `k6`, without and with what was found.
     pub faults: BTreeMap<String, FaultBeforeAfter>,
     /// Numbers of the model that are roughly known, as fitted.
     pub nominal: BTreeMap<String, NominalChange>,

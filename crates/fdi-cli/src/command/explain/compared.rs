@@ -37,7 +37,17 @@ pub(super) fn compared(
     }
     let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
     let on_axis = |channel: &Channel| interpolated(channel, drive.times_s());
-    let own = command_of(recording).map(|(channel, kind)| (on_axis(channel), kind, None));
+    let is_axis = matches!(model, MachineModel::ServoAxis(_));
+    let motor: &[ChannelName] =
+        if is_axis { &[MotorAngle, Position, SurfaceAngle] } else { &[MotorAngle] };
+    let position = first(motor).map(on_axis);
+    let own = match (asked, &position) {
+        (Some(Asked::Motion), Some(position)) => {
+            Some((position.clone(), CommandKind::Motion, None))
+        }
+        (Some(Asked::Motion), None) => bail!("no position, whose inverse dynamics were asked for"),
+        _ => command_of(recording).map(|(channel, kind)| (on_axis(channel), kind, None)),
+    };
     let of_metadata = || match (&recording.metadata.command, model) {
         (Some(CommandSource::Named(name)), MachineModel::Actuator(_)) => Asked::named(name),
         _ => None,
@@ -48,19 +58,17 @@ pub(super) fn compared(
     };
     let Some((command, kind, load)) = own.map_or_else(told, |own| Ok(Some(own)))? else {
         return Ok(Err(format!(
-            "{NO_COMMAND}: what the controller was asked for is not known (`--command` names it)"
+            "{NO_COMMAND}: what the controller was asked for is not known (`--command` names it; \
+             of a servo axis `--inverse-dynamics` does without it)"
         )));
     };
-    let is_axis = matches!(model, MachineModel::ServoAxis(_));
-    let motor: &[ChannelName] =
-        if is_axis { &[MotorAngle, Position, SurfaceAngle] } else { &[MotorAngle] };
     Ok(Ok(Record {
         name: recording.name.clone(),
         rate_hz: sampling.rate_hz,
         command,
         kind,
         drive: drive.values().to_vec(),
-        position: first(motor).map(on_axis),
+        position,
         load: first(&[Load, Force]).map(on_axis).or(load),
         filter_hz,
     }))
@@ -84,6 +92,8 @@ pub(super) enum Asked {
     Test(Box<Scenario>),
     /// Another recording, from its beginning.
     Recorded(Box<Recording>),
+    /// Nothing that is known: the motion itself.
+    Motion,
 }
 
 /// Command, its kind and load on the axis of a recording.
@@ -121,6 +131,7 @@ impl Asked {
                 return Ok((command, CommandKind::Position, Some(load)));
             }
             Self::Recorded(recording) => recording,
+            Self::Motion => bail!("{NO_COMMAND}"),
         };
         let first = |names: &[ChannelName]| names.iter().find_map(|name| recording.channel(*name));
         let Some((command, kind)) = command_of(recording) else { bail!("{NO_COMMAND}") };

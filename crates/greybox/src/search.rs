@@ -1,0 +1,386 @@
+//! The rounds: scan, refit, accept; then whether every effect found is still needed.
+
+use ema_sim::EffectId;
+
+use crate::{
+    curve::{Hypothesis, hypotheses},
+    error::GreyboxError,
+    explain::Session,
+    fit::{Fitted, fit, whitened},
+    floor::Floor,
+    hypothesis::{Family, Leads, Scales, families, is_stiff},
+    noise::Whitener,
+    response::leads,
+    rival::{Judged, Rival},
+    scan::{Scan, Tried, log_tail, score, try_all},
+    structure::Structure,
+    through_plant::FORM_SHARE,
+};
+
+/// Rivals of the first effect that are tried in its place beside a second.
+const MOST_SWAPPED: usize = 2;
+
+/// An effect accepted in a round.
+pub(crate) struct Found {
+    pub(crate) rival: Rival,
+    pub(crate) p_familywise: f64,
+    /// Fall of the objective that is lost without it, nats.
+    pub(crate) strength: f64,
+}
+
+/// Where the rounds ended.
+pub(crate) struct Search {
+    pub(crate) floor: Floor,
+    pub(crate) before: Judged,
+    pub(crate) current: Judged,
+    pub(crate) found: Vec<Found>,
+    /// Rivals of the first effect that explain as much.
+    pub(crate) ties: Vec<Rival>,
+    /// Of other kinds that stood the tests in the first round.
+    pub(crate) runners_up: Vec<Rival>,
+    pub(crate) first_round: Option<Round>,
+    /// How each effect fared in the first round.
+    pub(crate) tried: Vec<Hypothesis>,
+    pub(crate) log: Vec<String>,
+}
+
+impl Search {
+    /// Fall of the objective by all that was found.
+    fn explained(&self) -> f64 {
+        self.before.fitted.objective - self.current.fitted.objective
+    }
+
+    /// Whether an effect that acts once was found.
+    fn has(&self, id: EffectId) -> bool {
+        self.found.iter().any(|known| known.rival.id == id) && !may_repeat(id)
+    }
+}
+
+/// Everything that one scan made.
+pub(crate) struct Round {
+    pub(crate) families: Vec<Family>,
+    pub(crate) tried: Vec<Tried>,
+    pub(crate) scan: Scan,
+}
+
+impl Round {
+    /// The best of the scan in words.
+    fn lines(&self) -> impl Iterator<Item = String> {
+        self.scan.scored.iter().take(6).map(|s| {
+            let f = &self.families[s.family];
+            let (symbol, sizes) = (f.id.info().symbol, &f.sizes);
+            let (log_p, share, cosine) = (s.log_p, s.visible_share, s.raw_cosine);
+            format!("  {symbol} {sizes:?}: log p {log_p:.1}, share {share:.2}, cosine {cosine:.2}")
+        })
+    }
+}
+
+/// Whether an effect may act twice: ripples do, of different orders.
+fn may_repeat(id: EffectId) -> bool {
+    matches!(id, EffectId::Cogging | EffectId::CurrentRipple | EffectId::TransmissionError)
+}
+
+impl Session<'_> {
+    /// Effects, one a round, until no other stands the tests; then those that the others leave
+    /// needed.
+    pub(crate) fn search(&self) -> Result<Search, GreyboxError> {
+        let (floor, fitted) = self.floor(&Structure::nominal(self.machine))?;
+        let before = Judged::new(fitted, (&self.train, &self.holdout), &floor.whitener)?;
+        let scales = self.scales(&before.fitted)?;
+        let log = vec![format!(
+            "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
+            before.holdout_rms,
+            floor.rms,
+            floor.source,
+            floor.whitener.order()
+        )];
+        let mut search = Search {
+            floor,
+            current: before.clone(),
+            before,
+            found: Vec::new(),
+            ties: Vec::new(),
+            runners_up: Vec::new(),
+            first_round: None,
+            tried: Vec::new(),
+            log,
+        };
+        for number in 0..self.options.most_effects {
+            if !self.round(&mut search, &scales, number)? {
+                break;
+            }
+        }
+        self.swap_first(&mut search)?;
+        self.drop_needless(&mut search)?;
+        Ok(search)
+    }
+
+    /// Looks for one more effect; false where none stands the tests.
+    fn round(
+        &self,
+        search: &mut Search,
+        scales: &Scales,
+        number: usize,
+    ) -> Result<bool, GreyboxError> {
+        let alpha = self.options.false_alarm_rate / f64::from(1_u32 << number);
+        let whitener = &search.floor.whitener;
+        let round = self.scan(&search.current, whitener, scales)?;
+        let p_familywise = round.scan.p_familywise;
+        search.log.extend(round.lines());
+        let rivals = if p_familywise <= alpha {
+            self.rivals(&round, &search.current, whitener, scales)?
+        } else {
+            Vec::new()
+        };
+        search.log.extend(rivals.iter().map(|rival| rival.line(&round.families)));
+        if search.first_round.is_none() {
+            let of_family: Vec<EffectId> = round.families.iter().map(|f| f.id).collect();
+            search.tried = hypotheses(&of_family, &round.scan, &rivals);
+        }
+        search.first_round.get_or_insert(round);
+        let least_fall = FORM_SHARE * search.explained();
+        let stands = |rival: &Rival| self.accepts(rival, alpha) && rival.fall >= least_fall;
+        let mut accepted: Vec<Rival> = rivals;
+        accepted.retain(|rival| stands(rival) && !search.has(rival.id));
+        accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        let Some(winner) = self.first_settled(&accepted, search, stands)? else {
+            return Ok(false);
+        };
+        // a tie of the first effect is not asked again beside a second
+        search.ties.clear();
+        if search.found.is_empty() {
+            search.ties = self.tied(&winner, &accepted);
+            search.runners_up = best_of_each(accepted, winner.id);
+        }
+        search.log.push(format!("round {number}: {}", winner.id.info().symbol));
+        search.current = winner.judged.clone();
+        let strength = winner.fall;
+        search.found.push(Found { rival: winner, p_familywise, strength });
+        Ok(true)
+    }
+
+    /// The best whose fit, ended by sensitivities of its own, stands the tests still.
+    fn first_settled(
+        &self,
+        accepted: &[Rival],
+        search: &Search,
+        stands: impl Fn(&Rival) -> bool,
+    ) -> Result<Option<Rival>, GreyboxError> {
+        let problems = (&self.train, &self.holdout);
+        for rival in accepted {
+            let settled =
+                rival.clone().settled(&search.current, problems, &search.floor.whitener)?;
+            if stands(&settled) {
+                return Ok(Some(settled));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Puts each of the best rivals of the first effect in its place, beside the later ones.
+    fn swap_first(&self, search: &mut Search) -> Result<(), GreyboxError> {
+        if search.found.len() < 2 {
+            return Ok(());
+        }
+        let rivals: Vec<Rival> = search
+            .runners_up
+            .iter()
+            .filter(|rival| !search.has(rival.id))
+            .take(MOST_SWAPPED)
+            .cloned()
+            .collect();
+        for rival in rivals {
+            let with = &rival.judged.fitted;
+            let known = &search.current.fitted;
+            let mut structure = with.structure.clone().started_at(&with.values);
+            for place in 1..search.found.len() {
+                structure = structure.with_effect_of(&known.structure, &known.values, place);
+            }
+            let Some(judged) = self.judged(structure, &search.floor.whitener)? else { continue };
+            let (gain, std) = judged.gain_over(&search.current);
+            let evidence = judged.evidence_over(&search.current, self.train.samples());
+            if gain > self.options.gain_std_errors * std && evidence > self.options.evidence_nats {
+                let (new, old) = (rival.id.info().symbol, search.found[0].rival.id.info().symbol);
+                search.log.push(format!("swapped: {new} for {old}"));
+                search.current = judged;
+                search.found[0].rival = rival;
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves out what effects found later have made needless.
+    fn drop_needless(&self, search: &mut Search) -> Result<(), GreyboxError> {
+        let mut place = 0;
+        while place < search.found.len() {
+            let known = &search.current.fitted;
+            let structure = known.structure.without_effect(&known.values, place);
+            let Some(without) = self.judged(structure, &search.floor.whitener)? else {
+                place += 1;
+                continue;
+            };
+            // what was found may have led damage and tolerances to where they do without it
+            let best = search.before.fitted.objective;
+            if search.found.len() == 1 && without.fitted.objective < best {
+                search.before = without.clone();
+            }
+            if self.needs(search, &without) {
+                search.found[place].strength =
+                    without.fitted.objective - search.current.fitted.objective;
+                place += 1;
+            } else {
+                let dropped = search.found.remove(place);
+                search.log.push(format!("dropped: {}", dropped.rival.id.info().symbol));
+                search.current = without;
+            }
+        }
+        if search.found.is_empty() {
+            search.ties.clear();
+        }
+        Ok(())
+    }
+
+    /// Whether what was found explains more than it does without one of its effects.
+    fn needs(&self, search: &Search, without: &Judged) -> bool {
+        let current = &search.current;
+        let (gain, std) = current.gain_over(without);
+        let fall = without.fitted.objective - current.fitted.objective;
+        let numbers = current.fitted.values.len() - without.fitted.values.len();
+        gain > self.wanted_std_errors(log_tail(2.0 * fall, numbers)) * std
+            && current.evidence_over(without, self.train.samples()) > self.options.evidence_nats
+            && fall >= FORM_SHARE * search.explained()
+    }
+
+    /// A structure fitted from its starts; `None` where the machine cannot be run.
+    fn judged(
+        &self,
+        structure: Structure,
+        whitener: &Whitener,
+    ) -> Result<Option<Judged>, GreyboxError> {
+        match fit(&self.train, structure, whitener) {
+            Ok(fitted) => Judged::new(fitted, (&self.train, &self.holdout), whitener).map(Some),
+            Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn scan(
+        &self,
+        current: &Judged,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Round, GreyboxError> {
+        let fitted = &current.fitted;
+        let leads = self.leads(fitted, whitener, scales)?;
+        let families = self.families(&leads);
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        let drive = self.drive(fitted)?;
+        let tried = try_all(&self.train, &state, &drive, &families, whitener, scales)?;
+        let scan = score(&families, &tried, fitted, whitener, self.options.seed);
+        Ok(Round { families, tried, scan })
+    }
+
+    /// The best of a scan, and the best by plain likeness among the rest, refitted.
+    fn rivals(
+        &self,
+        round: &Round,
+        current: &Judged,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Vec<Rival>, GreyboxError> {
+        let scored = &round.scan.scored;
+        let questions = round.families.len() as f64;
+        let alone = libm::log(self.options.false_alarm_rate);
+        let worth = scored.iter().filter(|s| s.log_p <= alone).count();
+        let by_score: Vec<usize> = (0..worth.min(self.options.refitted)).collect();
+        let mut by_likeness: Vec<usize> = (by_score.len()..scored.len()).collect();
+        // what is tried at its size as it is has been seen beyond the linear picture already
+        by_likeness.retain(|&n| !is_stiff(round.families[scored[n].family].id));
+        by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
+        // where the model is far off the linear picture may be wrong
+        let far_off = current.fitted.objective > self.train.samples() as f64;
+        by_likeness.truncate(if far_off { 3 } else { 0 });
+        let chosen = by_score.into_iter().chain(by_likeness);
+        let mut rivals: Vec<Rival> = Vec::new();
+        let mut bar = f64::INFINITY;
+        for place in chosen {
+            let scored = &scored[place];
+            if scored.visible_share < 0.01 || scored.energy <= 0.0 {
+                continue;
+            }
+            let family = &round.families[scored.family];
+            let outcome = Rival::new(
+                (scored, &round.tried[scored.tried], family),
+                current,
+                (&self.train, &self.holdout),
+                whitener,
+                (scales.travel, questions),
+                bar,
+            );
+            match outcome {
+                Ok(rival) => {
+                    bar = bar.min(rival.judged.fitted.objective);
+                    rivals.push(rival);
+                }
+                // at such sizes the machine cannot be run: no explanation
+                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(rivals)
+    }
+
+    fn accepts(&self, rival: &Rival, alpha: f64) -> bool {
+        rival.log_p <= libm::log(alpha)
+            && rival.gain > self.wanted_std_errors(rival.log_p) * rival.gain_std
+            && rival.evidence > self.options.evidence_nats
+            && !rival.on_bound
+    }
+
+    /// Where chance is out of the question in what was fitted, less is asked of what was not: its
+    /// command may show little of the effect.
+    fn wanted_std_errors(&self, log_p: f64) -> f64 {
+        let sure = log_p <= libm::log(self.options.sure_rate);
+        self.options.gain_std_errors * if sure { 0.5 } else { 1.0 }
+    }
+
+    /// Rivals of another kind that explain as much as the winner.
+    fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
+        let as_good = |rival: &&Rival| {
+            let (lead, std) = winner.judged.gain_over(&rival.judged);
+            lead < self.options.gain_std_errors * std
+                && winner.score() - rival.score() < self.options.tie_nats
+        };
+        best_of_each(accepted.iter().filter(as_good).cloned().collect(), winner.id)
+    }
+
+    /// What the catalogue asks of the machine.
+    pub(crate) fn families(&self, leads: &Leads) -> Vec<Family> {
+        let mut families = families(self.machine.geometry(), leads, self.machine.is_axis());
+        families.retain(|family| !self.options.without.contains(&family.id));
+        families
+    }
+
+    pub(crate) fn leads(
+        &self,
+        fitted: &Fitted,
+        whitener: &Whitener,
+        scales: &Scales,
+    ) -> Result<Leads, GreyboxError> {
+        let known = fitted.sensitivities.iter().map(|c| whitened(whitener, c)).collect();
+        let state = fitted.structure.state(self.machine, &fitted.values);
+        leads(&self.train, &state, (&fitted.residuals, known), whitener, scales)
+    }
+}
+
+/// The best rival of each kind but one, best first.
+fn best_of_each(mut rivals: Vec<Rival>, but: EffectId) -> Vec<Rival> {
+    rivals.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    let mut seen = vec![but];
+    rivals.retain(|rival| {
+        let new = !seen.contains(&rival.id);
+        seen.push(rival.id);
+        new
+    });
+    rivals
+}
