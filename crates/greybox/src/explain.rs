@@ -17,7 +17,7 @@ use crate::{
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
-    scan::try_all,
+    scan::{Scored, try_all},
     search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
     structure::{Structure, Target},
@@ -132,6 +132,10 @@ const ABSORBED_SHARE: f64 = 0.15;
 /// Friction and backlash levels, k1 and k2, from which the nominal model is fitted too.
 const WORN: [[f64; 2]; 3] = [[0.4, 0.0], [0.0, 0.2], [0.4, 0.2]];
 
+/// Standard deviations from which on a fault level is found, and its least.
+const FOUND_STD: f64 = 3.0;
+const LEAST_FOUND: f64 = 1e-3;
+
 /// Causes beside the best among which a recording is to tell.
 const MOST_OPEN: usize = 3;
 
@@ -200,11 +204,16 @@ impl<'a> Session<'a> {
         let something_left =
             self.is_something_left((&nominal, &now), current.holdout_rms, &floor, &mut log)?;
         let verdict = match (found.is_empty(), something_left) {
-            (true, false) => Verdict::Adequate,
+            (true, false) => match &first_round {
+                Some(round) if self.may_be_an_effect(&current, round, whitener) => {
+                    Verdict::Absorbed
+                }
+                _ => Verdict::Adequate,
+            },
             (true, true) => Verdict::Unknown,
-            (false, _) if !ties.is_empty() => Verdict::OneOf,
-            (false, false) => Verdict::Named,
             (false, true) => Verdict::NamedWithRemainder,
+            (false, false) if !ties.is_empty() => Verdict::OneOf,
+            (false, false) => Verdict::Named,
         };
         // what explains most comes first
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
@@ -239,6 +248,20 @@ impl<'a> Session<'a> {
             curves: self.curves(&nominal, &now)?,
             log,
         })
+    }
+
+    /// Whether damage that was found is imitated by an effect that these recordings cannot tell
+    /// from damage and tolerance.
+    fn may_be_an_effect(&self, current: &Judged, round: &Round, whitener: &Whitener) -> bool {
+        let fitted = &current.fitted;
+        let covariance = sandwich(fitted, &self.train, whitener);
+        let is_found = |&p: &usize| {
+            matches!(fitted.structure.free[p].target, Target::Fault(_))
+                && fitted.values[p].abs() > FOUND_STD * libm::sqrt(covariance[(p, p)].max(0.0))
+                && fitted.values[p].abs() > LEAST_FOUND
+        };
+        let scored = round.scan.scored.iter().filter(|scored| is_absorbed(scored));
+        scored.filter_map(|scored| scored.imitated_by).any(|p| is_found(&p))
     }
 
     /// Whether the recordings show more than the model and noise: by repetitions, by what the
@@ -481,12 +504,16 @@ fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, f64, f64)>
 /// Place of the first of the two coordinates of an eccentricity.
 const ECCENTRICITY: usize = 5;
 
+fn is_absorbed(scored: &Scored) -> bool {
+    scored.visible_share < ABSORBED_SHARE && scored.visible_share > 0.0
+}
+
 fn absorbed(round: &Round) -> Vec<EffectId> {
     let mut ids: Vec<EffectId> = round
         .scan
         .scored
         .iter()
-        .filter(|scored| scored.visible_share < ABSORBED_SHARE && scored.visible_share > 0.0)
+        .filter(|scored| is_absorbed(scored))
         .map(|scored| round.families[scored.family].id)
         .collect();
     ids.sort();

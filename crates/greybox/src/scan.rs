@@ -47,6 +47,8 @@ pub(crate) struct Scored {
     pub(crate) log_p: f64,
     /// Share of what the effect does that damage and rough numbers cannot imitate.
     pub(crate) visible_share: f64,
+    /// Place of the free number of the fit that imitates most of it.
+    pub(crate) imitated_by: Option<usize>,
     /// Energy of the effect, at the sizes tried, that is left after projection.
     pub(crate) energy: f64,
     /// Cosine of residual and effect before projection.
@@ -230,6 +232,7 @@ pub(crate) fn score(
                     0.0
                 },
                 visible_share: libm::sqrt(sum(&rest) / sum(&raw).max(f64::MIN_POSITIVE)),
+                imitated_by: imitated_by(&raw, places[0], &known),
                 energy: sum(&rest),
                 raw_cosine: libm::sqrt(
                     (raw_energy / raw.get(target, target).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
@@ -249,6 +252,13 @@ pub(crate) fn score(
         new
     });
     Scan { scored, p_familywise }
+}
+
+/// The column among some that makes up most of another.
+fn imitated_by(gram: &Gram, column: usize, known: &[usize]) -> Option<usize> {
+    let (_, weights) = gram.explained(column, known);
+    let part = |&n: &usize| weights[n] * weights[n] * gram.get(known[n], known[n]);
+    (0..known.len()).max_by(|a, b| part(a).total_cmp(&part(b)))
 }
 
 /// Energy of a column that others explain at the size that they have.

@@ -38,6 +38,9 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
+    /// Effects of the catalogue that this machine cannot have: `E05 E08`
+    #[arg(long, num_args = 1.., value_name = "EFFECT")]
+    pub without: Vec<String>,
     /// Exit with 1 when the model misses something, with 3 when there is no conclusion
     #[arg(long)]
     pub exit_code: bool,

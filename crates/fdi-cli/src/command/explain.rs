@@ -14,7 +14,9 @@ use std::{path::PathBuf, time::Instant};
 
 use anyhow::{Context, Result, anyhow, bail};
 use fdi_core::{
-    ColumnMap, Recording, ema_sim::model_file::MachineModel, read_machine,
+    ColumnMap, Recording,
+    ema_sim::{EffectId, model_file::MachineModel},
+    read_machine,
     report::ExplanationVerdict,
 };
 use greybox::{Explained, Options, Recordings};
@@ -43,8 +45,12 @@ pub(crate) fn explain(
     let model = read_machine(&args.model)?;
     let explained = match recordings(&args.records, &model)? {
         Ok(recordings) => {
-            let options =
-                Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
+            let options = Options {
+                seed: global.seed,
+                jobs: global.threads(),
+                without: effects(&args.without)?,
+                ..Options::default()
+            };
             let what = stage("explaining", &recordings);
             watched(streams, global.quiet, &what, || {
                 greybox::explain(&model, &recordings, &options)
@@ -72,6 +78,16 @@ pub(crate) fn explain(
         ExplanationVerdict::Inconclusive => ExitStatus::Open,
         _ => ExitStatus::Found,
     })
+}
+
+/// Effects by their symbols in the catalogue.
+fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
+    let find = |symbol: &String| {
+        EffectId::find(symbol).with_context(|| {
+            format!("`--without {symbol}`: no effect of the catalogue, expected one of E01 to E25")
+        })
+    };
+    symbols.iter().map(find).collect()
 }
 
 /// What is being done with the recordings, in a line.

@@ -51,6 +51,8 @@ pub(crate) struct Truth {
     pub(crate) seed: u64,
     /// A torque that changes its sign at random, at other times in each take.
     pub(crate) telegraph_n_m: f64,
+    /// Whether nothing is noisy.
+    pub(crate) quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -139,7 +141,7 @@ pub(crate) fn record(truth: &Truth, motion: Motion, seconds: f64, take: u64) -> 
     let mut noise = 0.0;
     let mut noisy = |value: &f64| {
         noise = 0.5 * noise + 0.015 * normal(&mut random);
-        value + noise
+        if truth.quiet { *value } else { value + noise }
     };
     let drive = trace.current.iter().map(&mut noisy).collect();
     Record {

@@ -5,3 +5,4 @@ mod bench_top;
 mod calibrate;
 mod explain;
 mod propose;
+mod sound;
