@@ -196,7 +196,7 @@ fn baselines(text: &mut String, lines: &[Line], kept: &[Kept]) {
     let same: Vec<&Line> = lines.iter().filter(|line| line.baselines.is_some()).collect();
     let _ = writeln!(
         text,
-        "## Baselines, same cases\n\nPlain rules on the same files, and `fdi explain` beside them, {} cases; PySINDy on its own, by `fixtures/references/pysindy`. What each does is in `docs/models/blind-test.md`. The answer of a rule is its first name; for `fdi explain`, `unknown` counts as an alarm, and a wrong name is an answered set without the truth.\n",
+        "## Baselines, same cases\n\nPlain rules on the same files, and `fdi explain` beside them, {} cases; PySINDy, by `fixtures/references/pysindy`, on the set named. What each does is in `docs/models/blind-test.md`. The answer of a rule is its first name; for `fdi explain`, `unknown` counts as an alarm, and a wrong name is an answered set without the truth.\n",
         same.len(),
     );
     text.push_str("| rule | cases | nulls | unusual nulls | faults only | right effect, visible singles | wrong name | outside, named | … without a remainder |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
