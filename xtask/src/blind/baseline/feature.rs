@@ -96,8 +96,9 @@ const ORDERS: [f64; 8] = [6.0, 12.0, 18.0, 24.0, 30.0, 36.0, 42.0, 48.0];
 /// Orders of a gear's error behind the gear, and of one that the loop's sensor shows.
 const GEAR_ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
 const AXIS_ORDERS: [f64; 6] = [2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
-/// Frequencies of a load behind a spring, Hz.
-const SWINGS_HZ: [f64; 4] = [60.0, 100.0, 170.0, 280.0];
+/// Frequencies of a load behind a spring, Hz: a sixth apart.
+const SWINGS_HZ: [f64; 13] =
+    [50.0, 58.0, 68.0, 79.0, 93.0, 108.0, 126.0, 147.0, 172.0, 200.0, 234.0, 273.0, 318.0];
 /// Centres of worn regions over the travel.
 const CENTRES: usize = 8;
 
