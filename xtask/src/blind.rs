@@ -3,11 +3,13 @@
 //! Two processes that know nothing of each other: this one draws a case, writes the truth's hash
 //! down, and opens the truth when `fdi explain` has answered on recordings and nominal model.
 
+mod baseline;
 mod bound;
 mod case_file;
 mod null_check;
 mod page;
 mod plan;
+mod pysindy;
 mod run;
 mod score;
 
@@ -36,13 +38,15 @@ use crate::ci::say;
 
 /// How the task is called.
 const USAGE: &str = "\
-cargo xtask blind [--seed dev|score] [--class C] [--cases N] [--resume FILE] [--jobs N] [--fdi PROGRAM]
+cargo xtask blind [--seed dev|score] [--class C] [--cases N] [--resume FILE] [--jobs N]
+                  [--fdi PROGRAM] [--keep FOLDER]
   --seed    dev (default): cases to develop on; score: seeds from the git tree of crates/greybox
   --class   null, unusual-null, single, double, outside, fault-only or tied alone
   --cases   so many cases, evenly from all classes, or of the one class
   --resume  results to read and go on with (the default of `score`; `dev` begins anew)
   --jobs    cases side by side (default 2)
-  --fdi     the program that explains (default: built with --release)";
+  --fdi     the program that explains (default: built with --release)
+  --keep    write each answered case's recordings, roles and features, and its truth, to FOLDER/CLASS/INDEX";
 
 /// What is asked for.
 struct Options {
@@ -52,12 +56,20 @@ struct Options {
     resume: Option<PathBuf>,
     jobs: usize,
     fdi: Option<PathBuf>,
+    keep: Option<PathBuf>,
 }
 
 impl Options {
     fn parse(arguments: &[&str]) -> Result<Self> {
-        let mut options =
-            Self { set: Set::Dev, class: None, cases: None, resume: None, jobs: 2, fdi: None };
+        let mut options = Self {
+            set: Set::Dev,
+            class: None,
+            cases: None,
+            resume: None,
+            jobs: 2,
+            fdi: None,
+            keep: None,
+        };
         let mut rest = arguments.iter();
         while let Some(&flag) = rest.next() {
             let value = *rest.next().with_context(|| format!("`{flag}` needs a value\n{USAGE}"))?;
@@ -76,6 +88,7 @@ impl Options {
                 "--jobs" => options.jobs = value.parse::<usize>().context("--jobs")?.max(1),
                 "--resume" => options.resume = Some(value.into()),
                 "--fdi" => options.fdi = Some(value.into()),
+                "--keep" => options.keep = Some(value.into()),
                 _ => bail!("unknown flag `{flag}`\n{USAGE}"),
             }
         }
@@ -109,7 +122,7 @@ pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<()> {
         done.len(),
         results.display()
     ));
-    let not_drawn = answer_all(&open, &results, &fdi, options.jobs)?;
+    let not_drawn = answer_all(&open, &results, &fdi, &options)?;
     let lines = read(&results)?;
     let page_file = match options.set {
         Set::Score => root.join("docs/validation/blind.md"),
@@ -121,6 +134,7 @@ pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<()> {
         root: from,
         planned: plan::plan("", None, None).len(),
         not_drawn,
+        pysindy: pysindy::kept(root)?,
     };
     let earlier = fs::read_to_string(&page_file).unwrap_or_default();
     fs::write(&page_file, page::page(&lines, &checks, &origin, &earlier))?;
@@ -192,14 +206,14 @@ fn opened(file: &Path) -> Result<Mutex<File>> {
 }
 
 /// Has the open cases answered side by side; returns how many could not be drawn.
-fn answer_all(open: &[Planned], results: &Path, fdi: &Path, jobs: usize) -> Result<usize> {
+fn answer_all(open: &[Planned], results: &Path, fdi: &Path, options: &Options) -> Result<usize> {
     let (answers, seals) = (opened(results)?, opened(&results.with_extension("seals"))?);
     let (next, not_drawn) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let work = || -> Result<()> {
         while let Some(planned) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
             let name = format!("{} {}", planned.class.name(), planned.index);
             let seal = |hash: &str| append(&seals, &format!("{name} {hash}"));
-            let line = match run::explain_case(planned, fdi, seal) {
+            let line = match run::explain_case(planned, fdi, options.keep.as_deref(), seal) {
                 Ok(line) => line,
                 Err(error) if error.is::<greybox_blind::BlindError>() => {
                     not_drawn.fetch_add(1, Ordering::Relaxed);
@@ -218,7 +232,7 @@ fn answer_all(open: &[Planned], results: &Path, fdi: &Path, jobs: usize) -> Resu
         Ok(())
     };
     thread::scope(|scope| {
-        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
+        let workers: Vec<_> = (0..options.jobs).map(|_| scope.spawn(work)).collect();
         workers
             .into_iter()
             .try_for_each(|worker| worker.join().map_err(|_| anyhow::anyhow!("a worker failed"))?)

@@ -101,6 +101,10 @@ pub(crate) struct Line {
     /// Of tied cases: the answer with the proposed recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) second: Option<Answer>,
+    /// Effects that the baselines name on the same files, by rule, the first the best; lines from
+    /// before there were baselines have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) baselines: Option<BTreeMap<String, Vec<String>>>,
     pub(crate) elapsed_s: f64,
 }
 
@@ -149,6 +153,17 @@ mod tests {
         assert_eq!(truth.hidden[0].id, case.truth().hidden[0].symbol);
         assert_eq!(truth.hidden[0].lambda, case.truth().hidden[0].lambda);
         assert_eq!(truth.faults["k1"], case.truth().fault("k1").unwrap());
+    }
+
+    /// Lines from before there were baselines are read, and stay without.
+    #[test]
+    fn lines_without_baselines_are_read() {
+        let line: Line = serde_json::from_str(r#"{"class":"null","elapsed_s":1.0}"#).unwrap();
+        assert!(line.baselines.is_none());
+        assert!(!serde_json::to_string(&line).unwrap().contains("baselines"));
+        let text = r#"{"class":"null","baselines":{"stlsq":["E02","E01"],"white-f":[]}}"#;
+        let line: Line = serde_json::from_str(text).unwrap();
+        assert_eq!(line.baselines.unwrap()["stlsq"], ["E02", "E01"]);
     }
 
     #[test]

@@ -3,10 +3,12 @@
 use std::{collections::BTreeSet, fmt::Write};
 
 use super::{
+    baseline,
     bound::Rate,
     case_file::Line,
     null_check::NullCheck,
-    score::{self, Bar, Kind, Measured},
+    pysindy::Kept,
+    score::{self, Bar, Kind, Measured, Tally},
 };
 
 /// Where a run comes from.
@@ -19,6 +21,8 @@ pub(crate) struct Origin {
     pub(crate) planned: usize,
     /// Cases that the generator could not draw.
     pub(crate) not_drawn: usize,
+    /// What `PySINDy` answered, where it was run.
+    pub(crate) pysindy: Vec<Kept>,
 }
 
 /// Heading of the part that people write and a new run keeps.
@@ -46,6 +50,7 @@ pub(crate) fn page(lines: &[Line], checks: &[NullCheck], origin: &Origin, earlie
     power(&mut text, lines);
     faults(&mut text, lines);
     confusion(&mut text, lines);
+    baselines(&mut text, lines, &origin.pysindy);
     nulls(&mut text, checks);
     let why = earlier.split_once(WHY).map_or("\n\nNothing is written here yet.\n", |(_, why)| why);
     let _ = write!(text, "{WHY}{why}");
@@ -187,6 +192,44 @@ fn confusion(text: &mut String, lines: &[Line]) {
     });
 }
 
+fn baselines(text: &mut String, lines: &[Line], kept: &[Kept]) {
+    let same: Vec<&Line> = lines.iter().filter(|line| line.baselines.is_some()).collect();
+    let _ = writeln!(
+        text,
+        "## Baselines, same cases\n\nPlain rules on the same files, and `fdi explain` beside them, {} cases; PySINDy, by `fixtures/references/pysindy`, on the set named. What each does is in `docs/models/blind-test.md`. The answer of a rule is its first name; for `fdi explain`, `unknown` counts as an alarm, and a wrong name is an answered set without the truth.\n",
+        same.len(),
+    );
+    text.push_str("| rule | cases | nulls | unusual nulls | faults only | right effect, visible singles | wrong name | outside, named | … without a remainder |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+    let here = format!("{}, here", same.len());
+    tally(text, "`fdi explain`", &here, &Tally::of_explain(&same));
+    for (rule, title) in baseline::RULES {
+        tally(text, title, &here, &Tally::of_rule(&same, rule));
+    }
+    for kept in kept {
+        let lines: Vec<&Line> = kept.lines.iter().collect();
+        let cases = format!("{}, {}", lines.len(), kept.set);
+        for (rule, title) in &kept.variants {
+            let title = format!("PySINDy {}: {title}", kept.version);
+            tally(text, &title, &cases, &Tally::of_rule(&lines, rule));
+        }
+    }
+    text.push('\n');
+}
+
+fn tally(text: &mut String, title: &str, cases: &str, found: &Tally) {
+    let rates = [
+        found.null,
+        found.unusual,
+        found.fault_only,
+        found.right,
+        found.wrong,
+        found.outside,
+        found.outside_without_remainder,
+    ];
+    let cells = rates.map(|rate| percent(&rate));
+    let _ = writeln!(text, "| {title} | {cases} | {} |", cells.join(" | "));
+}
+
 fn nulls(text: &mut String, checks: &[NullCheck]) {
     text.push_str("## Null check\n\nNominal machines of generator and simulator, without noise: largest rms difference of the current over eight draws, healthy and faulty, with and without steps of the load. Asked: a tenth of the lowest noise, 0.0005 A.\n\n");
     text.push_str("| machine | command | rms, A |\n| --- | --- | ---: |\n");
@@ -202,6 +245,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn baselines_stand_beside_the_answers_on_the_same_cases() {
+        let names = |name: &str| Some([("stlsq".to_owned(), vec![name.to_owned()])].into());
+        let null = |baselines| Line { class: "null".to_owned(), baselines, ..Line::default() };
+        let mut text = String::new();
+        let kept = Kept {
+            version: "2.1.0".to_owned(),
+            set: "dev".to_owned(),
+            variants: [("v".to_owned(), "joint".to_owned())].into(),
+            lines: vec![null(Some([("v".to_owned(), Vec::new())].into()))],
+        };
+        baselines(&mut text, &[null(names("E01")), null(None)], &[kept]);
+        let row = |start: &str| text.lines().find(|line| line.starts_with(start)).unwrap();
+        assert!(row("| `fdi").starts_with("| `fdi explain` | 1, here | 0.0 % (0 of 1) | -"));
+        assert!(row("| thresholded").contains("| 1, here | 100.0 % (1 of 1) | -"));
+        assert!(row("| PySINDy 2.1.0: joint").contains("| 1, dev | 0.0 % (0 of 1) | -"));
+    }
+
+    #[test]
     fn the_page_keeps_what_people_wrote() {
         let origin = Origin {
             set: "dev",
@@ -209,6 +270,7 @@ mod tests {
             root: "development".to_owned(),
             planned: 1900,
             not_drawn: 0,
+            pysindy: Vec::new(),
         };
         let first = page(&[], &[], &origin, "");
         assert!(

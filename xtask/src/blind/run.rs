@@ -10,6 +10,7 @@ use anyhow::{Context, Result, bail};
 use greybox_blind::{Case, File, Role, sha256_hex};
 
 use super::{
+    baseline,
     case_file::{Answer, Line, Truth},
     plan::Planned,
 };
@@ -20,6 +21,7 @@ use crate::ci::clock;
 pub(crate) fn explain_case(
     planned: &Planned,
     fdi: &Path,
+    keep: Option<&Path>,
     seal: impl FnOnce(&str) -> Result<()>,
 ) -> Result<Line> {
     let case = Case::draw(planned.seed, planned.class)?;
@@ -47,11 +49,18 @@ pub(crate) fn explain_case(
         }
     }
     line.elapsed_s = began.elapsed().as_secs_f64();
+    line.baselines = Some(baseline::answers(folder.path(), &files).context("baselines")?);
     let truth = case.truth_json();
     if sha256_hex(truth.as_bytes()) != sealed {
         bail!("the truth of {} {} is not the sealed one", line.class, line.index);
     }
     line.truth = serde_json::from_str::<Truth>(&truth).context("the generator's truth")?;
+    if let Some(keep) = keep {
+        let kept = keep.join(&line.class).join(line.index.to_string());
+        let files = case.write(&kept)?;
+        baseline::write(&kept, &files)?;
+        fs::write(kept.join("truth.json"), &truth)?;
+    }
     Ok(line)
 }
 

@@ -264,6 +264,81 @@ pub(crate) fn bars(lines: &[Line]) -> Vec<Bar> {
     ]
 }
 
+/// What is counted of `fdi explain` and of baselines alike.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tally {
+    pub(crate) null: Rate,
+    pub(crate) unusual: Rate,
+    pub(crate) fault_only: Rate,
+    /// Of visible singles.
+    pub(crate) right: Rate,
+    pub(crate) wrong: Rate,
+    /// Named although outside the catalogue, and that without saying that something remains.
+    pub(crate) outside: Rate,
+    pub(crate) outside_without_remainder: Rate,
+}
+
+/// An answer as far as a tally needs it: whether it claims something, the effects of which it says
+/// one is there, the first the best, and whether it says that something remains.
+struct Claim {
+    claims: bool,
+    names: Vec<String>,
+    remains: bool,
+}
+
+impl Tally {
+    /// Of `fdi explain`.
+    pub(crate) fn of_explain(lines: &[&Line]) -> Self {
+        Self::of(lines, |line| {
+            let answer = answer(line);
+            let first = answer.first().into_iter().map(str::to_owned);
+            let names = first.chain(answer.set().into_iter().map(str::to_owned)).collect();
+            let remains = answer.verdict == "named-with-remainder";
+            Claim { claims: alarms(line), names, remains }
+        })
+    }
+
+    /// Of a baseline. Several names claim as many effects and are no alternatives: the first is
+    /// its answer.
+    pub(crate) fn of_rule(lines: &[&Line], rule: &str) -> Self {
+        Self::of(lines, |line| {
+            let names = line.baselines.as_ref().and_then(|all| all.get(rule)?.first());
+            let names: Vec<String> = names.into_iter().cloned().collect();
+            Claim { claims: !names.is_empty(), names, remains: false }
+        })
+    }
+
+    fn of(lines: &[&Line], said: impl Fn(&Line) -> Claim) -> Self {
+        let count = |class: &str, test: &dyn Fn(&Line, Claim) -> bool| {
+            let of: Vec<&Line> = lines.iter().filter(|line| line.class == class).copied().collect();
+            Rate::of(&of, |line| test(line, said(line)))
+        };
+        let claims = |_: &Line, claim: Claim| claim.claims;
+        let singles: Vec<&Line> = lines
+            .iter()
+            .filter(|line| line.class == "single" && line.truth.hidden.iter().all(|h| h.visible))
+            .copied()
+            .collect();
+        let is_true = |line: &Line, name: &String| name == true_id(line);
+        Self {
+            null: count("null", &claims),
+            unusual: count("unusual-null", &claims),
+            fault_only: count("fault-only", &claims),
+            right: Rate::of(&singles, |line| {
+                said(line).names.first().is_some_and(|name| is_true(line, name))
+            }),
+            wrong: Rate::of(&singles, |line| {
+                let names = said(line).names;
+                !names.is_empty() && !names.iter().any(|name| is_true(line, name))
+            }),
+            outside: count("outside", &|_, claim| !claim.names.is_empty()),
+            outside_without_remainder: count("outside", &|_, claim| {
+                !claim.names.is_empty() && !claim.remains
+            }),
+        }
+    }
+}
+
 /// Counts of the answered against the true effect of visible singles; an answer without a name
 /// stands under its verdict.
 pub(crate) fn confusion(lines: &[Line]) -> std::collections::BTreeMap<(String, String), usize> {
@@ -387,6 +462,36 @@ mod tests {
         assert_eq!(rate(&lines, set), Rate { hits: 2, of: 5 });
         let sizes = bars(&lines).into_iter().find(|b| b.name.starts_with("mean size")).unwrap();
         assert!(matches!(sizes.measured, Measured::Figure { value, of: 3 } if value == 4.0 / 3.0));
+    }
+
+    /// A baseline's second name is no alternative, and what `explain` leaves unknown is an alarm.
+    #[test]
+    fn baselines_are_counted_by_their_first_name() {
+        let with = |class: &str, hidden: &[&str], names: &[&str]| {
+            let mut line = line(class, hidden, "unknown", &[]);
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            line.baselines = Some([("rule".to_owned(), names)].into());
+            line
+        };
+        let mut hidden = with("single", &["E01"], &["E01"]);
+        hidden.truth.hidden[0].visible = false;
+        let lines = [
+            with("single", &["E01"], &["E01", "E02"]),
+            with("single", &["E01"], &["E02", "E01"]),
+            with("single", &["E01"], &[]),
+            hidden,
+            with("null", &[], &["E01"]),
+            with("null", &[], &[]),
+            with("outside", &["X1"], &["E01"]),
+        ];
+        let lines: Vec<&Line> = lines.iter().collect();
+        let rate = |hits, of| Rate { hits, of };
+        let rule = Tally::of_rule(&lines, "rule");
+        assert_eq!((rule.right, rule.wrong), (rate(1, 3), rate(1, 3)));
+        assert_eq!((rule.null, rule.outside), (rate(1, 2), rate(1, 1)));
+        let explain = Tally::of_explain(&lines);
+        assert_eq!((explain.null, explain.outside), (rate(2, 2), rate(0, 1)));
+        assert_eq!(Tally::of_rule(&lines, "another").null, rate(0, 2));
     }
 
     #[test]
