@@ -43,9 +43,11 @@ impl Judged {
         let own = noise.scaled(rms(&whitened(noise, &fitted.residuals)));
         let residuals = elsewhere(holdout, &fitted.structure, &fitted.values, &own)?;
         let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
+            // of the size that it has there: what was not fitted may be missed by more
+            let there = noise.scaled(rms(&whitened(noise, residuals)));
             let of = |(prepared, residual): (&crate::problem::Prepared<'_>, &Vec<f64>)| {
                 let block = libm::round(BLOCK_S * prepared.rate_hz()) as usize;
-                own.log_likelihoods(residual, block)
+                there.log_likelihoods(residual, block)
             };
             problem.records.iter().zip(residuals).flat_map(of).collect()
         };

@@ -14,9 +14,11 @@ use crate::{
     rival::{Judged, Rival},
     scan::{Scan, Tried, log_tail, score, try_all},
     structure::Structure,
-    through_plant::FORM_SHARE,
 };
 
+/// Share of what is explained that the form of a real law leaves: a tenth of its amplitude. What
+/// explains no more is no effect beside it.
+const FORM_SHARE: f64 = 0.01;
 /// Rivals of the first effect that are tried in its place beside a second.
 const MOST_SWAPPED: usize = 2;
 
@@ -139,7 +141,9 @@ impl Session<'_> {
         }
         search.first_round.get_or_insert(round);
         let least_fall = FORM_SHARE * search.explained();
-        let stands = |rival: &Rival| self.accepts(rival, alpha) && rival.fall >= least_fall;
+        let is_first = search.found.is_empty();
+        let stands =
+            |rival: &Rival| self.accepts(rival, alpha, is_first) && rival.fall >= least_fall;
         let mut accepted: Vec<Rival> = rivals;
         accepted.retain(|rival| stands(rival) && !search.has(rival.id));
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
@@ -246,7 +250,8 @@ impl Session<'_> {
         let (gain, std) = current.gain_over(without);
         let fall = without.fitted.objective - current.fitted.objective;
         let numbers = current.fitted.values.len() - without.fitted.values.len();
-        gain > self.wanted_std_errors(log_tail(2.0 * fall, numbers)) * std
+        let is_first = search.found.len() == 1;
+        gain > self.wanted_std_errors(log_tail(2.0 * fall, numbers), is_first) * std
             && current.evidence_over(without, self.train.samples()) > self.options.evidence_nats
             && fall >= FORM_SHARE * search.explained()
     }
@@ -330,17 +335,18 @@ impl Session<'_> {
         Ok(rivals)
     }
 
-    fn accepts(&self, rival: &Rival, alpha: f64) -> bool {
+    fn accepts(&self, rival: &Rival, alpha: f64, is_first: bool) -> bool {
         rival.log_p <= libm::log(alpha)
-            && rival.gain > self.wanted_std_errors(rival.log_p) * rival.gain_std
+            && rival.gain > self.wanted_std_errors(rival.log_p, is_first) * rival.gain_std
             && rival.evidence > self.options.evidence_nats
             && !rival.on_bound
     }
 
     /// Where chance is out of the question in what was fitted, less is asked of what was not: its
-    /// command may show little of the effect.
-    fn wanted_std_errors(&self, log_p: f64) -> f64 {
-        let sure = log_p <= libm::log(self.options.sure_rate);
+    /// command may show little of the effect. Not so beside an effect found, whose form leaves
+    /// something that another may take up.
+    fn wanted_std_errors(&self, log_p: f64, is_first: bool) -> f64 {
+        let sure = is_first && log_p <= libm::log(self.options.sure_rate);
         self.options.gain_std_errors * if sure { 0.5 } else { 1.0 }
     }
 

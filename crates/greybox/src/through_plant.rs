@@ -15,7 +15,7 @@ const BLOCK_S: f64 = 0.25;
 const LEAST_EXCESS: f64 = 0.02;
 /// Share of the energy explained that the form of a catalogue's law may leave: seven hundredths
 /// of the amplitude.
-pub(crate) const FORM_SHARE: f64 = 0.005;
+const FORM_SHARE: f64 = 0.005;
 
 /// A residual against what of it did not come through the plant: `r = p + n`, where `p` is the
 /// controller's answer to the measured position less that to the predicted one.
