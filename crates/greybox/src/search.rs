@@ -10,6 +10,7 @@ use crate::{
     floor::Floor,
     hypothesis::{Family, Leads, Scales, families, is_stiff},
     noise::Whitener,
+    record::CommandKind,
     response::leads,
     rival::{Judged, Rival},
     scan::{Scan, Tried, log_tail, score, try_all},
@@ -364,6 +365,11 @@ impl Session<'_> {
     pub(crate) fn families(&self, leads: &Leads) -> Vec<Family> {
         let mut families = families(self.machine.geometry(), leads, self.machine.is_axis());
         families.retain(|family| !self.options.without.contains(&family.id));
+        // a controller that follows the motion is neither wrong nor misled
+        let in_loop = [EffectId::ControllerMismatch, EffectId::PositionSensor];
+        if self.train.records.iter().any(|r| r.record.kind == CommandKind::Motion) {
+            families.retain(|family| !in_loop.contains(&family.id));
+        }
         families
     }
 

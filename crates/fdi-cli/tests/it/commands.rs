@@ -100,6 +100,25 @@ fn learnt() -> TempDir {
     folder
 }
 
+/// The controller of the model file is not used: what the measured motion asks for is compared.
+#[test]
+fn explain_does_without_the_controller_and_without_effects_that_cannot_be() {
+    let machine = machine();
+    let folder = machine.path();
+    let json = [&EXPLAIN[..], &["--stable", "--output-format", "json"]].concat();
+    let moved = output(folder, &[&json[..], &["--inverse-dynamics"]].concat());
+    let found: Explanation = answer(&moved, Schema::Explanation);
+    // averaged as it is, the signal does not show what is missed at the reversals
+    let fits: Vec<f64> = found.records.iter().map(|record| record.fit_percent_after).collect();
+    assert!(!fits.is_empty() && fits.iter().all(|fit| *fit > 70.0), "{fits:?}");
+    let left_out = output(folder, &[&json[..], &["--without", "E01"]].concat());
+    let found: Explanation = answer(&left_out, Schema::Explanation);
+    assert!(found.effects.iter().all(|effect| effect.id != "E01"), "{}", found.sentence);
+    let unknown = whole(&output(folder, &[&EXPLAIN[..], &["--without", "E99"]].concat()));
+    let said = "`--without E99`: no effect of the catalogue, expected one of E01 to E25";
+    assert!(unknown.starts_with("exit 2") && unknown.contains(said), "{unknown}");
+}
+
 #[test]
 fn explain_says_what_is_missed() {
     let machine = machine();
@@ -112,7 +131,8 @@ fn explain_says_what_is_missed() {
     assert_eq!(found.effects[0].id, "E01");
     assert_eq!(found.hypotheses[0].standing, Standing::Found);
     let speed = found.curves.iter().find(|curve| curve.coordinate == "speed").unwrap();
-    assert!(speed.share_before > 10.0 * speed.share_after, "{speed:?}");
+    // means of thirty bins follow noise a little too
+    assert!(speed.share_before > 0.5 && speed.share_after < 0.1, "{speed:?}");
     assert!(found.elapsed_s.is_none());
     // the same bytes on any number of threads, with and without colour
     let two = output(folder, &[&json[..], &["--jobs", "2"]].concat());

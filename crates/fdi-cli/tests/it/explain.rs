@@ -132,7 +132,8 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     assert_eq!(
         sentence(&["--train", "no-command.csv"]),
         "No conclusion: no-command.csv: no command (`command_rad`, `command_m` or a speed \
-         command): what the controller was asked for is not known (`--command` names it)."
+         command): what the controller was asked for is not known (`--command` names it; of a \
+         servo axis `--inverse-dynamics` does without it)."
     );
     assert_eq!(
         sentence(&["--train", "one.csv"]),
