@@ -1,0 +1,46 @@
+//! Columns of the recordings in the folder that `FDI_MEASURED_DATA` names.
+
+use std::{ffi::OsString, fs::File, io::Read, path::PathBuf};
+
+use anyhow::{Context, Result};
+use flate2::read::GzDecoder;
+
+/// The folder, where one is named.
+pub(super) fn folder() -> Option<OsString> {
+    std::env::var_os("FDI_MEASURED_DATA")
+}
+
+/// The columns of a compressed table.
+pub(super) fn columns(path: &str) -> Result<Vec<Vec<f64>>> {
+    let folder = folder().context("`FDI_MEASURED_DATA` does not name the measured recordings")?;
+    let file = PathBuf::from(folder).join(path);
+    let opened = File::open(&file).with_context(|| file.display().to_string())?;
+    let mut text = String::new();
+    GzDecoder::new(opened).read_to_string(&mut text).with_context(|| file.display().to_string())?;
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    for line in text.lines().skip(1) {
+        for (place, cell) in line.split(',').enumerate() {
+            let value = cell.parse().with_context(|| format!("{}: `{cell}`", file.display()))?;
+            match columns.get_mut(place) {
+                Some(column) => column.push(value),
+                None => columns.push(vec![value]),
+            }
+        }
+    }
+    Ok(columns)
+}
+
+/// A signal at other times, straight between its samples, held at its ends.
+pub(super) fn interpolated(times: &[f64], values: &[f64], at: f64) -> f64 {
+    let after = times.partition_point(|t| *t <= at);
+    if after == 0 || after == times.len() {
+        return values[after.min(times.len() - 1)];
+    }
+    let share = (at - times[after - 1]) / (times[after] - times[after - 1]);
+    values[after - 1] + share * (values[after] - values[after - 1])
+}
+
+/// Root mean square.
+pub(super) fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
