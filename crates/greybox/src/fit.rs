@@ -11,13 +11,15 @@ use crate::{
 };
 
 /// Most steps.
-const MOST_STEPS: usize = 20;
+const MOST_STEPS: usize = 30;
 /// Most attempts at one step.
 const MOST_ATTEMPTS: usize = 8;
 /// Fall of the objective, in nats, that ends the search.
 const SETTLED_NATS: f64 = 0.2;
-/// Share of its step over which a difference is taken where whole steps lead no further.
-const FINE_SHARE: f64 = 0.1;
+/// Shares of its step over which a difference is taken, one after the other, each until it leads
+/// no further: fine ones show a way down that whole steps hide, and are misled by the jumps of a
+/// drive that sticks and slips. The last are those of the result.
+const SHARES: [f64; 3] = [1.0, 0.1, 1.0];
 /// Share of the way to the bar below which a step is too short to go on.
 const LEAST_APPROACH: f64 = 0.05;
 /// Share of the foretold fall from which on a step shows the sensitivities to be good enough.
@@ -94,18 +96,17 @@ impl Search<'_> {
         )?);
         let mut damping = 1e-4;
         let mut fresh = known.is_empty();
-        let mut share = 1.0;
+        let mut shares = SHARES.into_iter();
+        let mut share = shares.next().unwrap_or(1.0);
         for _ in 0..MOST_STEPS {
             let (values, white) = (&stand.values, &stand.white);
             let normal = Normal::new(self.whitener, &structure.free, values, &sensitivities, white);
             let Some((next, foretold)) = self.lower(&structure, &stand, &normal, &mut damping)?
             else {
-                if fresh && (self.secant || share < 1.0) {
-                    break;
-                }
-                // where differences over whole steps show no way down, finer ones may
                 if fresh {
-                    share = FINE_SHARE;
+                    let next = if self.secant { None } else { shares.next() };
+                    let Some(next) = next else { break };
+                    share = next;
                 }
                 sensitivities = self.anew(&structure, &stand, share)?;
                 (fresh, damping) = (true, 1e-4);
@@ -120,12 +121,12 @@ impl Search<'_> {
             let above = stand.objective - self.bar;
             let out_of_reach = fallen < LEAST_APPROACH * above;
             let settled = fallen < SETTLED_NATS;
-            let ended = if self.secant { fresh } else { share < 1.0 };
-            if out_of_reach || (settled && ended) {
+            if out_of_reach || (settled && self.secant && fresh) {
                 break;
             }
             if settled && !self.secant {
-                share = FINE_SHARE;
+                let Some(next) = shares.next() else { break };
+                share = next;
             }
             // sensitivities mended again and again may show no way down where there is one
             let anew = !good || settled;
