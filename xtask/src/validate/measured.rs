@@ -544,8 +544,10 @@ mod tests {
         let nominal = emps::model().unwrap();
         let extended = explained.extend(&MachineModel::ServoAxis(nominal.clone()));
         let before = data.closed_loop(&nominal).unwrap();
-        let after = data.closed_loop(&axis(extended).unwrap()).unwrap();
-        // 50 % and 40 % measured
+        // the sizes are those beside the numbers fitted with them: 57 % and 41 % measured, and
+        // without these numbers it is no better, as the page says
+        let refitted = emps::refitted(&explained, &axis(extended).unwrap()).unwrap();
+        let after = data.closed_loop(&refitted).unwrap();
         assert!(after[0] < 0.6 * before[0] && after[1] < 0.7 * before[1], "{before:?} {after:?}");
     }
 
