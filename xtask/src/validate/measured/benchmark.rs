@@ -4,10 +4,11 @@
 use core::f64::consts::TAU;
 
 use anyhow::{Context, Result};
+use greybox::rms;
 
 use super::{
     filter::{LowPass, decimated_by_ten},
-    recording::{interpolated, rms},
+    recording::interpolated,
 };
 
 /// Force of the amplifier's volt, N/V, as published with the benchmark.

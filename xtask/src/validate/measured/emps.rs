@@ -6,12 +6,12 @@ use ema_sim::{
     Load, ServoAxisSimulation,
     model_file::{AxisModel, MachineModel, parse_machine},
 };
-use greybox::{CommandKind, Explained, Options, Record, Recordings, explain};
+use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
 
 use super::{
     JOBS,
     benchmark::{Motion, Refit, Term, refit},
-    recording::{columns, rms},
+    recording::columns,
 };
 
 const RATE_HZ: f64 = 1000.0;

@@ -9,12 +9,12 @@ use ema_sim::{
     model_file::{AxisModel, MachineModel, parse_machine},
 };
 use greybox::{
-    Calibrated, CommandKind, Explained, Options, Record, Recordings, calibrate, explain,
+    Calibrated, CommandKind, Explained, Options, Record, Recordings, calibrate, explain, rms,
 };
 
 use super::{
     JOBS,
-    recording::{columns, interpolated, rms},
+    recording::{columns, interpolated},
 };
 
 const RATE_HZ: f64 = 1000.0;

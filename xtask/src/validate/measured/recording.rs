@@ -39,8 +39,3 @@ pub(super) fn interpolated(times: &[f64], values: &[f64], at: f64) -> f64 {
     let share = (at - times[after - 1]) / (times[after] - times[after - 1]);
     values[after - 1] + share * (values[after] - values[after - 1])
 }
-
-/// Root mean square.
-pub(super) fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
