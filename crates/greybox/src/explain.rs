@@ -183,7 +183,7 @@ impl<'a> Session<'a> {
         let Some(first) = search.found.first() else {
             return Ok((Vec::new(), search.floor.whitener));
         };
-        let best = (first.rival.id, first.rival.judged.fitted.clone());
+        let best = (first.rival.id, search.current.fitted.clone());
         // where nothing is tied the next best is asked for, to be sure
         let others = if search.ties.is_empty() {
             search.runners_up.iter().take(1)
@@ -215,16 +215,17 @@ impl<'a> Session<'a> {
             (false, false) if !ties.is_empty() => Verdict::OneOf,
             (false, false) => Verdict::Named,
         };
-        // what explains most comes first
+        // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
-        by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength));
+        let settled = usize::from(!ties.is_empty());
+        by_strength[settled..].sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength));
         let of = |(place, f): (usize, &Found)| self.finding(&current, whitener, place, f);
         let effects = by_strength.into_iter().map(of).collect();
         let p_familywise = found.last().map_or(1.0, |f| f.p_familywise);
         let alternative = |rival: &Rival| {
-            let last = rival.judged.fitted.structure.effects.len() - 1;
             let found = Found { rival: rival.clone(), p_familywise, strength: rival.fall };
-            self.finding(&rival.judged, whitener, last, &found)
+            // in the place of the first
+            self.finding(&rival.judged, whitener, 0, &found)
         };
         let state = fitted.structure.state(self.machine, &fitted.values);
         let remainder =

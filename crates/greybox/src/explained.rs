@@ -8,6 +8,7 @@ use ema_sim::{
 use crate::{
     curve::{Hypothesis, ResidualCurve},
     floor::NoiseSource,
+    machine::Machine,
     show::{RecordFit, Remainder},
 };
 
@@ -134,9 +135,14 @@ impl Explained {
         }
     }
 
-    /// The model with the effects found; without them it is the model given, bit for bit.
+    /// The model with the effects found and the rough numbers fitted beside them, to which their
+    /// sizes belong; without an effect it is the model given, bit for bit.
     pub fn extend(&self, model: &MachineModel) -> MachineModel {
-        let mut extended = model.clone();
+        if self.effects.is_empty() {
+            return model.clone();
+        }
+        let fitted: Vec<f64> = self.rough.iter().map(|(_, _, fitted)| *fitted).collect();
+        let mut extended = Machine::new(model).with_rough(&fitted);
         let status = match self.verdict {
             Verdict::OneOf => "one-of",
             _ => "named",

@@ -40,7 +40,8 @@ pub(crate) struct Fitted {
 
 /// Signals of all recordings through the whitener, in one row.
 pub(crate) fn whitened(whitener: &Whitener, signals: &PerRecord) -> Vec<f64> {
-    signals.iter().flat_map(|signal| whitener.apply(signal)).collect()
+    let each: Vec<Vec<f64>> = signals.iter().map(|signal| whitener.apply(signal)).collect();
+    each.concat()
 }
 
 /// Fits from the starts of the structure, with the sensitivities taken anew at each step.

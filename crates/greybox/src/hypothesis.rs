@@ -245,7 +245,7 @@ pub(crate) fn numbers(
         place,
         in_record: None,
         step: if is_stiff(effect.id()) { 0.1 * step } else { step },
-        least: if is_stiff(effect.id()) { 0.1 * step } else { f64::NEG_INFINITY },
+        least: if is_stiff(effect.id()) { 0.01 * step } else { f64::NEG_INFINITY },
         most: f64::INFINITY,
     };
     let shape = |&place: &usize| {

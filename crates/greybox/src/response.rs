@@ -8,6 +8,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use crate::{
     error::GreyboxError,
+    fit::whitened,
     gram::{Gram, dot},
     hypothesis::{Leads, Scales},
     machine::{Prediction, State},
@@ -88,11 +89,8 @@ impl Screen<'_> {
         let mut columns: Vec<Vec<f64>> = torques
             .iter()
             .map(|torque| {
-                let seen: Vec<f64> = torque
-                    .iter()
-                    .flat_map(|t| self.whitener.apply(&through(&self.response, t)))
-                    .collect();
-                without(&self.known, seen)
+                let shaken = torque.iter().map(|t| through(&self.response, t)).collect();
+                without(&self.known, whitened(self.whitener, &shaken))
             })
             .collect();
         columns.push(self.residual.clone());
@@ -162,7 +160,7 @@ pub(crate) fn leads(
         .map(|(prepared, prediction)| prepared.reduce(&prediction.drive))
         .collect();
     let known = orthonormal(known);
-    let residual = crate::fit::whitened(whitener, residual);
+    let residual = whitened(whitener, residual);
     let screen = Screen {
         problem,
         whitener,

@@ -26,6 +26,8 @@ pub(crate) struct Judged {
     /// The noise with the size of its own residual: each rival is judged with its own size, and
     /// none may take what is slow for noise.
     own: Whitener,
+    /// Residual of the recordings held out, through the noise with which it was fitted.
+    held_out: Vec<f64>,
     /// Log-likelihood of each block of the recordings held out.
     blocks: Vec<f64>,
     /// Log-likelihood of what was fitted.
@@ -60,7 +62,8 @@ impl Judged {
         }
         let train = likelihoods(train, &fitted.residuals).iter().sum();
         let holdout_rms = rms(&residuals.concat());
-        Ok(Self { fitted, own, blocks, train, holdout_rms })
+        let held_out = whitened(noise, &residuals);
+        Ok(Self { fitted, own, held_out, blocks, train, holdout_rms })
     }
 
     /// Gain in log-likelihood over another on what neither was fitted to, and its standard
@@ -82,6 +85,22 @@ impl Judged {
         let variance =
             gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n - 1.0).max(1.0);
         (mean * n, libm::sqrt(variance * n))
+    }
+
+    /// Energy of the difference between the two predictions of what was not fitted, in units of
+    /// the noise: the gain is expected to be half of it, with its root for a standard error.
+    pub(crate) fn energy_apart(&self, other: &Self) -> f64 {
+        let apart = self.held_out.iter().zip(&other.held_out).map(|(a, b)| (a - b) * (a - b));
+        apart.sum()
+    }
+
+    /// Whether what was not fitted speaks for this and against another by so many standard
+    /// errors, or, where the two differ there by too little to be told apart so, at least not
+    /// for the other by so many nats.
+    pub(crate) fn is_confirmed(&self, other: &Self, wanted: f64, mute_nats: f64) -> bool {
+        let (gain, std) = self.gain_over(other);
+        let is_mute = self.energy_apart(other) < 4.0 * wanted * wanted;
+        gain > wanted * std || (is_mute && gain > -mute_nats)
     }
 
     /// Gain in evidence over another: log-likelihood of what was fitted less half a logarithm of
@@ -108,6 +127,8 @@ pub(crate) struct Rival {
     pub(crate) log_p: f64,
     pub(crate) gain: f64,
     pub(crate) gain_std: f64,
+    /// Of the predictions with and without it of what was not fitted.
+    pub(crate) energy_apart: f64,
     pub(crate) evidence: f64,
     /// Whether a number of the effect stands on a bound.
     pub(crate) on_bound: bool,
@@ -135,12 +156,15 @@ impl Rival {
     /// How it did, in words.
     pub(crate) fn line(&self, families: &[Family]) -> String {
         format!(
-            "  rival {} {:?}: fall {:.1}, gain {:.1} ± {:.1}, evidence {:.1}, bound {}, rms {:.5}",
+            "  rival {} {:?}: fall {:.1}, log p {:.1}, gain {:.1} ± {:.1} of {:.1}, evidence {:.1}, \
+             bound {}, rms {:.5}",
             self.id.info().symbol,
             families[self.family].sizes,
             self.fall,
+            self.log_p,
             self.gain,
             self.gain_std,
+            0.5 * self.energy_apart,
             self.evidence,
             self.on_bound,
             self.judged.holdout_rms
@@ -272,6 +296,7 @@ impl Rival {
             log_p: (chance + looked + libm::log(asked.questions)).min(0.0),
             gain,
             gain_std,
+            energy_apart: judged.energy_apart(current),
             evidence: judged.evidence_over(current, samples) - looked,
             on_bound,
             asked,

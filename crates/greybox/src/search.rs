@@ -21,7 +21,11 @@ use crate::{
 /// explains no more is no effect beside it.
 const FORM_SHARE: f64 = 0.01;
 /// Rivals of the first effect that are tried in its place beside a second.
-const MOST_SWAPPED: usize = 2;
+const MOST_SWAPPED: usize = 3;
+/// Rivals of a round whose fits are ended before one of them wins.
+const MOST_SETTLED: usize = 2;
+/// Share of the best rival's score from which on another is among them.
+const SETTLED_SHARE: f64 = 0.5;
 
 /// An effect accepted in a round.
 pub(crate) struct Found {
@@ -39,7 +43,7 @@ pub(crate) struct Search {
     pub(crate) found: Vec<Found>,
     /// Rivals of the first effect that explain as much.
     pub(crate) ties: Vec<Rival>,
-    /// Of other kinds that stood the tests in the first round.
+    /// Of other kinds that stood the tests in the first round; beside later effects, if any.
     pub(crate) runners_up: Vec<Rival>,
     pub(crate) first_round: Option<Round>,
     /// How each effect fared in the first round.
@@ -113,8 +117,10 @@ impl Session<'_> {
                 break;
             }
         }
-        self.swap_first(&mut search)?;
         self.drop_needless(&mut search)?;
+        if self.swap_first(&mut search)? {
+            self.drop_needless(&mut search)?;
+        }
         Ok(search)
     }
 
@@ -143,16 +149,14 @@ impl Session<'_> {
         search.first_round.get_or_insert(round);
         let least_fall = FORM_SHARE * search.explained();
         let is_first = search.found.is_empty();
-        let stands =
-            |rival: &Rival| self.accepts(rival, alpha, is_first) && rival.fall >= least_fall;
+        let stands = |rival: &Rival| {
+            self.accepts(rival, &search.current, alpha, is_first) && rival.fall >= least_fall
+        };
         let mut accepted: Vec<Rival> = rivals;
         accepted.retain(|rival| stands(rival) && !search.has(rival.id));
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
-        let Some(winner) = self.first_settled(&accepted, search, stands)? else {
-            return Ok(false);
-        };
-        // a tie of the first effect is not asked again beside a second
-        search.ties.clear();
+        self.settle(&mut accepted, search, stands)?;
+        let Some(winner) = accepted.first().cloned() else { return Ok(false) };
         if search.found.is_empty() {
             search.ties = self.tied(&winner, &accepted);
             search.runners_up = best_of_each(accepted, winner.id);
@@ -164,37 +168,43 @@ impl Session<'_> {
         Ok(true)
     }
 
-    /// The best whose fit, ended by sensitivities of its own, stands the tests still.
-    fn first_settled(
+    /// Ends the fits of the best with sensitivities of their own and leaves them in their new
+    /// order; those that stand the tests no longer are gone.
+    fn settle(
         &self,
-        accepted: &[Rival],
+        accepted: &mut Vec<Rival>,
         search: &Search,
         stands: impl Fn(&Rival) -> bool,
-    ) -> Result<Option<Rival>, GreyboxError> {
+    ) -> Result<(), GreyboxError> {
         let problems = (&self.train, &self.holdout);
-        for rival in accepted {
-            let settled =
-                rival.clone().settled(&search.current, problems, &search.floor.whitener)?;
-            if stands(&settled) {
-                return Ok(Some(settled));
+        let mut settled: Vec<Rival> = Vec::new();
+        while let Some(best) = accepted.first() {
+            let least = settled.iter().map(Rival::score).fold(f64::NEG_INFINITY, f64::max);
+            if best.score() < SETTLED_SHARE * least || settled.len() == MOST_SETTLED {
+                break;
+            }
+            let ended =
+                accepted.remove(0).settled(&search.current, problems, &search.floor.whitener)?;
+            if stands(&ended) {
+                settled.push(ended);
             }
         }
-        Ok(None)
+        accepted.splice(0..0, settled);
+        accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        Ok(())
     }
 
-    /// Puts each of the best rivals of the first effect in its place, beside the later ones.
-    fn swap_first(&self, search: &mut Search) -> Result<(), GreyboxError> {
+    /// Puts each of the best rivals of the first effect in its place, beside the later ones;
+    /// whether one stays there. Others may be tied with it there.
+    fn swap_first(&self, search: &mut Search) -> Result<bool, GreyboxError> {
         if search.found.len() < 2 {
-            return Ok(());
+            return Ok(false);
         }
-        let rivals: Vec<Rival> = search
-            .runners_up
-            .iter()
-            .filter(|rival| !search.has(rival.id))
-            .take(MOST_SWAPPED)
-            .cloned()
-            .collect();
-        for rival in rivals {
+        let mut rivals: Vec<Rival> = core::mem::take(&mut search.runners_up);
+        rivals.retain(|rival| !search.has(rival.id));
+        rivals.truncate(MOST_SWAPPED);
+        let mut is_swapped = false;
+        for mut rival in rivals {
             let with = &rival.judged.fitted;
             let known = &search.current.fitted;
             let mut structure = with.structure.clone().started_at(&with.values);
@@ -209,9 +219,15 @@ impl Session<'_> {
                 search.log.push(format!("swapped: {new} for {old}"));
                 search.current = judged;
                 search.found[0].rival = rival;
+                is_swapped = true;
+            } else {
+                rival.judged = judged;
+                search.runners_up.push(rival);
             }
         }
-        Ok(())
+        let is_tied = |rival: &&Rival| self.is_as_good(&rival.judged, &search.current);
+        search.ties = search.runners_up.iter().filter(is_tied).cloned().collect();
+        Ok(is_swapped)
     }
 
     /// Leaves out what effects found later have made needless.
@@ -235,12 +251,12 @@ impl Session<'_> {
                 place += 1;
             } else {
                 let dropped = search.found.remove(place);
+                if place == 0 {
+                    search.ties.clear();
+                }
                 search.log.push(format!("dropped: {}", dropped.rival.id.info().symbol));
                 search.current = without;
             }
-        }
-        if search.found.is_empty() {
-            search.ties.clear();
         }
         Ok(())
     }
@@ -248,11 +264,10 @@ impl Session<'_> {
     /// Whether what was found explains more than it does without one of its effects.
     fn needs(&self, search: &Search, without: &Judged) -> bool {
         let current = &search.current;
-        let (gain, std) = current.gain_over(without);
         let fall = without.fitted.objective - current.fitted.objective;
         let numbers = current.fitted.values.len() - without.fitted.values.len();
         let is_first = search.found.len() == 1;
-        gain > self.wanted_std_errors(log_tail(2.0 * fall, numbers), is_first) * std
+        self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_first)
             && current.evidence_over(without, self.train.samples()) > self.options.evidence_nats
             && fall >= FORM_SHARE * search.explained()
     }
@@ -286,7 +301,8 @@ impl Session<'_> {
         Ok(Round { families, tried, scan })
     }
 
-    /// The best of a scan, and the best by plain likeness among the rest, refitted.
+    /// The best of a scan, refitted; where the model is far off also the best by plain likeness
+    /// among the rest, and what does nothing in proportion to its size.
     fn rivals(
         &self,
         round: &Round,
@@ -299,14 +315,14 @@ impl Session<'_> {
         let alone = libm::log(self.options.false_alarm_rate);
         let worth = scored.iter().filter(|s| s.log_p <= alone).count();
         let by_score: Vec<usize> = (0..worth.min(self.options.refitted)).collect();
-        let mut by_likeness: Vec<usize> = (by_score.len()..scored.len()).collect();
-        // what is tried at its size as it is has been seen beyond the linear picture already
-        by_likeness.retain(|&n| !is_stiff(round.families[scored[n].family].id));
-        by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
         // where the model is far off the linear picture may be wrong
         let far_off = current.fitted.objective > self.train.samples() as f64;
-        by_likeness.truncate(if far_off { 3 } else { 0 });
-        let chosen = by_score.into_iter().chain(by_likeness);
+        let rest = if far_off { by_score.len()..scored.len() } else { 0..0 };
+        let (stiff, mut by_likeness): (Vec<usize>, Vec<usize>) =
+            rest.partition(|&n| is_stiff(round.families[scored[n].family].id));
+        by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
+        by_likeness.truncate(3);
+        let chosen = by_score.into_iter().chain(by_likeness).chain(stiff);
         let mut rivals: Vec<Rival> = Vec::new();
         let mut bar = f64::INFINITY;
         for place in chosen {
@@ -336,29 +352,36 @@ impl Session<'_> {
         Ok(rivals)
     }
 
-    fn accepts(&self, rival: &Rival, alpha: f64, is_first: bool) -> bool {
+    fn accepts(&self, rival: &Rival, current: &Judged, alpha: f64, is_first: bool) -> bool {
         rival.log_p <= libm::log(alpha)
-            && rival.gain > self.wanted_std_errors(rival.log_p, is_first) * rival.gain_std
+            && self.is_held_out(&rival.judged, current, rival.log_p, is_first)
             && rival.evidence > self.options.evidence_nats
             && !rival.on_bound
     }
 
-    /// Where chance is out of the question in what was fitted, less is asked of what was not: its
-    /// command may show little of the effect. Not so beside an effect found, whose form leaves
-    /// something that another may take up.
-    fn wanted_std_errors(&self, log_p: f64, is_first: bool) -> f64 {
-        let sure = is_first && log_p <= libm::log(self.options.sure_rate);
-        self.options.gain_std_errors * if sure { 0.5 } else { 1.0 }
+    /// Whether what was not fitted confirms an explanation. Where chance is out of the question in
+    /// what was fitted, less is asked of it, and nothing where its command shows too little of the
+    /// effect to say. Less not so beside an effect found, whose form leaves something that another
+    /// may take up.
+    fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_first: bool) -> bool {
+        let sure = log_p <= libm::log(self.options.sure_rate);
+        let less = if sure && is_first { 0.5 } else { 1.0 };
+        let mute_nats = if sure { self.options.evidence_nats } else { f64::NEG_INFINITY };
+        with.is_confirmed(without, self.options.gain_std_errors * less, mute_nats)
     }
 
     /// Rivals of another kind that explain as much as the winner.
     fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
-        let as_good = |rival: &&Rival| {
-            let (lead, std) = winner.judged.gain_over(&rival.judged);
-            lead < self.options.gain_std_errors * std
-                && winner.score() - rival.score() < self.options.tie_nats
-        };
+        let as_good = |rival: &&Rival| self.is_as_good(&rival.judged, &winner.judged);
         best_of_each(accepted.iter().filter(as_good).cloned().collect(), winner.id)
+    }
+
+    /// Whether a rival explains as much as the best. What its shape was chosen among does not
+    /// count: that chance is not at work is settled for both.
+    fn is_as_good(&self, rival: &Judged, best: &Judged) -> bool {
+        let (lead, std) = best.gain_over(rival);
+        let nats = lead + best.evidence_over(rival, self.train.samples());
+        lead < self.options.gain_std_errors * std && nats < self.options.tie_nats
     }
 
     /// What the catalogue asks of the machine.

@@ -584,12 +584,12 @@ impl Extension {
             let mut both = |torque: f64| dry = dry.map(|pair| pair.map(|t| t + torque));
             match effect.id() {
                 EffectId::Stribeck => {
-                    let kinetic = v[0] * exp(-pow(w.abs() / v[1], v[2]));
+                    let kinetic = v[0] * exp(-power(w.abs() / v[1], v[2]));
                     dry[0][0] += kinetic;
                     dry[1][0] += kinetic;
                 }
                 EffectId::NonlinearViscous => {
-                    burden.against_n_m += (v[0] * pow(w.abs() / v[1], v[2])).copysign(w * v[0]);
+                    burden.against_n_m += (v[0] * power(w.abs() / v[1], v[2])).copysign(w * v[0]);
                 }
                 EffectId::DirectionalFriction => {
                     dry[0] = dry[0].map(|t| t - v[0]);
@@ -910,6 +910,24 @@ const SHORTEST_RATIO: f64 = 1e-3;
 const LONGEST_SWING_RAD: f64 = 0.05;
 /// Share of the elastic shaft's time of decay that a segment covers at most.
 const LONGEST_DECAY: f64 = 0.2;
+
+/// A power of a number that is not negative; the usual ones without a logarithm.
+#[inline]
+fn power(base: f64, exponent: f64) -> f64 {
+    if exponent == 2.0 {
+        base * base
+    } else if exponent == 1.0 {
+        base
+    } else if exponent == 0.5 {
+        sqrt(base)
+    } else if exponent == 1.5 {
+        base * sqrt(base)
+    } else if exponent == 2.5 {
+        base * base * sqrt(base)
+    } else {
+        pow(base, exponent)
+    }
+}
 
 /// A first-order lag over a tick; without lag the input itself.
 fn lagging(before: f64, input: f64, lag_s: f64, tick_s: f64) -> f64 {

@@ -28,6 +28,25 @@ fn a_worn_machine_as_modelled_is_adequate() {
 }
 
 #[test]
+fn the_extended_model_misses_nothing_more() {
+    let cogging = effect(EffectId::Cogging, &[("cogging_sin_n_m", 0.003), ("order", 12.0)]);
+    let truth = Truth { effects: vec![cogging], rough: [0.05, 0.1], seed: 3, ..Truth::default() };
+    let first = answer(&truth);
+    let extended = first.extend(&model());
+    let again = explain(&extended, &recordings(&truth), &Options::default()).expect("good ones");
+    assert_eq!(again.verdict, Verdict::Adequate, "{:?}", again.log);
+    // the numbers fitted beside the effect are those of the extended model
+    for ((key, nominal, fitted), (_, kept, refitted)) in first.rough.iter().zip(&again.rough) {
+        assert_eq!(fitted, kept, "{key}");
+        assert!((refitted / fitted - 1.0).abs() < 0.01, "{key}: {nominal} {fitted} {refitted}");
+    }
+    assert!(first.rough.iter().any(|(_, nominal, fitted)| (fitted / nominal - 1.0).abs() > 0.03));
+    let [_, before] = first.holdout_rms.expect("judged");
+    let [after, _] = again.holdout_rms.expect("judged");
+    assert!((after / before - 1.0).abs() < 0.01, "{before} {after}");
+}
+
+#[test]
 fn what_is_hidden_is_named_with_its_size_and_no_longer_read_as_damage() {
     let hidden = [
         effect(EffectId::Stribeck, &[("stribeck_n_m", 0.006), ("stribeck_speed_rad_per_s", 1.0)]),

@@ -1,9 +1,9 @@
 //! The EMPS rig: what its published structure without the offset leaves out.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use ema_sim::{
-    AxisInput, AxisParameter, AxisScenario, AxisStart, Command, Effect, EffectId, HealthState,
-    Load, ServoAxisSimulation,
+    AxisInput, AxisScenario, AxisStart, Command, Effect, EffectId, HealthState, Load,
+    ServoAxisSimulation,
     model_file::{AxisModel, MachineModel, parse_machine},
 };
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
@@ -133,22 +133,15 @@ fn terms(effects: &[&Effect]) -> Vec<Term> {
     terms
 }
 
-/// A model with the effects that were found, and the numbers that were fitted beside them.
-pub(super) fn refitted(explained: &Explained, extended: &AxisModel) -> Result<AxisModel> {
+/// A model whose friction is raised by what was fitted as wear.
+pub(super) fn worn(explained: &Explained, extended: &AxisModel) -> AxisModel {
     let mut model = extended.clone();
-    for (key, _, value) in &explained.rough {
-        let (geometry, drive) = (model.axis.geometry, model.axis.drive);
-        let parameter = AxisParameter::find(key, geometry, drive).context("a number by its key")?;
-        parameter.set(&mut model.axis, *value);
-    }
-    model.axis.static_friction = model.axis.kinetic_friction;
-    // friction that was fitted as wear
     for fault in explained.faults.iter().filter(|fault| fault.key == "k1") {
         let worn = 1.0 + 2.0 * fault.after;
         model.axis.kinetic_friction *= worn;
         model.axis.static_friction *= worn;
     }
-    Ok(model)
+    model
 }
 
 /// The rig's reference through its own controller, from its first position and speed. The voltage
