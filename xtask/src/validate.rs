@@ -7,6 +7,7 @@
 mod bayesopt;
 mod diagnosis;
 mod experiments;
+mod fidelity;
 mod measured;
 mod real_recordings;
 mod reduction;
@@ -81,6 +82,7 @@ const PAGES: &[Page] = &[
         quick: real_recordings::quick,
         text: |f| real_recordings::text(f).map(Into::into),
     },
+    Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
 ];
 

@@ -97,7 +97,7 @@ fn symbols<'f>(findings: impl IntoIterator<Item = &'f Finding>) -> String {
     if named.is_empty() { "none".to_owned() } else { named.join(", ") }
 }
 
-fn verdict(verdict: Verdict) -> &'static str {
+pub(super) fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Adequate => "adequate",
         Verdict::Named => "named",
