@@ -5,7 +5,7 @@ use ema_sim::{Effect, EffectId};
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
-    fit::{Fitted, fit, fit_near, whitened},
+    fit::{Fitted, fit, fit_near, sandwich, whitened},
     hypothesis::{Family, differs_by_record, numbers},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
@@ -18,6 +18,12 @@ const BLOCK_S: f64 = 0.5;
 
 /// A block's gain counts as no more than so many times that of the median block.
 const MOST_MEDIANS: f64 = 3.0;
+
+/// Standard errors against a rival that what cannot speak may show by chance.
+const MUTE_STD_ERRORS: f64 = 2.0;
+
+/// Standard errors from zero of a size that is there.
+const SIZED_STD_ERRORS: f64 = 1.96;
 
 /// A fitted structure with its noise and its record on what was not fitted.
 #[derive(Clone, Debug)]
@@ -95,12 +101,14 @@ impl Judged {
     }
 
     /// Whether what was not fitted speaks for this and against another by so many standard
-    /// errors, or, where the two differ there by too little to be told apart so, at least not
-    /// for the other by so many nats.
-    pub(crate) fn is_confirmed(&self, other: &Self, wanted: f64, mute_nats: f64) -> bool {
+    /// errors; or, where it `may_be_mute` and the two differ there by too little to be told apart
+    /// so, at least not for the other.
+    pub(crate) fn is_confirmed(&self, other: &Self, wanted: f64, may_be_mute: bool) -> bool {
         let (gain, std) = self.gain_over(other);
-        let is_mute = self.energy_apart(other) < 4.0 * wanted * wanted;
-        gain > wanted * std || (is_mute && gain > -mute_nats)
+        let energy = self.energy_apart(other);
+        let is_mute = energy < 4.0 * wanted * wanted;
+        let least = -MUTE_STD_ERRORS * std.max(libm::sqrt(energy));
+        gain > wanted * std || (may_be_mute && is_mute && gain > least)
     }
 
     /// Gain in evidence over another: log-likelihood of what was fitted less half a logarithm of
@@ -169,6 +177,17 @@ impl Rival {
             self.on_bound,
             self.judged.holdout_rms
         )
+    }
+
+    /// Whether one of its sizes is off zero by more than it is uncertain; of a settled one.
+    pub(crate) fn is_off_zero(&self, train: &Problem<'_>, whitener: &Whitener) -> bool {
+        let fitted = &self.judged.fitted;
+        let covariance = sandwich(fitted, train, whitener);
+        let places = fitted.structure.places_of_effect(fitted.structure.effects.len() - 1);
+        let is_off = |&p: &usize| {
+            fitted.values[p].abs() > SIZED_STD_ERRORS * libm::sqrt(covariance[(p, p)].max(0.0))
+        };
+        places.iter().take(self.asked.sizes).any(is_off)
     }
 
     /// The same with its fit ended by sensitivities taken anew.

@@ -168,29 +168,28 @@ impl Session<'_> {
         Ok(true)
     }
 
-    /// Ends the fits of the best with sensitivities of their own and leaves them in their new
-    /// order; those that stand the tests no longer are gone.
+    /// Ends the fits of the best with sensitivities of their own; those that stand the tests still
+    /// come first, in their new order, and those that do not are gone.
     fn settle(
         &self,
         accepted: &mut Vec<Rival>,
         search: &Search,
         stands: impl Fn(&Rival) -> bool,
     ) -> Result<(), GreyboxError> {
-        let problems = (&self.train, &self.holdout);
+        let (problems, whitener) = ((&self.train, &self.holdout), &search.floor.whitener);
         let mut settled: Vec<Rival> = Vec::new();
-        while let Some(best) = accepted.first() {
-            let least = settled.iter().map(Rival::score).fold(f64::NEG_INFINITY, f64::max);
-            if best.score() < SETTLED_SHARE * least || settled.len() == MOST_SETTLED {
+        while settled.len() < MOST_SETTLED && !accepted.is_empty() {
+            let most = settled.iter().map(Rival::score).reduce(f64::max);
+            if most.is_some_and(|most| accepted[0].score() < SETTLED_SHARE * most) {
                 break;
             }
-            let ended =
-                accepted.remove(0).settled(&search.current, problems, &search.floor.whitener)?;
-            if stands(&ended) {
+            let ended = accepted.remove(0).settled(&search.current, problems, whitener)?;
+            if stands(&ended) && ended.is_off_zero(&self.train, whitener) {
                 settled.push(ended);
             }
         }
+        settled.sort_by(|a, b| b.score().total_cmp(&a.score()));
         accepted.splice(0..0, settled);
-        accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
         Ok(())
     }
 
@@ -366,8 +365,7 @@ impl Session<'_> {
     fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_first: bool) -> bool {
         let sure = log_p <= libm::log(self.options.sure_rate);
         let less = if sure && is_first { 0.5 } else { 1.0 };
-        let mute_nats = if sure { self.options.evidence_nats } else { f64::NEG_INFINITY };
-        with.is_confirmed(without, self.options.gain_std_errors * less, mute_nats)
+        with.is_confirmed(without, self.options.gain_std_errors * less, sure)
     }
 
     /// Rivals of another kind that explain as much as the winner.
