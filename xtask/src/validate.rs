@@ -7,6 +7,7 @@
 mod bayesopt;
 mod diagnosis;
 mod experiments;
+mod explaining;
 mod fidelity;
 mod measured;
 mod real_recordings;
@@ -81,6 +82,11 @@ const PAGES: &[Page] = &[
         name: "real-recordings",
         quick: real_recordings::quick,
         text: |f| real_recordings::text(f).map(Into::into),
+    },
+    Page {
+        name: "explaining",
+        quick: explaining::quick,
+        text: |_| explaining::text().map(Into::into),
     },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
