@@ -221,7 +221,8 @@ impl<'a> Session<'a> {
         by_strength[settled..].sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength));
         let of = |(place, f): (usize, &Found)| self.finding(&current, whitener, place, f);
         let effects = by_strength.into_iter().map(of).collect();
-        let p_familywise = found.last().map_or(1.0, |f| f.p_familywise);
+        // ties are of the effect found first
+        let p_familywise = found.first().map_or(1.0, |f| f.p_familywise);
         let alternative = |rival: &Rival| {
             let found = Found { rival: rival.clone(), p_familywise, strength: rival.fall };
             // in the place of the first
@@ -230,7 +231,7 @@ impl<'a> Session<'a> {
         let state = fitted.structure.state(self.machine, &fitted.values);
         let remainder =
             if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
-        let rough = self.machine.rough().iter().zip(&fitted.values);
+        let rough = self.machine.rough().iter().zip(&state.rough);
         Ok(Explained {
             verdict,
             reason: None,

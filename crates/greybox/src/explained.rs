@@ -143,16 +143,14 @@ impl Explained {
         }
         let fitted: Vec<f64> = self.rough.iter().map(|(_, _, fitted)| *fitted).collect();
         let mut extended = Machine::new(model).with_rough(&fitted);
-        let status = match self.verdict {
-            Verdict::OneOf => "one-of",
-            _ => "named",
-        };
         for (place, finding) in self.effects.iter().enumerate() {
             let mut block = EffectBlock::from(finding.effect.clone());
             block.interval_95.clone_from(&finding.interval_95);
             let text = |text: &str| Annotation::Text(text.to_owned());
+            let is_one_of = place == 0 && !self.alternatives.is_empty();
+            let status = if is_one_of { "one-of" } else { "named" };
             block.annotations.push(("status".to_owned(), text(status)));
-            if place == 0 && !self.alternatives.is_empty() {
+            if is_one_of {
                 let symbols = self.alternatives.iter().map(|f| text(f.effect.id().info().symbol));
                 block
                     .annotations

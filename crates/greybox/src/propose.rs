@@ -14,6 +14,7 @@ use crate::{
     noise::Whitener,
     problem::{PerRecord, Problem},
     record::{CommandKind, Record, Recordings},
+    structure::Structure,
 };
 
 /// A recording that might be taken.
@@ -88,7 +89,7 @@ pub fn propose(
         return Ok(proposal);
     }
     let causes: Vec<Cause> =
-        open.into_iter().map(|(id, fitted)| Cause::new(id, fitted, &whitener)).collect();
+        open.iter().map(|(id, fitted)| Cause::new(*id, fitted, &whitener)).collect();
     let mut served = Vec::new();
     for (description, record) in menu(model, &recordings) {
         let problem = Problem::new(&machine, [&record], options.jobs);
@@ -110,23 +111,28 @@ pub fn propose(
     Ok(proposal)
 }
 
-/// An explanation that is open, with what the recordings say of its free numbers.
+/// An explanation that is open, with what the recordings say of its free numbers. What has another
+/// size in each recording is not known in a new one, and left out.
 struct Cause {
     id: EffectId,
-    fitted: Fitted,
+    structure: Structure,
+    values: Vec<f64>,
     information: DMatrix<f64>,
 }
 
 impl Cause {
-    fn new(id: EffectId, fitted: Fitted, whitener: &Whitener) -> Self {
+    fn new(id: EffectId, fitted: &Fitted, whitener: &Whitener) -> Self {
+        let kept = fitted.structure.same_everywhere();
+        let structure = fitted.structure.only(&kept);
+        let values = kept.iter().map(|&place| fitted.values[place]).collect();
         let columns: Vec<Vec<f64>> =
-            fitted.sensitivities.iter().map(|column| whitened(whitener, column)).collect();
+            kept.iter().map(|&place| whitened(whitener, &fitted.sensitivities[place])).collect();
         let n = columns.len();
         let mut information = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &columns[j]));
-        for (i, free) in fitted.structure.free.iter().enumerate() {
+        for (i, free) in structure.free.iter().enumerate() {
             information[(i, i)] += free.prior.map_or(0.0, |(_, std)| 1.0 / (std * std));
         }
-        Self { id, fitted, information }
+        Self { id, structure, values, information }
     }
 }
 
@@ -137,7 +143,7 @@ fn drives(
     causes: &[Cause],
     record: &Record,
 ) -> Result<Vec<PerRecord>, GreyboxError> {
-    let of = |cause: &Cause| cause.fitted.structure.state_elsewhere(machine, &cause.fitted.values);
+    let of = |cause: &Cause| cause.structure.state(machine, &cause.values);
     let states: Vec<_> = causes.iter().map(of).collect();
     let drives = problem.drives(&states)?;
     let most = drives.iter().flatten().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -173,7 +179,7 @@ fn separations(
 ) -> Result<Vec<(EffectId, EffectId, f64)>, GreyboxError> {
     let mut beside = Vec::new();
     for (cause, drive) in causes.iter().zip(drives) {
-        let Fitted { structure, values, .. } = &cause.fitted;
+        let Cause { structure, values, .. } = cause;
         let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
         let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
         beside.push(columns);

@@ -19,7 +19,7 @@ const BLOCK_S: f64 = 0.5;
 /// A block's gain counts as no more than so many times that of the median block.
 const MOST_MEDIANS: f64 = 3.0;
 
-/// Standard errors against a rival that what cannot speak may show by chance.
+/// Standard errors below what is expected of a rival that what cannot speak may show by chance.
 const MUTE_STD_ERRORS: f64 = 2.0;
 
 /// Standard errors from zero of a size that is there.
@@ -102,12 +102,12 @@ impl Judged {
 
     /// Whether what was not fitted speaks for this and against another by so many standard
     /// errors; or, where it `may_be_mute` and the two differ there by too little to be told apart
-    /// so, at least not for the other.
+    /// so, whether the gain is what is expected of it.
     pub(crate) fn is_confirmed(&self, other: &Self, wanted: f64, may_be_mute: bool) -> bool {
         let (gain, std) = self.gain_over(other);
         let energy = self.energy_apart(other);
         let is_mute = energy < 4.0 * wanted * wanted;
-        let least = -MUTE_STD_ERRORS * std.max(libm::sqrt(energy));
+        let least = 0.5 * energy - MUTE_STD_ERRORS * libm::sqrt(energy);
         gain > wanted * std || (may_be_mute && is_mute && gain > least)
     }
 

@@ -119,8 +119,15 @@ impl Session<'_> {
         }
         self.drop_needless(&mut search)?;
         if self.swap_first(&mut search)? {
+            let found = search.found.len();
             self.drop_needless(&mut search)?;
+            // they were tied beside what is gone
+            if search.found.len() < found {
+                search.ties.clear();
+            }
         }
+        let named: Vec<EffectId> = search.found.iter().map(|found| found.rival.id).collect();
+        search.runners_up.retain(|rival| !named.contains(&rival.id));
         Ok(search)
     }
 

@@ -160,6 +160,18 @@ impl Structure {
         structure
     }
 
+    /// Places of the free numbers that are one number in all recordings.
+    pub(crate) fn same_everywhere(&self) -> Vec<usize> {
+        let differs = |free: &Free| matches!(free.target, Target::InRecord { .. });
+        (0..self.free.len()).filter(|&place| !differs(&self.free[place])).collect()
+    }
+
+    /// The same with some of the free numbers alone; the others are as they stand in the effects.
+    pub(crate) fn only(&self, kept: &[usize]) -> Self {
+        let free = kept.iter().map(|&place| self.free[place].clone()).collect();
+        Self { effects: self.effects.clone(), free }
+    }
+
     /// What is left without an effect, started from what was found.
     pub(crate) fn without_effect(&self, values: &[f64], place: usize) -> Self {
         let of = |free: &Free| matches!(free.target, Target::Rough(_) | Target::Fault(_));

@@ -95,7 +95,7 @@ fn bars(text: &mut String, bars: &[Bar]) {
         };
         let _ = writeln!(text, "| {} | {found} | {bound} | {asked} | {met} |", bar.name);
     }
-    text.push_str("\nRates are over all cases of the class; `inconclusive` and no answer are misses. A bound is one-sided, Clopper and Pearson's. Visible: lambda of 30 or more.\n\n");
+    text.push_str("\nRates are over all cases of the class. `inconclusive` and no answer miss what is asked at least; they are no alarm and no wrong name (how many: under Verdicts). A bound is one-sided, Clopper and Pearson's. Visible: lambda of 30 or more.\n\n");
 }
 
 /// By how much a bar is missed.

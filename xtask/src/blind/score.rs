@@ -115,10 +115,14 @@ fn breaks_tie(line: &Line) -> bool {
         && !line.truth.tied_with.iter().any(|partner| set.contains(&partner.as_str()))
 }
 
+/// Whether two effects are found: one of them first, or as an alternative to it, the other beside.
 fn finds_both(line: &Line) -> bool {
     let answer = answer(line);
-    let set = answer.set();
-    answer.effects.len() >= 2 && line.truth.hidden.iter().all(|h| set.contains(&h.id.as_str()))
+    let [a, b] = &line.truth.hidden[..] else { return false };
+    let Some((first, others)) = answer.effects.split_first() else { return false };
+    let leads = |id: &str| first.id == id || answer.alternatives.iter().any(|one| one.id == id);
+    let beside = |id: &str| others.iter().any(|one| one.id == id);
+    answer.names() && ((leads(&a.id) && beside(&b.id)) || (leads(&b.id) && beside(&a.id)))
 }
 
 /// Errors of fault levels before and after, and whether the interval holds the truth; `k7` is a
@@ -496,16 +500,22 @@ mod tests {
 
     #[test]
     fn two_effects_need_two_names() {
-        let mut swapped = line("double", &["E01", "E11"], "one-of", &["E01"]);
-        swapped.answer.as_mut().unwrap().alternatives =
-            vec![Named { id: "E11".to_owned(), ..Named::default() }];
+        let or_e11 = |effects: &[&str]| {
+            let mut line = line("double", &["E01", "E11"], "one-of", effects);
+            line.answer.as_mut().unwrap().alternatives =
+                vec![Named { id: "E11".to_owned(), ..Named::default() }];
+            line
+        };
         let lines = [
             line("double", &["E01", "E11"], "named", &["E11", "E01"]),
             line("double", &["E01", "E11"], "named", &["E11"]),
             line("double", &["E01", "E11"], "named", &["E11", "E02"]),
-            swapped,
+            or_e11(&["E01"]),
+            // another name for the first is no second effect, but may be the first
+            or_e11(&["E01", "E02"]),
+            or_e11(&["E12", "E01"]),
         ];
-        assert_eq!(rate(&lines, "two effects, both found"), Rate { hits: 1, of: 4 });
+        assert_eq!(rate(&lines, "two effects, both found"), Rate { hits: 2, of: 6 });
     }
 
     #[test]

@@ -23,8 +23,6 @@ const SINES_HZ: [&[f64]; 5] =
 const HELD_OUT: usize = 2;
 /// Time that an explanation may take, s.
 const MOST_S: f64 = 20.0;
-/// Runs, the least of which counts.
-const RUNS: usize = 2;
 /// Noise from a seed agrees to rounding, a fit to what ends it.
 const FITTED_REL: f64 = 1e-3;
 
@@ -147,17 +145,12 @@ impl Machine {
         Ok(Recordings { train, holdout, repeat: Vec::new() })
     }
 
-    /// The answer with so many threads, and the least time that it took.
+    /// The answer with so many threads, and the time that it took.
     fn explained(&self, recordings: &Recordings, jobs: usize) -> Result<(Explained, f64)> {
         let options = Options { jobs, ..Options::default() };
-        let mut least_s = f64::INFINITY;
-        let mut answer = None;
-        for _ in 0..RUNS {
-            let start = clock();
-            answer = Some(explain(&self.nominal, recordings, &options)?);
-            least_s = least_s.min(start.elapsed().as_secs_f64());
-        }
-        Ok((answer.context("an answer")?, least_s))
+        let start = clock();
+        let answer = explain(&self.nominal, recordings, &options)?;
+        Ok((answer, start.elapsed().as_secs_f64()))
     }
 }
 
@@ -184,9 +177,10 @@ pub(super) fn text() -> Result<String> {
         let [before, after] = two.holdout_rms.context("recordings held out")?;
         let (floor, _) = two.noise_floor.context("a floor")?;
         let size = |effect: &Effect| {
-            let key = effect.get("cogging_sin_n_m").unwrap_or_default();
-            let order = effect.get("order").unwrap_or_default();
-            format!("{} of order {order}, {:.2} mN·m", effect.id().info().symbol, 1e3 * key)
+            let number = |key: &str| effect.get(key).unwrap_or_default();
+            let size_n_m = number("cogging_sin_n_m").hypot(number("cogging_cos_n_m"));
+            let (symbol, order) = (effect.id().info().symbol, number("order"));
+            format!("{symbol} of order {order}, {:.2} mN·m", 1e3 * size_n_m)
         };
         let found: Vec<String> = two.effects.iter().map(|f| size(&f.effect)).collect();
         let truth = machine.cogging()?;

@@ -1,6 +1,6 @@
 //! Naming: what is hidden is found, what is not there is not.
 
-use ema_sim::{Effect, EffectId, Geometry};
+use ema_sim::{Effect, EffectId, Geometry, model_file::MachineModel};
 use greybox::{CommandKind, Explained, Options, Record, Recordings, Verdict, explain};
 
 use crate::bench_top::{Truth, model, recordings};
@@ -44,6 +44,19 @@ fn the_extended_model_misses_nothing_more() {
     let [_, before] = first.holdout_rms.expect("judged");
     let [after, _] = again.holdout_rms.expect("judged");
     assert!((after / before - 1.0).abs() < 0.01, "{before} {after}");
+}
+
+#[test]
+fn a_number_without_tolerance_keeps_its_place() {
+    let cogging = effect(EffectId::Cogging, &[("cogging_sin_n_m", 0.003), ("order", 12.0)]);
+    let truth = Truth { effects: vec![cogging], rough: [0.0, 0.1], seed: 4, ..Truth::default() };
+    let mut exact = model();
+    let MachineModel::ServoAxis(axis) = &mut exact else { panic!("an axis") };
+    axis.tolerance[0].half_width_frac = 0.0;
+    let answer = explain(&exact, &recordings(&truth), &Options::default()).expect("good ones");
+    let [inertia, viscous] = &answer.rough[..] else { panic!("{:?}", answer.rough) };
+    assert_eq!(inertia.1, inertia.2, "{inertia:?}");
+    assert!((viscous.2 / viscous.1 - 1.1).abs() < 0.05, "{viscous:?}");
 }
 
 #[test]
