@@ -10,8 +10,8 @@ use ema_sim::{
     presets::EMA_48,
 };
 use fdi_core::{
-    Bundle, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser, Experiment, RecordedContent,
-    ReferenceDesign, RootSeed, SimulatedRecording,
+    Bundle, Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser, Experiment,
+    RecordedContent, Recording, ReferenceDesign, RootSeed, SimulatedRecording,
 };
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
 
@@ -133,57 +133,37 @@ fn in_words(effect: &Effect) -> String {
     format!("{} {}{order}", info.symbol, info.name)
 }
 
-/// A diagnosis by one low-fidelity model: against the model as it is, or with the mean of its
-/// error learnt from reference signals.
-struct Diagnosis {
-    experiment: Experiment,
+/// Healthy and damaged machines in high fidelity with the electronics off or on: signals that an
+/// offset is learnt from, and recordings that are diagnosed.
+struct HighSignals {
     references: Dataset,
-    electronics: Imperfections,
+    recordings: Vec<(Condition, Recording)>,
 }
 
-impl Diagnosis {
-    fn new(model: &Model, electronics: Imperfections) -> Result<Self> {
+impl HighSignals {
+    fn new(electronics: Imperfections) -> Result<Self> {
         let nominal = Experiment::chirp();
-        let request = DatasetRequest {
+        let learnt = DatasetRequest {
             design: ReferenceDesign::Incipient,
             conditions: LEARNT,
             seed: SEED,
             imperfections: electronics,
             jobs: JOBS,
         };
-        let references = Dataset::generate(&nominal, &request)?;
-        let experiment = Experiment::chirp().of_model("ema-48", model)?;
-        Ok(Self { experiment, references, electronics })
-    }
-
-    /// The reference signals as the model itself gives them: nothing is learnt from these.
-    fn own_signals(&self) -> Result<Dataset> {
-        let mut monitor = self.experiment.monitor(self.experiment.scenario.start_angle_rad)?;
-        let of = |condition: &fdi_core::Condition| monitor.signal(&condition.coordinates());
-        let signals_a = self.references.conditions.iter().map(of).collect();
-        Ok(Dataset { signals_a, ..self.references.clone() })
-    }
-
-    /// Median errors of `k1` and `k2`.
-    fn errors(&self, learnt: bool) -> Result<[f64; 2]> {
-        let references = if learnt { self.references.clone() } else { self.own_signals()? };
-        let root = RootSeed(SEED);
-        let bundle = Bundle::build(&self.experiment, vec![references], NOISE_A, root)?;
-        let diagnoser = Diagnoser::new(bundle)?;
-        let request = DatasetRequest {
+        let diagnosed = DatasetRequest {
             design: ReferenceDesign::Test,
             conditions: DIAGNOSED,
             seed: SEED + 1,
-            imperfections: self.electronics,
-            jobs: JOBS,
+            ..learnt
         };
-        let nominal = Experiment::chirp();
-        let mut errors = [Vec::new(), Vec::new()];
-        for (place, condition) in Dataset::conditions(&nominal, &request)?.iter().enumerate() {
+        let references = Dataset::generate(&nominal, &learnt)?;
+        let mut recordings = Vec::new();
+        for (place, condition) in Dataset::conditions(&nominal, &diagnosed)?.into_iter().enumerate()
+        {
             let recording = SimulatedRecording {
                 faults: condition.coordinates(),
                 start_angle_rad: condition.start_angle_rad,
-                imperfections: self.electronics,
+                imperfections: electronics,
                 controller_seed: condition.noise_seed,
                 sensors: PhaseSensors { noise_a: NOISE_A, converter: None },
                 phase_rate_hz: None,
@@ -191,8 +171,31 @@ impl Diagnosis {
                 content: RecordedContent::Phases,
             }
             .record(&nominal, "test")?;
-            let options = DiagnoseOptions { noise_a: Some(NOISE_A), ..DiagnoseOptions::default() };
-            let answer = diagnoser.diagnose(&recording, &options)?;
+            recordings.push((condition, recording));
+        }
+        Ok(Self { references, recordings })
+    }
+
+    /// The reference signals as the low-fidelity model itself gives them: nothing is learnt from
+    /// these.
+    fn low(&self, experiment: &Experiment) -> Result<Dataset> {
+        let mut monitor = experiment.monitor(experiment.scenario.start_angle_rad)?;
+        let of = |condition: &Condition| monitor.signal(&condition.coordinates());
+        let signals_a = self.references.conditions.iter().map(of).collect();
+        Ok(Dataset { signals_a, ..self.references.clone() })
+    }
+
+    /// Median errors of `k1` and `k2` in a diagnosis by one low-fidelity model: as it is, or with
+    /// the mean of its error learnt from the reference signals.
+    fn errors(&self, model: &Model, learnt: bool) -> Result<[f64; 2]> {
+        let experiment = Experiment::chirp().of_model("ema-48", model)?;
+        let references = if learnt { self.references.clone() } else { self.low(&experiment)? };
+        let bundle = Bundle::build(&experiment, vec![references], NOISE_A, RootSeed(SEED))?;
+        let diagnoser = Diagnoser::new(bundle)?;
+        let options = DiagnoseOptions { noise_a: Some(NOISE_A), ..DiagnoseOptions::default() };
+        let mut errors = [Vec::new(), Vec::new()];
+        for (condition, recording) in &self.recordings {
+            let answer = diagnoser.diagnose(recording, &options)?;
             for (fault, errors) in errors.iter_mut().enumerate() {
                 let value = answer.faults[fault].value.context("a level")?;
                 errors.push((value - condition.levels[fault]).abs());
@@ -271,9 +274,10 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
     }
     page.push_str(include_str!("fidelity/diagnosis.md"));
     for (name, electronics, _, model) in &found {
+        let signals = HighSignals::new(*electronics)?;
         for (learnt, offset) in [(false, "none"), (true, "learnt anew")] {
-            let nominal = Diagnosis::new(&Model::from(EMA_48), *electronics)?.errors(learnt)?;
-            let extended = Diagnosis::new(model, *electronics)?.errors(learnt)?;
+            let nominal = signals.errors(&Model::from(EMA_48), learnt)?;
+            let extended = signals.errors(model, learnt)?;
             let ([a, b], [c, d]) = (nominal, extended);
             writeln!(page, "| {name} | {offset} | {a:.5} | {c:.5} | {b:.5} | {d:.5} |")?;
         }
