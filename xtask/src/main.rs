@@ -5,6 +5,7 @@ mod budget;
 mod ci;
 mod docs;
 mod gen_dataset;
+mod median;
 mod tidy;
 mod validate;
 

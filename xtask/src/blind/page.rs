@@ -10,6 +10,7 @@ use super::{
     pysindy::Kept,
     score::{self, Bar, Kind, Measured, Tally},
 };
+use crate::median::median;
 
 /// Where a run comes from.
 pub(crate) struct Origin {
@@ -173,8 +174,8 @@ fn faults(text: &mut String, lines: &[Line]) {
             text,
             "| {} | {:.5} | {:.5} | {} | {} |",
             only.unwrap_or("all"),
-            score::median(&errors.before),
-            score::median(&errors.after),
+            median(&errors.before),
+            median(&errors.after),
             percent(&errors.covered),
             errors.missing,
         );

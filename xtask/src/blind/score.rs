@@ -6,6 +6,7 @@ use super::{
     bound::Rate,
     case_file::{Answer, Line},
 };
+use crate::median::median;
 
 /// A bar with what was counted.
 #[derive(Clone, Debug)]
@@ -163,17 +164,6 @@ pub(crate) fn fault_errors(lines: &[&Line], only: Option<&str>) -> FaultErrors {
         }
     }
     all
-}
-
-/// The middle of some values; NaN of none.
-pub(crate) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
 }
 
 /// The cases of a class.

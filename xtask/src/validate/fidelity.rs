@@ -16,6 +16,7 @@ use fdi_core::{
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
 
 use super::{Figure, measured::verdict};
+use crate::median::median;
 
 /// Root seed of conditions and noise.
 const SEED: u64 = 1;
@@ -201,14 +202,8 @@ impl HighSignals {
                 errors.push((value - condition.levels[fault]).abs());
             }
         }
-        Ok(errors.map(median))
+        Ok(errors.map(|errors| median(&errors)))
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    0.5 * (values[middle] + values[(values.len() - 1) / 2])
 }
 
 /// Gap of the healthy machine, and what the electronics do from seed to seed: seconds.

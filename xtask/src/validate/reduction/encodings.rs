@@ -10,6 +10,8 @@ use reduction::{
     NoiseCovariance, Placement, PointRule, Regression, Sensitivities, Snapshots, TrainingData,
 };
 
+use crate::median::median;
+
 /// Largest inflation of any bound that a default encoding may have.
 pub(super) const DEFAULT_BAR: f64 = 1.15;
 /// Chances taken for encodings with a seed.
@@ -237,7 +239,7 @@ fn head(page: &mut String, reference: &Reference<'_>, modes: &EncodingBounds) ->
     let locations = reference.snapshots.locations();
     write!(page, "| whole signal, least deviation | {locations} | 1")?;
     for fault in 0..FAULTS {
-        write!(page, " | {:.1e}", median(&mut modes.whole.row(fault)))?;
+        write!(page, " | {:.1e}", median(&modes.whole.row(fault)))?;
     }
     writeln!(page, " | |")?;
     let ones = " 1.00 |".repeat(FAULTS + 1);
@@ -247,16 +249,15 @@ fn head(page: &mut String, reference: &Reference<'_>, modes: &EncodingBounds) ->
 
 fn line(page: &mut String, judged: &Judged) -> Result<()> {
     let Judged { name, kept, runs } = judged;
-    let mut information: Vec<f64> =
-        runs.iter().map(|run| median(&mut run.information.clone())).collect();
-    write!(page, "| {name} | {kept} | {:.3}", median(&mut information))?;
+    let information: Vec<f64> = runs.iter().map(|run| median(&run.information)).collect();
+    write!(page, "| {name} | {kept} | {:.3}", median(&information))?;
     for fault in 0..FAULTS {
-        let mut inflation: Vec<f64> =
-            runs.iter().map(|run| run.median_inflation()[fault]).collect();
-        write!(page, " | {:.2}", median(&mut inflation))?;
+        let inflation: Vec<f64> = runs.iter().map(|run| run.median_inflation()[fault]).collect();
+        write!(page, " | {:.2}", median(&inflation))?;
     }
     let mut worst: Vec<f64> = runs.iter().map(|run| largest(&run.median_inflation())).collect();
-    let middle = median(&mut worst);
+    worst.sort_by(f64::total_cmp);
+    let middle = median(&worst);
     if runs.len() > 1 {
         writeln!(page, " | {middle:.2} ({:.2} to {:.2}) |", worst[0], worst[worst.len() - 1])?;
     } else {
@@ -329,12 +330,6 @@ fn scatter_by_chance(figure: &ModeFigure) -> f64 {
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
-}
-
-/// Median, leaving the values sorted.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2])
 }
 
 #[cfg(test)]

@@ -8,9 +8,10 @@ use fdi_core::{Experiment, default_noise_a};
 use reduction::{Information, Matrix, NoiseCovariance, NoiseModel};
 
 use super::{
-    encodings::{FAULTS, STEP, derivatives, differences, judged_rows, median},
+    encodings::{FAULTS, STEP, derivatives, differences, judged_rows},
     sensor_noise,
 };
+use crate::median::median;
 
 /// Least deviations of the seven faults in one condition.
 struct Bounds {
@@ -85,7 +86,7 @@ fn table(
     )?;
     for fault in 0..FAULTS {
         let of = |all: &[Bounds], pick: &dyn Fn(&Bounds) -> f64| {
-            median(&mut all.iter().map(pick).collect::<Vec<_>>())
+            median(&all.iter().map(pick).collect::<Vec<_>>())
         };
         let in_all = |one: &Bounds| one.filtered[fault] / one.phases[fault];
         writeln!(
