@@ -14,6 +14,7 @@ use ema_sim::{
     HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario,
     presets::{BENCH, EMA_48},
 };
+use greybox::rms;
 
 use super::Figure;
 
@@ -70,10 +71,6 @@ fn high_signal(model: &HighFidelity, faults: &PhysicalFaults, envelope: Envelope
 fn low_signal(model: &LowFidelity, faults: &PhysicalFaults) -> Vec<f64> {
     let trace = model.simulate(faults);
     EnvelopeFilter::DEFAULT.apply(&trace.current_a, trace.rate_hz)
-}
-
-fn rms(signal: &[f64]) -> f64 {
-    (signal.iter().map(|x| x * x).sum::<f64>() / signal.len() as f64).sqrt()
 }
 
 fn combine(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Vec<f64> {

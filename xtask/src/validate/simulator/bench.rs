@@ -7,10 +7,11 @@ use ema_sim::{
     CurrentControl, Envelope, EnvelopeFilter, HighFidelity, HighFidelityTrace, LowFidelity,
     PhysicalFaults, Scenario, presets::BENCH,
 };
+use greybox::rms;
 
 use super::{
     ERROR_REL, Figure, LEVEL, Lookup, NAMES, SETTLED_REL, base_points, combine, disagreements,
-    distance, figure, healthy, low_signal, rms, single,
+    distance, figure, healthy, low_signal, single,
     speed::{least_cpu_ms, least_ms},
     worn,
 };

@@ -8,10 +8,11 @@ use ema_sim::{
     PhysicalFaults, Scenario,
     presets::{BENCH, EMA_48},
 };
+use greybox::rms;
 
 use super::{
     Figure, LEVEL, Lookup, NAMES, SETTLED_REL, base_points, bench::signal, combine, disagreements,
-    figure, healthy, low_signal, rms, single,
+    figure, healthy, low_signal, single,
 };
 
 /// Current loops of the sweep, with a carrier twenty times as fast.
