@@ -103,6 +103,8 @@ pub(crate) struct Parts {
 pub(crate) struct DriveTrain {
     pub(crate) inertia_kg_m2: f64,
     pub(crate) viscous_n_m_s_per_rad: f64,
+    /// `1/(m·J)`, for coefficient m = 1 to 4.
+    per_inertia: [f64; 4],
     /// What rubs and pushes besides load and viscous drag.
     burden: Burden,
     /// The same without effects.
@@ -189,6 +191,7 @@ impl DriveTrain {
         let mut train = Self {
             inertia_kg_m2: parts.inertia_kg_m2,
             viscous_n_m_s_per_rad: parts.viscous_n_m_s_per_rad,
+            per_inertia: RECIPROCALS.map(|r| r / parts.inertia_kg_m2),
             burden: nominal,
             nominal,
             efficiency_ratio: parts.efficiency_ratio,
@@ -234,6 +237,7 @@ impl DriveTrain {
     pub(crate) fn set_free(&mut self, inertia_kg_m2: f64) -> f64 {
         let load_n_m = self.load_n_m;
         self.inertia_kg_m2 = inertia_kg_m2;
+        self.per_inertia = RECIPROCALS.map(|r| r / inertia_kg_m2);
         self.reflect(0.0);
         (self.contact, self.half_play_rad, self.left_at_rad) = (Contact::Free, BOUNDLESS_RAD, 0.0);
         load_n_m
@@ -314,9 +318,9 @@ impl DriveTrain {
 
     /// The shaft's equation in the present state.
     pub(crate) fn shaft(&self) -> Shaft {
-        let moves = if self.direction == Direction::Stuck { 0.0 } else { 1.0 };
+        let rests = self.direction == Direction::Stuck;
         Shaft {
-            per_inertia: RECIPROCALS.map(|r| moves * r / self.inertia_kg_m2),
+            per_inertia: if rests { [0.0; 4] } else { self.per_inertia },
             external_n_m: self.external_n_m(),
             viscous_n_m_s_per_rad: self.viscous_n_m_s_per_rad,
         }

@@ -554,7 +554,7 @@ impl Run {
         let drag_n_m = shaft.viscous_n_m_s_per_rad * instant.speed_rad_per_s;
         let rate = (motor_n_m + shaft.external_n_m - drag_n_m) * shaft.per_inertia[0];
         extension.burden(&mut self.train, &instant, rate, span_s);
-        self.shaft = self.train.shaft();
+        self.shaft.external_n_m = self.train.external_n_m();
     }
 
     /// The back-EMF of the conducting pair over that of flat tops, and its mean slope over the

@@ -27,6 +27,14 @@ impl Setting {
     pub(crate) fn test(&self, steps: usize) -> Test<'_> {
         Test { course: &self.course, start_rad: self.start_rad, seed: self.disturbance_seed, steps }
     }
+
+    /// The same command to a machine that stands elsewhere at the start.
+    fn started_off(&self, by_rad: f64) -> Self {
+        let mut setting = self.clone();
+        setting.start_rad += by_rad;
+        setting.course.command_rad.iter_mut().for_each(|command| *command -= by_rad);
+        setting
+    }
 }
 
 /// Orthonormal columns, with what makes the originals of them.
@@ -143,9 +151,23 @@ impl Outlook<'_> {
         self.currents(|_| {}, &[], fine(self.numbers.machine))
     }
 
-    /// What effects change in the current.
+    /// What effects change in the current of a machine that stands at the start where the
+    /// recording shows it: an error of the position there is no sign of anything.
     pub(crate) fn signature(&self, plain: &[Vec<f64>], hidden: &[Hidden]) -> Vec<Vec<f64>> {
-        Self::difference(&self.currents(|_| {}, hidden, fine(self.numbers.machine)), plain)
+        let steps = fine(self.numbers.machine);
+        let of = |(setting, plain): (&Setting, &Vec<f64>)| -> Vec<f64> {
+            let subject = Subject { numbers: self.numbers, faults: self.faults, hidden };
+            let with = simulate(&subject, &setting.test(steps));
+            let off_rad = with.position.first().map_or(0.0, |shown| shown - setting.start_rad);
+            let minus =
+                |without: &[f64]| with.current.iter().zip(without).map(|(x, y)| x - y).collect();
+            if off_rad == 0.0 {
+                return minus(plain);
+            }
+            let plain = Subject { hidden: &[], ..subject };
+            minus(&simulate(&plain, &setting.started_off(off_rad).test(steps)).current)
+        };
+        self.settings.iter().zip(plain).map(of).collect()
     }
 
     /// Slopes over all faults and rough numbers, each recording by recording.

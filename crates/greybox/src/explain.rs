@@ -17,11 +17,12 @@ use crate::{
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
-    scan::{Scored, try_all},
+    scan::Scored,
     search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
     structure::{Structure, Target},
     through_plant::ThroughPlant,
+    trial::Trial,
 };
 
 /// What decides, with the defaults that every report states.
@@ -43,7 +44,7 @@ pub struct Options {
     pub sure_rate: f64,
     /// Nats by which the evidence has to rise.
     pub evidence_nats: f64,
-    /// Nats, beside the standard errors, within which rivals are tied.
+    /// Nats of likelihood, fitted and held out together, within which rivals are tied.
     pub tie_nats: f64,
     /// Effects that the machine cannot have: they are not looked for.
     pub without: Vec<EffectId>,
@@ -185,18 +186,16 @@ impl<'a> Session<'a> {
         };
         let best = (first.rival.id, search.current.fitted.clone());
         // where nothing is tied the next best is asked for, to be sure
-        let others = if search.ties.is_empty() {
-            search.runners_up.iter().take(1)
-        } else {
-            search.ties.iter().take(MOST_OPEN)
-        };
-        let others = others.map(|r| (r.id, r.judged.fitted.clone()));
+        let ties: Vec<&Rival> = search.ties.iter().chain(&search.last_ties).collect();
+        let others =
+            if ties.is_empty() { search.runners_up.iter().take(1).collect() } else { ties };
+        let others = others.into_iter().take(MOST_OPEN).map(|r| (r.id, r.judged.fitted.clone()));
         Ok((std::iter::once(best).chain(others).collect(), search.floor.whitener))
     }
 
     fn answer(&self, search: Search) -> Result<Explained, GreyboxError> {
-        let Search { floor, before, current, found, ties, first_round, tried, mut log, .. } =
-            search;
+        let Search { floor, before, current, found, first_round, tried, mut log, .. } = search;
+        let (ties, last_ties) = (search.ties, search.last_ties);
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
         let nominal = self.seen(&before.fitted, whitener)?;
@@ -212,22 +211,25 @@ impl<'a> Session<'a> {
             },
             (true, true) => Verdict::Unknown,
             (false, true) => Verdict::NamedWithRemainder,
-            (false, false) if !ties.is_empty() => Verdict::OneOf,
+            (false, false) if !(ties.is_empty() && last_ties.is_empty()) => Verdict::OneOf,
             (false, false) => Verdict::Named,
         };
         // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
-        let settled = usize::from(!ties.is_empty());
-        by_strength[settled..].sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength));
+        let first = usize::from(!ties.is_empty());
+        by_strength[first..].sort_by(|(_, a), (_, b)| b.rival.fall.total_cmp(&a.rival.fall));
         let of = |(place, f): (usize, &Found)| self.finding(&current, whitener, place, f);
         let effects = by_strength.into_iter().map(of).collect();
-        // ties are of the effect found first
-        let p_familywise = found.first().map_or(1.0, |f| f.p_familywise);
-        let alternative = |rival: &Rival| {
-            let found = Found { rival: rival.clone(), p_familywise, strength: rival.fall };
-            // in the place of the first
-            self.finding(&rival.judged, whitener, 0, &found)
+        let alternative = |(place, rival): (usize, Rival)| {
+            let (judged, instead) = (rival.judged.clone(), &found[place]);
+            let found = Found { rival, p_familywise: instead.p_familywise };
+            let finding = self.finding(&judged, whitener, place, &found);
+            Finding { instead_of: Some(instead.rival.id), ..finding }
         };
+        let last = found.len().saturating_sub(1);
+        let ties = ties.into_iter().map(|rival| (0, rival));
+        let alternatives = ties.chain(last_ties.into_iter().map(|rival| (last, rival)));
+        let alternatives = alternatives.map(alternative).collect();
         let state = fitted.structure.state(self.machine, &fitted.values);
         let remainder =
             if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
@@ -236,7 +238,7 @@ impl<'a> Session<'a> {
             verdict,
             reason: None,
             effects,
-            alternatives: ties.iter().map(alternative).collect(),
+            alternatives,
             absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
             holdout_rms: Some([before.holdout_rms, current.holdout_rms]),
             noise_floor: Some((floor.rms, floor.source)),
@@ -364,7 +366,15 @@ impl<'a> Session<'a> {
         let leads = self.leads(&fitted, &guess, &scales)?;
         let families = self.families(&leads);
         let state = fitted.structure.state(self.machine, &fitted.values);
-        let tried = try_all(&self.train, &state, &drive, &families, &guess, &scales)?;
+        let tried = Trial {
+            problem: &self.train,
+            state: &state,
+            drive: &drive,
+            whitener: &guess,
+            scales: &scales,
+            before: &[],
+        };
+        let tried = tried.run(&families)?;
         let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
         columns.extend(tried.iter().flat_map(|t| &t.columns));
         let floor = Floor::of_saturated(&fitted.residuals, &columns);
@@ -435,9 +445,10 @@ impl<'a> Session<'a> {
                 .map(interval)
                 .collect(),
             p_familywise: found.p_familywise,
-            holdout_gain_nats: found.rival.gain,
-            holdout_gain_se: found.rival.gain_std,
+            holdout_gain_nats: found.rival.gain.nats,
+            holdout_gain_se: found.rival.gain.std_error,
             evidence_nats: found.rival.evidence,
+            instead_of: None,
         }
     }
 
@@ -460,24 +471,38 @@ impl<'a> Session<'a> {
         was.into_iter().zip(is).map(change).collect()
     }
 
-    /// The size at which an effect would have been named nine times in ten: its projected
-    /// energy exceeds the threshold of the scan by 1.28 standard deviations.
+    /// The size at which an effect would have been named nine times in ten: the root of its
+    /// projected energy exceeds that which the gates ask for by 1.28 standard deviations. The
+    /// recordings held out are taken to show as much of it a sample as those fitted.
     fn smallest(&self, round: &Round) -> Vec<(EffectId, String, f64)> {
         let geometry = self.machine.geometry();
-        let chance = self.options.false_alarm_rate / round.families.len().max(1) as f64;
-        let threshold = libm::sqrt(-2.0 * libm::log(chance));
-        let of = |scored: &crate::scan::Scored| {
-            let tried = &round.tried[scored.tried];
+        let of = |scored: &Scored| {
+            let (tried, family) = (&round.tried[scored.tried], &round.families[scored.family]);
             let &(place, size) = tried.sizes.first()?;
             if scored.energy <= 0.0 {
                 return None;
             }
             let id = tried.plain.id();
             let key = id.info().parameters[place].key(geometry).to_owned();
-            let smallest = size.abs() * (threshold + 1.2816) / libm::sqrt(scored.energy);
-            Some((id, key, smallest))
+            let numbers = tried.sizes.len() + family.free_shapes().len();
+            let least = libm::sqrt(self.least_energy(round, family.screened(), numbers));
+            Some((id, key, size.abs() * (least + 1.2816) / libm::sqrt(scored.energy)))
         };
         round.scan.scored.iter().filter_map(of).collect()
+    }
+
+    /// Projected energy from which scan, evidence and the recordings held out accept an effect
+    /// whose shapes were chosen among so many.
+    fn least_energy(&self, round: &Round, looked_at: f64, numbers: usize) -> f64 {
+        let options = &self.options;
+        let questions = libm::log(round.families.len().max(1) as f64 * looked_at);
+        let scan = 2.0 * (questions - libm::log(options.false_alarm_rate));
+        let price = 0.5 * numbers as f64 * libm::log(self.train.samples().max(1) as f64);
+        let evidence = 2.0 * (options.evidence_nats + price + libm::log(looked_at));
+        let share = self.holdout.samples() as f64 / self.train.samples().max(1) as f64;
+        let sure = 2.0 * (questions - libm::log(options.sure_rate)) / (1.0 + share);
+        let confirmed = 4.0 * options.gain_std_errors * options.gain_std_errors / share;
+        scan.max(evidence).max(sure.min(confirmed))
     }
 }
 

@@ -46,6 +46,8 @@ pub struct Finding {
     pub holdout_gain_se: f64,
     /// Gain in evidence, nats.
     pub evidence_nats: f64,
+    /// Of an alternative the effect found that it may be instead.
+    pub instead_of: Option<EffectId>,
 }
 
 /// A fault level without and with what was found.
@@ -83,7 +85,7 @@ pub struct Explained {
     pub reason: Option<String>,
     /// What was found, strongest first.
     pub effects: Vec<Finding>,
-    /// What explains the recordings as well as the first of them.
+    /// What explains the recordings as well as one of them does.
     pub alternatives: Vec<Finding>,
     /// Effects that could hide in damage or tolerances.
     pub absorbed: Vec<EffectId>,
@@ -143,18 +145,17 @@ impl Explained {
         }
         let fitted: Vec<f64> = self.rough.iter().map(|(_, _, fitted)| *fitted).collect();
         let mut extended = Machine::new(model).with_rough(&fitted);
-        for (place, finding) in self.effects.iter().enumerate() {
+        for finding in &self.effects {
             let mut block = EffectBlock::from(finding.effect.clone());
             block.interval_95.clone_from(&finding.interval_95);
             let text = |text: &str| Annotation::Text(text.to_owned());
-            let is_one_of = place == 0 && !self.alternatives.is_empty();
-            let status = if is_one_of { "one-of" } else { "named" };
+            let id = finding.effect.id();
+            let instead = self.alternatives.iter().filter(|one| one.instead_of == Some(id));
+            let symbols: Vec<_> = instead.map(|f| text(f.effect.id().info().symbol)).collect();
+            let status = if symbols.is_empty() { "named" } else { "one-of" };
             block.annotations.push(("status".to_owned(), text(status)));
-            if is_one_of {
-                let symbols = self.alternatives.iter().map(|f| text(f.effect.id().info().symbol));
-                block
-                    .annotations
-                    .push(("alternatives".to_owned(), Annotation::List(symbols.collect())));
+            if !symbols.is_empty() {
+                block.annotations.push(("alternatives".to_owned(), Annotation::List(symbols)));
             }
             let mut evidence = vec![
                 ("p-familywise".to_owned(), Annotation::Number(finding.p_familywise)),

@@ -57,10 +57,11 @@ fn groups(id: EffectId) -> &'static [&'static [usize]] {
 /// Where shapes are to be looked for: the recordings' speeds, places, orders and frequencies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Leads {
-    /// Orders of the motor's angle that the residual shows, best first, for a torque and for a
-    /// ripple of torque.
+    /// Orders of the motor's angle that the residual shows, best first, for a torque, for a
+    /// ripple of torque and for an error of the position.
     pub(crate) orders: Vec<f64>,
     pub(crate) ripple_orders: Vec<f64>,
+    pub(crate) error_orders: Vec<f64>,
     pub(crate) orders_looked_at: f64,
     pub(crate) frequencies_hz: Vec<f64>,
     pub(crate) frequencies_looked_at: f64,
@@ -104,7 +105,11 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
     };
     let speed = leads.speed.max(1e-9);
     match id {
-        EffectId::Cogging | EffectId::TransmissionError => {
+        EffectId::TransmissionError => {
+            let found = leads.error_orders.iter().filter_map(|n| with(&[(2, *n)]));
+            (found.collect(), leads.orders_looked_at)
+        }
+        EffectId::Cogging => {
             let found = leads.orders.iter().filter_map(|n| with(&[(2, *n)]));
             (found.collect(), leads.orders_looked_at)
         }

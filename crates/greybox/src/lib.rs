@@ -21,6 +21,7 @@ mod explained;
 mod fit;
 mod floor;
 mod follow;
+mod gain;
 mod gram;
 mod hypothesis;
 mod machine;
@@ -39,6 +40,7 @@ mod search;
 mod show;
 mod structure;
 mod through_plant;
+mod trial;
 
 pub use calibrate::{Calibrated, CalibratedNumber, calibrate};
 pub use curve::{CurveBin, Hypothesis, Refit, ResidualCurve};

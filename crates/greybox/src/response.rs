@@ -13,8 +13,9 @@ use crate::{
     hypothesis::{Leads, Scales},
     machine::{Prediction, State},
     noise::Whitener,
-    problem::{PerRecord, Problem},
+    problem::{PerRecord, Prepared, Problem},
     random::normal,
+    record::CommandKind,
 };
 
 /// Taps of the loop's answer to a torque.
@@ -29,18 +30,15 @@ const REGIONS: usize = 16;
 
 /// What the drive signal does when a torque acts on the shaft: a filter at the compared rate,
 /// learnt from a simulation under a small random torque.
-fn response(
+fn of_torque(
     problem: &Problem<'_>,
     state: &State,
     drive: &PerRecord,
     scales: &Scales,
 ) -> Result<Vec<f64>, GreyboxError> {
     let Some(first) = problem.records.first() else { return Ok(vec![0.0; TAPS]) };
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let samples = first.record.drive.len() / first.factor;
+    let torque = shaking(first, 0.05 * scales.torque);
     let step_s = 1.0 / first.rate_hz();
-    let torque: Vec<f64> =
-        (0..=samples).map(|_| 0.05 * scales.torque * normal(&mut random)).collect();
     let points = torque.iter().enumerate().map(|(n, t)| [n as f64 * step_s, *t]).collect();
     let Ok(curve) = Curve::new(Coordinate::Time, CurveKind::Torque, points) else {
         return Ok(vec![0.0; TAPS]);
@@ -48,36 +46,77 @@ fn response(
     let mut shaken = state.clone();
     shaken.add(&Effect::tabulated(curve, problem.machine.geometry()));
     let after = problem.machine.simulate(&shaken, first.record, first.place)?;
-    let after = first.reduce(&after.drive);
-    let change: Vec<f64> = after.iter().zip(&drive[0]).map(|(a, b)| a - b).collect();
-    // the mean of the torque over each averaged stretch, from where the comparison begins
-    let offset = samples - change.len();
-    let mean: Vec<f64> = torque.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
-    let lagged: Vec<Vec<f64>> = (0..TAPS)
-        .map(|lag| {
-            (0..change.len())
-                .map(|n| if n + offset >= lag { mean[n + offset - lag] } else { 0.0 })
-                .collect()
-        })
-        .collect();
-    let mut columns = lagged;
-    columns.push(change);
-    let by: Vec<usize> = (0..TAPS).collect();
-    Ok(Gram::new(&columns).explained(TAPS, &by).1)
+    Ok(taps(first, &torque, &drive[0], &after.drive))
 }
 
-/// A torque through the loop.
+/// The same of an error in the position that the controller is shown, learnt by shaking the
+/// command the other way; nothing where that is no position.
+fn of_position(
+    problem: &Problem<'_>,
+    state: &State,
+    drive: &PerRecord,
+    scales: &Scales,
+) -> Result<Option<Vec<f64>>, GreyboxError> {
+    let Some(first) = problem.records.first() else { return Ok(None) };
+    if first.record.kind != CommandKind::Position {
+        return Ok(None);
+    }
+    let error = shaking(first, 3e-4 * scales.travel);
+    let mut record = first.record.clone();
+    for (n, command) in record.command.iter_mut().enumerate() {
+        let (before, part) = (n / first.factor, (n % first.factor) as f64 / first.factor as f64);
+        let last = error.len() - 1;
+        let (a, b) = (error[before.min(last)], error[(before + 1).min(last)]);
+        *command -= a + part * (b - a);
+    }
+    let after = problem.machine.simulate(state, &record, first.place)?;
+    Ok(Some(taps(first, &error, &drive[0], &after.drive)))
+}
+
+/// A random signal with a value at each end of each averaged stretch of a recording.
+fn shaking(record: &Prepared<'_>, size: f64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let samples = record.record.drive.len() / record.factor;
+    (0..=samples).map(|_| size * normal(&mut random)).collect()
+}
+
+/// The filter that makes of a signal what it did to a recording's drive.
+fn taps(record: &Prepared<'_>, signal: &[f64], before: &[f64], after: &[f64]) -> Vec<f64> {
+    let after = record.reduce(after);
+    let change: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
+    // the mean of the signal over each averaged stretch, from where the comparison begins
+    let mean: Vec<f64> = signal.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+    let offset = mean.len() - change.len();
+    let lagged = |lag: usize| {
+        let at = |n: usize| if n + offset >= lag { mean[n + offset - lag] } else { 0.0 };
+        (0..change.len()).map(at).collect::<Vec<f64>>()
+    };
+    let mut columns: Vec<Vec<f64>> = (0..TAPS).map(lagged).collect();
+    columns.push(change);
+    let by: Vec<usize> = (0..TAPS).collect();
+    Gram::new(&columns).explained(TAPS, &by).1
+}
+
+/// A torque, or an error of the position, through the loop.
 fn through(response: &[f64], torque: &[f64]) -> Vec<f64> {
-    (0..torque.len())
-        .map(|n| response.iter().take(n + 1).enumerate().map(|(lag, h)| h * torque[n - lag]).sum())
-        .collect()
+    let mut shown = vec![0.0; torque.len()];
+    if torque.iter().all(|t| *t == 0.0) {
+        return shown;
+    }
+    for (lag, h) in response.iter().enumerate() {
+        for (y, t) in shown.iter_mut().skip(lag).zip(torque) {
+            *y += h * t;
+        }
+    }
+    shown
 }
 
 /// A residual from which everything else that may explain it is projected off.
 struct Screen<'a> {
     problem: &'a Problem<'a>,
     whitener: &'a Whitener,
-    response: Vec<f64>,
+    of_torque: Vec<f64>,
+    of_position: Option<Vec<f64>>,
     /// Orthonormal columns of what is free.
     known: Vec<Vec<f64>>,
     residual: Vec<f64>,
@@ -86,10 +125,15 @@ struct Screen<'a> {
 impl Screen<'_> {
     /// Energy of the residual that torques, given for each recording, explain together.
     fn energy(&self, torques: &[PerRecord]) -> f64 {
+        self.energy_by(&self.of_torque, torques)
+    }
+
+    /// The same of signals that a filter makes seen.
+    fn energy_by(&self, response: &[f64], torques: &[PerRecord]) -> f64 {
         let mut columns: Vec<Vec<f64>> = torques
             .iter()
             .map(|torque| {
-                let shaken = torque.iter().map(|t| through(&self.response, t)).collect();
+                let shaken = torque.iter().map(|t| through(response, t)).collect();
                 without(&self.known, whitened(self.whitener, &shaken))
             })
             .collect();
@@ -98,20 +142,34 @@ impl Screen<'_> {
         Gram::new(&columns).explained(torques.len(), &by).0
     }
 
-    /// A torque of the trajectory, averaged as the signals are.
-    fn torque(
-        &self,
-        predictions: &[Prediction],
-        of: impl Fn(&Prediction, usize) -> f64,
-    ) -> PerRecord {
-        let records = self.problem.records.iter().zip(predictions);
-        records
-            .map(|(prepared, prediction)| {
-                let full: Vec<f64> =
-                    (0..prediction.drive.len()).map(|n| of(prediction, n)).collect();
-                prepared.reduce(&full)
-            })
-            .collect()
+    /// Energy that a torque of an order of the motor's angle explains, a ripple of torque, and an
+    /// error of the position, where it is controlled.
+    fn energies_of_order(&self, predictions: &[Prediction], order: f64) -> [f64; 3] {
+        let waves = |p: &Prediction| p.motor.iter().map(|x| libm::sincos(order * x)).collect();
+        let waves: Vec<Vec<(f64, f64)>> = predictions.iter().map(waves).collect();
+        let constant = self.problem.machine.constant();
+        let motor = |record: usize, n: usize| constant * predictions[record].drive[n];
+        let plain = [
+            self.torque(predictions, |record, n| waves[record][n].0),
+            self.torque(predictions, |record, n| waves[record][n].1),
+        ];
+        let ripple = [
+            self.torque(predictions, |record, n| motor(record, n) * waves[record][n].0),
+            self.torque(predictions, |record, n| motor(record, n) * waves[record][n].1),
+        ];
+        let torque = self.energy(&plain);
+        let error =
+            self.of_position.as_ref().map_or(torque, |filter| self.energy_by(filter, &plain));
+        [torque, self.energy(&ripple), error]
+    }
+
+    /// A torque at each sample of each recording, averaged as the signals are.
+    fn torque(&self, predictions: &[Prediction], of: impl Fn(usize, usize) -> f64) -> PerRecord {
+        let reduced = |(record, prepared): (usize, &Prepared<'_>)| {
+            let samples = predictions[record].drive.len();
+            prepared.reduce(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
+        };
+        self.problem.records.iter().enumerate().map(reduced).collect()
     }
 }
 
@@ -164,21 +222,17 @@ pub(crate) fn leads(
     let screen = Screen {
         problem,
         whitener,
-        response: response(problem, state, &drive, scales)?,
+        of_torque: of_torque(problem, state, &drive, scales)?,
+        of_position: of_position(problem, state, &drive, scales)?,
         residual: without(&known, residual),
         known,
     };
     let orders: Vec<f64> = orders(problem, &predictions);
-    let constant = problem.machine.constant();
-    let by_order = |ripple: bool| {
-        best(&orders, problem.jobs, 3, |&n| {
-            let factor =
-                |p: &Prediction, k: usize| if ripple { constant * p.drive[k] } else { 1.0 };
-            let sine = screen.torque(&predictions, |p, k| factor(p, k) * libm::sin(n * p.motor[k]));
-            let cosine =
-                screen.torque(&predictions, |p, k| factor(p, k) * libm::cos(n * p.motor[k]));
-            screen.energy(&[sine, cosine])
-        })
+    let energies = crate::parallel::map(&orders, problem.jobs, |&order| {
+        screen.energies_of_order(&predictions, order)
+    });
+    let by_order = |place: usize| {
+        best_of(&orders, 3, &energies.iter().map(|energy| energy[place]).collect::<Vec<_>>())
     };
     let longest_s = problem.records.iter().map(|r| r.record.duration_s()).fold(1.0, f64::max);
     let spacing = FREQUENCY_STEP / longest_s;
@@ -188,15 +242,17 @@ pub(crate) fn leads(
         best(&frequencies, problem.jobs, 2, |&f| screen.energy(&tones(problem, f)));
     let regions = candidate_regions(&predictions);
     let chosen = best(&regions, problem.jobs, 2, |&(centre, width)| {
-        let torque = screen.torque(&predictions, |p, k| {
-            let z = (p.surface[k] - centre) / width;
-            sign(p.speed[k], scales.speed) * libm::exp(-0.5 * z * z)
+        let torque = screen.torque(&predictions, |record, n| {
+            let p = &predictions[record];
+            let z = (p.surface[n] - centre) / width;
+            sign(p.speed[n], scales.speed) * libm::exp(-0.5 * z * z)
         });
         screen.energy(&[torque])
     });
     Ok(Leads {
-        orders: by_order(false),
-        ripple_orders: by_order(true),
+        orders: by_order(0),
+        ripple_orders: by_order(1),
+        error_orders: by_order(2),
         orders_looked_at: orders.len() as f64,
         frequencies_hz,
         frequencies_looked_at: frequencies.len() as f64,
@@ -236,7 +292,11 @@ fn best<T: Copy + Sync>(
     keep: usize,
     score: impl Fn(&T) -> f64 + Sync,
 ) -> Vec<T> {
-    let scores = crate::parallel::map(items, jobs, score);
+    best_of(items, keep, &crate::parallel::map(items, jobs, score))
+}
+
+/// The same of scores.
+fn best_of<T: Copy>(items: &[T], keep: usize, scores: &[f64]) -> Vec<T> {
     let mut order: Vec<usize> = (0..items.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
     order.into_iter().take(keep).map(|place| items[place]).collect()

@@ -5,25 +5,15 @@ use ema_sim::{Effect, EffectId};
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
-    fit::{Fitted, fit, fit_near, sandwich, whitened},
+    fit::{Fitted, fit, fit_near, whitened},
+    gain::{Block, Gain, block_length, in_blocks},
     hypothesis::{Family, differs_by_record, numbers},
     noise::{Whitener, rms},
-    problem::{PerRecord, Problem},
-    scan::{Scored, Tried, log_tail},
+    problem::{PerRecord, Prepared, Problem},
+    scan::{Scored, log_tail},
     structure::{Number, Structure, set},
+    trial::Tried,
 };
-
-/// Length of the blocks whose likelihoods are compared, s.
-const BLOCK_S: f64 = 0.5;
-
-/// A block's gain counts as no more than so many times that of the median block.
-const MOST_MEDIANS: f64 = 3.0;
-
-/// Standard errors below what is expected of a rival that what cannot speak may show by chance.
-const MUTE_STD_ERRORS: f64 = 2.0;
-
-/// Standard errors from zero of a size that is there.
-const SIZED_STD_ERRORS: f64 = 1.96;
 
 /// A fitted structure with its noise and its record on what was not fitted.
 #[derive(Clone, Debug)]
@@ -32,10 +22,8 @@ pub(crate) struct Judged {
     /// The noise with the size of its own residual: each rival is judged with its own size, and
     /// none may take what is slow for noise.
     own: Whitener,
-    /// Residual of the recordings held out, through the noise with which it was fitted.
-    held_out: Vec<f64>,
-    /// Log-likelihood of each block of the recordings held out.
-    blocks: Vec<f64>,
+    /// The recordings held out.
+    blocks: Vec<Block>,
     /// Log-likelihood of what was fitted.
     train: f64,
     /// Root mean square of the residual held out.
@@ -53,69 +41,39 @@ impl Judged {
         let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
             // of the size that it has there: what was not fitted may be missed by more
             let there = noise.scaled(rms(&whitened(noise, residuals)));
-            let of = |(prepared, residual): (&crate::problem::Prepared<'_>, &Vec<f64>)| {
-                let block = libm::round(BLOCK_S * prepared.rate_hz()) as usize;
-                there.log_likelihoods(residual, block)
+            let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
+                there.log_likelihoods(residual, block_length(prepared))
             };
             problem.records.iter().zip(residuals).flat_map(of).collect()
         };
-        let mut blocks = likelihoods(holdout, &residuals);
+        let white = in_blocks(holdout, &residuals, noise);
         // numbers fitted to the recordings held out are paid for
         let fitted_there = 2 * fitted.structure.by_record(&fitted.values).len();
         let price = 0.5 * fitted_there as f64 * holdout.records.len() as f64;
-        if let Some(first) = blocks.first_mut() {
-            *first -= price * libm::log(holdout.samples().max(1) as f64);
-        }
+        let price = price * libm::log(holdout.samples().max(1) as f64) / white.len().max(1) as f64;
+        let likelihoods_there = likelihoods(holdout, &residuals).into_iter().map(|l| l - price);
+        let block = |(white, log_likelihood)| Block { white, log_likelihood };
+        let blocks = white.into_iter().zip(likelihoods_there).map(block).collect();
         let train = likelihoods(train, &fitted.residuals).iter().sum();
         let holdout_rms = rms(&residuals.concat());
-        let held_out = whitened(noise, &residuals);
-        Ok(Self { fitted, own, held_out, blocks, train, holdout_rms })
+        Ok(Self { fitted, own, blocks, train, holdout_rms })
     }
 
-    /// Gain in log-likelihood over another on what neither was fitted to, and its standard
-    /// error from the scatter of the blocks (Vuong 1989, Diebold and Mariano 1995).
-    pub(crate) fn gain_over(&self, other: &Self) -> (f64, f64) {
-        let mut gains: Vec<f64> =
-            self.blocks.iter().zip(&other.blocks).map(|(a, b)| a - b).collect();
-        // a few blocks where the effect shows most do not make the others' gain less sure
-        let mut sorted = gains.clone();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-        if median > 0.0 {
-            for gain in &mut gains {
-                *gain = gain.min(MOST_MEDIANS * median);
-            }
-        }
-        let n = gains.len().max(1) as f64;
-        let mean = gains.iter().sum::<f64>() / n;
-        let variance =
-            gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n - 1.0).max(1.0);
-        (mean * n, libm::sqrt(variance * n))
+    /// Gain in log-likelihood over another on what neither was fitted to.
+    pub(crate) fn gain_over(&self, other: &Self) -> Gain {
+        Gain::over(&self.blocks, &other.blocks)
     }
 
-    /// Energy of the difference between the two predictions of what was not fitted, in units of
-    /// the noise: the gain is expected to be half of it, with its root for a standard error.
-    pub(crate) fn energy_apart(&self, other: &Self) -> f64 {
-        let apart = self.held_out.iter().zip(&other.held_out).map(|(a, b)| (a - b) * (a - b));
-        apart.sum()
-    }
-
-    /// Whether what was not fitted speaks for this and against another by so many standard
-    /// errors; or, where it `may_be_mute` and the two differ there by too little to be told apart
-    /// so, whether the gain is what is expected of it.
-    pub(crate) fn is_confirmed(&self, other: &Self, wanted: f64, may_be_mute: bool) -> bool {
-        let (gain, std) = self.gain_over(other);
-        let energy = self.energy_apart(other);
-        let is_mute = energy < 4.0 * wanted * wanted;
-        let least = 0.5 * energy - MUTE_STD_ERRORS * libm::sqrt(energy);
-        gain > wanted * std || (may_be_mute && is_mute && gain > least)
+    /// Gain in log-likelihood over another on what both were fitted to.
+    pub(crate) fn fit_over(&self, other: &Self) -> f64 {
+        self.train - other.train
     }
 
     /// Gain in evidence over another: log-likelihood of what was fitted less half a logarithm of
     /// the number of samples for each number more (Bayesian information criterion).
     pub(crate) fn evidence_over(&self, other: &Self, samples: usize) -> f64 {
         let numbers = self.fitted.values.len() as f64 - other.fitted.values.len() as f64;
-        self.train - other.train - 0.5 * numbers * libm::log(samples as f64)
+        self.fit_over(other) - 0.5 * numbers * libm::log(samples as f64)
     }
 
     pub(crate) fn own_noise(&self) -> &Whitener {
@@ -133,10 +91,7 @@ pub(crate) struct Rival {
     pub(crate) fall: f64,
     /// Logarithm of the chance of that fall, for all questions of the catalogue together.
     pub(crate) log_p: f64,
-    pub(crate) gain: f64,
-    pub(crate) gain_std: f64,
-    /// Of the predictions with and without it of what was not fitted.
-    pub(crate) energy_apart: f64,
+    pub(crate) gain: Gain,
     pub(crate) evidence: f64,
     /// Whether a number of the effect stands on a bound.
     pub(crate) on_bound: bool,
@@ -158,7 +113,23 @@ struct Asked {
 impl Rival {
     /// What speaks for it, in nats: held out and fitted together.
     pub(crate) fn score(&self) -> f64 {
-        self.gain + self.evidence
+        self.gain.nats + self.evidence
+    }
+
+    /// The same against another structure without it.
+    pub(crate) fn judge(&mut self, without: &Judged, samples: usize) {
+        let with = &self.judged;
+        self.fall = without.fitted.objective - with.fitted.objective;
+        self.gain = with.gain_over(without);
+        self.evidence = with.evidence_over(without, samples) - libm::log(self.asked.looked_at);
+    }
+
+    /// The same fitted anew beside others, as the first of the effects.
+    pub(crate) fn first_of(mut self, judged: Judged, without: &Judged, samples: usize) -> Self {
+        self.judged = judged;
+        self.on_bound = is_on_bound(&self.judged.fitted, 0, self.asked.sizes);
+        self.judge(without, samples);
+        self
     }
 
     /// How it did, in words.
@@ -170,24 +141,13 @@ impl Rival {
             families[self.family].sizes,
             self.fall,
             self.log_p,
-            self.gain,
-            self.gain_std,
-            0.5 * self.energy_apart,
+            self.gain.nats,
+            self.gain.std_error,
+            0.5 * self.gain.energy,
             self.evidence,
             self.on_bound,
             self.judged.holdout_rms
         )
-    }
-
-    /// Whether one of its sizes is off zero by more than it is uncertain; of a settled one.
-    pub(crate) fn is_off_zero(&self, train: &Problem<'_>, whitener: &Whitener) -> bool {
-        let fitted = &self.judged.fitted;
-        let covariance = sandwich(fitted, train, whitener);
-        let places = fitted.structure.places_of_effect(fitted.structure.effects.len() - 1);
-        let is_off = |&p: &usize| {
-            fitted.values[p].abs() > SIZED_STD_ERRORS * libm::sqrt(covariance[(p, p)].max(0.0))
-        };
-        places.iter().take(self.asked.sizes).any(is_off)
     }
 
     /// The same with its fit ended by sensitivities taken anew.
@@ -299,29 +259,30 @@ impl Rival {
         let fitted = &judged.fitted;
         let fall = current.fitted.objective - fitted.objective;
         let chance = log_tail(2.0 * fall, asked.numbers);
-        let places = fitted.structure.places_of_effect(fitted.structure.effects.len() - 1);
-        let bound = |&p: &usize| {
-            let free = &fitted.structure.free[p];
-            let near = 1e-3 * (free.most - free.least).min(fitted.values[p].abs().max(free.step));
-            fitted.values[p] - free.least <= near || free.most - fitted.values[p] <= near
-        };
-        let on_bound = places.iter().take(asked.sizes).any(bound);
-        let (gain, gain_std) = judged.gain_over(current);
+        let on_bound = is_on_bound(fitted, fitted.structure.effects.len() - 1, asked.sizes);
         let looked = libm::log(asked.looked_at);
         Self {
             id,
             family,
             fall,
             log_p: (chance + looked + libm::log(asked.questions)).min(0.0),
-            gain,
-            gain_std,
-            energy_apart: judged.energy_apart(current),
+            gain: judged.gain_over(current),
             evidence: judged.evidence_over(current, samples) - looked,
             on_bound,
             asked,
             judged,
         }
     }
+}
+
+/// Whether one of the first sizes of an effect stands on a bound.
+fn is_on_bound(fitted: &Fitted, effect: usize, sizes: usize) -> bool {
+    let is_near = |&p: &usize| {
+        let free = &fitted.structure.free[p];
+        let near = 1e-3 * (free.most - free.least).min(fitted.values[p].abs().max(free.step));
+        fitted.values[p] - free.least <= near || free.most - fitted.values[p] <= near
+    };
+    fitted.structure.places_of_effect(effect).iter().take(sizes).any(is_near)
 }
 
 /// Half the mean square of the whitened residual from which a fit is poor.

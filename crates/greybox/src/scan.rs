@@ -9,33 +9,16 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use ema_sim::Effect;
 
 use crate::{
-    error::GreyboxError,
     fit::{Fitted, whitened},
     gram::Gram,
-    hypothesis::{Family, Scales, differs_by_record, first_size, is_stiff, multiples},
-    machine::State,
+    hypothesis::{Family, is_stiff},
     noise::Whitener,
-    problem::{PerRecord, Problem},
     random::normal,
+    trial::Tried,
 };
 
 /// Draws of noise that the largest score is compared with.
 pub(crate) const DRAWS: usize = 999;
-/// Change, in units of the noise, that a size tried is to make.
-const WANTED_CHANGE: (f64, f64) = (5.0, 60.0);
-
-/// One effect with its shapes, switched on a little.
-#[derive(Clone, Debug)]
-pub(crate) struct Tried {
-    /// Which question.
-    pub(crate) family: usize,
-    /// The effect with all sizes zero.
-    pub(crate) plain: Effect,
-    /// Places and values of the sizes tried.
-    pub(crate) sizes: Vec<(usize, f64)>,
-    /// What each does to the prediction.
-    pub(crate) columns: Vec<PerRecord>,
-}
 
 /// How well one explains the residual.
 #[derive(Clone, Debug)]
@@ -64,128 +47,6 @@ pub(crate) struct Scan {
     pub(crate) scored: Vec<Scored>,
     /// Chance that noise alone reaches the best score of the whole catalogue.
     pub(crate) p_familywise: f64,
-}
-
-/// Switches each effect on a little.
-pub(crate) fn try_all(
-    problem: &Problem<'_>,
-    state: &State,
-    drive: &PerRecord,
-    families: &[Family],
-    whitener: &Whitener,
-    scales: &Scales,
-) -> Result<Vec<Tried>, GreyboxError> {
-    struct Attempt {
-        plain: Effect,
-        place: usize,
-        size: f64,
-    }
-    let geometry = problem.machine.geometry();
-    let mut attempts = Vec::new();
-    for family in families {
-        for plain in &family.shapes {
-            for multiple in multiples(plain.id()) {
-                for &place in &family.sizes {
-                    let parameter = &plain.id().info().parameters[place];
-                    let size = multiple * first_size(parameter, geometry, scales);
-                    attempts.push(Attempt { plain: plain.clone(), place, size });
-                }
-            }
-        }
-    }
-    let change = |plain: &Effect,
-                  place: usize,
-                  size: f64|
-     -> Result<Option<PerRecord>, GreyboxError> {
-        let parameter = &plain.id().info().parameters[place];
-        let Ok(effect) = plain.clone().with(parameter.key(geometry), size) else { return Ok(None) };
-        let mut on = state.clone();
-        on.add(&effect);
-        let mut columns = Vec::new();
-        for (prepared, off) in problem.records.iter().zip(drive) {
-            match problem.machine.simulate(&on, prepared.record, prepared.place) {
-                Ok(prediction) => {
-                    let with = prepared.reduce(&prediction.drive);
-                    columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
-                }
-                // an effect that this machine, or this machine with the others, cannot have
-                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {
-                    return Ok(None);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(Some(columns))
-    };
-    let norm = |columns: &PerRecord| {
-        libm::sqrt(whitened(whitener, columns).iter().map(|x| x * x).sum::<f64>())
-    };
-    let sized = |attempt: &Attempt| -> Result<Option<(f64, PerRecord)>, GreyboxError> {
-        let (place, mut size) = (attempt.place, attempt.size);
-        let parameter = &attempt.plain.id().info().parameters[place];
-        let (least, most) = parameter.bounds();
-        let Some(mut columns) = change(&attempt.plain, place, size)? else { return Ok(None) };
-        let rescalings = if is_stiff(attempt.plain.id()) { 0 } else { 2 };
-        for _ in 0..rescalings {
-            let seen = norm(&columns);
-            let (lower, upper) = WANTED_CHANGE;
-            if (lower..=upper).contains(&seen) || !seen.is_finite() {
-                break;
-            }
-            let factor =
-                if seen > 0.0 { (0.5 * (lower + upper) / seen).clamp(1e-3, 1e2) } else { 1e2 };
-            let next = (size * factor).clamp(least, most);
-            if next == size {
-                break;
-            }
-            size = next;
-            match change(&attempt.plain, place, size)? {
-                Some(next) => columns = next,
-                None => return Ok(None),
-            }
-        }
-        Ok(Some((size, columns)))
-    };
-    let outcomes = crate::parallel::map(&attempts, problem.jobs, sized);
-    let mut tried: Vec<Tried> = Vec::new();
-    let mut outcomes = attempts.into_iter().zip(outcomes);
-    for (number, family) in families.iter().enumerate() {
-        let tries = |plain| multiples(family.id).iter().map(move |_| plain);
-        for plain in family.shapes.iter().flat_map(tries) {
-            let mut entry = Tried {
-                family: number,
-                plain: plain.clone(),
-                sizes: Vec::new(),
-                columns: Vec::new(),
-            };
-            let mut runs = 0;
-            for (attempt, outcome) in outcomes.by_ref().take(family.sizes.len()) {
-                let Some((size, columns)) = outcome? else { continue };
-                runs += 1;
-                if differs_by_record(plain.id()) {
-                    for place in 0..columns.len() {
-                        entry.sizes.push((attempt.place, size));
-                        entry.columns.push(alone(&columns, place));
-                    }
-                } else {
-                    entry.sizes.push((attempt.place, size));
-                    entry.columns.push(columns);
-                }
-            }
-            if runs == family.sizes.len() {
-                tried.push(entry);
-            }
-        }
-    }
-    Ok(tried)
-}
-
-/// The signal of one recording, the others silent.
-fn alone(columns: &PerRecord, place: usize) -> PerRecord {
-    let of = |(n, column): (usize, &Vec<f64>)| {
-        if n == place { column.clone() } else { vec![0.0; column.len()] }
-    };
-    columns.iter().enumerate().map(of).collect()
 }
 
 /// Scores all that was tried against the residual of a fit.

@@ -13,8 +13,9 @@ use crate::{
     record::CommandKind,
     response::leads,
     rival::{Judged, Rival},
-    scan::{Scan, Tried, log_tail, score, try_all},
+    scan::{Scan, log_tail, score},
     structure::Structure,
+    trial::{Trial, Tried},
 };
 
 /// Share of what is explained that the form of a real law leaves: a tenth of its amplitude. What
@@ -31,8 +32,6 @@ const SETTLED_SHARE: f64 = 0.5;
 pub(crate) struct Found {
     pub(crate) rival: Rival,
     pub(crate) p_familywise: f64,
-    /// Fall of the objective that is lost without it, nats.
-    pub(crate) strength: f64,
 }
 
 /// Where the rounds ended.
@@ -41,8 +40,12 @@ pub(crate) struct Search {
     pub(crate) before: Judged,
     pub(crate) current: Judged,
     pub(crate) found: Vec<Found>,
+    /// What is left without the first of them, once it is known.
+    pub(crate) without_first: Option<Judged>,
     /// Rivals of the first effect that explain as much.
     pub(crate) ties: Vec<Rival>,
+    /// The same of the last of several.
+    pub(crate) last_ties: Vec<Rival>,
     /// Of other kinds that stood the tests in the first round; beside later effects, if any.
     pub(crate) runners_up: Vec<Rival>,
     pub(crate) first_round: Option<Round>,
@@ -106,7 +109,9 @@ impl Session<'_> {
             current: before.clone(),
             before,
             found: Vec::new(),
+            without_first: None,
             ties: Vec::new(),
+            last_ties: Vec::new(),
             runners_up: Vec::new(),
             first_round: None,
             tried: Vec::new(),
@@ -140,7 +145,7 @@ impl Session<'_> {
     ) -> Result<bool, GreyboxError> {
         let alpha = self.options.false_alarm_rate / f64::from(1_u32 << number);
         let whitener = &search.floor.whitener;
-        let round = self.scan(&search.current, whitener, scales)?;
+        let round = self.scan(&search.current, whitener, scales, search.first_round.as_ref())?;
         let p_familywise = round.scan.p_familywise;
         search.log.extend(round.lines());
         let rivals = if p_familywise <= alpha {
@@ -167,11 +172,12 @@ impl Session<'_> {
         if search.found.is_empty() {
             search.ties = self.tied(&winner, &accepted);
             search.runners_up = best_of_each(accepted, winner.id);
+        } else {
+            search.last_ties = self.tied(&winner, &accepted);
         }
         search.log.push(format!("round {number}: {}", winner.id.info().symbol));
         search.current = winner.judged.clone();
-        let strength = winner.fall;
-        search.found.push(Found { rival: winner, p_familywise, strength });
+        search.found.push(Found { rival: winner, p_familywise });
         Ok(true)
     }
 
@@ -191,7 +197,7 @@ impl Session<'_> {
                 break;
             }
             let ended = accepted.remove(0).settled(&search.current, problems, whitener)?;
-            if stands(&ended) && ended.is_off_zero(&self.train, whitener) {
+            if stands(&ended) {
                 settled.push(ended);
             }
         }
@@ -206,11 +212,13 @@ impl Session<'_> {
         if search.found.len() < 2 {
             return Ok(false);
         }
+        let Some(without) = search.without_first.clone() else { return Ok(false) };
+        let samples = self.train.samples();
         let mut rivals: Vec<Rival> = core::mem::take(&mut search.runners_up);
         rivals.retain(|rival| !search.has(rival.id));
         rivals.truncate(MOST_SWAPPED);
         let mut is_swapped = false;
-        for mut rival in rivals {
+        for rival in rivals {
             let with = &rival.judged.fitted;
             let known = &search.current.fitted;
             let mut structure = with.structure.clone().started_at(&with.values);
@@ -218,16 +226,26 @@ impl Session<'_> {
                 structure = structure.with_effect_of(&known.structure, &known.values, place);
             }
             let Some(judged) = self.judged(structure, &search.floor.whitener)? else { continue };
-            let (gain, std) = judged.gain_over(&search.current);
-            let evidence = judged.evidence_over(&search.current, self.train.samples());
-            if gain > self.options.gain_std_errors * std && evidence > self.options.evidence_nats {
+            let gain = judged.gain_over(&search.current);
+            let evidence = judged.evidence_over(&search.current, samples);
+            let rival = rival.first_of(judged, &without, samples);
+            let (symbol, fit) = (rival.id.info().symbol, rival.judged.fit_over(&search.current));
+            search.log.push(format!(
+                "beside the others {symbol}: gain {:.1} ± {:.1}, fit {fit:.1}, bound {}",
+                gain.nats, gain.std_error, rival.on_bound
+            ));
+            if rival.on_bound {
+                continue;
+            }
+            if gain.is_sure(self.options.gain_std_errors) && evidence > self.options.evidence_nats {
                 let (new, old) = (rival.id.info().symbol, search.found[0].rival.id.info().symbol);
                 search.log.push(format!("swapped: {new} for {old}"));
-                search.current = judged;
+                search.current = rival.judged.clone();
                 search.found[0].rival = rival;
+                // they were tied beside what is gone
+                search.last_ties.clear();
                 is_swapped = true;
             } else {
-                rival.judged = judged;
                 search.runners_up.push(rival);
             }
         }
@@ -236,35 +254,65 @@ impl Session<'_> {
         Ok(is_swapped)
     }
 
-    /// Leaves out what effects found later have made needless.
+    /// Leaves out what the others have made needless, what explains least first; the others are
+    /// judged anew against what is left without each.
     fn drop_needless(&self, search: &mut Search) -> Result<(), GreyboxError> {
-        let mut place = 0;
-        while place < search.found.len() {
+        loop {
+            let without = self.without_each(search)?;
+            let needless = without.iter().enumerate().filter_map(|(place, without)| {
+                let without = without.as_ref().filter(|without| !self.needs(search, without))?;
+                Some((place, without))
+            });
+            let objective = |judged: &Judged| judged.fitted.objective;
+            let least = needless.min_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
+            let Some((place, left)) = least else {
+                self.judge_anew(search, without);
+                return Ok(());
+            };
+            search.current = left.clone();
+            let dropped = search.found.remove(place);
+            search.last_ties.clear();
+            if place == 0 {
+                search.ties.clear();
+            }
+            search.log.push(format!("dropped: {}", dropped.rival.id.info().symbol));
+        }
+    }
+
+    /// Judges what was found, and what is tied with it alone, against what is left without each.
+    fn judge_anew(&self, search: &mut Search, without: Vec<Option<Judged>>) {
+        let samples = self.train.samples();
+        for (found, without) in search.found.iter_mut().zip(&without) {
+            let Some(without) = without else { continue };
+            found.rival.judged = search.current.clone();
+            found.rival.judge(without, samples);
+        }
+        let is_alone = without.len() == 1;
+        search.without_first = without.into_iter().next().flatten();
+        if let Some(without) = search.without_first.as_ref().filter(|_| is_alone) {
+            search.ties.iter_mut().for_each(|tie| tie.judge(without, samples));
+        }
+    }
+
+    /// What is left of an explanation without each of its effects; nothing where the machine
+    /// cannot be run so.
+    fn without_each(&self, search: &mut Search) -> Result<Vec<Option<Judged>>, GreyboxError> {
+        let mut all = Vec::new();
+        for place in 0..search.found.len() {
             let known = &search.current.fitted;
             let structure = known.structure.without_effect(&known.values, place);
-            let Some(without) = self.judged(structure, &search.floor.whitener)? else {
-                place += 1;
-                continue;
-            };
+            let without = self.judged(structure, &search.floor.whitener)?;
             // what was found may have led damage and tolerances to where they do without it
             let best = search.before.fitted.objective;
-            if search.found.len() == 1 && without.fitted.objective < best {
+            if let Some(without) = &without
+                && search.found.len() == 1
+                && without.fitted.objective < best
+            {
                 search.before = without.clone();
             }
-            if self.needs(search, &without) {
-                search.found[place].strength =
-                    without.fitted.objective - search.current.fitted.objective;
-                place += 1;
-            } else {
-                let dropped = search.found.remove(place);
-                if place == 0 {
-                    search.ties.clear();
-                }
-                search.log.push(format!("dropped: {}", dropped.rival.id.info().symbol));
-                search.current = without;
-            }
+            all.push(without);
         }
-        Ok(())
+        Ok(all)
     }
 
     /// Whether what was found explains more than it does without one of its effects.
@@ -296,13 +344,17 @@ impl Session<'_> {
         current: &Judged,
         whitener: &Whitener,
         scales: &Scales,
+        before: Option<&Round>,
     ) -> Result<Round, GreyboxError> {
         let fitted = &current.fitted;
         let leads = self.leads(fitted, whitener, scales)?;
         let families = self.families(&leads);
         let state = fitted.structure.state(self.machine, &fitted.values);
         let drive = self.drive(fitted)?;
-        let tried = try_all(&self.train, &state, &drive, &families, whitener, scales)?;
+        let before = before.map_or(&[][..], |round| &round.tried);
+        let problem = &self.train;
+        let trial = Trial { problem, state: &state, drive: &drive, whitener, scales, before };
+        let tried = trial.run(&families)?;
         let scan = score(&families, &tried, fitted, whitener, self.options.seed);
         Ok(Round { families, tried, scan })
     }
@@ -319,11 +371,12 @@ impl Session<'_> {
         let scored = &round.scan.scored;
         let questions = round.families.len() as f64;
         let alone = libm::log(self.options.false_alarm_rate);
-        let worth = scored.iter().filter(|s| s.log_p <= alone).count();
-        let by_score: Vec<usize> = (0..worth.min(self.options.refitted)).collect();
+        let worth = (0..scored.len()).filter(|&n| scored[n].log_p <= alone);
+        let by_score: Vec<usize> = worth.take(self.options.refitted).collect();
         // where the model is far off the linear picture may be wrong
         let far_off = current.fitted.objective > self.train.samples() as f64;
-        let rest = if far_off { by_score.len()..scored.len() } else { 0..0 };
+        let rest = if far_off { 0..scored.len() } else { 0..0 };
+        let rest = rest.filter(|n| !by_score.contains(n));
         let (stiff, mut by_likeness): (Vec<usize>, Vec<usize>) =
             rest.partition(|&n| is_stiff(round.families[scored[n].family].id));
         by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
@@ -365,14 +418,17 @@ impl Session<'_> {
             && !rival.on_bound
     }
 
-    /// Whether what was not fitted confirms an explanation. Where chance is out of the question in
-    /// what was fitted, less is asked of it, and nothing where its command shows too little of the
-    /// effect to say. Less not so beside an effect found, whose form leaves something that another
-    /// may take up.
+    /// Whether what was not fitted confirms an explanation. Where chance is out of the question,
+    /// less is asked of it, and nothing where its command shows too little of the effect to say.
+    /// Less not so beside an effect found, whose form leaves something that another may take up.
+    ///
+    /// Chance is out of the question by both together: a chance over an independent likelihood
+    /// ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
     fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_first: bool) -> bool {
-        let sure = log_p <= libm::log(self.options.sure_rate);
+        let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
+        let sure = log_p - gain.nats <= libm::log(self.options.sure_rate);
         let less = if sure && is_first { 0.5 } else { 1.0 };
-        with.is_confirmed(without, self.options.gain_std_errors * less, sure)
+        gain.is_sure(less * wanted) || (sure && gain.is_mute(wanted))
     }
 
     /// Rivals of another kind that explain as much as the winner.
@@ -381,12 +437,10 @@ impl Session<'_> {
         best_of_each(accepted.iter().filter(as_good).cloned().collect(), winner.id)
     }
 
-    /// Whether a rival explains as much as the best. What its shape was chosen among does not
+    /// Whether a rival explains as much as the best. What its numbers and its shape cost does not
     /// count: that chance is not at work is settled for both.
     fn is_as_good(&self, rival: &Judged, best: &Judged) -> bool {
-        let (lead, std) = best.gain_over(rival);
-        let nats = lead + best.evidence_over(rival, self.train.samples());
-        lead < self.options.gain_std_errors * std && nats < self.options.tie_nats
+        best.gain_over(rival).nats + best.fit_over(rival) < self.options.tie_nats
     }
 
     /// What the catalogue asks of the machine.

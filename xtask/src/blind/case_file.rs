@@ -58,6 +58,9 @@ pub(crate) struct Answer {
 #[serde(default)]
 pub(crate) struct Named {
     pub(crate) id: String,
+    /// Of an alternative the effect that it may be instead; else it is the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) instead_of: Option<String>,
     /// All else that is said of it.
     #[serde(flatten)]
     pub(crate) more: serde_json::Map<String, Value>,
@@ -118,6 +121,14 @@ impl Answer {
     /// The first effect's identifier, of an answer that names one.
     pub(crate) fn first(&self) -> Option<&str> {
         self.names().then(|| self.effects[0].id.as_str())
+    }
+
+    /// Whether an effect is one that was found, or an alternative to it.
+    pub(crate) fn has_at(&self, place: usize, id: &str) -> bool {
+        let Some(found) = self.effects.get(place) else { return false };
+        let instead =
+            |one: &Named| one.instead_of.as_ref().map_or(place == 0, |of| *of == found.id);
+        found.id == id || self.alternatives.iter().any(|one| one.id == id && instead(one))
     }
 
     /// The answered set.

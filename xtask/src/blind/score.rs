@@ -116,14 +116,16 @@ fn breaks_tie(line: &Line) -> bool {
         && !line.truth.tied_with.iter().any(|partner| set.contains(&partner.as_str()))
 }
 
-/// Whether two effects are found: one of them first, or as an alternative to it, the other beside.
+/// Whether two effects are found: each in a place of its own, or as an alternative to what is
+/// there.
 fn finds_both(line: &Line) -> bool {
     let answer = answer(line);
     let [a, b] = &line.truth.hidden[..] else { return false };
-    let Some((first, others)) = answer.effects.split_first() else { return false };
-    let leads = |id: &str| first.id == id || answer.alternatives.iter().any(|one| one.id == id);
-    let beside = |id: &str| others.iter().any(|one| one.id == id);
-    answer.names() && ((leads(&a.id) && beside(&b.id)) || (leads(&b.id) && beside(&a.id)))
+    let places = |id: &str| -> Vec<usize> {
+        (0..answer.effects.len()).filter(|&place| answer.has_at(place, id)).collect()
+    };
+    let (of_a, of_b) = (places(&a.id), places(&b.id));
+    answer.names() && of_a.iter().any(|place| of_b.iter().any(|other| place != other))
 }
 
 /// Errors of fault levels before and after, and whether the interval holds the truth; `k7` is a

@@ -74,7 +74,10 @@ fn found(answer: &Explanation) -> Option<Section> {
     let mut blocks = Vec::new();
     for (effects, caption) in [
         (&answer.effects, "Effects found, with their numbers by the keys of the model file."),
-        (&answer.alternatives, "Effects that explain the recordings as well as the first above."),
+        (
+            &answer.alternatives,
+            "Effects that explain the recordings as well as one of those above.",
+        ),
     ] {
         if !effects.is_empty() {
             blocks.push(Block::Table(effect_table(effects, caption)));

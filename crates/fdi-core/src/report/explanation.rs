@@ -25,7 +25,7 @@ pub struct Explanation {
     pub sentence: String,
     /// What was found, strongest first.
     pub effects: Vec<EffectFinding>,
-    /// What explains the recordings as well as the first of `effects`.
+    /// What explains the recordings as well as one of `effects`.
     pub alternatives: Vec<EffectFinding>,
     /// Catalogue identifiers of effects that these recordings cannot tell from damage or from
     /// what the model file calls roughly known.
@@ -96,6 +96,9 @@ pub struct EffectFinding {
     pub holdout_gain_se: f64,
     /// What tells it from its look-alikes.
     pub separated_by: String,
+    /// Of an alternative the one of `effects` that it may be instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instead_of: Option<String>,
 }
 
 /// A number of an effect.

@@ -143,6 +143,7 @@ fn finding(finding: &Finding) -> EffectFinding {
         holdout_gain_nats: finding.holdout_gain_nats,
         holdout_gain_se: finding.holdout_gain_se,
         separated_by: info.separated_by.to_owned(),
+        instead_of: finding.instead_of.map(|id| id.info().symbol.to_owned()),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The answer in words.
 
-use std::fmt::Write;
+use std::{fmt::Write, iter};
 
 use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict};
 
@@ -31,13 +31,22 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
             names(&answer.effects)
         ),
         ExplanationVerdict::OneOf => {
-            let all: Vec<_> = answer.effects.iter().chain(&answer.alternatives).collect();
-            let each: Vec<_> = all.iter().map(|e| format!("{} ({})", e.name, e.id)).collect();
+            let (mut each, mut apart) = (Vec::new(), "");
+            for effect in &answer.effects {
+                let instead = |one: &&EffectFinding| one.instead_of.as_deref() == Some(&effect.id);
+                let set = iter::once(effect).chain(answer.alternatives.iter().filter(instead));
+                let set: Vec<_> = set.map(|e| format!("{} ({})", e.name, e.id)).collect();
+                if set.len() == 1 {
+                    each.extend(set);
+                } else {
+                    each.push(format!("one of {}", set.join(", ")));
+                    apart = if apart.is_empty() { &effect.separated_by } else { apart };
+                }
+            }
             format!(
-                "The model misses one of {}: these recordings cannot tell which{gain}. To tell \
-                 them apart: {}.",
-                each.join(", "),
-                answer.effects.first().map_or("", |e| e.separated_by.as_str())
+                "The model misses {}: these recordings cannot tell which{gain}. To tell them \
+                 apart: {apart}.",
+                each.join(" and "),
             )
         }
         ExplanationVerdict::Unknown => {
@@ -75,7 +84,10 @@ pub(super) fn human(answer: &Explanation) -> String {
     };
     for (title, effects) in [("Found", &answer.effects), ("As likely", &answer.alternatives)] {
         for effect in effects {
-            line(format!("\n{title}: {} {}, port {}", effect.id, effect.name, effect.port));
+            let instead = effect.instead_of.as_deref();
+            let instead = instead.map_or_else(String::new, |id| format!(", instead of {id}"));
+            let EffectFinding { id, name, port, .. } = effect;
+            line(format!("\n{title}: {id} {name}, port {port}{instead}"));
             for (key, number) in &effect.parameters {
                 let mut row = format!("  {key:<34} {:>12}", rounded(number.value));
                 if let Some([from, to]) = number.interval_95 {
