@@ -40,7 +40,8 @@ pub struct Options {
     pub refitted: usize,
     /// Standard errors by which the held-out likelihood has to rise.
     pub gain_std_errors: f64,
-    /// Family-wise chance below which half of that is enough.
+    /// Chance, by fit and hold-out together, below which half of that is enough for a first
+    /// effect.
     pub sure_rate: f64,
     /// Nats by which the evidence has to rise.
     pub evidence_nats: f64,
@@ -184,12 +185,19 @@ impl<'a> Session<'a> {
         let Some(first) = search.found.first() else {
             return Ok((Vec::new(), search.floor.whitener));
         };
-        let best = (first.rival.id, search.current.fitted.clone());
+        // one cause at a time, the first in doubt
+        let (in_doubt, ties) = match (&search.ties[..], search.found.last()) {
+            ([], Some(last)) if !search.last_ties.is_empty() => (last, &search.last_ties),
+            _ => (first, &search.ties),
+        };
+        let best = (in_doubt.rival.id, search.current.fitted.clone());
         // where nothing is tied the next best is asked for, to be sure
-        let ties: Vec<&Rival> = search.ties.iter().chain(&search.last_ties).collect();
-        let others =
-            if ties.is_empty() { search.runners_up.iter().take(1).collect() } else { ties };
-        let others = others.into_iter().take(MOST_OPEN).map(|r| (r.id, r.judged.fitted.clone()));
+        let others = if ties.is_empty() {
+            search.runners_up.iter().take(1)
+        } else {
+            ties.iter().take(MOST_OPEN)
+        };
+        let others = others.map(|r| (r.id, r.judged.fitted.clone()));
         Ok((std::iter::once(best).chain(others).collect(), search.floor.whitener))
     }
 
@@ -485,26 +493,30 @@ impl<'a> Session<'a> {
             let id = tried.plain.id();
             let key = id.info().parameters[place].key(geometry).to_owned();
             let numbers = tried.sizes.len() + family.free_shapes().len();
-            let least = libm::sqrt(self.least_energy(round, family.screened(), numbers));
-            Some((id, key, size.abs() * (least + 1.2816) / libm::sqrt(scored.energy)))
+            let least = self.least_named(round, family.screened(), numbers);
+            Some((id, key, size.abs() * least / libm::sqrt(scored.energy)))
         };
         round.scan.scored.iter().filter_map(of).collect()
     }
 
-    /// Projected energy from which scan, evidence and the recordings held out accept an effect
-    /// whose shapes were chosen among so many.
-    fn least_energy(&self, round: &Round, looked_at: f64, numbers: usize) -> f64 {
+    /// Root of the projected energy from which scan, evidence and the recordings held out accept
+    /// an effect, nine times in ten, whose shapes were chosen among so many.
+    fn least_named(&self, round: &Round, looked_at: f64, numbers: usize) -> f64 {
         let options = &self.options;
         let questions = libm::log(round.families.len().max(1) as f64 * looked_at);
-        let scan = 2.0 * (questions - libm::log(options.false_alarm_rate));
+        let scan = questions - libm::log(options.false_alarm_rate);
         let price = 0.5 * numbers as f64 * libm::log(self.train.samples().max(1) as f64);
-        let evidence = 2.0 * (options.evidence_nats + price + libm::log(looked_at));
+        let evidence = options.evidence_nats + price + libm::log(looked_at);
         let share = self.holdout.samples() as f64 / self.train.samples().max(1) as f64;
-        let sure = 2.0 * (questions - libm::log(options.sure_rate)) / (1.0 + share);
-        let confirmed = 4.0 * options.gain_std_errors * options.gain_std_errors / share;
-        scan.max(evidence).max(sure.min(confirmed))
+        let sure = (questions - libm::log(options.sure_rate)) / (1.0 + share);
+        let root = |nats: f64| libm::sqrt(2.0 * nats) + NINE_IN_TEN;
+        let confirmed = 2.0 * (options.gain_std_errors + NINE_IN_TEN) / libm::sqrt(share);
+        root(scan.max(evidence)).max(root(sure).min(confirmed))
     }
 }
+
+/// Standard deviations that nine of ten are within, to one side.
+const NINE_IN_TEN: f64 = 1.2816;
 
 /// Fault levels with their standard deviations; of an eccentricity its amount, whatever its
 /// direction.

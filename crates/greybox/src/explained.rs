@@ -83,7 +83,7 @@ pub struct Explained {
     pub verdict: Verdict,
     /// Why it is no more than that, where it is not.
     pub reason: Option<String>,
-    /// What was found, strongest first.
+    /// What was found, strongest first, but for one in doubt before the others.
     pub effects: Vec<Finding>,
     /// What explains the recordings as well as one of them does.
     pub alternatives: Vec<Finding>,

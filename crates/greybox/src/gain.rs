@@ -1,6 +1,7 @@
 //! Gain in likelihood on recordings that were not fitted, and how sure it is.
 
 use crate::{
+    gram::dot,
     noise::Whitener,
     problem::{PerRecord, Prepared, Problem},
 };
@@ -17,14 +18,32 @@ pub(crate) struct Block {
     /// Residual through the noise with which the others were fitted.
     pub(crate) white: Vec<f64>,
     pub(crate) log_likelihood: f64,
+    /// Size of the residual held out that the likelihood goes by, over that noise.
+    pub(crate) size: f64,
 }
 
 impl Block {
-    /// Gain over another explanation, and the energy of the difference of their predictions.
-    fn over(&self, other: &Self) -> (f64, f64) {
+    fn over(&self, other: &Self) -> Share {
         let apart = self.white.iter().zip(&other.white).map(|(a, b)| (a - b) * (a - b));
-        (self.log_likelihood - other.log_likelihood, apart.sum())
+        let energy = apart.sum();
+        let mean_square = dot(&self.white, &self.white) / self.white.len().max(1) as f64;
+        let size = self.size * other.size;
+        Share {
+            nats: self.log_likelihood - other.log_likelihood,
+            energy,
+            noise: energy * mean_square.max(1.0) / (size * size),
+        }
     }
+}
+
+/// What a block gains.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    nats: f64,
+    /// Of the difference of the two predictions.
+    energy: f64,
+    /// Variance that noise of the size seen there gives the gain.
+    noise: f64,
 }
 
 /// Samples of a block.
@@ -62,21 +81,21 @@ impl Gain {
         Self::of(&pairs.map(|(this, other)| this.over(other)).collect::<Vec<_>>())
     }
 
-    /// Of the gains of blocks and the energies by which their predictions differ. Blocks in which
-    /// they differ more are expected to gain more: the standard error is that of the scatter about
-    /// a line over the energy (after Vuong 1989, Diebold and Mariano 1995), and never less than
-    /// the noise alone makes it.
-    fn of(blocks: &[(f64, f64)]) -> Self {
+    /// Of the gains of blocks. Those in which the predictions differ more are expected to gain
+    /// more: the standard error is that of the scatter about a line over the energy (after Vuong
+    /// 1989, Diebold and Mariano 1995), and never less than the noise alone makes it, as large as
+    /// it is where the predictions differ.
+    fn of(blocks: &[Share]) -> Self {
         let n = blocks.len() as f64;
-        let sum = |of: &dyn Fn(&(f64, f64)) -> f64| blocks.iter().map(of).sum::<f64>();
-        let (nats, energy) = (sum(&|b| b.0), sum(&|b| b.1));
+        let sum = |of: &dyn Fn(&Share) -> f64| blocks.iter().map(of).sum::<f64>();
+        let (nats, energy) = (sum(&|b| b.nats), sum(&|b| b.energy));
         let (gain, apart) = (nats / n.max(1.0), energy / n.max(1.0));
-        let spread = sum(&|b| (b.1 - apart) * (b.1 - apart));
-        let common = sum(&|b| (b.1 - apart) * (b.0 - gain));
+        let spread = sum(&|b| (b.energy - apart) * (b.energy - apart));
+        let common = sum(&|b| (b.energy - apart) * (b.nats - gain));
         let slope = if spread > 0.0 { common / spread } else { 0.0 };
-        let off = |b: &(f64, f64)| b.0 - gain - slope * (b.1 - apart);
+        let off = |b: &Share| b.nats - gain - slope * (b.energy - apart);
         let scatter = sum(&|b| off(b) * off(b)) * n / (n - 2.0).max(1.0);
-        Self { nats, std_error: libm::sqrt(scatter.max(energy)), energy }
+        Self { nats, std_error: libm::sqrt(scatter.max(sum(&|b| b.noise))), energy }
     }
 
     /// Whether it is above zero by so many standard errors.
@@ -99,56 +118,73 @@ mod tests {
     use super::*;
     use crate::random::normal;
 
-    /// Gains of blocks under noise alone: the prediction that is right over one that is off by so
-    /// much energy in each.
-    fn drawn(energies: &[f64], random: &mut ChaCha8Rng) -> Vec<(f64, f64)> {
-        let of = |&energy: &f64| (0.5 * energy + libm::sqrt(energy) * normal(random), energy);
-        energies.iter().map(of).collect()
+    fn share(nats: f64, energy: f64) -> Share {
+        Share { nats, energy, noise: energy }
+    }
+
+    /// Blocks of the prediction that is right and of one that is off by so much energy in each,
+    /// under noise of a size in each.
+    fn drawn(blocks: &[(f64, f64)], random: &mut ChaCha8Rng) -> Gain {
+        let samples = 50;
+        let (mut right, mut wrong) = (Vec::new(), Vec::new());
+        for (energy, size) in blocks {
+            let off = libm::sqrt(energy / f64::from(samples));
+            let white: Vec<f64> = (0..samples).map(|_| size * normal(random)).collect();
+            let moved: Vec<f64> = white.iter().map(|z| z + off).collect();
+            let log_likelihood = |white: &[f64]| -0.5 * dot(white, white);
+            right.push(Block { log_likelihood: log_likelihood(&white), white, size: 1.0 });
+            wrong.push(Block { log_likelihood: log_likelihood(&moved), white: moved, size: 1.0 });
+        }
+        Gain::over(&right, &wrong)
     }
 
     #[test]
     fn what_shows_in_few_blocks_counts_whole() {
-        let mut blocks = vec![(0.1, 0.0), (-0.2, 0.0), (0.0, 0.0), (0.1, 0.0)];
-        blocks.push((36.0, 72.0));
-        let gain = Gain::of(&blocks);
+        let quiet = [0.1, -0.2, 0.0, 0.1].map(|nats| share(nats, 0.0));
+        let gain = Gain::of(&[&quiet[..], &[share(36.0, 72.0)]].concat());
         assert!((gain.nats - 36.0).abs() < 1e-12 && gain.is_sure(2.0), "{gain:?}");
     }
 
     #[test]
     fn a_single_block_is_no_surer_than_noise_lets_it_be() {
-        let gain = Gain::of(&[(3.0, 9.0)]);
+        let gain = Gain::of(&[share(3.0, 9.0)]);
         assert_eq!(gain.std_error, 3.0);
         assert!(!gain.is_sure(1.0));
     }
 
-    /// The standard error is that of many draws, whether blocks differ or not.
+    /// The standard error is that of many draws, whether blocks differ or not, and whether one is
+    /// noisier where the predictions differ.
     #[test]
     fn law_the_standard_error_is_that_of_the_noise() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
-        for energies in [vec![4.0; 12], (0..12).map(|n| f64::from(n * n)).collect()] {
-            let expected = libm::sqrt(energies.iter().sum());
-            let draws: Vec<Gain> =
-                (0..400).map(|_| Gain::of(&drawn(&energies, &mut random))).collect();
+        let even = vec![(4.0, 1.0); 12];
+        let steep = (0..12).map(|n| (f64::from(n * n), 1.0)).collect();
+        let burst = (0..12).map(|n| if n == 5 { (16.0, 3.0) } else { (0.0, 1.0) }).collect();
+        for blocks in [even, steep, burst] {
+            let variance: f64 = blocks.iter().map(|(energy, size)| energy * size * size).sum();
+            let draws: Vec<Gain> = (0..400).map(|_| drawn(&blocks, &mut random)).collect();
             let mean = draws.iter().map(|g| g.std_error).sum::<f64>() / 400.0;
-            assert!((1.0..1.25).contains(&(mean / expected)), "{mean} of {expected}");
+            let ratio = mean / libm::sqrt(variance);
+            assert!((0.95..1.3).contains(&ratio), "{ratio} {blocks:?}");
             let within = draws.iter().filter(|g| (g.nats - 0.5 * g.energy).abs() < g.std_error);
-            assert!((240..330).contains(&within.count()));
+            let within = within.count();
+            assert!((250..340).contains(&within), "{within} {blocks:?}");
         }
     }
 
     #[test]
     fn noise_of_a_heavier_kind_is_less_sure() {
-        let calm: Vec<(f64, f64)> = (0..10).map(|_| (2.0, 4.0)).collect();
+        let calm = vec![share(2.0, 4.0); 10];
         let mut wild = calm.clone();
-        (wild[2].0, wild[7].0) = (-20.0, 24.0);
+        (wild[2].nats, wild[7].nats) = (-20.0, 24.0);
         assert!(Gain::of(&wild).std_error > 4.0 * Gain::of(&calm).std_error);
     }
 
     #[test]
     fn mute_is_what_differs_too_little_and_gains_what_it_should() {
-        assert!(Gain::of(&[(0.0, 1.0), (0.1, 1.0)]).is_mute(2.0));
+        assert!(Gain::of(&[share(0.0, 1.0), share(0.1, 1.0)]).is_mute(2.0));
         // three standard errors below what is expected
-        assert!(!Gain::of(&[(-2.0, 1.0), (-2.0, 3.0)]).is_mute(2.0));
-        assert!(!Gain::of(&[(4.0, 10.0), (4.0, 10.0)]).is_mute(2.0));
+        assert!(!Gain::of(&[share(-2.0, 1.0), share(-2.0, 3.0)]).is_mute(2.0));
+        assert!(!Gain::of(&[share(4.0, 10.0), share(4.0, 10.0)]).is_mute(2.0));
     }
 }

@@ -105,16 +105,13 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
     };
     let speed = leads.speed.max(1e-9);
     match id {
-        EffectId::TransmissionError => {
-            let found = leads.error_orders.iter().filter_map(|n| with(&[(2, *n)]));
-            (found.collect(), leads.orders_looked_at)
-        }
-        EffectId::Cogging => {
-            let found = leads.orders.iter().filter_map(|n| with(&[(2, *n)]));
-            (found.collect(), leads.orders_looked_at)
-        }
-        EffectId::CurrentRipple => {
-            let found = leads.ripple_orders.iter().filter_map(|n| with(&[(2, *n)]));
+        EffectId::TransmissionError | EffectId::Cogging | EffectId::CurrentRipple => {
+            let orders = match id {
+                EffectId::TransmissionError => &leads.error_orders,
+                EffectId::Cogging => &leads.orders,
+                _ => &leads.ripple_orders,
+            };
+            let found = orders.iter().filter_map(|n| with(&[(2, *n)]));
             (found.collect(), leads.orders_looked_at)
         }
         EffectId::Vibration => {

@@ -38,9 +38,10 @@ impl Judged {
     ) -> Result<Self, GreyboxError> {
         let own = noise.scaled(rms(&whitened(noise, &fitted.residuals)));
         let residuals = elsewhere(holdout, &fitted.structure, &fitted.values, &own)?;
+        // of the size that it has there: what was not fitted may be missed by more
+        let size_of = |residuals: &PerRecord| rms(&whitened(noise, residuals));
         let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
-            // of the size that it has there: what was not fitted may be missed by more
-            let there = noise.scaled(rms(&whitened(noise, residuals)));
+            let there = noise.scaled(size_of(residuals));
             let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
                 there.log_likelihoods(residual, block_length(prepared))
             };
@@ -52,7 +53,8 @@ impl Judged {
         let price = 0.5 * fitted_there as f64 * holdout.records.len() as f64;
         let price = price * libm::log(holdout.samples().max(1) as f64) / white.len().max(1) as f64;
         let likelihoods_there = likelihoods(holdout, &residuals).into_iter().map(|l| l - price);
-        let block = |(white, log_likelihood)| Block { white, log_likelihood };
+        let size = size_of(&residuals).max(f64::MIN_POSITIVE);
+        let block = |(white, log_likelihood)| Block { white, log_likelihood, size };
         let blocks = white.into_iter().zip(likelihoods_there).map(block).collect();
         let train = likelihoods(train, &fitted.residuals).iter().sum();
         let holdout_rms = rms(&residuals.concat());

@@ -2,8 +2,8 @@
 
 use ema_sim::{
     Actuator, AxisInput, AxisScenario, AxisStart, AxisTrace, Command, ControlMode, Drive, Effect,
-    EnvelopeFilter, Load, LowFidelity, LowFidelityTrace, PhysicalFaults, Scenario, ServoAxis,
-    ServoAxisSimulation, SimulationError,
+    EffectId, EnvelopeFilter, Load, LowFidelity, LowFidelityTrace, PhysicalFaults, Scenario,
+    ServoAxis, ServoAxisSimulation, SimulationError,
     model_file::{AxisModel, MachineModel, Model},
 };
 
@@ -260,6 +260,27 @@ fn of_actuator(
     Ok(ActuatorRun { simulation, trace, ticks_per_sample, gear_ratio })
 }
 
+/// Where an axis is whose sensor, with the errors that it has, shows a position.
+fn stands_at(shown: f64, effects: &[Effect]) -> f64 {
+    let wave = |effect: &Effect, position: f64| match (effect.id(), effect.values()) {
+        (EffectId::TransmissionError, &[a, b, order, ..]) => {
+            let (sin, cos) = libm::sincos(order * position);
+            a * sin + b * cos
+        }
+        (EffectId::PositionSensor, &[_, a, b, ..]) => {
+            let (sin, cos) = libm::sincos(position);
+            a * sin + b * cos
+        }
+        _ => 0.0,
+    };
+    let error = |position: f64| effects.iter().map(|effect| wave(effect, position)).sum::<f64>();
+    // an error changes over turns that are long against itself
+    (0..STAND_STEPS).fold(shown, |position, _| shown - error(position))
+}
+
+/// Steps to where a small error is accounted for.
+const STAND_STEPS: usize = 4;
+
 fn of_axis(
     model: &AxisModel,
     faults: &PhysicalFaults,
@@ -289,7 +310,8 @@ fn of_axis(
         load: 0.0,
         duration_s: record.duration_s(),
         start: AxisStart {
-            position: position.map_or(record.command[0], |position| position[0]),
+            position: position
+                .map_or(record.command[0], |position| stands_at(position[0], effects)),
             ..AxisStart::default()
         },
     };

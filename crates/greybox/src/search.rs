@@ -212,7 +212,10 @@ impl Session<'_> {
         if search.found.len() < 2 {
             return Ok(false);
         }
-        let Some(without) = search.without_first.clone() else { return Ok(false) };
+        let Some(without) = search.without_first.clone() else {
+            search.ties.clear();
+            return Ok(false);
+        };
         let samples = self.train.samples();
         let mut rivals: Vec<Rival> = core::mem::take(&mut search.runners_up);
         rivals.retain(|rival| !search.has(rival.id));
@@ -288,6 +291,9 @@ impl Session<'_> {
             found.rival.judge(without, samples);
         }
         let is_alone = without.len() == 1;
+        if let Some(Some(without)) = without.last().filter(|_| !is_alone) {
+            search.last_ties.iter_mut().for_each(|tie| tie.judge(without, samples));
+        }
         search.without_first = without.into_iter().next().flatten();
         if let Some(without) = search.without_first.as_ref().filter(|_| is_alone) {
             search.ties.iter_mut().for_each(|tie| tie.judge(without, samples));

@@ -116,16 +116,19 @@ fn breaks_tie(line: &Line) -> bool {
         && !line.truth.tied_with.iter().any(|partner| set.contains(&partner.as_str()))
 }
 
-/// Whether two effects are found: each in a place of its own, or as an alternative to what is
-/// there.
+/// Whether two effects are found: each in a place of its own, one of them by name, the other by
+/// name or as an alternative to what is there.
 fn finds_both(line: &Line) -> bool {
     let answer = answer(line);
     let [a, b] = &line.truth.hidden[..] else { return false };
-    let places = |id: &str| -> Vec<usize> {
-        (0..answer.effects.len()).filter(|&place| answer.has_at(place, id)).collect()
+    let places = || 0..answer.effects.len();
+    let finds = |named: &str, other: &str| {
+        places().any(|place| {
+            answer.effects[place].id == named
+                && places().any(|beside| beside != place && answer.has_at(beside, other))
+        })
     };
-    let (of_a, of_b) = (places(&a.id), places(&b.id));
-    answer.names() && of_a.iter().any(|place| of_b.iter().any(|other| place != other))
+    answer.names() && (finds(&a.id, &b.id) || finds(&b.id, &a.id))
 }
 
 /// Errors of fault levels before and after, and whether the interval holds the truth; `k7` is a
@@ -508,6 +511,23 @@ mod tests {
             or_e11(&["E12", "E01"]),
         ];
         assert_eq!(rate(&lines, "two effects, both found"), Rate { hits: 2, of: 6 });
+        // an alternative stands in one place, and one of two is to be named
+        let instead = |id: &str, of: &str| Named {
+            id: id.to_owned(),
+            instead_of: Some(of.to_owned()),
+            ..Named::default()
+        };
+        let beside = |alternatives: Vec<Named>| {
+            let mut line = line("double", &["E01", "E11"], "one-of", &["E02", "E11"]);
+            line.answer.as_mut().unwrap().alternatives = alternatives;
+            line
+        };
+        let mut neither = line("double", &["E01", "E11"], "one-of", &["E02", "E03"]);
+        neither.answer.as_mut().unwrap().alternatives =
+            vec![instead("E01", "E02"), instead("E11", "E03")];
+        let lines =
+            [beside(vec![instead("E01", "E02")]), beside(vec![instead("E01", "E11")]), neither];
+        assert_eq!(rate(&lines, "two effects, both found"), Rate { hits: 1, of: 3 });
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub struct Explanation {
     pub verdict: ExplanationVerdict,
     /// The answer in a sentence.
     pub sentence: String,
-    /// What was found, strongest first.
+    /// What was found, strongest first, but for one in doubt before the others.
     pub effects: Vec<EffectFinding>,
     /// What explains the recordings as well as one of `effects`.
     pub alternatives: Vec<EffectFinding>,
