@@ -38,6 +38,18 @@ impl Proposed {
     }
 }
 
+impl Proposed {
+    fn told(&self) -> f64 {
+        told(&self.separations.iter().map(|(.., separation)| *separation).collect::<Vec<_>>())
+    }
+}
+
+/// What a recording tells of several pairs of causes: the more of each, the less another counts
+/// that is told apart already; a pair that no recording tells apart decides nothing.
+fn told(separations: &[f64]) -> f64 {
+    separations.iter().map(|separation| libm::log1p(*separation)).sum()
+}
+
 /// What to record next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposal {
@@ -95,8 +107,8 @@ pub fn propose(
         let problem = Problem::new(&machine, [&record], options.jobs);
         // what the machine cannot do is not on the menu
         if let Ok(drives) = drives(&machine, &problem, &causes, &record) {
-            let apart = least_distance(&drives, &whitener);
-            served.push((apart, description, record, drives));
+            let told = told(&distances(&drives, &whitener));
+            served.push((told, description, record, drives));
         }
     }
     served.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -107,7 +119,7 @@ pub fn propose(
         let Record { command, load, .. } = record;
         proposal.menu.push(Proposed { description, command, load, separations });
     }
-    proposal.menu.sort_by(|a, b| b.separation().total_cmp(&a.separation()));
+    proposal.menu.sort_by(|a, b| b.told().total_cmp(&a.told()));
     Ok(proposal)
 }
 
@@ -153,16 +165,16 @@ fn drives(
     Ok(drives)
 }
 
-/// Least distance between two causes before anything is fitted.
-fn least_distance(drives: &[PerRecord], whitener: &Whitener) -> f64 {
-    let mut least = f64::INFINITY;
+/// Distances between each two causes before anything is fitted.
+fn distances(drives: &[PerRecord], whitener: &Whitener) -> Vec<f64> {
+    let mut distances = Vec::new();
     for (place, a) in drives.iter().enumerate() {
         for b in &drives[place + 1..] {
             let apart = apart(a, b, whitener);
-            least = least.min(dot(&apart, &apart));
+            distances.push(dot(&apart, &apart));
         }
     }
-    least
+    distances
 }
 
 fn apart(a: &PerRecord, b: &PerRecord, whitener: &Whitener) -> Vec<f64> {
@@ -206,6 +218,14 @@ fn left_over(signal: &[f64], columns: &[Vec<f64>], information: &DMatrix<f64>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pair_that_nothing_tells_apart_decides_nothing() {
+        // of three causes two are the same: what tells them from the third is better
+        assert!(told(&[40.0, 40.0, 0.0]) > told(&[2.0, 2.0, 0.1]));
+        // and one that tells all a little is better than one that tells a pair very well
+        assert!(told(&[20.0, 20.0, 20.0]) > told(&[500.0, 0.0, 0.0]));
+    }
 
     #[test]
     fn what_is_known_well_cannot_take_up_a_difference() {

@@ -86,16 +86,22 @@ fn human(answer: &Proposal) -> String {
             ),
         };
     };
+    let pair = |one: &Separation| {
+        let [a, b] = &one.causes;
+        format!("{a} from {b} {}", rounded(one.separation))
+    };
+    let pairs =
+        |item: &ProposedRecording| item.separations.iter().map(pair).collect::<Vec<_>>().join(", ");
     let mut text = format!(
-        "{open} are open. Record {} for {} s: expected separation {} (9 is three standard \
+        "{open} are open. Record {} for {} s: expected separation of {} (9 is three standard \
          deviations).\n",
         best.description,
         rounded(best.duration_s),
-        rounded(best.separation)
+        pairs(best)
     );
-    text.push_str("\nseparation  recording\n");
+    text.push_str("\nrecordings, most telling first\n");
     for item in &answer.menu {
-        let _ = writeln!(text, "{:>10}  {}", rounded(item.separation), item.description);
+        let _ = writeln!(text, "  {}: {}", item.description, pairs(item));
     }
     text
 }

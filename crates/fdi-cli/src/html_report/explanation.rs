@@ -134,6 +134,8 @@ fn effect_table(effects: &[EffectFinding], caption: &str) -> Table {
     columns.extend(["value", "95 % interval"].map(Column::number));
     let mut rows = Vec::new();
     for effect in effects {
+        let instead = effect.instead_of.as_ref();
+        let instead = instead.map_or_else(String::new, |id| format!(", instead of {id}"));
         for (key, number) in &effect.parameters {
             let interval = number.interval_95.map_or_else(
                 || Cell { text: "not fitted".to_owned(), ..Cell::default() },
@@ -142,7 +144,7 @@ fn effect_table(effects: &[EffectFinding], caption: &str) -> Table {
                 },
             );
             rows.push(vec![
-                Cell::text(format!("{} {}", effect.id, effect.name)),
+                Cell::text(format!("{} {}{instead}", effect.id, effect.name)),
                 Cell::text(key.as_str()),
                 Cell::number(Some(number.value), rounded),
                 interval,
