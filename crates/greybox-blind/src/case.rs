@@ -384,6 +384,9 @@ struct Look<'a> {
     space: Space,
 }
 
+/// Steps by which damage and rough numbers follow what they imitate.
+const IMITATIONS: usize = 3;
+
 /// Training recordings among the settings.
 const TRAINING: usize = 2;
 
@@ -500,6 +503,23 @@ impl<'a> Look<'a> {
         None
     }
 
+    /// The least energy that is left of a whitened signature, beyond a space, when the machine
+    /// itself has the damage and the rough numbers that imitate it, followed along the slopes:
+    /// what they do is not in proportion to them, and weak magnets are the same as equal shorts,
+    /// whatever slopes make of where a shaft sticks.
+    fn beyond_damage(&self, space: &Space, whitened: &[f64]) -> f64 {
+        let (mut left, mut least) = (whitened.to_vec(), f64::INFINITY);
+        let mut by = vec![0.0; self.slopes.len()];
+        for _ in 0..IMITATIONS {
+            let more = self.space.coefficients(&self.space.take_off(&mut left));
+            by.iter_mut().zip(more).for_each(|(by, more)| *by += more);
+            let moved = self.outlook.pooled(&self.training().imitated(&self.plain, &by));
+            left = whitened.iter().zip(moved).map(|(a, b)| a - b).collect();
+            least = least.min(information::lambda(space, &left).0);
+        }
+        least
+    }
+
     /// Writes down what the truth says of effects.
     fn tell(&self, hidden: &[Hidden], truth: &mut Truth) {
         let signature = self.outlook.signature(&self.plain, hidden);
@@ -515,7 +535,9 @@ impl<'a> Look<'a> {
                     space.add(rival);
                 }
             }
-            let (lambda, whole) = information::lambda(&space, &apart[place]);
+            let (linear, whole) = information::lambda(&space, &apart[place]);
+            let beyond = self.beyond_damage(&space, &apart[place]);
+            let lambda = linear.min(beyond);
             truth.hidden.push(HiddenTruth {
                 symbol: effect.symbol,
                 size: effect.size,

@@ -86,7 +86,7 @@ impl Space {
     }
 
     /// How much of each original is in what has these shares.
-    fn coefficients(&self, shares: &[f64]) -> Vec<f64> {
+    pub(crate) fn coefficients(&self, shares: &[f64]) -> Vec<f64> {
         let n = self.columns.len();
         let mut c = shares.to_vec();
         for j in (0..n).rev() {
@@ -123,6 +123,10 @@ pub(crate) fn fine(machine: Machine) -> usize {
 /// Change of a fault for a slope.
 const FAULT_STEP: [f64; 7] = [0.005, 0.004, 0.005, 0.005, 0.005, 0.005, 0.005];
 const ROUGH_STEP: f64 = 0.005;
+/// Place of the first coordinate of an eccentricity among the faults.
+const ECCENTRICITY: usize = 5;
+/// Largest share by which a rough number is moved.
+const MOST_ROUGH: f64 = 0.5;
 
 impl Outlook<'_> {
     fn currents(
@@ -168,6 +172,22 @@ impl Outlook<'_> {
             minus(&simulate(&plain, &setting.started_off(off_rad).test(steps)).current)
         };
         self.settings.iter().zip(plain).map(of).collect()
+    }
+
+    /// What faults and rough numbers moved by so much change, in the order of the slopes; damage
+    /// other than an eccentricity's coordinates is never less than none.
+    pub(crate) fn imitated(&self, plain: &[Vec<f64>], by: &[f64]) -> Vec<Vec<f64>> {
+        let (faults, rough) = by.split_at(self.numbers.machine.fault_count());
+        let moved = |subject: &mut Subject<'_>| {
+            for (place, by) in faults.iter().enumerate() {
+                let least = if place < ECCENTRICITY { 0.0 } else { -1.0 };
+                subject.faults[place] = (subject.faults[place] + by).clamp(least, 1.0);
+            }
+            for (of, by) in Rough::ALL.into_iter().zip(rough) {
+                of.change(&mut subject.numbers, by.clamp(-MOST_ROUGH, MOST_ROUGH));
+            }
+        };
+        Self::difference(&self.currents(moved, &[], fine(self.numbers.machine)), plain)
     }
 
     /// Slopes over all faults and rough numbers, each recording by recording.

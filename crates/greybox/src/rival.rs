@@ -48,10 +48,11 @@ impl Judged {
             problem.records.iter().zip(residuals).flat_map(of).collect()
         };
         let white = in_blocks(holdout, &residuals, noise);
-        // numbers fitted to the recordings held out are paid for
-        let fitted_there = 2 * fitted.structure.by_record(&fitted.values).len();
-        let price = 0.5 * fitted_there as f64 * holdout.records.len() as f64;
-        let price = price * libm::log(holdout.samples().max(1) as f64) / white.len().max(1) as f64;
+        // numbers fitted to the recordings held out explain noise by a half each, and as much less
+        // of what they were not fitted to
+        let fitted_there =
+            2 * fitted.structure.by_record(&fitted.values).len() * holdout.records.len();
+        let price = fitted_there as f64 / white.len().max(1) as f64;
         let likelihoods_there = likelihoods(holdout, &residuals).into_iter().map(|l| l - price);
         let size = size_of(&residuals).max(f64::MIN_POSITIVE);
         let block = |(white, log_likelihood)| Block { white, log_likelihood, size };
@@ -154,18 +155,23 @@ impl Rival {
 
     /// The same with its fit ended by sensitivities taken anew.
     pub(crate) fn settled(
-        self,
+        &self,
         current: &Judged,
         (train, holdout): (&Problem<'_>, &Problem<'_>),
         whitener: &Whitener,
     ) -> Result<Self, GreyboxError> {
-        let Fitted { structure, values, .. } = self.judged.fitted;
+        let Fitted { structure, values, .. } = &self.judged.fitted;
         let judged = Judged::new(
-            fit(train, structure.started_at(&values), whitener)?,
+            fit(train, structure.clone().started_at(values), whitener)?,
             (train, holdout),
             whitener,
         )?;
-        Ok(Self::of((self.id, self.family), judged, current, train.samples(), self.asked))
+        Ok(self.refitted(judged, current, train.samples()))
+    }
+
+    /// The same with another fit.
+    pub(crate) fn refitted(&self, judged: Judged, current: &Judged, samples: usize) -> Self {
+        Self::of((self.id, self.family), judged, current, samples, self.asked)
     }
 
     /// Fits a scored effect on top of a fitted structure, from its shape and size in the scan.

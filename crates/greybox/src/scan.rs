@@ -1,7 +1,7 @@
 //! The score scan: how much of the residual each effect of the catalogue explains that neither
 //! damage nor rough numbers can.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -19,6 +19,9 @@ use crate::{
 
 /// Draws of noise that the largest score is compared with.
 pub(crate) const DRAWS: usize = 999;
+
+/// What is added to a variance of one against rounding, the least that does.
+const ROUNDING: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 
 /// How well one explains the residual.
 #[derive(Clone, Debug)]
@@ -145,11 +148,9 @@ fn familywise(
         places.iter().flatten().copied().filter(|&p| rest.get(p, p) > 0.0).collect();
     let block = rest.block(&all);
     let scale: Vec<f64> = (0..all.len()).map(|i| libm::sqrt(block[(i, i)])).collect();
-    let correlation = nalgebra::DMatrix::from_fn(all.len(), all.len(), |i, j| {
-        block[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-6 } else { 0.0 }
-    });
-    let Some(factor) = correlation.cholesky() else { return 1.0 };
-    let lower = factor.l();
+    let correlation =
+        DMatrix::from_fn(all.len(), all.len(), |i, j| block[(i, j)] / (scale[i] * scale[j]));
+    let Some(lower) = root(&correlation) else { return 1.0 };
     let within: Vec<(usize, Vec<usize>)> = places
         .iter()
         .enumerate()
@@ -158,10 +159,10 @@ fn familywise(
             (number, columns.iter().filter_map(of).collect())
         })
         .collect();
-    let blocks: Vec<nalgebra::DMatrix<f64>> = within
+    let blocks: Vec<DMatrix<f64>> = within
         .iter()
         .map(|(_, at)| {
-            let block = nalgebra::DMatrix::from_fn(at.len(), at.len(), |i, j| {
+            let block = DMatrix::from_fn(at.len(), at.len(), |i, j| {
                 let pair: f64 = lower.row(at[i]).dot(&lower.row(at[j]));
                 pair + if i == j { 1e-9 } else { 0.0 }
             });
@@ -196,6 +197,17 @@ fn familywise(
         }
     }
     (1.0 + f64::from(reached)) / (DRAWS as f64 + 1.0)
+}
+
+/// A lower triangular root of a matrix of correlations, of which those of one that others make up
+/// wholly may be off by rounding.
+fn root(correlation: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let raised = |by: &f64| {
+        let mut matrix = correlation.clone();
+        (0..matrix.nrows()).for_each(|n| matrix[(n, n)] += by);
+        Some(matrix.cholesky()?.l())
+    };
+    ROUNDING.iter().find_map(raised)
 }
 
 /// Whether a size can only have the sign tried.

@@ -21,6 +21,8 @@ use crate::{
 /// Share of what is explained that the form of a real law leaves: a tenth of its amplitude. What
 /// explains no more is no effect beside it.
 const FORM_SHARE: f64 = 0.01;
+/// The same beyond three times that amplitude: no form leaves so much.
+const MOST_FORM_SHARE: f64 = 0.1;
 /// Rivals of the first effect that are tried in its place beside a second.
 const MOST_SWAPPED: usize = 3;
 /// Rivals of a round whose fits are ended before one of them wins.
@@ -160,12 +162,15 @@ impl Session<'_> {
         }
         search.first_round.get_or_insert(round);
         let least_fall = FORM_SHARE * search.explained();
-        let is_first = search.found.is_empty();
+        let most_form = MOST_FORM_SHARE * search.explained();
         let stands = |rival: &Rival| {
-            self.accepts(rival, &search.current, alpha, is_first) && rival.fall >= least_fall
+            self.accepts(rival, &search.current, alpha, rival.fall >= most_form)
+                && rival.fall >= least_fall
         };
         let mut accepted: Vec<Rival> = rivals;
-        accepted.retain(|rival| stands(rival) && !search.has(rival.id));
+        accepted.retain(|rival| !search.has(rival.id));
+        self.settle_nearest(&mut accepted, search)?;
+        accepted.retain(stands);
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
         self.settle(&mut accepted, search, stands)?;
         let Some(winner) = accepted.first().cloned() else { return Ok(false) };
@@ -179,6 +184,22 @@ impl Session<'_> {
         search.current = winner.judged.clone();
         search.found.push(Found { rival: winner, p_familywise });
         Ok(true)
+    }
+
+    /// Ends the fit of what explains most of what was fitted and nothing of what was held out: it
+    /// may have stopped short.
+    fn settle_nearest(&self, rivals: &mut [Rival], search: &Search) -> Result<(), GreyboxError> {
+        let nearest = rivals.iter_mut().max_by(|a, b| a.fall.total_cmp(&b.fall));
+        if let Some(rival) = nearest.filter(|rival| rival.evidence > 0.0 && rival.gain.nats < 0.0) {
+            let whitener = &search.floor.whitener;
+            let Fitted { structure, values, .. } = &rival.judged.fitted;
+            let healthy = structure.clone().started_at(values).started_worn([0.0; 2]);
+            let Some(judged) = self.judged(healthy, whitener)? else { return Ok(()) };
+            if judged.fitted.objective < rival.judged.fitted.objective {
+                *rival = rival.clone().refitted(judged, &search.current, self.train.samples());
+            }
+        }
+        Ok(())
     }
 
     /// Ends the fits of the best with sensitivities of their own; those that stand the tests still
@@ -326,8 +347,9 @@ impl Session<'_> {
         let current = &search.current;
         let fall = without.fitted.objective - current.fitted.objective;
         let numbers = current.fitted.values.len() - without.fitted.values.len();
-        let is_first = search.found.len() == 1;
-        self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_first)
+        let others = search.explained() - fall;
+        let is_no_form = fall >= MOST_FORM_SHARE * others;
+        self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_no_form)
             && current.evidence_over(without, self.train.samples()) > self.options.evidence_nats
             && fall >= FORM_SHARE * search.explained()
     }
@@ -417,9 +439,9 @@ impl Session<'_> {
         Ok(rivals)
     }
 
-    fn accepts(&self, rival: &Rival, current: &Judged, alpha: f64, is_first: bool) -> bool {
+    fn accepts(&self, rival: &Rival, current: &Judged, alpha: f64, is_no_form: bool) -> bool {
         rival.log_p <= libm::log(alpha)
-            && self.is_held_out(&rival.judged, current, rival.log_p, is_first)
+            && self.is_held_out(&rival.judged, current, rival.log_p, is_no_form)
             && rival.evidence > self.options.evidence_nats
             && !rival.on_bound
     }
@@ -430,10 +452,10 @@ impl Session<'_> {
     ///
     /// Chance is out of the question by both together: a chance over an independent likelihood
     /// ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
-    fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_first: bool) -> bool {
+    fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_no_form: bool) -> bool {
         let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
         let sure = log_p - gain.nats <= libm::log(self.options.sure_rate);
-        let less = if sure && is_first { 0.5 } else { 1.0 };
+        let less = if sure && is_no_form { 0.5 } else { 1.0 };
         gain.is_sure(less * wanted) || (sure && gain.is_mute(wanted))
     }
 
