@@ -25,6 +25,7 @@ mod gain;
 mod gram;
 mod hypothesis;
 mod machine;
+mod mains;
 mod menu;
 mod noise;
 mod parallel;

@@ -192,6 +192,7 @@ fn record(span: &Span, command: Vec<f64>, recordings: &Recordings, load: f64) ->
         position: None,
         load: loaded.then(|| (0..samples).map(swing).collect()),
         filter_hz: None,
+        start_rad: None,
         kind: span.kind,
         command,
     }

@@ -3,6 +3,7 @@
 use crate::{
     error::GreyboxError,
     machine::{Machine, Prediction, State},
+    mains::Mains,
     parallel,
     record::Record,
     structure::Structure,
@@ -23,6 +24,7 @@ pub(crate) struct Prepared<'a> {
     /// Samples averaged to one.
     pub(crate) factor: usize,
     skip: usize,
+    mains: Mains,
     pub(crate) measured: Vec<f64>,
 }
 
@@ -32,13 +34,24 @@ impl<'a> Prepared<'a> {
         let skip = (libm::ceil(SETTLING_S * record.rate_hz) as usize)
             .min(record.drive.len() / 4)
             .next_multiple_of(factor);
-        let mut prepared = Self { record, place, factor, skip, measured: Vec::new() };
-        prepared.measured = prepared.reduce(&machine.measured_drive(record));
+        let drive = machine.measured_drive(record);
+        let samples = drive.len().saturating_sub(skip) / factor;
+        let mains = Mains::new(record.rate_hz / factor as f64, samples);
+        let mut prepared = Self { record, place, factor, skip, mains, measured: Vec::new() };
+        prepared.measured = prepared.reduce(&drive);
         prepared
     }
 
+    /// A drive signal at the recording's rate as it is compared: averaged, and without what hums
+    /// at the frequency of the mains.
+    pub(crate) fn reduce(&self, drive: &[f64]) -> Vec<f64> {
+        let mut averaged = self.averaged(drive);
+        self.mains.take_off(&mut averaged);
+        averaged
+    }
+
     /// A signal at the recording's rate, averaged over so many samples, without its start.
-    pub(crate) fn reduce(&self, signal: &[f64]) -> Vec<f64> {
+    pub(crate) fn averaged(&self, signal: &[f64]) -> Vec<f64> {
         let kept = signal.get(self.skip..).unwrap_or_default();
         let mean = |chunk: &[f64]| chunk.iter().sum::<f64>() / self.factor as f64;
         kept.chunks_exact(self.factor).map(mean).collect()

@@ -38,6 +38,9 @@ pub struct Record {
     pub load: Option<Vec<f64>>,
     /// Corner of the two first-order low-passes behind `drive`, where it was filtered.
     pub filter_hz: Option<f64>,
+    /// Angle of an actuator's motor at the first sample, rad, where it is known better than by an
+    /// encoder's step: with damaged phases the current tells ten-thousandths of a turn apart.
+    pub start_rad: Option<f64>,
 }
 
 /// Fewest samples of a recording.
@@ -53,6 +56,9 @@ impl Record {
         let refuse = |reason: String| GreyboxError::Record { record: self.name.clone(), reason };
         if !(self.rate_hz.is_finite() && self.rate_hz > 0.0) {
             return Err(refuse(format!("a rate of {} Hz", self.rate_hz)));
+        }
+        if let Some(start) = self.start_rad.filter(|start| !start.is_finite()) {
+            return Err(refuse(format!("a start angle of {start}")));
         }
         let samples = self.drive.len();
         if samples < LEAST_SAMPLES {

@@ -167,7 +167,7 @@ impl Screen<'_> {
     fn torque(&self, predictions: &[Prediction], of: impl Fn(usize, usize) -> f64) -> PerRecord {
         let reduced = |(record, prepared): (usize, &Prepared<'_>)| {
             let samples = predictions[record].drive.len();
-            prepared.reduce(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
+            prepared.averaged(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
         };
         self.problem.records.iter().enumerate().map(reduced).collect()
     }

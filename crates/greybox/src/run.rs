@@ -238,7 +238,8 @@ fn of_actuator(
 ) -> Result<ActuatorRun, GreyboxError> {
     let actuator: &Actuator = &model.actuator;
     let ticks_per_sample = ticks_per_sample(record, actuator.controller.sample_hz)?;
-    let start_angle_rad = record.position.as_ref().map_or(0.0, |angle| angle[0]);
+    let shown = record.position.as_ref().map(|angle| angle[0]);
+    let start_angle_rad = record.start_rad.or(shown).unwrap_or(0.0);
     let scenario = Scenario {
         command: Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz },
         mode: match record.kind {

@@ -244,6 +244,27 @@ pub(crate) fn log_tail(statistic: f64, degrees: usize) -> f64 {
 mod tests {
     use super::*;
 
+    /// Of two columns that are the same, and of three in a plane, draws are made all the same.
+    #[test]
+    fn law_correlations_have_a_root_where_columns_make_up_others() {
+        let third = libm::sqrt(0.5);
+        let correlation = DMatrix::from_row_slice(
+            4,
+            4,
+            &[
+                [1.0, 1.0 + 1e-12, 0.0, third],
+                [1.0 + 1e-12, 1.0, 0.0, third],
+                [0.0, 0.0, 1.0, third],
+                [third, third, third, 1.0 - 1e-5],
+            ]
+            .concat(),
+        );
+        assert!(correlation.clone().cholesky().is_none());
+        let root = root(&correlation).expect("a root");
+        let off = &root * root.transpose() - correlation;
+        assert!(off.amax() < 1e-3, "{off}");
+    }
+
     #[test]
     fn tails_are_those_of_the_tables() {
         assert!((log_tail(3.841_458_820_694_124, 1) - 0.05_f64.ln()).abs() < 1e-9);

@@ -8,7 +8,7 @@ use crate::{
     explain::Session,
     fit::{Fitted, fit, whitened},
     floor::Floor,
-    hypothesis::{Family, Leads, Scales, families, is_stiff},
+    hypothesis::{Family, Leads, Scales, differs_by_record, families, is_stiff},
     noise::Whitener,
     record::CommandKind,
     response::leads,
@@ -87,6 +87,12 @@ impl Round {
     }
 }
 
+/// Share of what is explained that may be the form of a law and not an effect. The numbers of what
+/// differs between recordings are fitted to those held out as well, so that it takes up more.
+fn form_share(id: EffectId) -> f64 {
+    if differs_by_record(id) { MOST_FORM_SHARE } else { FORM_SHARE }
+}
+
 /// Whether an effect may act twice: ripples do, of different orders.
 fn may_repeat(id: EffectId) -> bool {
     matches!(id, EffectId::Cogging | EffectId::CurrentRipple | EffectId::TransmissionError)
@@ -161,11 +167,11 @@ impl Session<'_> {
             search.tried = hypotheses(&of_family, &round.scan, &rivals);
         }
         search.first_round.get_or_insert(round);
-        let least_fall = FORM_SHARE * search.explained();
-        let most_form = MOST_FORM_SHARE * search.explained();
+        let explained = search.explained();
         let stands = |rival: &Rival| {
-            self.accepts(rival, &search.current, alpha, rival.fall >= most_form)
-                && rival.fall >= least_fall
+            let is_no_form = rival.fall >= MOST_FORM_SHARE * explained;
+            self.accepts(rival, &search.current, alpha, is_no_form)
+                && rival.fall >= form_share(rival.id) * explained
         };
         let mut accepted: Vec<Rival> = rivals;
         accepted.retain(|rival| !search.has(rival.id));
@@ -186,8 +192,8 @@ impl Session<'_> {
         Ok(true)
     }
 
-    /// Ends the fit of what explains most of what was fitted and nothing of what was held out: it
-    /// may have stopped short.
+    /// What explains most of what was fitted, but what was held out worse than nothing, may have
+    /// stopped short: it is fitted again from no wear, where that is nearer.
     fn settle_nearest(&self, rivals: &mut [Rival], search: &Search) -> Result<(), GreyboxError> {
         let nearest = rivals.iter_mut().max_by(|a, b| a.fall.total_cmp(&b.fall));
         if let Some(rival) = nearest.filter(|rival| rival.evidence > 0.0 && rival.gain.nats < 0.0) {
@@ -448,7 +454,7 @@ impl Session<'_> {
 
     /// Whether what was not fitted confirms an explanation. Where chance is out of the question,
     /// less is asked of it, and nothing where its command shows too little of the effect to say.
-    /// Less not so beside an effect found, whose form leaves something that another may take up.
+    /// Less not so where it may be but what the form of an effect found leaves.
     ///
     /// Chance is out of the question by both together: a chance over an independent likelihood
     /// ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).

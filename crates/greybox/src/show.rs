@@ -142,7 +142,7 @@ fn coordinates_of(
     let none = vec![0.0; samples];
     let load = prepared.record.load.as_ref().unwrap_or(&none);
     [&time, &prediction.speed, &angle, &prediction.surface, &prediction.drive, load]
-        .map(|signal| prepared.reduce(signal))
+        .map(|signal| prepared.averaged(signal))
 }
 
 /// Share of the variance that means over bins explain, less what chance does; and the means.

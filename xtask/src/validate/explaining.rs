@@ -135,6 +135,7 @@ impl Machine {
             drive,
             position: Some(position),
             filter_hz: None,
+            start_rad: None,
         })
     }
 

@@ -101,6 +101,7 @@ fn record(moved: &Move, electronics: Imperfections, seed: u64) -> Result<Record>
         load: Some(vec![LOAD_N_M; drive.len()]),
         drive,
         filter_hz: Some(test.filter.corner_hz),
+        start_rad: None,
     })
 }
 

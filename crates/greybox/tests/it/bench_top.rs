@@ -153,6 +153,7 @@ pub(crate) fn record(truth: &Truth, motion: Motion, seconds: f64, take: u64) -> 
         position: Some(trace.position),
         load: Some(load),
         filter_hz: None,
+        start_rad: None,
     }
 }
 

@@ -193,6 +193,7 @@ fn a_channel_of_another_length_is_named() {
         position: Some(vec![0.0; 299]),
         load: None,
         filter_hz: None,
+        start_rad: None,
     };
     let error = record.check().expect_err("one sample too few");
     assert_eq!(error.to_string(), "short.csv: 299 samples of position, 300 of the drive");

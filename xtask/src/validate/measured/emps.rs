@@ -59,6 +59,7 @@ impl Data {
             position: Some(of(2)),
             load: None,
             filter_hz: None,
+            start_rad: None,
         }
     }
 

@@ -42,6 +42,7 @@ fn record(name: &str, angle_rad: Vec<f64>, current_a: Vec<f64>) -> Record {
         position: Some(angle_rad),
         load: None,
         filter_hz: None,
+        start_rad: None,
     }
 }
 

@@ -71,6 +71,7 @@ pub(super) fn compared(
         position,
         load: first(&[Load, Force]).map(on_axis).or(load),
         filter_hz,
+        start_rad: recording.metadata.start_angle_rad,
     }))
 }
 
