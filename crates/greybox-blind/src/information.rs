@@ -37,6 +37,10 @@ impl Setting {
     }
 }
 
+fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
 /// Orthonormal columns, with what makes the originals of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Space {
@@ -141,8 +145,7 @@ impl Outlook<'_> {
     }
 
     fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let minus = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(x, y)| x - y).collect();
-        a.iter().zip(b).map(minus).collect()
+        a.iter().zip(b).map(|(a, b)| minus(a, b)).collect()
     }
 
     /// Whitened and put one after the other.
@@ -163,13 +166,14 @@ impl Outlook<'_> {
             let subject = Subject { numbers: self.numbers, faults: self.faults, hidden };
             let with = simulate(&subject, &setting.test(steps));
             let off_rad = with.position.first().map_or(0.0, |shown| shown - setting.start_rad);
-            let minus =
-                |without: &[f64]| with.current.iter().zip(without).map(|(x, y)| x - y).collect();
             if off_rad == 0.0 {
-                return minus(plain);
+                return minus(&with.current, plain);
             }
             let plain = Subject { hidden: &[], ..subject };
-            minus(&simulate(&plain, &setting.started_off(off_rad).test(steps)).current)
+            minus(
+                &with.current,
+                &simulate(&plain, &setting.started_off(off_rad).test(steps)).current,
+            )
         };
         self.settings.iter().zip(plain).map(of).collect()
     }

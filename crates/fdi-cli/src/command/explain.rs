@@ -8,7 +8,7 @@ mod sentences;
 use compared::Asked;
 pub(crate) use compared::{lacks, says_its_command};
 pub(super) use document::holdout;
-pub(crate) use sentences::rounded;
+pub(crate) use sentences::{instead, rounded};
 
 use std::{path::PathBuf, time::Instant};
 

@@ -9,7 +9,7 @@ use fdi_core::{
 };
 
 use super::{Block, Cell, Column, Figure, Page, Section, Table, diagnosis::capitalised};
-use crate::command::rounded;
+use crate::command::{instead, rounded};
 
 /// Standard deviations to either end of a 95 % interval.
 const Z_95: f64 = 1.96;
@@ -134,8 +134,7 @@ fn effect_table(effects: &[EffectFinding], caption: &str) -> Table {
     columns.extend(["value", "95 % interval"].map(Column::number));
     let mut rows = Vec::new();
     for effect in effects {
-        let instead = effect.instead_of.as_ref();
-        let instead = instead.map_or_else(String::new, |id| format!(", instead of {id}"));
+        let instead = instead(effect);
         for (key, number) in &effect.parameters {
             let interval = number.interval_95.map_or_else(
                 || Cell { text: "not fitted".to_owned(), ..Cell::default() },

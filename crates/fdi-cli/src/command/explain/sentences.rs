@@ -75,6 +75,12 @@ pub(crate) fn rounded(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
 }
 
+/// What an alternative may be the cause instead of.
+pub(crate) fn instead(effect: &EffectFinding) -> String {
+    let instead = effect.instead_of.as_ref();
+    instead.map_or_else(String::new, |id| format!(", instead of {id}"))
+}
+
 /// The answer for people.
 pub(super) fn human(answer: &Explanation) -> String {
     let mut text = format!("{}\n", answer.sentence);
@@ -84,8 +90,7 @@ pub(super) fn human(answer: &Explanation) -> String {
     };
     for (title, effects) in [("Found", &answer.effects), ("As likely", &answer.alternatives)] {
         for effect in effects {
-            let instead = effect.instead_of.as_deref();
-            let instead = instead.map_or_else(String::new, |id| format!(", instead of {id}"));
+            let instead = instead(effect);
             let EffectFinding { id, name, port, .. } = effect;
             line(format!("\n{title}: {id} {name}, port {port}{instead}"));
             for (key, number) in &effect.parameters {
