@@ -144,25 +144,47 @@ pub(crate) struct FaultErrors {
 /// Two-sided 95 % of a normal.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 
+/// Which fault levels are pooled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pooled<'a> {
+    All,
+    /// Those of one fault.
+    Of(&'a str),
+    /// Those that the effect had moved out of the interval that is given for them in the end.
+    Moved,
+}
+
 /// Pools the fault errors of cases.
-pub(crate) fn fault_errors(lines: &[&Line], only: Option<&str>) -> FaultErrors {
+pub(crate) fn fault_errors(lines: &[&Line], pooled: Pooled<'_>) -> FaultErrors {
     let mut all =
         FaultErrors { before: Vec::new(), after: Vec::new(), covered: Rate::default(), missing: 0 };
     for line in lines {
         let answer = answer(line);
-        let wanted = |id: &str| id != "k7" && only.is_none_or(|only| only == id);
-        for (id, truth) in line.truth.faults.iter().filter(|(id, _)| wanted(id)) {
+        for (id, truth) in line.truth.faults.iter().filter(|(id, _)| *id != "k7") {
             let fault = answer.faults.get(id).cloned().unwrap_or_default();
+            let levels = fault.before.zip(fault.after);
+            let interval = fault.interval_95.or_else(|| {
+                let (after, half) = (fault.after?, NORMAL_95 * fault.std_after?);
+                Some([after - half, after + half])
+            });
+            let moved = |(before, _): (f64, f64)| {
+                interval.is_some_and(|[low, high]| (before - truth).abs() > 0.5 * (high - low))
+            };
+            let wanted = match pooled {
+                Pooled::All => true,
+                Pooled::Of(only) => only == id,
+                Pooled::Moved => levels.is_some_and(moved),
+            };
+            if !wanted {
+                continue;
+            }
             all.covered.of += 1;
-            let (Some(before), Some(after)) = (fault.before, fault.after) else {
+            let Some((before, after)) = levels else {
                 all.missing += 1;
                 continue;
             };
             all.before.push((before - truth).abs());
             all.after.push((after - truth).abs());
-            let interval = fault.interval_95.or_else(|| {
-                fault.std_after.map(|s| [after - NORMAL_95 * s, after + NORMAL_95 * s])
-            });
             if interval.is_some_and(|[low, high]| low <= *truth && *truth <= high) {
                 all.covered.hits += 1;
             }
@@ -200,7 +222,7 @@ pub(crate) fn bars(lines: &[Line]) -> Vec<Bar> {
     let outside = of_class(lines, "outside");
     let loud: Vec<&Line> =
         outside.iter().filter(|line| line.truth.excess >= TOLD_EXCESS).copied().collect();
-    let errors = fault_errors(&visible, None);
+    let errors = fault_errors(&visible, Pooled::All);
     vec![
         Bar::at_most("false alarm, Gaussian nulls", 0.01, count("null", alarms)),
         Bar::at_most("false alarm, unusual noise", 0.03, count("unusual-null", alarms)),
@@ -581,9 +603,13 @@ mod tests {
         };
         good.answer.as_mut().unwrap().faults = [("k1".to_owned(), fault)].into();
         let lines = [good, line("single", &["E01"], "inconclusive", &[])];
-        let errors = fault_errors(&lines.iter().collect::<Vec<_>>(), None);
+        let of = |pooled| fault_errors(&lines.iter().collect::<Vec<_>>(), pooled);
+        let errors = of(Pooled::All);
         assert!((errors.before[0] - 0.1).abs() < 1e-12 && (errors.after[0] - 0.01).abs() < 1e-12);
         assert_eq!((errors.covered, errors.missing), (Rate { hits: 1, of: 2 }, 1));
+        // 0.1 off before, of an interval of two hundredths either way
+        assert_eq!(of(Pooled::Moved).covered, Rate { hits: 1, of: 1 });
+        assert_eq!(of(Pooled::Of("k2")).covered.of, 0);
         let ratio = bars(&lines).into_iter().find(|b| b.name.starts_with("median")).unwrap();
         assert_eq!(ratio.met(), Some(true));
     }
