@@ -169,7 +169,7 @@ impl Case {
         }
         self.hidden = hidden;
         look.tell(&self.hidden, &mut self.truth);
-        class != Class::Double || self.truth.hidden.iter().all(|h| h.visible)
+        !matches!(class, Class::Double | Class::Tied) || self.truth.hidden.iter().all(|h| h.visible)
     }
 
     fn fault_levels(&self) -> Vec<(&'static str, f64)> {
@@ -513,6 +513,7 @@ impl<'a> Look<'a> {
         for _ in 0..IMITATIONS {
             let more = self.space.coefficients(&self.space.take_off(&mut left));
             by.iter_mut().zip(more).for_each(|(by, more)| *by += more);
+            self.outlook.hold(&mut by);
             let moved = self.outlook.pooled(&self.training().imitated(&self.plain, &by));
             left = whitened.iter().zip(moved).map(|(a, b)| a - b).collect();
             least = least.min(information::lambda(space, &left).0);
@@ -543,6 +544,7 @@ impl<'a> Look<'a> {
                 size: effect.size,
                 form: effect.words(),
                 lambda,
+                lambda_by_slopes: linear,
                 visible: lambda >= VISIBLE_LAMBDA,
                 own_share: if whole > 0.0 { libm::sqrt(lambda / whole) } else { 0.0 },
                 severity: libm::sqrt(lambda / HALF_DETECTED),
@@ -551,6 +553,10 @@ impl<'a> Look<'a> {
         let known = (&self.space, self.slopes.as_slice());
         truth.excess = information::excess(self.outlook, known, &signature, TRAINING);
         truth.lambda = information::lambda(&self.space, &together).0;
+        let shares = self.space.take_off(&mut together.clone());
+        let shifts = self.space.coefficients(&shares);
+        let names = ["k1", "k2", "k3", "k4", "k5"].into_iter();
+        truth.shifts = names.zip(shifts).take(self.outlook.numbers.machine.fault_count()).collect();
     }
 }
 

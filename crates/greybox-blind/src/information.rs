@@ -129,8 +129,6 @@ const FAULT_STEP: [f64; 7] = [0.005, 0.004, 0.005, 0.005, 0.005, 0.005, 0.005];
 const ROUGH_STEP: f64 = 0.005;
 /// Place of the first coordinate of an eccentricity among the faults.
 const ECCENTRICITY: usize = 5;
-/// Largest share by which a rough number is moved.
-const MOST_ROUGH: f64 = 0.5;
 
 impl Outlook<'_> {
     fn currents(
@@ -178,17 +176,27 @@ impl Outlook<'_> {
         self.settings.iter().zip(plain).map(of).collect()
     }
 
-    /// What faults and rough numbers moved by so much change, in the order of the slopes; damage
-    /// other than an eccentricity's coordinates is never less than none.
+    /// Holds moves of faults and rough numbers, in the order of the slopes, where a machine can be:
+    /// damage between none and all, a number within twice its tolerance of the true one.
+    pub(crate) fn hold(&self, by: &mut [f64]) {
+        let (faults, rough) = by.split_at_mut(self.numbers.machine.fault_count());
+        for (place, by) in faults.iter_mut().enumerate() {
+            let (now, least) = (self.faults[place], if place < ECCENTRICITY { 0.0 } else { -1.0 });
+            *by = (now + *by).clamp(least, 1.0) - now;
+        }
+        for (of, by) in Rough::ALL.into_iter().zip(rough) {
+            let most = 2.0 * of.half_width(self.numbers.machine);
+            *by = by.clamp(-most, most);
+        }
+    }
+
+    /// What faults and rough numbers moved by so much change, in the order of the slopes.
     pub(crate) fn imitated(&self, plain: &[Vec<f64>], by: &[f64]) -> Vec<Vec<f64>> {
         let (faults, rough) = by.split_at(self.numbers.machine.fault_count());
         let moved = |subject: &mut Subject<'_>| {
-            for (place, by) in faults.iter().enumerate() {
-                let least = if place < ECCENTRICITY { 0.0 } else { -1.0 };
-                subject.faults[place] = (subject.faults[place] + by).clamp(least, 1.0);
-            }
+            subject.faults.iter_mut().zip(faults).for_each(|(level, by)| *level += by);
             for (of, by) in Rough::ALL.into_iter().zip(rough) {
-                of.change(&mut subject.numbers, by.clamp(-MOST_ROUGH, MOST_ROUGH));
+                of.change(&mut subject.numbers, *by);
             }
         };
         Self::difference(&self.currents(moved, &[], fine(self.numbers.machine)), plain)

@@ -37,6 +37,9 @@ pub(crate) enum NoiseKind {
     },
 }
 
+/// How far a grid is off its frequency, Hz.
+const MOST_OFF_HZ: f64 = 0.05;
+
 impl NoiseKind {
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -85,6 +88,10 @@ impl Noise {
             next = chance.exponential(1.0 / per_s);
         }
         let phases = [chance.angle(), chance.angle()];
+        let mains_hz = match self.kind {
+            NoiseKind::Mains { .. } => 50.0 + chance.between(-MOST_OFF_HZ, MOST_OFF_HZ),
+            _ => 50.0,
+        };
         for (n, speed) in speeds.iter().enumerate() {
             let time_s = n as f64 / RATE_HZ;
             let unit = match self.kind {
@@ -104,7 +111,7 @@ impl Noise {
                 }
                 NoiseKind::Speed { per_speed } => chance.normal() * (1.0 + per_speed * speed.abs()),
                 NoiseKind::Mains { share } => {
-                    let turn = TAU * 50.0 * time_s;
+                    let turn = TAU * mains_hz * time_s;
                     let line = sin(turn + phases[0]) + 0.3 * sin(3.0 * turn + phases[1]);
                     chance.normal() + share * line
                 }

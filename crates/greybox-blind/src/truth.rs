@@ -22,6 +22,8 @@ pub struct HiddenTruth {
     pub visible: bool,
     /// Share of the signal that is its own, `√(λ/whole)`.
     pub own_share: f64,
+    /// The same energy by slopes over faults and rough numbers alone.
+    pub lambda_by_slopes: f64,
     /// Size over the one that is found in half of all cases, `√(λ/15)`.
     pub severity: f64,
 }
@@ -50,6 +52,8 @@ pub struct Truth {
     pub lambda: f64,
     /// Rms over the noise in the held-out recording after faults and rough numbers are fitted.
     pub excess: f64,
+    /// By how much what is hidden shifts fault levels that are fitted without it, by slopes.
+    pub shifts: Vec<(&'static str, f64)>,
     /// Fault levels.
     pub faults: Vec<(&'static str, f64)>,
     /// Relative changes of numbers within the tolerance of the model file.
@@ -72,6 +76,7 @@ impl Truth {
             hidden: Vec::new(),
             lambda: 0.0,
             excess: 1.0,
+            shifts: Vec::new(),
             faults: Vec::new(),
             rough: Vec::new(),
             noise: ("", 0.0),
@@ -101,13 +106,14 @@ impl Truth {
         let _ = write!(
             text,
             "{{\"class\":{:?},\"machine\":{:?},\"seed\":{},\"hidden\":[{}],\"lambda\":{},\
-             \"excess\":{},\"faults\":{},\"rough\":{},\"noise\":{:?},\"noise_a\":{},\"moves\":{}",
+             \"excess\":{},\"shifts\":{},\"faults\":{},\"rough\":{},\"noise\":{:?},\"noise_a\":{},\"moves\":{}",
             self.class.name(),
             self.machine.name(),
             self.seed,
             hidden.join(","),
             number(self.lambda),
             number(self.excess),
+            pairs(&self.shifts),
             pairs(&self.faults),
             pairs(&self.rough),
             self.noise.0,
@@ -126,12 +132,13 @@ impl Truth {
 impl HiddenTruth {
     fn to_json(&self) -> String {
         format!(
-            "{{\"id\":{:?},\"size\":{},\"form\":{:?},\"lambda\":{},\"visible\":{},\
-             \"own_share\":{},\"severity\":{}}}",
+            "{{\"id\":{:?},\"size\":{},\"form\":{:?},\"lambda\":{},\
+             \"lambda_by_slopes\":{},\"visible\":{},\"own_share\":{},\"severity\":{}}}",
             self.symbol,
             number(self.size),
             self.form,
             number(self.lambda),
+            number(self.lambda_by_slopes),
             self.visible,
             number(self.own_share),
             number(self.severity),

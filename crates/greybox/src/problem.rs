@@ -36,7 +36,7 @@ impl<'a> Prepared<'a> {
             .next_multiple_of(factor);
         let drive = machine.measured_drive(record);
         let samples = drive.len().saturating_sub(skip) / factor;
-        let mains = Mains::new(record.rate_hz / factor as f64, samples);
+        let mains = Mains::new(record.rate_hz, factor, samples);
         let mut prepared = Self { record, place, factor, skip, mains, measured: Vec::new() };
         prepared.measured = prepared.reduce(&drive);
         prepared

@@ -157,10 +157,16 @@ fn drives(
 ) -> Result<Vec<PerRecord>, GreyboxError> {
     let of = |cause: &Cause| cause.structure.state(machine, &cause.values);
     let states: Vec<_> = causes.iter().map(of).collect();
-    let drives = problem.drives(&states)?;
-    let most = drives.iter().flatten().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
-    if most > machine.safe_drive() {
-        return Err(GreyboxError::NotFinite { record: record.name.clone() });
+    let mut drives = Vec::new();
+    for state in &states {
+        let predictions = problem.predictions(state)?;
+        let asked = predictions.iter().flat_map(|prediction| &prediction.drive);
+        if asked.fold(0.0_f64, |most, x| most.max(x.abs())) > machine.safe_drive() {
+            return Err(GreyboxError::NotFinite { record: record.name.clone() });
+        }
+        let compared = problem.records.iter().zip(&predictions);
+        drives
+            .push(compared.map(|(record, prediction)| record.reduce(&prediction.drive)).collect());
     }
     Ok(drives)
 }

@@ -156,11 +156,12 @@ impl Session<'_> {
         let round = self.scan(&search.current, whitener, scales, search.first_round.as_ref())?;
         let p_familywise = round.scan.p_familywise;
         search.log.extend(round.lines());
-        let rivals = if p_familywise <= alpha {
+        let mut rivals = if p_familywise <= alpha {
             self.rivals(&round, &search.current, whitener, scales)?
         } else {
             Vec::new()
         };
+        self.settle_nearest(&mut rivals, search)?;
         search.log.extend(rivals.iter().map(|rival| rival.line(&round.families)));
         if search.first_round.is_none() {
             let of_family: Vec<EffectId> = round.families.iter().map(|f| f.id).collect();
@@ -174,9 +175,7 @@ impl Session<'_> {
                 && rival.fall >= form_share(rival.id) * explained
         };
         let mut accepted: Vec<Rival> = rivals;
-        accepted.retain(|rival| !search.has(rival.id));
-        self.settle_nearest(&mut accepted, search)?;
-        accepted.retain(stands);
+        accepted.retain(|rival| stands(rival) && !search.has(rival.id));
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
         self.settle(&mut accepted, search, stands)?;
         let Some(winner) = accepted.first().cloned() else { return Ok(false) };
@@ -290,7 +289,8 @@ impl Session<'_> {
         loop {
             let without = self.without_each(search)?;
             let needless = without.iter().enumerate().filter_map(|(place, without)| {
-                let without = without.as_ref().filter(|without| !self.needs(search, without))?;
+                let without =
+                    without.as_ref().filter(|without| !self.needs(search, place, without))?;
                 Some((place, without))
             });
             let objective = |judged: &Judged| judged.fitted.objective;
@@ -349,7 +349,7 @@ impl Session<'_> {
     }
 
     /// Whether what was found explains more than it does without one of its effects.
-    fn needs(&self, search: &Search, without: &Judged) -> bool {
+    fn needs(&self, search: &Search, place: usize, without: &Judged) -> bool {
         let current = &search.current;
         let fall = without.fitted.objective - current.fitted.objective;
         let numbers = current.fitted.values.len() - without.fitted.values.len();
@@ -357,7 +357,7 @@ impl Session<'_> {
         let is_no_form = fall >= MOST_FORM_SHARE * others;
         self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_no_form)
             && current.evidence_over(without, self.train.samples()) > self.options.evidence_nats
-            && fall >= FORM_SHARE * search.explained()
+            && fall >= form_share(search.found[place].rival.id) * search.explained()
     }
 
     /// A structure fitted from its starts; `None` where the machine cannot be run.
@@ -462,7 +462,8 @@ impl Session<'_> {
         let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
         let sure = log_p - gain.nats <= libm::log(self.options.sure_rate);
         let less = if sure && is_no_form { 0.5 } else { 1.0 };
-        gain.is_sure(less * wanted) || (sure && gain.is_mute(wanted))
+        gain.is_sure(less * wanted)
+            || (sure && gain.is_mute(wanted) && !with.fits_more_there(without))
     }
 
     /// Rivals of another kind that explain as much as the winner.

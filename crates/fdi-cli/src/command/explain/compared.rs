@@ -1,6 +1,6 @@
 //! From a recording to the signals that a model is compared with.
 
-use std::path::Path;
+use std::{f64::consts::TAU, path::Path};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
@@ -41,6 +41,7 @@ pub(super) fn compared(
     let motor: &[ChannelName] =
         if is_axis { &[MotorAngle, Position, SurfaceAngle] } else { &[MotorAngle] };
     let position = first(motor).map(on_axis);
+    let start_rad = start_rad(recording.metadata.start_angle_rad, position.as_deref())?;
     let own = match (asked, &position) {
         (Some(Asked::Motion), Some(position)) => {
             Some((position.clone(), CommandKind::Motion, None))
@@ -71,9 +72,26 @@ pub(super) fn compared(
         position,
         load: first(&[Load, Force]).map(on_axis).or(load),
         filter_hz,
-        start_rad: recording.metadata.start_angle_rad,
+        start_rad: start_rad.filter(|_| !is_axis),
     }))
 }
+
+/// Where the motor stood at the first sample, by the metadata, in the turn of its column.
+fn start_rad(told: Option<f64>, position: Option<&[f64]>) -> Result<Option<f64>> {
+    let (Some(told), Some(&[first, ..])) = (told, position) else { return Ok(told) };
+    let off = told - first;
+    let off = off - TAU * (off / TAU).round();
+    if off.abs() > MOST_OFF_START_RAD {
+        bail!(
+            "`start-angle-rad` is {told}, but `motor_angle_rad` begins at {first}: expected the \
+             same angle within {MOST_OFF_START_RAD} rad"
+        );
+    }
+    Ok(Some(first + off))
+}
+
+/// Half a step of a coarse encoder.
+const MOST_OFF_START_RAD: f64 = 0.02;
 
 /// Why a recording without a column of its command is no use.
 const NO_COMMAND: &str = "no command (`command_rad`, `command_m` or a speed command)";
