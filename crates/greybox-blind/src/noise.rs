@@ -186,6 +186,10 @@ mod tests {
             };
             2.0 * dot(f64::sin).hypot(dot(f64::cos)) / mains.len() as f64
         };
-        assert!((at(50.0) - 1.0).abs() < 0.05 && at(70.0) < 0.05);
+        let about = |n: i32| 50.0 + 0.005 * f64::from(n);
+        let line = (-20..=20).map(|n| at(about(n))).fold(0.0, f64::max);
+        assert!((line - 1.0).abs() < 0.05 && at(70.0) < 0.05);
+        // drawn off 50 Hz, and not by more than a grid is
+        assert!(at(50.0) < 0.99 && at(49.9) < 0.3 && at(50.1) < 0.3);
     }
 }

@@ -15,6 +15,8 @@ pub(crate) struct Truth {
     pub(crate) hidden: Vec<Hidden>,
     pub(crate) lambda: f64,
     pub(crate) excess: f64,
+    /// By how much what is hidden shifts fault levels that are fitted without it.
+    pub(crate) shifts: BTreeMap<String, f64>,
     pub(crate) faults: BTreeMap<String, f64>,
     pub(crate) rough: BTreeMap<String, f64>,
     pub(crate) noise: String,
@@ -32,6 +34,8 @@ pub(crate) struct Hidden {
     pub(crate) size: f64,
     pub(crate) form: String,
     pub(crate) lambda: f64,
+    /// The same by slopes over faults and rough numbers alone.
+    pub(crate) lambda_by_slopes: f64,
     pub(crate) visible: bool,
     pub(crate) own_share: f64,
     pub(crate) severity: f64,

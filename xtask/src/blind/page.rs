@@ -162,7 +162,12 @@ fn power(text: &mut String, lines: &[Line]) {
     for (from, to, right, wrong) in score::power(lines) {
         let _ = writeln!(text, "| {from} to {to} | {} | {} |", percent(&right), percent(&wrong));
     }
-    text.push('\n');
+    let imitated = score::imitated_singles(lines);
+    let _ = writeln!(
+        text,
+        "\nVisible by slopes over faults and rough numbers alone, and not when they follow their own course: {} singles, {} of them named right.\n",
+        imitated.of, imitated.hits,
+    );
 }
 
 fn faults(text: &mut String, lines: &[Line]) {
@@ -181,7 +186,7 @@ fn faults(text: &mut String, lines: &[Line]) {
             errors.missing,
         );
     }
-    text.push_str("\nMoved: those that the effect had put further off than the half width of the interval given in the end. Half of the machines are healthy, and most levels are right without the effect already.\n");
+    text.push_str("\nMoved: those that by the generator's slopes the effect shifts by more than the half width of the interval given in the end. Half of the machines are healthy, and most levels are right without the effect already.\n");
     text.push('\n');
 }
 

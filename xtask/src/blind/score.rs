@@ -150,7 +150,8 @@ pub(crate) enum Pooled<'a> {
     All,
     /// Those of one fault.
     Of(&'a str),
-    /// Those that the effect had moved out of the interval that is given for them in the end.
+    /// Those that by the generator's slopes the effect shifts by more than the half width of the
+    /// interval given for them in the end.
     Moved,
 }
 
@@ -167,13 +168,12 @@ pub(crate) fn fault_errors(lines: &[&Line], pooled: Pooled<'_>) -> FaultErrors {
                 let (after, half) = (fault.after?, NORMAL_95 * fault.std_after?);
                 Some([after - half, after + half])
             });
-            let moved = |(before, _): (f64, f64)| {
-                interval.is_some_and(|[low, high]| (before - truth).abs() > 0.5 * (high - low))
-            };
+            let shift = line.truth.shifts.get(id).copied().unwrap_or_default();
+            let is_moved = interval.is_none_or(|[low, high]| shift.abs() > 0.5 * (high - low));
             let wanted = match pooled {
                 Pooled::All => true,
                 Pooled::Of(only) => only == id,
-                Pooled::Moved => levels.is_some_and(moved),
+                Pooled::Moved => shift != 0.0 && is_moved,
             };
             if !wanted {
                 continue;
@@ -203,6 +203,20 @@ pub(crate) fn visible_singles(lines: &[Line]) -> Vec<&Line> {
     let singles = of_class(lines, "single").into_iter();
     singles.filter(|line| line.truth.hidden.iter().all(|h| h.visible)).collect()
 }
+
+/// Singles whose effect is visible by slopes alone and not when damage follows its own course, and
+/// how many of them are named right.
+pub(crate) fn imitated_singles(lines: &[Line]) -> Rate {
+    let singles = of_class(lines, "single").into_iter();
+    let is_imitated = |line: &&Line| {
+        line.truth.hidden.iter().all(|h| !h.visible && h.lambda_by_slopes >= VISIBLE_LAMBDA)
+    };
+    let imitated: Vec<&Line> = singles.filter(is_imitated).collect();
+    Rate::of(&imitated, |line| answer(line).first() == Some(true_id(line)))
+}
+
+/// Lambda from which an effect is visible.
+const VISIBLE_LAMBDA: f64 = 30.0;
 
 /// Excess from which what is outside the catalogue must be told.
 const TOLD_EXCESS: f64 = 1.3;
@@ -602,12 +616,13 @@ mod tests {
             interval_95: None,
         };
         good.answer.as_mut().unwrap().faults = [("k1".to_owned(), fault)].into();
+        good.truth.shifts = [("k1".to_owned(), 0.1)].into();
         let lines = [good, line("single", &["E01"], "inconclusive", &[])];
         let of = |pooled| fault_errors(&lines.iter().collect::<Vec<_>>(), pooled);
         let errors = of(Pooled::All);
         assert!((errors.before[0] - 0.1).abs() < 1e-12 && (errors.after[0] - 0.01).abs() < 1e-12);
         assert_eq!((errors.covered, errors.missing), (Rate { hits: 1, of: 2 }, 1));
-        // 0.1 off before, of an interval of two hundredths either way
+        // shifted by a tenth, of an interval of two hundredths either way; the other by nothing
         assert_eq!(of(Pooled::Moved).covered, Rate { hits: 1, of: 1 });
         assert_eq!(of(Pooled::Of("k2")).covered.of, 0);
         let ratio = bars(&lines).into_iter().find(|b| b.name.starts_with("median")).unwrap();

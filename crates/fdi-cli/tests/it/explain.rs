@@ -228,6 +228,12 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
         "No conclusion: no-angle.csv: no position of the motor: causes cannot be told apart by \
          the current alone."
     );
+    let turned = fs::read_to_string(folder.path().join("one.csv")).unwrap();
+    write("turned.csv", format!("# start-angle-rad = 1.5\n{turned}"));
+    let (code, _, err) = explain(folder.path(), &["--train", "turned.csv"]);
+    assert_eq!(code, Some(2));
+    let told = "turned.csv: `start-angle-rad` is 1.5, but `motor_angle_rad` begins at 0";
+    assert!(err.contains(told), "{err}");
     let (code, _, err) = explain(folder.path(), &["--train", "none.csv"]);
     assert_eq!(code, Some(2));
     assert!(err.contains("none.csv"), "{err}");
