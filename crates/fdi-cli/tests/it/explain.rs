@@ -234,6 +234,10 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     assert_eq!(code, Some(2));
     let told = "turned.csv: `start-angle-rad` is 1.5, but `motor_angle_rad` begins at 0";
     assert!(err.contains(told), "{err}");
+    // of an axis it says nothing
+    let axis = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models/laas.toml");
+    let said = sentence(&["--model", axis, "--train", "turned.csv"]);
+    assert!(said.starts_with("No conclusion: one recording alone"), "{said}");
     let (code, _, err) = explain(folder.path(), &["--train", "none.csv"]);
     assert_eq!(code, Some(2));
     assert!(err.contains("none.csv"), "{err}");

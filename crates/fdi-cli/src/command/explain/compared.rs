@@ -41,7 +41,9 @@ pub(super) fn compared(
     let motor: &[ChannelName] =
         if is_axis { &[MotorAngle, Position, SurfaceAngle] } else { &[MotorAngle] };
     let position = first(motor).map(on_axis);
-    let start_rad = start_rad(recording.metadata.start_angle_rad, position.as_deref())?;
+    // an axis has no rotor, and its position may be in metres
+    let told = recording.metadata.start_angle_rad.filter(|_| !is_axis);
+    let start_rad = start_rad(told, position.as_deref())?;
     let own = match (asked, &position) {
         (Some(Asked::Motion), Some(position)) => {
             Some((position.clone(), CommandKind::Motion, None))
@@ -72,7 +74,7 @@ pub(super) fn compared(
         position,
         load: first(&[Load, Force]).map(on_axis).or(load),
         filter_hz,
-        start_rad: start_rad.filter(|_| !is_axis),
+        start_rad,
     }))
 }
 
