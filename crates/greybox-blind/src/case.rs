@@ -515,7 +515,7 @@ impl<'a> Look<'a> {
             by.iter_mut().zip(more).for_each(|(by, more)| *by += more);
             self.outlook.hold(&mut by);
             let moved = self.outlook.pooled(&self.training().imitated(&self.plain, &by));
-            left = whitened.iter().zip(moved).map(|(a, b)| a - b).collect();
+            left = information::minus(whitened, &moved);
             least = least.min(information::lambda(space, &left).0);
         }
         least

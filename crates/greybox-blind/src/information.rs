@@ -37,7 +37,7 @@ impl Setting {
     }
 }
 
-fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
+pub(crate) fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 

@@ -1,6 +1,7 @@
 //! What counts as what, and the bars.
 
 use ema_sim::EffectId;
+use greybox_blind::VISIBLE_LAMBDA;
 
 use super::{
     bound::Rate,
@@ -214,9 +215,6 @@ pub(crate) fn imitated_singles(lines: &[Line]) -> Rate {
     let imitated: Vec<&Line> = singles.filter(is_imitated).collect();
     Rate::of(&imitated, |line| answer(line).first() == Some(true_id(line)))
 }
-
-/// Lambda from which an effect is visible.
-const VISIBLE_LAMBDA: f64 = 30.0;
 
 /// Excess from which what is outside the catalogue must be told.
 const TOLD_EXCESS: f64 = 1.3;
