@@ -91,9 +91,7 @@ pub fn fault_change_figure_svg(explanation: &Explanation) -> Option<String> {
     let bottom = TOP + ROW * explanation.faults.len() as f64;
     let ends = explanation.faults.values().flat_map(|fault| {
         let [before, after] = both(fault);
-        [before, after]
-            .into_iter()
-            .flat_map(|(level, std)| [level - Z_95 * std, level + Z_95 * std])
+        [before, after].into_iter().flat_map(|(_, interval)| interval)
     });
     let least = ends.clone().fold(0.0, f64::min);
     let most = ends.fold(0.02, f64::max);
@@ -108,10 +106,15 @@ pub fn fault_change_figure_svg(explanation: &Explanation) -> Option<String> {
     for (row, (key, fault)) in explanation.faults.iter().enumerate() {
         let y = TOP + ROW * (row as f64 + 0.5);
         push_text(&mut svg, [198.0, y + 4.5], "text-anchor=\"end\"", &fault_name(key));
-        for (place, (level, std)) in both(fault).into_iter().enumerate() {
+        for (place, (level, ends)) in both(fault).into_iter().enumerate() {
             let y = y - 8.0 + 16.0 * place as f64;
-            push_interval(&mut svg, &plane, y, [level, std], place == 1);
-            push_text(&mut svg, [516.0, y + 4.5], "font-size=\"12\"", &interval(level, std, place));
+            push_interval(&mut svg, &plane, y, (level, ends), place == 1);
+            push_text(
+                &mut svg,
+                [516.0, y + 4.5],
+                "font-size=\"12\"",
+                &interval(level, ends, place),
+            );
         }
     }
     svg.push_str("</svg>\n");
@@ -295,10 +298,16 @@ fn push_counts(svg: &mut String, plane: &Plane, bins: &[CurveBin]) {
 }
 
 /// One level with its interval; an interval wider than the axis ends with it.
-fn push_interval(svg: &mut String, plane: &Plane, y: f64, [level, std]: [f64; 2], is_after: bool) {
+fn push_interval(
+    svg: &mut String,
+    plane: &Plane,
+    y: f64,
+    (level, [low, high]): (f64, [f64; 2]),
+    is_after: bool,
+) {
     let x = |level: f64| plane.at(level, 0.0)[0];
     let (stroke, fill) = if is_after { (AFTER, "#000") } else { (BEFORE, "#fff") };
-    push_stroke(svg, (stroke.0, 2.0), &[[x(level - Z_95 * std), y], [x(level + Z_95 * std), y]]);
+    push_stroke(svg, (stroke.0, 2.0), &[[x(low), y], [x(high), y]]);
     push_mark(svg, [x(level), y], 4.0, (fill, stroke.0));
     if !is_after {
         let zero = x(0.0);
@@ -306,13 +315,13 @@ fn push_interval(svg: &mut String, plane: &Plane, y: f64, [level, std]: [f64; 2]
     }
 }
 
-fn both(fault: &FaultBeforeAfter) -> [(f64, f64); 2] {
-    [(fault.before, fault.std_before), (fault.after, fault.std_after)]
+/// Levels before and after, with their intervals.
+fn both(fault: &FaultBeforeAfter) -> [(f64, [f64; 2]); 2] {
+    [(fault.before, fault.interval_95_before), (fault.after, fault.interval_95_after)]
 }
 
-fn interval(level: f64, std: f64, place: usize) -> String {
+fn interval(level: f64, [low, high]: [f64; 2], place: usize) -> String {
     let word = ["before", "after"][place];
-    let [low, high] = [level - Z_95 * std, level + Z_95 * std];
     format!("{word} {level:.4} ({low:.4} to {high:.4})").replace('-', "−")
 }
 
@@ -376,7 +385,14 @@ mod tests {
             share_after: 0.0,
             bins: (0..10).map(bin).collect(),
         };
-        let level = FaultBeforeAfter { before: 0.2, std_before: 0.01, after: 0.1, std_after: 0.02 };
+        let level = FaultBeforeAfter {
+            before: 0.2,
+            std_before: 0.01,
+            interval_95_before: [0.1804, 0.2196],
+            after: 0.1,
+            std_after: 0.02,
+            interval_95_after: [0.0608, 0.1392],
+        };
         Explanation {
             schema_version: 1,
             tool: "fdi".to_owned(),

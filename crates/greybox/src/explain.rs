@@ -1,13 +1,15 @@
 //! The whole chain: fit, scan, refit, judge, decide.
 
+use core::cmp::Ordering;
+
 use ema_sim::{EffectId, model_file::MachineModel};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::GreyboxError,
-    explained::{Explained, FaultChange, Finding, Use, Verdict},
+    explained::{Explained, FaultChange, FaultLevel, Finding, Use, Verdict},
     fit::{Fitted, fit, sandwich},
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
@@ -20,7 +22,7 @@ use crate::{
     scan::Scored,
     search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
-    structure::{Structure, Target},
+    structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
     trial::Trial,
 };
@@ -150,9 +152,9 @@ pub(crate) struct Session<'a> {
     pairs: Vec<(usize, usize)>,
 }
 
-/// A fit with what it leaves of the recordings held out.
+/// A fit with what it leaves of the recordings held out at its own numbers.
 struct Seen<'f> {
-    fitted: &'f Fitted,
+    judged: &'f Judged,
     held_out: PerRecord,
 }
 
@@ -206,10 +208,9 @@ impl<'a> Session<'a> {
         let (ties, last_ties) = (search.ties, search.last_ties);
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
-        let nominal = self.seen(&before.fitted, whitener)?;
-        let now = self.seen(fitted, whitener)?;
-        let something_left =
-            self.is_something_left((&nominal, &now), current.holdout_rms, &floor, &mut log)?;
+        let nominal = self.seen(&before, whitener)?;
+        let now = self.seen(&current, whitener)?;
+        let something_left = self.is_something_left((&nominal, &now), &floor, &mut log)?;
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => match &first_round {
                 Some(round) if self.may_be_an_effect(&current, round, whitener) => {
@@ -248,7 +249,7 @@ impl<'a> Session<'a> {
             effects,
             alternatives,
             absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
-            holdout_rms: Some([before.holdout_rms, current.holdout_rms]),
+            holdout_rms: Some([&nominal, &now].map(|seen| rms(&seen.held_out.concat()))),
             noise_floor: Some((floor.rms, floor.source)),
             drive_unit: self.machine.drive_unit(),
             faults: self.fault_changes(&before, &current, whitener),
@@ -281,11 +282,10 @@ impl<'a> Session<'a> {
     fn is_something_left(
         &self,
         (before, now): (&Seen<'_>, &Seen<'_>),
-        holdout_rms: f64,
         floor: &Floor,
         log: &mut Vec<String>,
     ) -> Result<bool, GreyboxError> {
-        let fitted = now.fitted;
+        let Judged { fitted, held_out, .. } = now.judged;
         let excess = Excess::of_pairs(
             &fitted.structure,
             &fitted.values,
@@ -297,27 +297,30 @@ impl<'a> Session<'a> {
         log.push(format!("left over: {excess:?}, {now:?}, of the nominal model {nominal:?}"));
         let plant = now.into_iter().zip(nominal).any(|(now, nominal)| now.is_there(nominal));
         // a model may fit what is held out and not what was fitted
-        let worst_rms = holdout_rms.max(rms(&fitted.residuals.concat()));
+        let worst_rms = held_out.rms().max(rms(&fitted.residuals.concat()));
         Ok(plant || excess.map_or_else(|| worst_rms > 1.05 * floor.rms, Excess::is_there))
     }
 
-    /// What came through the plant in the recordings fitted and in those held out; nothing of
-    /// these where an effect has another size in each.
+    /// What came through the plant in the recordings fitted and in those held out, there at the
+    /// numbers as both have them; nothing of these where an effect has another size in each.
     fn through_plant(&self, seen: &Seen<'_>) -> Result<Vec<ThroughPlant>, GreyboxError> {
-        let fitted = seen.fitted;
-        let (structure, values) = (&fitted.structure, &fitted.values);
+        let Judged { fitted, held_out, .. } = seen.judged;
+        let Fitted { structure, values, residuals, .. } = fitted;
         let state = structure.state(self.machine, values);
-        let mut plant = vec![ThroughPlant::of(&self.train, &state, &fitted.residuals)?];
+        let mut plant = vec![ThroughPlant::of(&self.train, &state, residuals)?];
         if structure.by_record(values).is_empty() {
-            plant.push(ThroughPlant::of(&self.holdout, &state, &seen.held_out)?);
+            let state = structure.state(self.machine, &held_out.values);
+            let drive = self.holdout.drives(core::slice::from_ref(&state))?.remove(0);
+            let moved = self.holdout.residuals(&drive);
+            plant.push(ThroughPlant::of(&self.holdout, &state, &moved)?);
         }
         Ok(plant.into_iter().flatten().collect())
     }
 
-    /// A fit with what it leaves of the recordings held out.
-    fn seen<'f>(&self, fitted: &'f Fitted, whitener: &Whitener) -> Result<Seen<'f>, GreyboxError> {
-        let held_out = elsewhere(&self.holdout, &fitted.structure, &fitted.values, whitener)?;
-        Ok(Seen { fitted, held_out })
+    /// A fit with what it leaves of the recordings held out at its own numbers.
+    fn seen<'f>(&self, judged: &'f Judged, whitener: &Whitener) -> Result<Seen<'f>, GreyboxError> {
+        let Fitted { structure, values, .. } = &judged.fitted;
+        Ok(Seen { judged, held_out: elsewhere(&self.holdout, structure, values, whitener)? })
     }
 
     fn record_fits(
@@ -333,10 +336,20 @@ impl<'a> Session<'a> {
                 .zip(record_fits(problem, found, whitener));
             fits.extend(pairs.map(|(a, b)| (role, a, b)));
         };
-        add(Use::Train, &self.train, &before.fitted.residuals, &after.fitted.residuals);
+        add(
+            Use::Train,
+            &self.train,
+            &before.judged.fitted.residuals,
+            &after.judged.fitted.residuals,
+        );
         add(Use::Holdout, &self.holdout, &before.held_out, &after.held_out);
         let of = |seen: &Seen<'_>| {
-            elsewhere(&self.repeat, &seen.fitted.structure, &seen.fitted.values, whitener)
+            elsewhere(
+                &self.repeat,
+                &seen.judged.fitted.structure,
+                &seen.judged.fitted.values,
+                whitener,
+            )
         };
         add(Use::Repeat, &self.repeat, &of(before)?, &of(after)?);
         Ok(fits)
@@ -348,7 +361,7 @@ impl<'a> Session<'a> {
         before: &Seen<'_>,
         now: &Seen<'_>,
     ) -> Result<Vec<ResidualCurve>, GreyboxError> {
-        let after = now.fitted;
+        let after = &now.judged.fitted;
         let state = after.structure.state(self.machine, &after.values);
         let mut along = along_coordinates(self.machine, &self.train, &state)?;
         let state = after.structure.state_elsewhere(self.machine, &after.values);
@@ -356,7 +369,7 @@ impl<'a> Session<'a> {
         for (all, more) in along.iter_mut().zip(there) {
             all.extend(more);
         }
-        let before = joined([&before.fitted.residuals, &before.held_out]);
+        let before = joined([&before.judged.fitted.residuals, &before.held_out]);
         let after = joined([&after.residuals, &now.held_out]);
         Ok(curves(self.machine, &along, &before, &after))
     }
@@ -442,7 +455,7 @@ impl<'a> Session<'a> {
         let covariance = sandwich(fitted, &self.train, whitener);
         let interval = |p: usize| {
             let (value, std) = (fitted.values[p], libm::sqrt(covariance[(p, p)].max(0.0)));
-            (fitted.structure.free[p].key.clone(), [value - 1.96 * std, value + 1.96 * std])
+            (fitted.structure.free[p].key.clone(), [value - Z_95 * std, value + Z_95 * std])
         };
         Finding {
             effect,
@@ -469,13 +482,7 @@ impl<'a> Session<'a> {
         let was =
             levels(&before.fitted, &sandwich(&before.fitted, &self.train, before.own_noise()));
         let is = levels(&after.fitted, &sandwich(&after.fitted, &self.train, whitener));
-        let change = |((key, before, std_before), (_, after, std_after))| FaultChange {
-            key,
-            before,
-            std_before,
-            after,
-            std_after,
-        };
+        let change = |((key, before), (_, after))| FaultChange { key, before, after };
         was.into_iter().zip(is).map(change).collect()
     }
 
@@ -518,28 +525,54 @@ impl<'a> Session<'a> {
 /// Standard deviations that nine of ten are within, to one side.
 const NINE_IN_TEN: f64 = 1.2816;
 
-/// Fault levels with their standard deviations; of an eccentricity its amount, whatever its
-/// direction.
-fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, f64, f64)> {
-    let variance = |p: usize, q: usize| covariance[(p, q)];
-    let (values, mut levels) = (&fitted.values, Vec::new());
-    for (p, free) in fitted.structure.free.iter().enumerate() {
-        let Target::Fault(place) = free.target else { continue };
-        if place < ECCENTRICITY {
-            levels.push((free.key.clone(), values[p], libm::sqrt(variance(p, p).max(0.0))));
-        } else if place == ECCENTRICITY {
-            let (cos, sin) = (values[p], values[p + 1]);
-            let amount = libm::hypot(cos, sin);
-            let (c, s) = if amount > 0.0 { (cos / amount, sin / amount) } else { (1.0, 0.0) };
-            let along = c * c * variance(p, p)
-                + s * s * variance(p + 1, p + 1)
-                + 2.0 * c * s * variance(p, p + 1);
-            levels.push(("k6".to_owned(), amount, libm::sqrt(along.max(0.0))));
+/// Fault levels; of an eccentricity its amount, whatever its direction.
+fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, FaultLevel)> {
+    let of = |(p, free): (usize, &Free)| {
+        let Target::Fault(place) = free.target else { return None };
+        match place.cmp(&ECCENTRICITY) {
+            Ordering::Less => {
+                let std = libm::sqrt(covariance[(p, p)].max(0.0));
+                Some((free.key.clone(), level(fitted.values[p], std)))
+            }
+            Ordering::Equal => {
+                let parts = [fitted.values[p], fitted.values[p + 1]];
+                let covariance = covariance.fixed_view::<2, 2>(p, p);
+                Some(("k6".to_owned(), amount(parts, &covariance.into_owned())))
+            }
+            Ordering::Greater => None,
         }
-    }
-    levels
+    };
+    fitted.structure.free.iter().enumerate().filter_map(of).collect()
 }
 
+/// A level that lies between 0 and 1.
+fn level(value: f64, std: f64) -> FaultLevel {
+    let end = |z: f64| (value + z * std).clamp(0.0, 1.0);
+    FaultLevel { value, std, interval_95: [end(-Z_95), end(Z_95)] }
+}
+
+/// The length of a vector, with the standard deviation along it. Noise alone gives it some length,
+/// in a direction of its own (Rayleigh's distribution): where the vector is zero within 95 %, so is
+/// its length.
+fn amount(parts: [f64; 2], covariance: &Matrix2<f64>) -> FaultLevel {
+    let vector = Vector2::from(parts);
+    let length = vector.norm();
+    let along = if length > 0.0 { vector / length } else { Vector2::x() };
+    let std = libm::sqrt(along.dot(&(covariance * along)).max(0.0));
+    let mut amount = level(length, std);
+    let is_none = covariance
+        .try_inverse()
+        .is_none_or(|information| vector.dot(&(information * vector)) <= CHI_SQUARED_2_95);
+    if is_none {
+        amount.interval_95[0] = 0.0;
+    }
+    amount
+}
+
+/// Standard deviations to either end of a 95 % interval.
+const Z_95: f64 = 1.96;
+/// What the squared length of a standard normal vector of two stays below in 95 %: −2·ln 0.05.
+const CHI_SQUARED_2_95: f64 = 5.991_464_547_107_98;
 /// Place of the first of the two coordinates of an eccentricity.
 const ECCENTRICITY: usize = 5;
 
@@ -568,4 +601,36 @@ fn rough_noise(problem: &Problem<'_>) -> f64 {
         .flat_map(|r| r.measured.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / libm::sqrt(6.0)))
         .collect();
     rms(&differences).max(1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
+
+    use super::*;
+    use crate::random::normal;
+
+    /// Intervals of an amount hold it in 95 % at least, also where there is none: there the plain
+    /// one of 1.96 standard deviations would in 85 %.
+    #[test]
+    fn law_the_interval_of_an_amount_holds_it() {
+        let covariance = Matrix2::new(1e-6, 0.0, 0.0, 1e-6);
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        for truth in [0.0, 0.001, 0.002, 0.01] {
+            let mut held = 0;
+            for _ in 0..4000 {
+                let parts = [truth + 1e-3 * normal(&mut random), 1e-3 * normal(&mut random)];
+                let [low, high] = amount(parts, &covariance).interval_95;
+                held += u32::from((low..=high).contains(&truth));
+            }
+            let share = f64::from(held) / 4000.0;
+            assert!((0.935..0.995).contains(&share), "{truth}: {share}");
+        }
+    }
+
+    #[test]
+    fn a_level_stays_within_what_it_can_be() {
+        assert_eq!(level(0.001, 0.001).interval_95, [0.0, 0.001 + Z_95 * 0.001]);
+        assert_eq!(level(0.999, 0.01).interval_95[1], 1.0);
+    }
 }

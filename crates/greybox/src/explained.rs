@@ -50,19 +50,27 @@ pub struct Finding {
     pub instead_of: Option<EffectId>,
 }
 
+/// A fault level as a fit gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultLevel {
+    /// The level.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Its 95 % interval, within what a level can be. That of an eccentricity, an amount without a
+    /// direction, begins at zero where its two components are zero within 95 %.
+    pub interval_95: [f64; 2],
+}
+
 /// A fault level without and with what was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultChange {
     /// Fault level: `k1` to `k6`.
     pub key: String,
     /// With the nominal model.
-    pub before: f64,
-    /// Its standard deviation.
-    pub std_before: f64,
+    pub before: FaultLevel,
     /// With the effects found.
-    pub after: f64,
-    /// Its standard deviation.
-    pub std_after: f64,
+    pub after: FaultLevel,
 }
 
 /// What a recording was used for.

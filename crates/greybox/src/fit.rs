@@ -221,9 +221,9 @@ fn prior(free: &[Free], values: &[f64]) -> f64 {
 }
 
 /// Normal equations of a step.
-struct Normal {
-    curvature: DMatrix<f64>,
-    descent: DVector<f64>,
+pub(crate) struct Normal {
+    pub(crate) curvature: DMatrix<f64>,
+    pub(crate) descent: DVector<f64>,
 }
 
 impl Normal {
@@ -263,7 +263,7 @@ impl Normal {
 
     /// The damped step within the bounds and within reach: what would leave them is held there
     /// and the others step without it.
-    fn bounded(&self, free: &[Free], values: &[f64], damping: f64) -> Vec<f64> {
+    pub(crate) fn bounded(&self, free: &[Free], values: &[f64], damping: f64) -> Vec<f64> {
         let n = values.len();
         let reach = |place: usize| {
             let (free, value) = (&free[place], values[place]);

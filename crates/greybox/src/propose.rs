@@ -7,14 +7,14 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     error::GreyboxError,
     explain::{Options, Session, with_holdout},
-    fit::{Fitted, whitened},
+    fit::whitened,
     gram::{dot, solve},
+    known::Known,
     machine::Machine,
     menu::menu,
     noise::Whitener,
     problem::{PerRecord, Problem},
     record::{CommandKind, Record, Recordings},
-    structure::Structure,
 };
 
 /// A recording that might be taken.
@@ -100,8 +100,10 @@ pub fn propose(
     if open.len() < 2 {
         return Ok(proposal);
     }
-    let causes: Vec<Cause> =
-        open.iter().map(|(id, fitted)| Cause::new(*id, fitted, &whitener)).collect();
+    let causes: Vec<Cause> = open
+        .iter()
+        .map(|(id, fitted)| Cause { id: *id, known: Known::new(fitted, &whitener) })
+        .collect();
     let mut served = Vec::new();
     for (description, record) in menu(model, &recordings) {
         let problem = Problem::new(&machine, [&record], options.jobs);
@@ -123,29 +125,10 @@ pub fn propose(
     Ok(proposal)
 }
 
-/// An explanation that is open, with what the recordings say of its free numbers. What has another
-/// size in each recording is not known in a new one, and left out.
+/// An explanation that is open.
 struct Cause {
     id: EffectId,
-    structure: Structure,
-    values: Vec<f64>,
-    information: DMatrix<f64>,
-}
-
-impl Cause {
-    fn new(id: EffectId, fitted: &Fitted, whitener: &Whitener) -> Self {
-        let kept = fitted.structure.same_everywhere();
-        let structure = fitted.structure.only(&kept);
-        let values = kept.iter().map(|&place| fitted.values[place]).collect();
-        let columns: Vec<Vec<f64>> =
-            kept.iter().map(|&place| whitened(whitener, &fitted.sensitivities[place])).collect();
-        let n = columns.len();
-        let mut information = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &columns[j]));
-        for (i, free) in structure.free.iter().enumerate() {
-            information[(i, i)] += free.prior.map_or(0.0, |(_, std)| 1.0 / (std * std));
-        }
-        Self { id, structure, values, information }
-    }
+    known: Known,
 }
 
 /// The drive signal by each cause; an error where it exceeds what the machine may do.
@@ -155,7 +138,7 @@ fn drives(
     causes: &[Cause],
     record: &Record,
 ) -> Result<Vec<PerRecord>, GreyboxError> {
-    let of = |cause: &Cause| cause.structure.state(machine, &cause.values);
+    let of = |cause: &Cause| cause.known.structure.state(machine, &cause.known.values);
     let states: Vec<_> = causes.iter().map(of).collect();
     let mut drives = Vec::new();
     for state in &states {
@@ -197,7 +180,7 @@ fn separations(
 ) -> Result<Vec<(EffectId, EffectId, f64)>, GreyboxError> {
     let mut beside = Vec::new();
     for (cause, drive) in causes.iter().zip(drives) {
-        let Cause { structure, values, .. } = cause;
+        let Known { structure, values, .. } = &cause.known;
         let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
         let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
         beside.push(columns);
@@ -206,7 +189,8 @@ fn separations(
     for a in 0..causes.len() {
         for b in a + 1..causes.len() {
             let apart = apart(&drives[a], &drives[b], whitener);
-            let of = |place: usize| left_over(&apart, &beside[place], &causes[place].information);
+            let of =
+                |place: usize| left_over(&apart, &beside[place], &causes[place].known.information);
             pairs.push((causes[a].id, causes[b].id, of(a).min(of(b))));
         }
     }

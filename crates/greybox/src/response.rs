@@ -22,6 +22,8 @@ use crate::{
 const TAPS: usize = 40;
 /// Largest order of the motor's angle looked at.
 const MOST_ORDER: u32 = 144;
+/// Lowest orders of an error of the position that are tried whatever the residual shows.
+const LOWEST_ORDERS: usize = 3;
 /// Frequencies looked at go up by this share of the resolution of the longest recording.
 const FREQUENCY_STEP: f64 = 0.7;
 /// Largest frequency looked at, Hz.
@@ -252,7 +254,7 @@ pub(crate) fn leads(
     Ok(Leads {
         orders: by_order(0),
         ripple_orders: by_order(1),
-        error_orders: by_order(2),
+        error_orders: with_lowest(&orders, by_order(2)),
         orders_looked_at: orders.len() as f64,
         frequencies_hz,
         frequencies_looked_at: frequencies.len() as f64,
@@ -261,6 +263,18 @@ pub(crate) fn leads(
         speed: scales.speed,
         inertia: problem.machine.inertia(),
     })
+}
+
+/// Orders of an error of the position with the lowest of all beside them: a drive that sticks shows
+/// the error where it stands and little of it on its way, which a linear picture does not see, and
+/// what a shaft does wrong it does once, twice or thrice a turn most often.
+fn with_lowest(orders: &[f64], mut chosen: Vec<f64>) -> Vec<f64> {
+    for order in orders.iter().take(LOWEST_ORDERS) {
+        if !chosen.contains(order) {
+            chosen.push(*order);
+        }
+    }
+    chosen
 }
 
 /// A tone, free in phase in each recording, at the compared rate.

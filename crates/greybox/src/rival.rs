@@ -3,11 +3,11 @@
 use ema_sim::{Effect, EffectId};
 
 use crate::{
-    elsewhere::elsewhere,
     error::GreyboxError,
     fit::{Fitted, fit, fit_near, whitened},
     gain::{Block, Gain, block_length, in_blocks},
     hypothesis::{Family, differs_by_record, numbers},
+    known::HeldOut,
     noise::{Whitener, rms},
     problem::{PerRecord, Prepared, Problem},
     scan::{Scored, log_tail},
@@ -22,12 +22,11 @@ pub(crate) struct Judged {
     /// The noise with the size of its own residual: each rival is judged with its own size, and
     /// none may take what is slow for noise.
     own: Whitener,
-    /// The recordings held out.
+    pub(crate) held_out: HeldOut,
+    /// The same in blocks.
     blocks: Vec<Block>,
     /// Log-likelihood of what was fitted.
     train: f64,
-    /// Root mean square of the residual held out.
-    pub(crate) holdout_rms: f64,
 }
 
 impl Judged {
@@ -37,29 +36,21 @@ impl Judged {
         noise: &Whitener,
     ) -> Result<Self, GreyboxError> {
         let own = noise.scaled(rms(&whitened(noise, &fitted.residuals)));
-        let residuals = elsewhere(holdout, &fitted.structure, &fitted.values, &own)?;
+        let held_out = HeldOut::new(holdout, &fitted, &own, noise)?;
+        let size = held_out.size;
         // of the size that it has there: what was not fitted may be missed by more
-        let size_of = |residuals: &PerRecord| rms(&whitened(noise, residuals));
-        let likelihoods = |problem: &Problem<'_>, residuals: &PerRecord| -> Vec<f64> {
-            let there = noise.scaled(size_of(residuals));
-            let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
-                there.log_likelihoods(residual, block_length(prepared))
-            };
-            problem.records.iter().zip(residuals).flat_map(of).collect()
-        };
-        let white = in_blocks(holdout, &residuals, noise);
+        let there = noise.scaled(size);
+        let white = in_blocks(holdout, &held_out.residuals, noise);
         // numbers fitted to the recordings held out explain noise by a half each, and as much less
         // of what they were not fitted to
         let fitted_there =
             2 * fitted.structure.by_record(&fitted.values).len() * holdout.records.len();
-        let price = fitted_there as f64 / white.len().max(1) as f64;
-        let likelihoods_there = likelihoods(holdout, &residuals).into_iter().map(|l| l - price);
-        let size = size_of(&residuals).max(f64::MIN_POSITIVE);
-        let block = |(white, log_likelihood)| Block { white, log_likelihood, size };
-        let blocks = white.into_iter().zip(likelihoods_there).map(block).collect();
-        let train = likelihoods(train, &fitted.residuals).iter().sum();
-        let holdout_rms = rms(&residuals.concat());
-        Ok(Self { fitted, own, blocks, train, holdout_rms })
+        let price = (fitted_there as f64 + held_out.price_nats) / white.len().max(1) as f64;
+        let block = |(white, likelihood)| Block { white, log_likelihood: likelihood - price, size };
+        let there = likelihoods(holdout, &held_out.residuals, &there);
+        let blocks = white.into_iter().zip(there).map(block).collect();
+        let train = likelihoods(train, &fitted.residuals, &own).iter().sum();
+        Ok(Self { fitted, own, held_out, blocks, train })
     }
 
     /// Gain in log-likelihood over another on what neither was fitted to.
@@ -89,6 +80,14 @@ impl Judged {
     pub(crate) fn own_noise(&self) -> &Whitener {
         &self.own
     }
+}
+
+/// Log-likelihood of residuals, by blocks of each recording.
+fn likelihoods(problem: &Problem<'_>, residuals: &PerRecord, noise: &Whitener) -> Vec<f64> {
+    let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
+        noise.log_likelihoods(residual, block_length(prepared))
+    };
+    problem.records.iter().zip(residuals).flat_map(of).collect()
 }
 
 /// One more effect, fitted and judged.
@@ -156,7 +155,7 @@ impl Rival {
             0.5 * self.gain.energy,
             self.evidence,
             self.on_bound,
-            self.judged.holdout_rms
+            self.judged.held_out.rms()
         )
     }
 

@@ -107,7 +107,7 @@ impl Session<'_> {
         let scales = self.scales(&before.fitted)?;
         let log = vec![format!(
             "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
-            before.holdout_rms,
+            before.held_out.rms(),
             floor.rms,
             floor.source,
             floor.whitener.order()

@@ -88,7 +88,7 @@ pub(crate) struct Fault {
     pub(crate) after: Option<f64>,
     pub(crate) std_after: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) interval_95: Option<[f64; 2]>,
+    pub(crate) interval_95_after: Option<[f64; 2]>,
 }
 
 /// A case with its answers.

@@ -165,7 +165,7 @@ pub(crate) fn fault_errors(lines: &[&Line], pooled: Pooled<'_>) -> FaultErrors {
         for (id, truth) in line.truth.faults.iter().filter(|(id, _)| *id != "k7") {
             let fault = answer.faults.get(id).cloned().unwrap_or_default();
             let levels = fault.before.zip(fault.after);
-            let interval = fault.interval_95.or_else(|| {
+            let interval = fault.interval_95_after.or_else(|| {
                 let (after, half) = (fault.after?, NORMAL_95 * fault.std_after?);
                 Some([after - half, after + half])
             });
@@ -611,7 +611,7 @@ mod tests {
             before: Some(0.12),
             after: Some(0.03),
             std_after: Some(0.01),
-            interval_95: None,
+            interval_95_after: None,
         };
         good.answer.as_mut().unwrap().faults = [("k1".to_owned(), fault)].into();
         good.truth.shifts = [("k1".to_owned(), 0.1)].into();

@@ -358,7 +358,10 @@ fn basis(answer: &Explanation) -> Section {
         facts.push(format!("Recordings: {}.", source(answer, &ROLES.map(|(role, _)| role))));
     }
     facts.push(format!("Model: {}.", answer.model));
-    facts.push(format!("Intervals are the estimate ± {Z_95} standard deviations."));
+    facts.push(format!(
+        "Intervals are the estimate ± {Z_95} standard deviations, of fault levels within 0 and 1; \
+         that of an eccentricity begins at zero where its two components are zero within 95 %."
+    ));
     facts.extend(answer.stamp.as_ref().map(|stamp| format!("Made: {stamp}.")));
     facts.extend(answer.elapsed_s.map(|s| format!("Computed in {s:.1} s.")));
     Section { heading: "What this rests on".to_owned(), blocks: vec![Block::List(facts)] }

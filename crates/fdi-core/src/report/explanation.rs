@@ -132,10 +132,14 @@ pub struct FaultBeforeAfter {
     pub before: f64,
     /// Its standard deviation.
     pub std_before: f64,
+    /// Its 95 % interval, within what a level can be.
+    pub interval_95_before: [f64; 2],
     /// With the effects.
     pub after: f64,
     /// Its standard deviation.
     pub std_after: f64,
+    /// Its 95 % interval.
+    pub interval_95_after: [f64; 2],
 }
 
 /// A roughly known number of the model.

@@ -22,7 +22,7 @@ fn a_worn_machine_as_modelled_is_adequate() {
     assert_eq!(answer.verdict, Verdict::Adequate, "{:?}", answer.log);
     assert!(answer.effects.is_empty());
     let friction = &answer.faults[0];
-    assert!((friction.after - 0.03).abs() < 4.0 * friction.std_after, "{friction:?}");
+    assert!((friction.after.value - 0.03).abs() < 4.0 * friction.after.std, "{friction:?}");
     // the base model comes back bit for bit
     assert_eq!(answer.extend(&model()), model());
 }
@@ -85,7 +85,10 @@ fn what_is_hidden_is_named_with_its_size_and_no_longer_read_as_damage() {
         let (size, width) = (hidden.get(key).expect("the same number"), most - least);
         assert!(size > least - width && size < most + width, "{id:?}: {found:?}");
         let friction = &answer.faults[0];
-        assert!((friction.after - 0.02).abs() < 4.0 * friction.std_after, "{id:?}: {friction:?}");
+        assert!(
+            (friction.after.value - 0.02).abs() < 4.0 * friction.after.std,
+            "{id:?}: {friction:?}"
+        );
         let [before, after] = answer.holdout_rms.expect("judged");
         let (floor, _) = answer.noise_floor.expect("judged");
         assert!(before > 1.05 * floor && after < 1.05 * floor, "{id:?}: {before} {after} {floor}");

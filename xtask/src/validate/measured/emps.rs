@@ -138,7 +138,7 @@ fn terms(effects: &[&Effect]) -> Vec<Term> {
 pub(super) fn worn(explained: &Explained, extended: &AxisModel) -> AxisModel {
     let mut model = extended.clone();
     for fault in explained.faults.iter().filter(|fault| fault.key == "k1") {
-        let worn = 1.0 + 2.0 * fault.after;
+        let worn = 1.0 + 2.0 * fault.after.value;
         model.axis.kinetic_friction *= worn;
         model.axis.static_friction *= worn;
     }

@@ -48,10 +48,12 @@ pub(super) fn document(
             .iter()
             .map(|f| {
                 let change = FaultBeforeAfter {
-                    before: f.before,
-                    std_before: f.std_before,
-                    after: f.after,
-                    std_after: f.std_after,
+                    before: f.before.value,
+                    std_before: f.before.std,
+                    interval_95_before: f.before.interval_95,
+                    after: f.after.value,
+                    std_after: f.after.std,
+                    interval_95_after: f.after.interval_95,
                 };
                 (f.key.clone(), change)
             })
