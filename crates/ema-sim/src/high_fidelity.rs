@@ -1,5 +1,7 @@
 //! The high-fidelity model: control electronics, inverter and machine in one test.
 
+use std::sync::Arc;
+
 use crate::{
     controller::Cascade,
     current_loop::CurrentLoop,
@@ -74,7 +76,7 @@ pub struct HighFidelity {
     command_rad: Vec<f64>,
     control: CurrentControl,
     effects: Vec<Effect>,
-    load: Load,
+    load: Arc<Load>,
 }
 
 const NAME: &str = "the high-fidelity model";
@@ -109,7 +111,7 @@ impl HighFidelity {
             command_rad,
             control: CurrentControl::Carrier,
             effects: Vec::new(),
-            load: Load::None,
+            load: Arc::new(Load::None),
         })
     }
 
@@ -176,7 +178,7 @@ impl HighFidelity {
     /// [`SimulationError::Scenario`] for a load out of bounds.
     pub fn with_load(mut self, load: Load) -> Result<Self, SimulationError> {
         load.check()?;
-        self.load = load;
+        self.load = Arc::new(load);
         Ok(self)
     }
 

@@ -1,5 +1,7 @@
 //! What loads the surface: nothing but a constant moment, a recording, or the air.
 
+use std::sync::Arc;
+
 use crate::error::SimulationError;
 
 /// Moment on the surface besides the constant one of the scenario, positive against positive
@@ -117,30 +119,47 @@ impl Load {
 /// A load as it runs beside a machine, from tick to tick.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadRun {
-    load: Load,
+    load: Arc<Load>,
     constant_n_m: f64,
+    /// The load last told by [`changed_n_m`](Self::changed_n_m).
+    told_n_m: Option<f64>,
     time_s: f64,
     /// Motion of the aircraft about trim.
     state: [f64; 4],
 }
 
 impl LoadRun {
-    pub(crate) fn new(load: &Load, constant_n_m: f64) -> Self {
-        Self { load: load.clone(), constant_n_m, time_s: 0.0, state: [0.0; 4] }
+    pub(crate) fn new(load: &Arc<Load>, constant_n_m: f64) -> Self {
+        let load = Arc::clone(load);
+        Self { load, constant_n_m, told_n_m: None, time_s: 0.0, state: [0.0; 4] }
     }
 
     /// Whether the load changes at all.
     pub(crate) fn varies(&self) -> bool {
-        self.load != Load::None
+        *self.load != Load::None
+    }
+
+    /// Whether the load depends on where the surface is.
+    pub(crate) fn feels_surface(&self) -> bool {
+        matches!(*self.load, Load::Aerodynamic(_))
+    }
+
+    /// The load now where it is not, bit for bit, the one told before.
+    pub(crate) fn changed_n_m(&mut self, surface_rad: f64) -> Option<f64> {
+        let now_n_m = self.now_n_m(surface_rad);
+        let same = self.told_n_m.is_some_and(|told_n_m| told_n_m.to_bits() == now_n_m.to_bits());
+        self.told_n_m = Some(now_n_m);
+        (!same).then_some(now_n_m)
     }
 
     /// The load now, at an angle of the surface.
     pub(crate) fn now_n_m(&self, surface_rad: f64) -> f64 {
-        let own_n_m = match &self.load {
+        let own_n_m = match &*self.load {
             Load::None => 0.0,
             Load::Recorded { values_n_m, rate_hz } => {
+                // never negative, so that cutting it off is its floor
                 let place = self.time_s * rate_hz;
-                let before = libm::floor(place) as usize;
+                let before = place as usize;
                 match (values_n_m.get(before), values_n_m.get(before + 1)) {
                     (Some(a), Some(b)) => a + (b - a) * (place - before as f64),
                     _ => values_n_m.last().copied().unwrap_or(0.0),
@@ -159,7 +178,7 @@ impl LoadRun {
     /// Goes on by a tick with the surface where it is.
     pub(crate) fn advance(&mut self, surface_rad: f64, span_s: f64) {
         self.time_s += span_s;
-        if let Load::Aerodynamic(_) = self.load {
+        if self.feels_surface() {
             let elevator_deg = surface_rad.to_degrees();
             let rate = |x: &[f64; 4]| -> [f64; 4] {
                 core::array::from_fn(|i| {
@@ -185,7 +204,7 @@ mod tests {
     #[test]
     fn a_recorded_load_is_straight_between_samples() {
         let load = Load::Recorded { values_n_m: vec![0.0, 2.0, 1.0], rate_hz: 10.0 };
-        let mut run = LoadRun::new(&load, 0.5);
+        let mut run = LoadRun::new(&Arc::new(load), 0.5);
         run.advance(0.0, 0.05);
         assert!((run.now_n_m(0.0) - 1.5).abs() < 1e-12);
         run.advance(0.0, 1.0);
@@ -195,7 +214,7 @@ mod tests {
     /// A held surface brings the short period to rest where A and B say.
     #[test]
     fn law_the_aircraft_settles_where_its_matrices_say() {
-        let mut run = LoadRun::new(&Load::Aerodynamic(HingeMoment::F16), 0.0);
+        let mut run = LoadRun::new(&Arc::new(Load::Aerodynamic(HingeMoment::F16)), 0.0);
         let surface_rad = 1e-3;
         assert!((run.now_n_m(0.0) - 0.5).abs() < 1e-12);
         // the stiffness alone at first: 0.3·71.7 N·m/rad

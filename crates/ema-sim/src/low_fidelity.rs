@@ -14,6 +14,8 @@
 
 mod batch;
 
+use std::sync::Arc;
+
 use crate::{
     controller::{Cascade, Measured},
     effect::{
@@ -52,7 +54,7 @@ pub struct LowFidelity {
     scenario: Scenario,
     command_rad: Vec<f64>,
     effects: Vec<Effect>,
-    load: Load,
+    load: Arc<Load>,
     finer: f64,
 }
 
@@ -70,7 +72,7 @@ impl LowFidelity {
             scenario: scenario.clone(),
             command_rad,
             effects: Vec::new(),
-            load: Load::None,
+            load: Arc::new(Load::None),
             finer: 1.0,
         })
     }
@@ -94,7 +96,7 @@ impl LowFidelity {
     /// [`SimulationError::Scenario`] for a load out of bounds.
     pub fn with_load(mut self, load: Load) -> Result<Self, SimulationError> {
         load.check()?;
-        self.load = load;
+        self.load = Arc::new(load);
         Ok(self)
     }
 

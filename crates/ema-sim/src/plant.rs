@@ -3,6 +3,8 @@
 
 mod lanes;
 
+use std::sync::Arc;
+
 pub(crate) use lanes::{Lanes, NARROW, WIDTH};
 
 use crate::{
@@ -90,7 +92,7 @@ impl From<Crossing> for Event {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Additions<'a> {
     pub(crate) effects: &'a [Effect],
-    pub(crate) load: &'a Load,
+    pub(crate) load: &'a Arc<Load>,
     /// Share of the longest segment: of a tick, or of what effects allow.
     pub(crate) finer: f64,
 }
@@ -213,15 +215,16 @@ impl Run {
     #[cold]
     fn take_load(&mut self, tick_s: f64) {
         if let Some(mut load) = self.load.take() {
-            let surface_rad = self.surface_rad();
-            let now_n_m = load.now_n_m(surface_rad);
-            match &mut self.extension {
-                Some(extension) if extension.is_compliant() => extension.set_load(now_n_m),
-                _ => self.train.set_load(now_n_m),
+            let surface_rad = if load.feels_surface() { self.surface_rad() } else { 0.0 };
+            if let Some(now_n_m) = load.changed_n_m(surface_rad) {
+                match &mut self.extension {
+                    Some(extension) if extension.is_compliant() => extension.set_load(now_n_m),
+                    _ => self.train.set_load(now_n_m),
+                }
+                self.shaft.external_n_m = self.train.external_n_m();
             }
             load.advance(surface_rad, tick_s);
             self.load = Some(load);
-            self.renew();
         }
     }
 

@@ -171,8 +171,9 @@ impl Command {
                 step_rad * (top - (passed - top).abs()).max(0.0)
             }
             Self::Recorded { values_rad, rate_hz } => {
+                // not negative, so that cutting it off is its floor
                 let place = (time_s * rate_hz).max(0.0);
-                let before = floor(place) as usize;
+                let before = place as usize;
                 match (values_rad.get(before), values_rad.get(before + 1)) {
                     (Some(a), Some(b)) => a + (b - a) * (place - before as f64),
                     _ => values_rad.last().copied().unwrap_or(0.0),
@@ -318,22 +319,21 @@ impl Scenario {
             ControlMode::Position => actuator.transmission.stop_rad,
             ControlMode::Speed => 1e6,
         };
-        (0..ticks)
-            .map(|tick| {
-                let time_s = tick as f64 / sample_hz;
-                let command_rad = self.command.at(time_s);
-                match self.mode {
-                    _ if command_rad.abs() <= stop_rad => Ok(command_rad),
-                    ControlMode::Position => {
-                        Err(SimulationError::CommandBeyondStops { command_rad, time_s, stop_rad })
-                    }
-                    ControlMode::Speed => {
-                        bounded("command.speed-rad-per-s", command_rad, -stop_rad, stop_rad)?;
-                        Ok(command_rad)
-                    }
+        let time_s = |tick: usize| tick as f64 / sample_hz;
+        let commands_rad: Vec<f64> = (0..ticks).map(|tick| self.command.at(time_s(tick))).collect();
+        let within = |command_rad: &f64| command_rad.abs() <= stop_rad;
+        if let Some(tick) = commands_rad.iter().position(|command_rad| !within(command_rad)) {
+            let (command_rad, time_s) = (commands_rad[tick], time_s(tick));
+            match self.mode {
+                ControlMode::Position => {
+                    return Err(SimulationError::CommandBeyondStops { command_rad, time_s, stop_rad });
                 }
-            })
-            .collect()
+                ControlMode::Speed => {
+                    bounded("command.speed-rad-per-s", command_rad, -stop_rad, stop_rad)?;
+                }
+            }
+        }
+        Ok(commands_rad)
     }
 }
 

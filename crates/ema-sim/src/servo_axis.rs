@@ -1,6 +1,8 @@
 //! A servo axis, rotary or linear: any machine with one moving mass, dry friction, backlash and
 //! a cascade.
 
+use std::sync::Arc;
+
 use crate::{
     axis_parameter::AxisParameter,
     drive_train::{DriveTrain, Parts},
@@ -304,7 +306,7 @@ pub struct ServoAxisSimulation {
     scenario: AxisScenario,
     command: Vec<f64>,
     effects: Vec<Effect>,
-    load: Load,
+    load: Arc<Load>,
     finer: f64,
 }
 
@@ -365,7 +367,7 @@ impl ServoAxisSimulation {
             scenario: scenario.clone(),
             command,
             effects: Vec::new(),
-            load: Load::None,
+            load: Arc::new(Load::None),
             finer: 1.0,
         })
     }
@@ -425,7 +427,7 @@ impl ServoAxisSimulation {
     /// [`SimulationError::Scenario`] for a load out of bounds.
     pub fn with_load(mut self, load: Load) -> Result<Self, SimulationError> {
         load.check()?;
-        self.load = load;
+        self.load = Arc::new(load);
         Ok(self)
     }
 
