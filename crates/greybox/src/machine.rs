@@ -9,7 +9,7 @@ use crate::{
     error::GreyboxError,
     follow::{self, followed, smoothed},
     record::{CommandKind, Record},
-    run::Run,
+    run::{Run, finite},
 };
 
 /// Signals that the model gives for a recording, at its rate.
@@ -287,16 +287,13 @@ impl Machine {
         record: &Record,
         place: usize,
     ) -> Result<Prediction, GreyboxError> {
-        let prediction = match self.prepare(state, record, place)? {
+        let mut prediction = match self.prepare(state, record, place)? {
             Run::Actuator(run) => run.prediction(record),
             Run::Axis(run) => run.prediction(record),
             Run::None => Prediction::default(),
         };
-        if prediction.drive.iter().all(|x| x.is_finite()) {
-            Ok(prediction)
-        } else {
-            Err(GreyboxError::NotFinite { record: record.name.clone() })
-        }
+        prediction.drive = finite(prediction.drive, record)?;
+        Ok(prediction)
     }
 }
 

@@ -106,8 +106,8 @@ impl<'a> Problem<'a> {
             .flat_map(|state| self.records.iter().map(move |record| (state, record)))
             .collect();
         let of = |(state, prepared): &(&State, &Prepared<'_>)| {
-            let prediction = self.machine.simulate(state, prepared.record, prepared.place)?;
-            Ok(prepared.reduce(&prediction.drive))
+            let drive = self.machine.drive(state, prepared.record, prepared.place)?;
+            Ok(prepared.reduce(&drive))
         };
         let drives: Result<Vec<Vec<f64>>, _> =
             parallel::map(&work, self.jobs, of).into_iter().collect();

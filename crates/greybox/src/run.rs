@@ -45,8 +45,7 @@ impl Machine {
         record: &Record,
         place: usize,
     ) -> Result<Run, GreyboxError> {
-        let mut effects = self.built_in.clone();
-        effects.extend(state.in_record.get(place).unwrap_or(&state.effects).iter().cloned());
+        let effects = self.acting(state, place);
         let faults = PhysicalFaults::from(&state.faults);
         Ok(match self.with_rough(&state.rough) {
             MachineModel::Actuator(model) => {
@@ -57,6 +56,49 @@ impl Machine {
             }
             _ => Run::None,
         })
+    }
+
+    /// The drive signal alone of a run on the command of a recording. An actuator does not keep
+    /// what else it did.
+    pub(crate) fn drive(
+        &self,
+        state: &State,
+        record: &Record,
+        place: usize,
+    ) -> Result<Vec<f64>, GreyboxError> {
+        let MachineModel::Actuator(model) = self.with_rough(&state.rough) else {
+            return Ok(self.simulate(state, record, place)?.drive);
+        };
+        let (simulation, step) = actuator_test(&model, &self.acting(state, place), record)?;
+        let mut current_a = Vec::new();
+        simulation.simulate_current(&PhysicalFaults::from(&state.faults), &mut current_a);
+        finite(current_drive(&current_a, model.actuator.controller.sample_hz, step, record), record)
+    }
+
+    /// What is built in and what acts in a recording.
+    fn acting(&self, state: &State, place: usize) -> Vec<Effect> {
+        let mut effects = self.built_in.clone();
+        effects.extend(state.in_record.get(place).unwrap_or(&state.effects).iter().cloned());
+        effects
+    }
+}
+
+/// The drive signal of a recording, given the current at each tick of the controller.
+fn current_drive(current_a: &[f64], rate_hz: f64, step: usize, record: &Record) -> Vec<f64> {
+    match record.filter_hz {
+        Some(corner_hz) => {
+            EnvelopeFilter { corner_hz, output_hz: record.rate_hz }.apply(current_a, rate_hz)
+        }
+        None => every(current_a, step, record.drive.len()),
+    }
+}
+
+/// A drive signal that is a number throughout.
+pub(crate) fn finite(drive: Vec<f64>, record: &Record) -> Result<Vec<f64>, GreyboxError> {
+    if drive.iter().all(|x| x.is_finite()) {
+        Ok(drive)
+    } else {
+        Err(GreyboxError::NotFinite { record: record.name.clone() })
     }
 }
 
@@ -84,13 +126,8 @@ pub(crate) struct AxisRun {
 impl ActuatorRun {
     pub(crate) fn prediction(self, record: &Record) -> Prediction {
         let (trace, step, samples) = (self.trace, self.ticks_per_sample, record.drive.len());
-        let drive = match record.filter_hz {
-            Some(corner_hz) => EnvelopeFilter { corner_hz, output_hz: record.rate_hz }
-                .apply(&trace.current_a, trace.rate_hz),
-            None => every(&trace.current_a, step, samples),
-        };
         Prediction {
-            drive,
+            drive: current_drive(&trace.current_a, trace.rate_hz, step, record),
             motor: every(&trace.motor_angle_rad, step, samples),
             speed: every(&trace.motor_speed_rad_per_s, step, samples),
             surface: every(&trace.surface_angle_rad, step, samples),
@@ -230,12 +267,12 @@ fn every(values: &[f64], step: usize, samples: usize) -> Vec<f64> {
     values.iter().step_by(step).take(samples).copied().collect()
 }
 
-fn of_actuator(
+/// An actuator on the command of a recording, and its ticks for a sample.
+fn actuator_test(
     model: &Model,
-    faults: &PhysicalFaults,
     effects: &[Effect],
     record: &Record,
-) -> Result<ActuatorRun, GreyboxError> {
+) -> Result<(LowFidelity, usize), GreyboxError> {
     let actuator: &Actuator = &model.actuator;
     let ticks_per_sample = ticks_per_sample(record, actuator.controller.sample_hz)?;
     let shown = record.position.as_ref().map(|angle| angle[0]);
@@ -256,8 +293,18 @@ fn of_actuator(
         .and_then(|model| model.with_effects(effects))
         .and_then(|model| model.with_load(recorded_load(record)))
         .map_err(refused(record))?;
+    Ok((simulation, ticks_per_sample))
+}
+
+fn of_actuator(
+    model: &Model,
+    faults: &PhysicalFaults,
+    effects: &[Effect],
+    record: &Record,
+) -> Result<ActuatorRun, GreyboxError> {
+    let (simulation, ticks_per_sample) = actuator_test(model, effects, record)?;
     let trace = simulation.simulate(faults);
-    let gear_ratio = actuator.transmission.gear_ratio;
+    let gear_ratio = model.actuator.transmission.gear_ratio;
     Ok(ActuatorRun { simulation, trace, ticks_per_sample, gear_ratio })
 }
 
