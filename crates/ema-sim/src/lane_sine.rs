@@ -82,6 +82,14 @@ pub(crate) fn sincos(x: f64) -> (f64, f64, bool) {
     (sin, cos, small | reducible)
 }
 
+/// Sine and cosine of one number with the bits of [`libm::sin`] and [`libm::cos`], together and
+/// mostly without branches.
+pub(crate) fn sincos_of(x: f64) -> (f64, f64) {
+    let (sin, cos, own) = sincos(x);
+    // the sign of a zero is libm's
+    if own && x != 0.0 { (sin, cos) } else { libm::sincos(x) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,6 +101,8 @@ mod tests {
         if own {
             // equal numbers have equal bits but for the sign of zero
             assert_eq!((sin, cos), (s, c), "{x:e}");
+            let bits = |(sin, cos): (f64, f64)| (sin.to_bits(), cos.to_bits());
+            assert_eq!(bits(sincos_of(x)), bits((libm::sin(x), libm::cos(x))), "{x:e}");
         }
         own
     }

@@ -22,6 +22,7 @@ use crate::{
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
     shape_function::ShapeFunction,
+    waveform::Waveform,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
 
@@ -451,14 +452,15 @@ impl Run {
         let shaped_s = self.longest_s(speed).max(extension.shortest_s());
         let span_s = left_s.min(extension.longest_s(speed)).min(shaped_s);
         let (plain, resistance_ohm) = self.equivalent();
+        let wanted_a =
+            if self.voltage_driven { self.current_a } else { extension.regulated_a(reference) };
         let coupled = |current_a: f64| {
             let coupling =
                 extension.coupling(plain, current_a, |wave| self.wave_ratio(wave, span_s));
-            let drive = self.driven(extension, reference, span_s, &coupling, resistance_ohm);
+            let drive =
+                self.driven(extension, (reference, wanted_a), span_s, &coupling, resistance_ohm);
             (coupling, drive)
         };
-        let wanted_a =
-            if self.voltage_driven { self.current_a } else { extension.regulated_a(reference) };
         let (mut coupling, mut drive) = coupled(wanted_a);
         if drive.applied_v.is_some() && !self.voltage_driven {
             (coupling, drive) = coupled(self.current_a);
@@ -504,18 +506,18 @@ impl Run {
         taken_s
     }
 
-    /// Current and, where the supply is all used, voltage of the next segment.
+    /// Current and, where the supply is all used, voltage of the next segment, with the set-point
+    /// and the current that is wanted.
+    #[inline]
     fn driven(
         &self,
         extension: &Extension,
-        reference: f64,
+        (reference, wanted_a): (f64, f64),
         span_s: f64,
         coupling: &LocalQuadratic,
         resistance_ohm: f64,
     ) -> Driven {
         let emf_v = coupling[0] * self.train.speed_rad_per_s;
-        let wanted_a =
-            if self.voltage_driven { self.current_a } else { extension.regulated_a(reference) };
         let bus_v = self.limit_v;
         let c = extension
             .circuit(resistance_ohm, wanted_a, span_s)
@@ -562,13 +564,13 @@ impl Run {
 
     /// The back-EMF of the conducting pair over that of flat tops, and its mean slope over the
     /// motor's angle in the next span, which ends with the sector.
-    fn wave_ratio(&self, wave: &dyn Fn(f64) -> f64, span_s: f64) -> [f64; 2] {
+    fn wave_ratio(&self, wave: &Waveform, span_s: f64) -> [f64; 2] {
         use core::f64::consts::TAU;
         let (p, n) = (self.sector.positive_phase(), self.sector.negative_phase());
         let (np, nn) = (self.turns_frac[p], self.turns_frac[n]);
         let ratio = |angle_rad: f64| {
             let electrical = (self.start_angle_rad + angle_rad) * self.winding.pole_pairs();
-            let of = |phase: usize| wave(electrical - TAU / 3.0 * phase as f64);
+            let of = |phase: usize| wave.at(electrical - TAU / 3.0 * phase as f64);
             (np * of(p) - nn * of(n)) / (np + nn)
         };
         let from_rad = self.train.angle_rad;

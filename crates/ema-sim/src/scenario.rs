@@ -326,7 +326,11 @@ impl Scenario {
             let (command_rad, time_s) = (commands_rad[tick], time_s(tick));
             match self.mode {
                 ControlMode::Position => {
-                    return Err(SimulationError::CommandBeyondStops { command_rad, time_s, stop_rad });
+                    return Err(SimulationError::CommandBeyondStops {
+                        command_rad,
+                        time_s,
+                        stop_rad,
+                    });
                 }
                 ControlMode::Speed => {
                     bounded("command.speed-rad-per-s", command_rad, -stop_rad, stop_rad)?;

@@ -7,7 +7,7 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
-use libm::{cos, exp, floor, pow, sin, sqrt, tanh};
+use libm::{exp, floor, pow, sqrt, tanh};
 
 use super::{
     Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry, MOST_PARAMETERS,
@@ -16,6 +16,7 @@ use super::{
 use crate::{
     controller::quantised,
     drive_train::{Direction, DriveTrain},
+    lane_sine::sincos_of,
     params::{self, Actuator, PositionSensor},
     scenario::Scenario,
     waveform::Waveform,
@@ -150,6 +151,8 @@ pub(crate) struct Extension {
     compliant: Option<Compliant>,
     /// `[a, b, n]` of each transmission error.
     errors: Vec<[f64; 3]>,
+    /// `a` of each saturation.
+    saturations: Vec<f64>,
     winding: WindingEffects,
     commutation: Option<Commutation>,
     current_sensor: Option<[f64; MOST_PARAMETERS]>,
@@ -195,15 +198,25 @@ impl Presliding {
     /// The deflection after a turn.
     fn turned(&self, turn_rad: f64, speed: f64) -> f64 {
         if turn_rad == 0.0 {
+            self.deflection_rad
+        } else {
+            self.bent(turn_rad, self.steady_rad(speed))
+        }
+    }
+
+    /// The deflection after a turn, with the one at which sliding is steady.
+    fn bent(&self, turn_rad: f64, steady_rad: f64) -> f64 {
+        if turn_rad == 0.0 {
             return self.deflection_rad;
         }
-        let steady = self.steady_rad(speed).copysign(turn_rad);
+        let steady = steady_rad.copysign(turn_rad);
         steady + (self.deflection_rad - steady) * exp(-(turn_rad / steady).abs())
     }
 
     fn torque_n_m(&self, turn_rad: f64, speed: f64) -> f64 {
-        let deflection = self.turned(turn_rad, speed);
-        let slip = deflection / self.steady_rad(speed);
+        let steady_rad = self.steady_rad(speed);
+        let deflection = self.bent(turn_rad, steady_rad);
+        let slip = deflection / steady_rad;
         let rate = speed - speed.abs() * slip;
         self.level_n_m[0] / self.distance_rad * deflection + self.damping * rate
     }
@@ -333,6 +346,7 @@ impl Extension {
             presliding: None,
             compliant: None,
             errors: Vec::new(),
+            saturations: Vec::new(),
             winding: WindingEffects::default(),
             commutation: None,
             current_sensor: None,
@@ -381,6 +395,7 @@ impl Extension {
                 self.longest_rad = self.longest_rad.min(turn(v[2]));
                 self.errors.push([v[0], v[1], v[2]]);
             }
+            EffectId::Saturation => self.saturations.push(v[0]),
             EffectId::Cogging | EffectId::CurrentRipple => {
                 self.longest_rad = self.longest_rad.min(turn(v[2]));
             }
@@ -488,6 +503,7 @@ impl Extension {
     }
 
     /// The longest segment at a speed.
+    #[inline]
     pub(crate) fn longest_s(&self, speed_rad_per_s: f64) -> f64 {
         let (mut longest_s, mut longest_rad) = (self.longest_s, self.longest_rad);
         if let Some(bristles) = &self.presliding
@@ -496,7 +512,10 @@ impl Extension {
             longest_s = longest_s.min(bristles.longest_s);
             longest_rad = longest_rad.min(bristles.longest_rad);
         }
-        longest_s.min(longest_rad / speed_rad_per_s.abs().max(1e-9)).max(self.shortest_s())
+        if longest_rad < f64::INFINITY {
+            longest_s = longest_s.min(longest_rad / speed_rad_per_s.abs().max(1e-9));
+        }
+        longest_s.max(self.shortest_s())
     }
 
     /// No segment is cut shorter.
@@ -605,27 +624,26 @@ impl Extension {
                 }
                 EffectId::FrictionDrift => factor *= 1.0 - v[0] * (1.0 - exp(-time_s / v[1])),
                 EffectId::TransmissionError => {
-                    let slope = v[2]
-                        * (v[0] * cos(v[2] * middle.motor_rad)
-                            - v[1] * sin(v[2] * middle.motor_rad));
+                    let (sin, cos) = sincos_of(v[2] * middle.motor_rad);
+                    let slope = v[2] * (v[0] * cos - v[1] * sin);
                     burden.against_n_m += slope * load_n_m / self.per_gear_ratio;
                 }
                 EffectId::Imbalance => {
-                    burden.against_n_m +=
-                        v[0] * sin(position) + v[1] * cos(position) + v[2] * position;
+                    let (sin, cos) = sincos_of(position);
+                    burden.against_n_m += v[0] * sin + v[1] * cos + v[2] * position;
                 }
                 EffectId::Cogging => {
-                    let phase = v[2] * middle.motor_rad;
-                    burden.against_n_m += v[0] * sin(phase) + v[1] * cos(phase);
+                    let (sin, cos) = sincos_of(v[2] * middle.motor_rad);
+                    burden.against_n_m += v[0] * sin + v[1] * cos;
                 }
                 EffectId::CurrentRipple => {
-                    let phase = v[2] * middle.motor_rad;
-                    burden.against_n_m -= now.motor_n_m * (v[0] * sin(phase) + v[1] * cos(phase));
+                    let (sin, cos) = sincos_of(v[2] * middle.motor_rad);
+                    burden.against_n_m -= now.motor_n_m * (v[0] * sin + v[1] * cos);
                 }
                 EffectId::InductanceEddy => burden.against_n_m += v[1] * w,
                 EffectId::Vibration => {
-                    let phase = TAU * v[2] * time_s;
-                    burden.against_n_m += v[0] * sin(phase) + v[1] * cos(phase);
+                    let (sin, cos) = sincos_of(TAU * v[2] * time_s);
+                    burden.against_n_m += v[0] * sin + v[1] * cos;
                 }
                 EffectId::CommutationOverlap => {
                     if let Some(c) = &self.commutation {
@@ -761,10 +779,8 @@ impl Extension {
     /// What a current leaves of the torque constant.
     pub(crate) fn saturation_ratio(&self, current_a: f64) -> f64 {
         let mut ratio = 1.0;
-        for effect in &self.effects {
-            if effect.id() == EffectId::Saturation {
-                ratio *= (1.0 - effect.values[0] * current_a * current_a).max(0.1);
-            }
+        for per_a2 in &self.saturations {
+            ratio *= (1.0 - per_a2 * current_a * current_a).max(0.1);
         }
         ratio
     }
@@ -791,8 +807,7 @@ impl Extension {
 
     /// Whether the circuit of a segment depends on its current.
     pub(crate) fn has_own_circuit(&self) -> bool {
-        let saturates = self.effects.iter().any(|effect| effect.id() == EffectId::Saturation);
-        saturates || self.winding.source_ohm > 0.0
+        !self.saturations.is_empty() || self.winding.source_ohm > 0.0
     }
 
     /// The back-EMF's wave, where effects move it or the sectors.
@@ -801,16 +816,19 @@ impl Extension {
     }
 
     /// The coupling with saturation and the shape of the back-EMF.
+    #[inline]
     pub(crate) fn coupling(
         &self,
-        coupling: LocalQuadratic,
+        mut coupling: LocalQuadratic,
         current_a: f64,
-        shape: impl Fn(&dyn Fn(f64) -> f64) -> [f64; 2],
+        shape: impl Fn(&Waveform) -> [f64; 2],
     ) -> LocalQuadratic {
-        let factor = self.saturation_ratio(current_a);
-        let mut coupling = coupling.map(|k| factor * k);
-        if let Some(c) = self.commutation.filter(|c| c.shaped) {
-            let [ratio, slope] = shape(&|x| c.wave.at(x));
+        if !self.saturations.is_empty() {
+            let factor = self.saturation_ratio(current_a);
+            coupling = coupling.map(|k| factor * k);
+        }
+        if let Some(c) = self.commutation.as_ref().filter(|c| c.shaped) {
+            let [ratio, slope] = shape(&c.wave);
             // a product of two local series, the ratio's second power left out
             coupling = [
                 coupling[0] * ratio,
@@ -862,7 +880,8 @@ impl Extension {
     /// What the position sensor shows of a position, a tick after it was read last.
     pub(crate) fn read_position_rad(&mut self, position: f64, motor_rad: f64) -> f64 {
         let Some([lag, a, b, step, _]) = self.position_sensor else { return position };
-        let seen = position + a * sin(motor_rad) + b * cos(motor_rad);
+        let (sin, cos) = if (a, b) == (0.0, 0.0) { (0.0, 1.0) } else { sincos_of(motor_rad) };
+        let seen = position + a * sin + b * cos;
         let before = self.lagged_rad.unwrap_or(seen);
         let shown = lagging(before, seen, lag, self.tick_s);
         self.lagged_rad = Some(shown);
@@ -883,7 +902,11 @@ impl Extension {
     }
 
     fn error_rad(&self, motor_rad: f64) -> f64 {
-        self.errors.iter().map(|[a, b, n]| a * sin(n * motor_rad) + b * cos(n * motor_rad)).sum()
+        let wave = |[a, b, n]: &[f64; 3]| {
+            let (sin, cos) = sincos_of(n * motor_rad);
+            a * sin + b * cos
+        };
+        self.errors.iter().map(wave).sum()
     }
 
     /// Set-points to hold in this tick, each with its share of it.
