@@ -51,8 +51,8 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct LowFidelity {
     actuator: Actuator,
-    scenario: Scenario,
-    command_rad: Vec<f64>,
+    scenario: Arc<Scenario>,
+    command_rad: Arc<[f64]>,
     effects: Vec<Effect>,
     load: Arc<Load>,
     finer: f64,
@@ -66,15 +66,32 @@ impl LowFidelity {
     /// [`SimulationError`] for parameters or a test that cannot be simulated.
     pub fn new(actuator: &Actuator, scenario: &Scenario) -> Result<Self, SimulationError> {
         actuator.check()?;
-        let command_rad = scenario.sampled_command(actuator)?;
+        let command_rad = scenario.sampled_command(actuator)?.into();
         Ok(Self {
             actuator: *actuator,
-            scenario: scenario.clone(),
+            scenario: Arc::new(scenario.clone()),
             command_rad,
             effects: Vec::new(),
             load: Arc::new(Load::None),
             finer: 1.0,
         })
+    }
+
+    /// The same test, with its effects and its load, on another actuator; the sampled command and
+    /// the load are shared.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), and as [`with_effects`](Self::with_effects) for effects taken on.
+    pub fn on_actuator(&self, actuator: &Actuator) -> Result<Self, SimulationError> {
+        actuator.check()?;
+        let sampled = |of: &Actuator| (of.controller.sample_hz, of.transmission.stop_rad);
+        let command_rad = if sampled(actuator) == sampled(&self.actuator) {
+            Arc::clone(&self.command_rad)
+        } else {
+            self.scenario.sampled_command(actuator)?.into()
+        };
+        Self { actuator: *actuator, command_rad, ..self.clone() }.with_effects(&self.effects)
     }
 
     /// The same test on a machine with effects.
@@ -111,7 +128,7 @@ impl LowFidelity {
 
     /// Turns the rotor at the start.
     pub fn turn_to(&mut self, start_angle_rad: f64) {
-        self.scenario.start_angle_rad = start_angle_rad;
+        Arc::make_mut(&mut self.scenario).start_angle_rad = start_angle_rad;
     }
 
     /// Runs the test on an actuator with the given damage, to its end.

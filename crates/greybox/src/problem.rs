@@ -1,5 +1,7 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
+use ema_sim::LowFidelity;
+
 use crate::{
     error::GreyboxError,
     machine::{Machine, Prediction, State},
@@ -26,6 +28,8 @@ pub(crate) struct Prepared<'a> {
     skip: usize,
     mains: Mains,
     pub(crate) measured: Vec<f64>,
+    /// The machine of the problem on its command.
+    test: Option<LowFidelity>,
 }
 
 impl<'a> Prepared<'a> {
@@ -37,7 +41,8 @@ impl<'a> Prepared<'a> {
         let drive = machine.measured_drive(record);
         let samples = drive.len().saturating_sub(skip) / factor;
         let mains = Mains::new(record.rate_hz, factor, samples);
-        let mut prepared = Self { record, place, factor, skip, mains, measured: Vec::new() };
+        let (measured, test) = (Vec::new(), machine.actuator_test(record));
+        let mut prepared = Self { record, place, factor, skip, mains, measured, test };
         prepared.measured = prepared.reduce(&drive);
         prepared
     }
@@ -106,7 +111,8 @@ impl<'a> Problem<'a> {
             .flat_map(|state| self.records.iter().map(move |record| (state, record)))
             .collect();
         let of = |(state, prepared): &(&State, &Prepared<'_>)| {
-            let drive = self.machine.drive(state, prepared.record, prepared.place)?;
+            let test = (prepared.record, prepared.test.as_ref());
+            let drive = self.machine.drive(state, test, prepared.place)?;
             Ok(prepared.reduce(&drive))
         };
         let drives: Result<Vec<Vec<f64>>, _> =

@@ -58,18 +58,38 @@ impl Machine {
         })
     }
 
+    /// An actuator as its file says, without effects, on the command of a recording; `None` for an
+    /// axis, and where it cannot be run.
+    pub(crate) fn actuator_test(&self, record: &Record) -> Option<LowFidelity> {
+        match self.with_rough(&[]) {
+            MachineModel::Actuator(model) => Some(actuator_test(&model, &[], record).ok()?.0),
+            _ => None,
+        }
+    }
+
     /// The drive signal alone of a run on the command of a recording. An actuator does not keep
-    /// what else it did.
+    /// what else it did, and takes command and load from its [`actuator_test`](Self::actuator_test)
+    /// where there is one.
     pub(crate) fn drive(
         &self,
         state: &State,
-        record: &Record,
+        (record, test): (&Record, Option<&LowFidelity>),
         place: usize,
     ) -> Result<Vec<f64>, GreyboxError> {
         let MachineModel::Actuator(model) = self.with_rough(&state.rough) else {
             return Ok(self.simulate(state, record, place)?.drive);
         };
-        let (simulation, step) = actuator_test(&model, &self.acting(state, place), record)?;
+        let effects = self.acting(state, place);
+        let (simulation, step) = match test {
+            Some(test) => {
+                let simulation = test
+                    .on_actuator(&model.actuator)
+                    .and_then(|test| test.with_effects(&effects))
+                    .map_err(refused(record))?;
+                (simulation, ticks_per_sample(record, model.actuator.controller.sample_hz)?)
+            }
+            None => actuator_test(&model, &effects, record)?,
+        };
         let mut current_a = Vec::new();
         simulation.simulate_current(&PhysicalFaults::from(&state.faults), &mut current_a);
         finite(current_drive(&current_a, model.actuator.controller.sample_hz, step, record), record)
