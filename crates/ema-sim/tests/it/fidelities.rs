@@ -1,8 +1,8 @@
 //! EMA-48 against the bars that the two models have to meet.
 
 use ema_sim::{
-    Envelope, EnvelopeFilter, FaultCoordinates, HealthState, HighFidelity, LowFidelity,
-    PhysicalFaults, Scenario,
+    Actuator, Envelope, EnvelopeFilter, FaultCoordinates, HealthState, HighFidelity, Load,
+    LowFidelity, PhysicalFaults, Scenario,
     presets::{BENCH, EMA_48},
 };
 
@@ -162,4 +162,27 @@ fn a_controller_shown_its_own_trace_asks_for_the_current_of_the_next_tick() {
     for (tick, (asked, there)) in asked_a.iter().zip(&trace.current_a[1..]).enumerate() {
         assert!((asked - there).abs() < 1e-9, "{tick}: {asked} {there}");
     }
+}
+
+/// What a test takes over on another actuator is what a new one makes.
+#[test]
+fn a_test_on_another_actuator_is_a_new_one() {
+    let scenario = Scenario { duration_s: 0.05, ..Scenario::chirp() };
+    let load = || Load::Recorded { values_n_m: vec![0.0, 2.0, 2.0, -1.0], rate_hz: 100.0 };
+    let new = |actuator: &Actuator| {
+        LowFidelity::new(actuator, &scenario)
+            .and_then(|test| test.with_load(load()))
+            .expect("a test of ours")
+    };
+    let base = new(&EMA_48);
+    let (mut heavier, mut slower) = (EMA_48, EMA_48);
+    heavier.motor.inertia_kg_m2 *= 1.1;
+    slower.controller.sample_hz *= 0.5;
+    let faults = (&HealthState::HEALTHY).into();
+    for actuator in [heavier, slower] {
+        let taken = base.on_actuator(&actuator).expect("an actuator of ours");
+        assert_eq!(taken.simulate(&faults), new(&actuator).simulate(&faults));
+    }
+    heavier.motor.inertia_kg_m2 = f64::NAN;
+    assert!(base.on_actuator(&heavier).is_err());
 }
