@@ -236,7 +236,7 @@ impl Machine {
 
     /// Bandwidth of the faster of the speed and the position loop, Hz: with gains `k_p` and `k_v`,
     /// `max(k_p, k_v·constant/inertia)/2π`.
-    fn bandwidth_hz(&self) -> f64 {
+    pub(crate) fn bandwidth_hz(&self) -> f64 {
         let (position, speed) = match &self.model {
             MachineModel::Actuator(model) => {
                 let controller = &model.actuator.controller;
@@ -248,6 +248,18 @@ impl Machine {
             _ => (0.0, 0.0),
         };
         position.max(speed * self.constant() / self.inertia()) / core::f64::consts::TAU
+    }
+
+    /// Largest speed of the surface or axis that the controller allows, rad/s or m/s.
+    pub(crate) fn speed_limit(&self) -> f64 {
+        match &self.model {
+            MachineModel::Actuator(model) => {
+                let actuator = &model.actuator;
+                actuator.controller.speed_limit_rad_per_s / actuator.transmission.gear_ratio
+            }
+            MachineModel::ServoAxis(model) => model.axis.controller.speed_limit,
+            _ => f64::INFINITY,
+        }
     }
 
     /// Largest drive signal that a proposed command may need: half of the controller's limit.

@@ -3,9 +3,10 @@
 
 use core::f64::consts::TAU;
 
-use ema_sim::model_file::MachineModel;
-
-use crate::record::{CommandKind, Record, Recordings};
+use crate::{
+    machine::Machine,
+    record::{CommandKind, Record, Recordings},
+};
 
 /// Length of a command, s.
 const DURATION_S: f64 = 8.0;
@@ -17,10 +18,21 @@ const RAMP_S: f64 = 0.15;
 const PACES: [f64; 3] = [0.3, 1.0, 3.0];
 /// Share of the controller's limit of speed that a command may ask for.
 const SPEED_SHARE: f64 = 0.5;
-/// Frequencies of sines, Hz.
-const SINES_HZ: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// Frequencies of sines, Hz; none above the bandwidth of the loops, where the machine does not
+/// follow. Near it the current depends on the gain of the motor, far below it on the torque alone.
+const SINES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+/// Shares of the amplitude that a sine's speed allows, largest first: fast ones need current.
+const AMPLITUDES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Frequency of a swinging load, Hz.
 const LOAD_HZ: f64 = 0.4;
+
+/// A command that might be given.
+pub(crate) struct Offer {
+    /// What the machine does.
+    pub(crate) description: String,
+    /// The recording to be taken, in falling sizes: the first that the machine can do is meant.
+    pub(crate) sizes: Vec<Record>,
+}
 
 /// What the recordings went through.
 struct Span {
@@ -61,53 +73,45 @@ fn fastest(record: &Record) -> f64 {
 }
 
 /// Commands with what they do, as recordings to be taken.
-pub(crate) fn menu(model: &MachineModel, recordings: &Recordings) -> Vec<(String, Record)> {
+pub(crate) fn menu(machine: &Machine, recordings: &Recordings) -> Vec<Offer> {
     let Some(first) = recordings.train.first() else { return Vec::new() };
     let span = Span::of(recordings, first);
     if span.most <= span.least {
         return Vec::new();
     }
-    let limit = SPEED_SHARE * speed_limit(model);
-    let mut moves = vec![("at rest".to_owned(), vec![span.start; samples(&span)])];
+    let limit = SPEED_SHARE * machine.speed_limit();
+    let mut moves = vec![("at rest".to_owned(), vec![vec![span.start; samples(&span)]])];
     for ratio in PACES {
         let pace = ratio * span.pace;
         if span.kind == CommandKind::Position && pace > limit.max(span.pace) {
             continue;
         }
         let at = format!("at {ratio} times the fastest recorded pace");
-        moves.push((format!("there and back {at}"), visits(&span, pace, &[1.0, 0.0], 0.0)));
+        moves.push((format!("there and back {at}"), vec![visits(&span, pace, &[1.0, 0.0], 0.0)]));
         let levels = [0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0];
-        moves.push((format!("in stairs with rests {at}"), visits(&span, pace, &levels, REST_S)));
+        let stairs = visits(&span, pace, &levels, REST_S);
+        moves.push((format!("in stairs with rests {at}"), vec![stairs]));
     }
-    for hz in SINES_HZ {
+    for hz in SINES_HZ.into_iter().filter(|hz| *hz <= machine.bandwidth_hz()) {
         let half = 0.5 * (span.most - span.least);
         let fastest = limit.max(span.pace).min(PACES[2] * span.pace);
         let amplitude = half.min(fastest / (TAU * hz));
-        moves.push((format!("a sine of {hz} Hz"), sine(&span, amplitude, hz)));
+        let sines = AMPLITUDES.map(|share| sine(&span, share * amplitude, hz));
+        moves.push((format!("a sine of {hz} Hz"), sines.into()));
     }
-    let recorded = |(description, command): (String, Vec<f64>)| {
-        let plain = record(&span, command, recordings, 0.0);
-        let mut both = vec![(description.clone(), plain)];
-        if span.load > 0.0 {
-            let under = format!("{description}, under a swinging load of ±{}", span.load);
-            let command = both[0].1.command.clone();
-            both.push((under, record(&span, command, recordings, span.load)));
-        }
-        both
+    let offered = |(description, commands): (String, Vec<Vec<f64>>)| {
+        let under = |load: f64| -> Vec<Record> {
+            let of = |command: &Vec<f64>| record(&span, command.clone(), recordings, load);
+            commands.iter().map(of).collect()
+        };
+        let loaded = (span.load > 0.0).then(|| Offer {
+            description: format!("{description}, under a swinging load of ±{}", span.load),
+            sizes: under(span.load),
+        });
+        let plain = Offer { sizes: under(0.0), description };
+        core::iter::once(plain).chain(loaded)
     };
-    moves.into_iter().flat_map(recorded).collect()
-}
-
-/// Largest speed of the surface or axis that the controller allows.
-fn speed_limit(model: &MachineModel) -> f64 {
-    match model {
-        MachineModel::Actuator(model) => {
-            let actuator = &model.actuator;
-            actuator.controller.speed_limit_rad_per_s / actuator.transmission.gear_ratio
-        }
-        MachineModel::ServoAxis(model) => model.axis.controller.speed_limit,
-        _ => f64::INFINITY,
-    }
+    moves.into_iter().flat_map(offered).collect()
 }
 
 fn samples(span: &Span) -> usize {

@@ -11,10 +11,11 @@ use crate::{
     gram::{dot, solve},
     known::Known,
     machine::Machine,
-    menu::menu,
+    menu::{Offer, menu},
     noise::Whitener,
     problem::{PerRecord, Problem},
     record::{CommandKind, Record, Recordings},
+    structure::Free,
 };
 
 /// A recording that might be taken.
@@ -39,15 +40,16 @@ impl Proposed {
 }
 
 impl Proposed {
-    fn told(&self) -> f64 {
-        told(&self.separations.iter().map(|(.., separation)| *separation).collect::<Vec<_>>())
+    fn told(&self, half: f64) -> f64 {
+        told(self.separations.iter().map(|(.., separation)| *separation), half)
     }
 }
 
-/// What a recording tells of several pairs of causes: the more of each, the less another counts
-/// that is told apart already; a pair that no recording tells apart decides nothing.
-fn told(separations: &[f64]) -> f64 {
-    separations.iter().map(|separation| libm::log1p(*separation)).sum()
+/// Pairs of causes that a recording tells apart, of each the share `λ/(λ + half)`. One told apart
+/// for certain counts no more than another, however certain; a pair that no recording tells apart
+/// decides nothing.
+fn told(separations: impl IntoIterator<Item = f64>, half: f64) -> f64 {
+    separations.into_iter().map(|separation| separation / (separation + half)).sum()
 }
 
 /// What to record next.
@@ -64,9 +66,6 @@ pub struct Proposal {
     pub kind: CommandKind,
 }
 
-/// Commands whose separation is worked out, of those that the causes differ most in.
-const WORKED_OUT: usize = 8;
-
 /// Looks for the recording that tells the open causes apart.
 ///
 /// For causes `a` and `b` with predictions `y` of the new recording, both whitened,
@@ -76,7 +75,7 @@ const WORKED_OUT: usize = 8;
 /// ```
 ///
 /// with the sensitivities `J_a` of all that is free beside cause `a`, and what the recordings at
-/// hand say of it, `F_a`: the smaller of `(a, b)` and `(b, a)`.
+/// hand say of it, `F_a`: the smaller of `(a, b)` and `(b, a)`, less what cannot be foreseen.
 ///
 /// # Errors
 ///
@@ -104,24 +103,20 @@ pub fn propose(
         .iter()
         .map(|(id, fitted)| Cause { id: *id, known: Known::new(fitted, &whitener) })
         .collect();
-    let mut served = Vec::new();
-    for (description, record) in menu(model, &recordings) {
-        let problem = Problem::new(&machine, [&record], options.jobs);
-        // what the machine cannot do is not on the menu
-        if let Ok(drives) = drives(&machine, &problem, &causes, &record) {
-            let told = told(&distances(&drives, &whitener));
-            served.push((told, description, record, drives));
+    for Offer { description, sizes } in menu(&machine, &recordings) {
+        // what the machine cannot do at any size is not on the menu
+        for record in sizes {
+            let problem = Problem::new(&machine, [&record], options.jobs);
+            let Ok(drives) = drives(&machine, &problem, &causes, &record) else { continue };
+            let separations = separations(&machine, &problem, &causes, &drives, &whitener)?;
+            let Record { command, load, .. } = record;
+            proposal.menu.push(Proposed { description, command, load, separations });
+            break;
         }
     }
-    served.sort_by(|a, b| b.0.total_cmp(&a.0));
-    served.truncate(WORKED_OUT);
-    for (_, description, record, drives) in served {
-        let problem = Problem::new(&machine, [&record], options.jobs);
-        let separations = separations(&problem, &causes, &drives, &whitener)?;
-        let Record { command, load, .. } = record;
-        proposal.menu.push(Proposed { description, command, load, separations });
-    }
-    proposal.menu.sort_by(|a, b| b.told().total_cmp(&a.told()));
+    // a difference of likelihoods of λ/2 nats is expected: at the limit of ties in half of the cases
+    let half = 2.0 * options.tie_nats;
+    proposal.menu.sort_by(|a, b| b.told(half).total_cmp(&a.told(half)));
     Ok(proposal)
 }
 
@@ -129,6 +124,25 @@ pub fn propose(
 struct Cause {
     id: EffectId,
     known: Known,
+}
+
+impl Cause {
+    /// Numbers a standard deviation from the fitted ones in every direction that the recordings
+    /// tell of, with `F = L·Lᵀ` those off by `L⁻ᵀ·1`; none further than its difference was taken
+    /// over, since what is known worse than that is fitted to the new recording.
+    fn a_deviation_off(&self) -> Vec<f64> {
+        let Known { structure, values, information } = &self.known;
+        let n = values.len();
+        let ones = DVector::from_element(n, 1.0);
+        let factor = information.clone().cholesky();
+        let off = factor.and_then(|f| f.l().transpose().solve_upper_triangular(&ones));
+        let off = off.unwrap_or_else(|| DVector::zeros(n));
+        let numbers = structure.free.iter().zip(values);
+        let moved = |((free, value), off): ((&Free, &f64), &f64)| {
+            (value + off.clamp(-free.step, free.step)).clamp(free.least, free.most)
+        };
+        numbers.zip(&off).map(moved).collect()
+    }
 }
 
 /// The drive signal by each cause; an error where it exceeds what the machine may do.
@@ -154,18 +168,6 @@ fn drives(
     Ok(drives)
 }
 
-/// Distances between each two causes before anything is fitted.
-fn distances(drives: &[PerRecord], whitener: &Whitener) -> Vec<f64> {
-    let mut distances = Vec::new();
-    for (place, a) in drives.iter().enumerate() {
-        for b in &drives[place + 1..] {
-            let apart = apart(a, b, whitener);
-            distances.push(dot(&apart, &apart));
-        }
-    }
-    distances
-}
-
 fn apart(a: &PerRecord, b: &PerRecord, whitener: &Whitener) -> Vec<f64> {
     let difference: PerRecord =
         a.iter().zip(b).map(|(a, b)| b.iter().zip(a).map(|(y, x)| y - x).collect()).collect();
@@ -173,6 +175,7 @@ fn apart(a: &PerRecord, b: &PerRecord, whitener: &Whitener) -> Vec<f64> {
 }
 
 fn separations(
+    machine: &Machine,
     problem: &Problem<'_>,
     causes: &[Cause],
     drives: &[PerRecord],
@@ -180,21 +183,60 @@ fn separations(
 ) -> Result<Vec<(EffectId, EffectId, f64)>, GreyboxError> {
     let mut beside = Vec::new();
     for (cause, drive) in causes.iter().zip(drives) {
-        let Known { structure, values, .. } = &cause.known;
-        let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
-        let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
-        beside.push(columns);
+        beside.push(Beside::new(machine, problem, (cause, drive), whitener)?);
     }
     let mut pairs = Vec::new();
     for a in 0..causes.len() {
         for b in a + 1..causes.len() {
             let apart = apart(&drives[a], &drives[b], whitener);
-            let of =
-                |place: usize| left_over(&apart, &beside[place], &causes[place].known.information);
-            pairs.push((causes[a].id, causes[b].id, of(a).min(of(b))));
+            let of = |place: usize| {
+                let information = &causes[place].known.information;
+                left_over(&apart, &beside[place].columns, information)
+            };
+            let unforeseen = beside[a].unforeseen.max(beside[b].unforeseen);
+            let separation = at_least(of(a).min(of(b)), unforeseen);
+            pairs.push((causes[a].id, causes[b].id, separation));
         }
     }
     Ok(pairs)
+}
+
+/// Energy that two signals of these energies have at least together.
+fn at_least(energy: f64, other: f64) -> f64 {
+    let left = (libm::sqrt(energy) - libm::sqrt(other)).max(0.0);
+    left * left
+}
+
+/// What the free numbers of a cause do in a new recording.
+struct Beside {
+    /// Whitened sensitivities.
+    columns: Vec<Vec<f64>>,
+    /// Energy of what they do beyond those, a standard deviation off: much where a drive sticks
+    /// and slips, or rattles in its play, and nobody can say when.
+    unforeseen: f64,
+}
+
+impl Beside {
+    fn new(
+        machine: &Machine,
+        problem: &Problem<'_>,
+        (cause, drive): (&Cause, &PerRecord),
+        whitener: &Whitener,
+    ) -> Result<Self, GreyboxError> {
+        let Known { structure, values, information } = &cause.known;
+        let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
+        let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
+        let off = cause.a_deviation_off();
+        let mut there = problem.drives(&[structure.state(machine, &off)])?;
+        let mut beyond = apart(drive, &there.remove(0), whitener);
+        for ((column, to), from) in columns.iter().zip(&off).zip(values) {
+            for (left, slope) in beyond.iter_mut().zip(column) {
+                *left -= slope * (to - from);
+            }
+        }
+        let unforeseen = left_over(&beyond, &columns, information);
+        Ok(Self { columns, unforeseen })
+    }
 }
 
 /// Energy of a signal that free numbers, known as well as they are, cannot take up.
@@ -212,9 +254,23 @@ mod tests {
     #[test]
     fn a_pair_that_nothing_tells_apart_decides_nothing() {
         // of three causes two are the same: what tells them from the third is better
-        assert!(told(&[40.0, 40.0, 0.0]) > told(&[2.0, 2.0, 0.1]));
+        assert!(told([40.0, 40.0, 0.0], 10.0) > told([2.0, 2.0, 0.1], 10.0));
         // and one that tells all a little is better than one that tells a pair very well
-        assert!(told(&[20.0, 20.0, 20.0]) > told(&[500.0, 0.0, 0.0]));
+        assert!(told([20.0, 20.0, 20.0], 10.0) > told([500.0, 0.0, 0.0], 10.0));
+    }
+
+    #[test]
+    fn a_pair_told_apart_beyond_doubt_does_not_stand_for_another() {
+        // at rest a wave of the transmission stands out a thousand times more than is needed
+        let rest = [0.0, 280_254.6, 280_254.6];
+        assert!(told([123.5, 435.8, 514.3], 10.0) > told(rest, 10.0));
+    }
+
+    #[test]
+    fn what_cannot_be_foreseen_tells_nothing_apart() {
+        assert!((at_least(100.0, 0.0) - 100.0).abs() < 1e-12);
+        assert!((at_least(100.0, 4.0) - 64.0).abs() < 1e-12);
+        assert!(at_least(48_934.0, 60_000.0).abs() < 1e-12);
     }
 
     #[test]

@@ -369,7 +369,7 @@ fn of_axis(
         CommandKind::Motion => motion(&record.command, record.rate_hz),
         _ => Command::Recorded { values_rad: record.command.clone(), rate_hz: record.rate_hz },
     };
-    let position = record.position.as_ref();
+    let shown = record.position.as_ref().map_or(record.command[0], |position| position[0]);
     let scenario = AxisScenario {
         input: match record.kind {
             CommandKind::Position | CommandKind::Motion => AxisInput::Position(command),
@@ -377,11 +377,7 @@ fn of_axis(
         },
         load: 0.0,
         duration_s: record.duration_s(),
-        start: AxisStart {
-            position: position
-                .map_or(record.command[0], |position| stands_at(position[0], effects)),
-            ..AxisStart::default()
-        },
+        start: AxisStart { position: stands_at(shown, effects), ..AxisStart::default() },
     };
     let simulation = ServoAxisSimulation::new(axis, &scenario)
         .and_then(|axis| axis.with_effects(effects))
@@ -389,4 +385,58 @@ fn of_axis(
         .map_err(refused(record))?;
     let trace = simulation.simulate(faults);
     Ok(AxisRun { simulation, trace, ticks_per_sample, drive: axis.drive })
+}
+
+#[cfg(test)]
+mod tests {
+    use ema_sim::{Geometry, model_file::parse_machine};
+
+    use super::*;
+    use crate::structure::Structure;
+
+    const AXIS: &str = r#"
+        kind = "servo-axis"
+        geometry = "rotary"
+        [axis]
+        inertia-kg-m2 = 1e-3
+        viscous-n-m-s-per-rad = 1e-3
+        kinetic-friction-n-m = 0.02
+        static-friction-n-m = 0.026
+        backlash-rad = 0.0005
+        [drive]
+        kind = "current"
+        torque-constant-n-m-per-a = 0.1
+        [controller]
+        sample-hz = 1000.0
+        position-gain-per-s = 20.0
+        speed-limit-rad-per-s = 60.0
+        speed-gain-a-s-per-rad = 1.0
+        speed-integral-a-per-rad = 20.0
+        output-limit-a = 8.0
+    "#;
+
+    #[test]
+    fn a_wave_of_what_is_shown_holds_no_axis_off_a_command_that_has_not_begun() {
+        let machine = Machine::new(&parse_machine(AXIS).expect("a model"));
+        let nominal = Structure::nominal(&machine);
+        let healthy: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let mut state = nominal.state(&machine, &healthy);
+        let wave = Effect::new(EffectId::TransmissionError, Geometry::Rotary)
+            .with("order", 24.0)
+            .and_then(|wave| wave.with("error_cos_rad", 1e-3));
+        state.add(&wave.expect("numbers of the effect"));
+        let at_rest = Record {
+            name: "proposed".to_owned(),
+            rate_hz: 1000.0,
+            command: vec![0.7; 1000],
+            kind: CommandKind::Position,
+            drive: vec![0.0; 1000],
+            position: None,
+            load: None,
+            filter_hz: None,
+            start_rad: None,
+        };
+        let drive = machine.simulate(&state, &at_rest, 0).expect("a machine at rest").drive;
+        assert!(drive.iter().all(|ampere| ampere.abs() < 1e-6), "{:?}", drive.last());
+    }
 }

@@ -39,6 +39,16 @@ fn a_standstill_tells_an_offset_from_friction_that_is_larger_one_way() {
 }
 
 #[test]
+fn the_menu_has_sines_up_to_the_bandwidth_that_the_machine_can_do() {
+    let offset = Effect::new(EffectId::CurrentSensor, Geometry::Rotary).with("offset_a", 0.02);
+    let recordings = recordings(vec![offset.expect("a number of the effect")]);
+    let proposal = propose(&model(), &recordings, &Options::default()).expect("good recordings");
+    let has = |description: &str| proposal.menu.iter().any(|item| item.description == description);
+    // 20 1/s of the position loop, 100 1/s of the speed loop: 16 Hz
+    assert!(has("a sine of 0.5 Hz") && has("a sine of 8 Hz") && !has("a sine of 16 Hz"));
+}
+
+#[test]
 fn where_nothing_is_open_nothing_is_proposed() {
     let proposal =
         propose(&model(), &recordings(Vec::new()), &Options::default()).expect("good recordings");
