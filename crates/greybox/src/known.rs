@@ -37,6 +37,39 @@ impl Known {
         }
         Self { structure, values, information }
     }
+
+    /// Where recordings that were not fitted would have the numbers, by the whitened sensitivities
+    /// `columns` and the whitened residual there.
+    fn moved_by(&self, columns: &[Vec<f64>], white: &[f64]) -> Moved {
+        let Self { structure, values, information } = self;
+        let products = Gram::new(columns).block(&(0..columns.len()).collect::<Vec<_>>());
+        let descent = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, white)));
+        let samples = white.len().max(1) as f64;
+        let size = |energy: f64| libm::sqrt(energy.max(0.0) / samples).max(f64::MIN_POSITIVE);
+        let energy = dot(white, white);
+        let mut moved = Moved { values: values.clone(), size: size(energy), price_nats: 0.0 };
+        // the noise is as large as what is left, and what is left goes by the noise
+        for _ in 0..PASSES {
+            let weight = 1.0 / (moved.size * moved.size);
+            let curvature = information + &products * weight;
+            let price = 0.5 * log_ratio(&curvature, information);
+            let normal = Normal { curvature, descent: &descent * weight };
+            moved.values = normal.bounded(&structure.free, values, 0.0);
+            let by = DVector::from_fn(values.len(), |n, _| moved.values[n] - values[n]);
+            moved.price_nats = 0.5 * by.dot(&(information * &by)) + price;
+            moved.size = size(energy - 2.0 * descent.dot(&by) + by.dot(&(&products * &by)));
+        }
+        moved
+    }
+}
+
+/// Numbers moved by recordings that were not fitted.
+struct Moved {
+    values: Vec<f64>,
+    /// Root mean square of the whitened residual with them.
+    size: f64,
+    /// Both later terms of [`HeldOut`], nats.
+    price_nats: f64,
 }
 
 /// Information on a number before any recording: its prior, else that of the uniform distribution
@@ -79,43 +112,22 @@ impl HeldOut {
         noise: &Whitener,
     ) -> Result<Self, GreyboxError> {
         let known = Known::new(fitted, own);
-        let Known { structure, values, information } = &known;
-        let off = structure.state(problem.machine, values);
-        let drive = problem.drives(&[off])?.remove(0);
+        let Known { structure, values, .. } = &known;
+        let state = structure.state(problem.machine, values);
+        let drive = problem.drives(core::slice::from_ref(&state))?.remove(0);
         let sensitivities = problem.sensitivities(structure, (0, 1.0), values, &drive)?;
-        let mut held_out = Self {
-            residuals: elsewhere(problem, &fitted.structure, &fitted.values, own)?,
-            values: values.clone(),
-            size: 0.0,
-            price_nats: 0.0,
-        };
-        let white = whitened(noise, &held_out.residuals);
-        held_out.size = rms(&white).max(f64::MIN_POSITIVE);
+        let mut residuals = elsewhere(problem, &fitted.structure, &fitted.values, own)?;
         let columns: Vec<Vec<f64>> = sensitivities.iter().map(|c| whitened(noise, c)).collect();
-        let products = Gram::new(&columns).block(&(0..columns.len()).collect::<Vec<_>>());
-        let descent = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
-        // the noise is as large as what is left, and what is left goes by the noise
-        for _ in 0..PASSES {
-            let weight = 1.0 / (held_out.size * held_out.size);
-            let curvature = information + &products * weight;
-            let normal = Normal { curvature, descent: &descent * weight };
-            held_out.values = normal.bounded(&structure.free, values, 0.0);
-            let moved = DVector::from_fn(values.len(), |n, _| held_out.values[n] - values[n]);
-            let fell = 2.0 * descent.dot(&moved) - moved.dot(&(&products * &moved));
-            let left = dot(&white, &white) - fell;
-            held_out.size =
-                libm::sqrt(left.max(0.0) / white.len().max(1) as f64).max(f64::MIN_POSITIVE);
-            held_out.price_nats = 0.5 * moved.dot(&(information * &moved))
-                + 0.5 * log_ratio(&normal.curvature, information);
-        }
-        for (record, residual) in held_out.residuals.iter_mut().enumerate() {
-            for ((column, from), to) in sensitivities.iter().zip(values).zip(&held_out.values) {
+        let moved = known.moved_by(&columns, &whitened(noise, &residuals));
+        for (record, residual) in residuals.iter_mut().enumerate() {
+            for ((column, from), to) in sensitivities.iter().zip(values).zip(&moved.values) {
                 for (r, slope) in residual.iter_mut().zip(&column[record]) {
                     *r -= (to - from) * slope;
                 }
             }
         }
-        Ok(held_out)
+        let Moved { values, size, price_nats } = moved;
+        Ok(Self { residuals, values, size, price_nats })
     }
 
     /// Root mean square of the residual.
@@ -125,7 +137,7 @@ impl HeldOut {
 }
 
 /// How often size and numbers are found from one another.
-const PASSES: usize = 3;
+const PASSES: usize = 5;
 
 /// Logarithm of the ratio of two determinants, both in units of the first.
 fn log_ratio(more: &DMatrix<f64>, less: &DMatrix<f64>) -> f64 {
@@ -146,3 +158,71 @@ fn log_ratio(more: &DMatrix<f64>, less: &DMatrix<f64>) -> f64 {
 
 /// What rounding may take from the eigenvalues of a scaled matrix.
 const ROUNDING: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
+
+    use super::*;
+    use crate::{random::normal, structure::Target};
+
+    const SAMPLES: usize = 60;
+
+    /// Two numbers known to a standard deviation of 0.5 and 2 with some correlation, and what they
+    /// do to recordings that were not fitted.
+    fn known(bounds: (f64, f64)) -> (Known, Vec<Vec<f64>>) {
+        let free = |place| Free {
+            target: Target::Rough(place),
+            key: String::new(),
+            start: 0.0,
+            least: bounds.0,
+            most: bounds.1,
+            step: 1.0,
+            reach: f64::INFINITY,
+            prior: None,
+        };
+        let structure = Structure { effects: Vec::new(), free: vec![free(0), free(1)] };
+        let covariance = DMatrix::from_row_slice(2, 2, &[0.25, 0.3, 0.3, 4.0]);
+        let information = covariance.try_inverse().expect("a covariance");
+        let column = |pace: f64| (0..SAMPLES).map(|n| libm::sin(pace * n as f64)).collect();
+        (Known { structure, values: vec![0.0; 2], information }, vec![column(0.1), column(0.37)])
+    }
+
+    /// The likelihood is the Gaussian one of a residual whose covariance is that of the noise and
+    /// of the numbers together.
+    #[test]
+    fn law_the_likelihood_is_that_of_noise_and_uncertain_numbers() {
+        let (known, columns) = known((-1e9, 1e9));
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let white: Vec<f64> = (0..SAMPLES)
+            .map(|n| 0.8 * columns[0][n] - 3.0 * columns[1][n] + normal(&mut random))
+            .collect();
+        let moved = known.moved_by(&columns, &white);
+        let variance = moved.size * moved.size;
+        let rest =
+            |n: usize| white[n] - (0..2).map(|k| moved.values[k] * columns[k][n]).sum::<f64>();
+        let energy: f64 = (0..SAMPLES).map(|n| rest(n) * rest(n)).sum();
+        assert!((energy / SAMPLES as f64 - variance).abs() < 1e-9 * variance);
+        let slopes = DMatrix::from_fn(SAMPLES, 2, |n, k| columns[k][n]);
+        let numbers = known.information.clone().try_inverse().expect("informative");
+        let together =
+            DMatrix::identity(SAMPLES, SAMPLES) * variance + &slopes * numbers * slopes.transpose();
+        let residual = DVector::from_vec(white);
+        let factor = together.cholesky().expect("a covariance");
+        let volume: f64 = factor.l().diagonal().iter().map(|d| libm::log(*d / moved.size)).sum();
+        let direct = -0.5 * residual.dot(&factor.solve(&residual)) - volume;
+        let ours = -0.5 * energy / variance - moved.price_nats;
+        assert!((ours - direct).abs() < 1e-3, "{ours} {direct}");
+    }
+
+    #[test]
+    fn what_is_known_well_does_not_move_and_nothing_leaves_its_bounds() {
+        let (mut known, columns) = known((-1e9, 0.5));
+        let white: Vec<f64> = columns[1].iter().map(|x| 3.0 * x).collect();
+        let moved = known.moved_by(&columns, &white);
+        assert!(moved.values.iter().all(|value| *value <= 0.5), "{:?}", moved.values);
+        known.information *= 1e12;
+        let held = known.moved_by(&columns, &white);
+        assert!(held.values.iter().all(|value| value.abs() < 1e-6), "{:?}", held.values);
+    }
+}
