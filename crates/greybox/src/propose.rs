@@ -39,18 +39,20 @@ impl Proposed {
     }
 }
 
-impl Proposed {
-    fn told(&self, half: f64) -> f64 {
-        told(self.separations.iter().map(|(.., separation)| *separation), half)
-    }
+/// Ties that a recording is expected to break: the sum over pairs of causes of the chance
+/// `Φ((λ/2 − t)/√λ)` that it speaks for the right one by more than the limit `t` of ties, nats.
+/// One told apart for certain counts no more than another, however certain; a pair that no
+/// recording tells apart decides nothing.
+fn ties_broken(separations: &[(EffectId, EffectId, f64)], tie_nats: f64) -> f64 {
+    let chance = |(.., separation): &(EffectId, EffectId, f64)| {
+        let deviations = (0.5 * separation - tie_nats) / libm::sqrt(separation.max(1e-9));
+        0.5 * libm::erfc(-core::f64::consts::FRAC_1_SQRT_2 * deviations)
+    };
+    separations.iter().map(chance).sum()
 }
 
-/// Pairs of causes that a recording tells apart, of each the share `λ/(λ + half)`. One told apart
-/// for certain counts no more than another, however certain; a pair that no recording tells apart
-/// decides nothing.
-fn told(separations: impl IntoIterator<Item = f64>, half: f64) -> f64 {
-    separations.into_iter().map(|separation| separation / (separation + half)).sum()
-}
+/// Ties more or less that two recordings are taken to break alike.
+const ALIKE_TIES: f64 = 0.01;
 
 /// What to record next.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,20 +105,26 @@ pub fn propose(
         .iter()
         .map(|(id, fitted)| Cause { id: *id, known: Known::new(fitted, &whitener) })
         .collect();
+    let mut served: Vec<(f64, Proposed)> = Vec::new();
     for Offer { description, sizes } in menu(&machine, &recordings) {
         // what the machine cannot do at any size is not on the menu
         for record in sizes {
             let problem = Problem::new(&machine, [&record], options.jobs);
-            let Ok(drives) = drives(&machine, &problem, &causes, &record) else { continue };
+            let Ok(drives) = drives(&machine, &problem, &causes, &record) else {
+                continue;
+            };
             let separations = separations(&machine, &problem, &causes, &drives, &whitener)?;
+            let told = ties_broken(&separations, options.tie_nats);
             let Record { command, load, .. } = record;
-            proposal.menu.push(Proposed { description, command, load, separations });
+            let proposed = Proposed { description, command, load, separations };
+            served.push((libm::round(told / ALIKE_TIES), proposed));
             break;
         }
     }
-    // a difference of likelihoods of λ/2 nats is expected: at the limit of ties in half of the cases
-    let half = 2.0 * options.tie_nats;
-    proposal.menu.sort_by(|a, b| b.told(half).total_cmp(&a.told(half)));
+    // of those that tell alike the first of the menu, which goes from rest to fast sines: the slower
+    // a move, the less of it hangs on what the recordings at hand do not say
+    served.sort_by(|a, b| b.0.total_cmp(&a.0));
+    proposal.menu = served.into_iter().map(|(_, proposed)| proposed).collect();
     Ok(proposal)
 }
 
@@ -251,19 +259,37 @@ fn left_over(signal: &[f64], columns: &[Vec<f64>], information: &DMatrix<f64>) -
 mod tests {
     use super::*;
 
+    /// Ties broken of three pairs with these separations.
+    fn of_three(separations: [f64; 3]) -> f64 {
+        use EffectId::{Cogging, CurrentRipple, TransmissionError};
+        let pairs = [
+            (Cogging, CurrentRipple),
+            (Cogging, TransmissionError),
+            (CurrentRipple, TransmissionError),
+        ];
+        let of = |((a, b), separation)| (a, b, separation);
+        ties_broken(&pairs.into_iter().zip(separations).map(of).collect::<Vec<_>>(), 5.0)
+    }
+
     #[test]
     fn a_pair_that_nothing_tells_apart_decides_nothing() {
         // of three causes two are the same: what tells them from the third is better
-        assert!(told([40.0, 40.0, 0.0], 10.0) > told([2.0, 2.0, 0.1], 10.0));
-        // and one that tells all a little is better than one that tells a pair very well
-        assert!(told([20.0, 20.0, 20.0], 10.0) > told([500.0, 0.0, 0.0], 10.0));
+        assert!(of_three([40.0, 40.0, 0.0]) > of_three([2.0, 2.0, 0.1]));
+        // and one that tells all is better than one that tells a pair very well
+        assert!(of_three([20.0, 20.0, 20.0]) > of_three([500.0, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn a_tie_is_broken_in_half_of_the_cases_where_the_limit_of_ties_is_expected() {
+        assert!((of_three([10.0, 10.0, 10.0]) - 1.5).abs() < 1e-9);
+        assert!((of_three([0.0, 0.0, 1e6]) - 1.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_pair_told_apart_beyond_doubt_does_not_stand_for_another() {
         // at rest a wave of the transmission stands out a thousand times more than is needed
         let rest = [0.0, 280_254.6, 280_254.6];
-        assert!(told([123.5, 435.8, 514.3], 10.0) > told(rest, 10.0));
+        assert!(of_three([123.5, 435.8, 514.3]) > of_three(rest));
     }
 
     #[test]
