@@ -44,3 +44,13 @@ pub enum GreyboxError {
         record: String,
     },
 }
+
+/// Nothing where the machine cannot be run so: at such numbers it explains nothing, and that is no
+/// error.
+pub(crate) fn if_run<T>(outcome: Result<T, GreyboxError>) -> Result<Option<T>, GreyboxError> {
+    match outcome {
+        Ok(value) => Ok(Some(value)),
+        Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}

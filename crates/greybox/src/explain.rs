@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Matrix2, Vector2};
 use crate::{
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
-    error::GreyboxError,
+    error::{GreyboxError, if_run},
     explained::{Explained, FaultChange, FaultLevel, Finding, Use, Verdict},
     fit::{Fitted, fit, sandwich},
     floor::{Excess, Floor, pairs},
@@ -309,10 +309,15 @@ impl<'a> Session<'a> {
         let state = structure.state(self.machine, values);
         let mut plant = vec![ThroughPlant::of(&self.train, &state, residuals)?];
         if structure.by_record(values).is_empty() {
-            let state = structure.state(self.machine, &held_out.values);
-            let drive = self.holdout.drives(core::slice::from_ref(&state))?.remove(0);
-            let moved = self.holdout.residuals(&drive);
-            plant.push(ThroughPlant::of(&self.holdout, &state, &moved)?);
+            let moved = structure.state(self.machine, &held_out.values);
+            let drives = if_run(self.holdout.drives(core::slice::from_ref(&moved)))?;
+            plant.push(match drives.as_deref() {
+                Some([drive, ..]) => {
+                    let residuals = self.holdout.residuals(drive);
+                    ThroughPlant::of(&self.holdout, &moved, &residuals)?
+                }
+                _ => ThroughPlant::of(&self.holdout, &state, &seen.held_out)?,
+            });
         }
         Ok(plant.into_iter().flatten().collect())
     }
@@ -547,7 +552,8 @@ fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, FaultLevel
 
 /// A level that lies between 0 and 1.
 fn level(value: f64, std: f64) -> FaultLevel {
-    let end = |z: f64| (value + z * std).clamp(0.0, 1.0);
+    // two components within 1 may be longer together
+    let end = |z: f64| (value + z * std).clamp(0.0, value.max(1.0));
     FaultLevel { value, std, interval_95: [end(-Z_95), end(Z_95)] }
 }
 

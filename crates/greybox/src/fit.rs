@@ -227,7 +227,7 @@ pub(crate) struct Normal {
 }
 
 impl Normal {
-    fn new(
+    pub(crate) fn new(
         whitener: &Whitener,
         free: &[Free],
         values: &[f64],

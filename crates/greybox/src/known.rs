@@ -21,6 +21,8 @@ pub(crate) struct Known {
     pub(crate) values: Vec<f64>,
     /// Inverse of their covariance.
     pub(crate) information: DMatrix<f64>,
+    /// Slope of the log-likelihood over each number that stands on a bound and is pushed there.
+    pub(crate) push: DVector<f64>,
 }
 
 impl Known {
@@ -35,13 +37,22 @@ impl Known {
         for (i, free) in structure.free.iter().enumerate() {
             information[(i, i)] += beforehand(free);
         }
-        Self { structure, values, information }
+        let Fitted { residuals, sensitivities, .. } = fitted;
+        let (free, white) = (&fitted.structure.free, whitened(noise, residuals));
+        let slopes = Normal::new(noise, free, &fitted.values, sensitivities, &white).descent;
+        let push = DVector::from_fn(kept.len(), |i, _| {
+            let (free, value, slope) = (&structure.free[i], values[i], slopes[kept[i]]);
+            let is_least = value <= free.least && slope < 0.0;
+            let is_most = value >= free.most && slope > 0.0;
+            if is_least || is_most { slope } else { 0.0 }
+        });
+        Self { structure, values, information, push }
     }
 
     /// Where recordings that were not fitted would have the numbers, by the whitened sensitivities
     /// `columns` and the whitened residual there.
     fn moved_by(&self, columns: &[Vec<f64>], white: &[f64]) -> Moved {
-        let Self { structure, values, information } = self;
+        let Self { structure, values, information, push } = self;
         let products = Gram::new(columns).block(&(0..columns.len()).collect::<Vec<_>>());
         let descent = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, white)));
         let samples = white.len().max(1) as f64;
@@ -53,10 +64,10 @@ impl Known {
             let weight = 1.0 / (moved.size * moved.size);
             let curvature = information + &products * weight;
             let price = 0.5 * log_ratio(&curvature, information);
-            let normal = Normal { curvature, descent: &descent * weight };
+            let normal = Normal { curvature, descent: &descent * weight + push };
             moved.values = normal.bounded(&structure.free, values, 0.0);
             let by = DVector::from_fn(values.len(), |n, _| moved.values[n] - values[n]);
-            moved.price_nats = 0.5 * by.dot(&(information * &by)) + price;
+            moved.price_nats = 0.5 * by.dot(&(information * &by)) - push.dot(&by) + price;
             moved.size = size(energy - 2.0 * descent.dot(&by) + by.dot(&(&products * &by)));
         }
         moved
@@ -88,8 +99,9 @@ fn beforehand(free: &Free) -> f64 {
 /// ln p(r) = −½·|r − J·δ|² − ½·δᵀ·F·δ − ½·ln det(I + F⁻¹·Jᵀ·J)
 /// ```
 ///
-/// at its largest over the change `δ` of the numbers, within their bounds: of all recordings
-/// together less that of those fitted (Laplace).
+/// at its largest over the change `δ` of the numbers, within their bounds and reach: of all
+/// recordings together less that of those fitted (Laplace). A number that the recordings fitted
+/// push against a bound pays for leaving it by that slope too.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldOut {
     /// `r − J·δ`, not whitened.
@@ -103,15 +115,16 @@ pub(crate) struct HeldOut {
 }
 
 impl HeldOut {
-    /// With the noise of the recordings fitted, `own`; that of those held out has the colour of
-    /// `noise` and a size of its own.
+    /// With the noise, whose size is each rival's own in what is held out; `own` is that of the
+    /// recordings fitted.
     pub(crate) fn new(
         problem: &Problem<'_>,
         fitted: &Fitted,
         own: &Whitener,
         noise: &Whitener,
     ) -> Result<Self, GreyboxError> {
-        let known = Known::new(fitted, own);
+        // by the noise alone: what a wrong model misses does not free its numbers
+        let known = Known::new(fitted, noise);
         let Known { structure, values, .. } = &known;
         let state = structure.state(problem.machine, values);
         let drive = problem.drives(core::slice::from_ref(&state))?.remove(0);
@@ -185,7 +198,11 @@ mod tests {
         let covariance = DMatrix::from_row_slice(2, 2, &[0.25, 0.3, 0.3, 4.0]);
         let information = covariance.try_inverse().expect("a covariance");
         let column = |pace: f64| (0..SAMPLES).map(|n| libm::sin(pace * n as f64)).collect();
-        (Known { structure, values: vec![0.0; 2], information }, vec![column(0.1), column(0.37)])
+        let push = DVector::zeros(2);
+        (
+            Known { structure, values: vec![0.0; 2], information, push },
+            vec![column(0.1), column(0.37)],
+        )
     }
 
     /// The likelihood is the Gaussian one of a residual whose covariance is that of the noise and
@@ -221,6 +238,11 @@ mod tests {
         let white: Vec<f64> = columns[1].iter().map(|x| 3.0 * x).collect();
         let moved = known.moved_by(&columns, &white);
         assert!(moved.values.iter().all(|value| *value <= 0.5), "{:?}", moved.values);
+        // pushed back by more than the recordings that were not fitted want
+        known.push[1] = -1e3;
+        let pushed = known.moved_by(&columns, &white);
+        assert!(pushed.values[1] < -1.0, "{:?}", pushed.values);
+        known.push[1] = 0.0;
         known.information *= 1e12;
         let held = known.moved_by(&columns, &white);
         assert!(held.values.iter().all(|value| value.abs() < 1e-6), "{:?}", held.values);

@@ -5,7 +5,7 @@ use ema_sim::EffectId;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    error::GreyboxError,
+    error::{GreyboxError, if_run},
     explain::{Options, Session, with_holdout},
     fit::whitened,
     gram::{dot, solve},
@@ -110,10 +110,10 @@ pub fn propose(
         // what the machine cannot do at any size is not on the menu
         for record in sizes {
             let problem = Problem::new(&machine, [&record], options.jobs);
-            let Ok(drives) = drives(&machine, &problem, &causes, &record) else {
-                continue;
-            };
-            let separations = separations(&machine, &problem, &causes, &drives, &whitener)?;
+            let drives = if_run(drives(&machine, &problem, &causes, &record))?;
+            let Some(drives) = drives else { continue };
+            let separations = separations(&machine, &problem, &causes, &drives, &whitener);
+            let Some(separations) = if_run(separations)? else { continue };
             let told = ties_broken(&separations, options.tie_nats);
             let Record { command, load, .. } = record;
             let proposed = Proposed { description, command, load, separations };
@@ -121,8 +121,8 @@ pub fn propose(
             break;
         }
     }
-    // of those that tell alike the first of the menu, which goes from rest to fast sines: the slower
-    // a move, the less of it hangs on what the recordings at hand do not say
+    // of those that tell alike the first of the menu, which goes from rest over slow moves to fast
+    // sines: the slower, the less of it hangs on what the recordings at hand do not say
     served.sort_by(|a, b| b.0.total_cmp(&a.0));
     proposal.menu = served.into_iter().map(|(_, proposed)| proposed).collect();
     Ok(proposal)
@@ -137,9 +137,10 @@ struct Cause {
 impl Cause {
     /// Numbers a standard deviation from the fitted ones in every direction that the recordings
     /// tell of, with `F = L·Lᵀ` those off by `L⁻ᵀ·1`; none further than its difference was taken
-    /// over, since what is known worse than that is fitted to the new recording.
+    /// over, since what is known worse than that is fitted to the new recording, and the other way
+    /// where a bound is nearer.
     fn a_deviation_off(&self) -> Vec<f64> {
-        let Known { structure, values, information } = &self.known;
+        let Known { structure, values, information, .. } = &self.known;
         let n = values.len();
         let ones = DVector::from_element(n, 1.0);
         let factor = information.clone().cholesky();
@@ -147,7 +148,9 @@ impl Cause {
         let off = off.unwrap_or_else(|| DVector::zeros(n));
         let numbers = structure.free.iter().zip(values);
         let moved = |((free, value), off): ((&Free, &f64), &f64)| {
-            (value + off.clamp(-free.step, free.step)).clamp(free.least, free.most)
+            let off = off.clamp(-free.step, free.step);
+            let there = if (free.least..=free.most).contains(&(value + off)) { off } else { -off };
+            (value + there).clamp(free.least, free.most)
         };
         numbers.zip(&off).map(moved).collect()
     }
@@ -231,7 +234,7 @@ impl Beside {
         (cause, drive): (&Cause, &PerRecord),
         whitener: &Whitener,
     ) -> Result<Self, GreyboxError> {
-        let Known { structure, values, information } = &cause.known;
+        let Known { structure, values, information, .. } = &cause.known;
         let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
         let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
         let off = cause.a_deviation_off();

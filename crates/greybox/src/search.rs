@@ -4,7 +4,7 @@ use ema_sim::EffectId;
 
 use crate::{
     curve::{Hypothesis, hypotheses},
-    error::GreyboxError,
+    error::{GreyboxError, if_run},
     explain::Session,
     fit::{Fitted, fit, whitened},
     floor::Floor,
@@ -222,10 +222,8 @@ impl Session<'_> {
             if most.is_some_and(|most| accepted[0].score() < SETTLED_SHARE * most) {
                 break;
             }
-            let ended = accepted.remove(0).settled(&search.current, problems, whitener)?;
-            if stands(&ended) {
-                settled.push(ended);
-            }
+            let ended = accepted.remove(0).settled(&search.current, problems, whitener);
+            settled.extend(if_run(ended)?.filter(&stands));
         }
         settled.sort_by(|a, b| b.score().total_cmp(&a.score()));
         accepted.splice(0..0, settled);
@@ -366,11 +364,10 @@ impl Session<'_> {
         structure: Structure,
         whitener: &Whitener,
     ) -> Result<Option<Judged>, GreyboxError> {
-        match fit(&self.train, structure, whitener) {
-            Ok(fitted) => Judged::new(fitted, (&self.train, &self.holdout), whitener).map(Some),
-            Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => Ok(None),
-            Err(error) => Err(error),
-        }
+        if_run(
+            fit(&self.train, structure, whitener)
+                .and_then(|fitted| Judged::new(fitted, (&self.train, &self.holdout), whitener)),
+        )
     }
 
     fn scan(
@@ -432,14 +429,9 @@ impl Session<'_> {
                 (scales.travel, questions),
                 bar,
             );
-            match outcome {
-                Ok(rival) => {
-                    bar = bar.min(rival.judged.fitted.objective);
-                    rivals.push(rival);
-                }
-                // at such sizes the machine cannot be run: no explanation
-                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {}
-                Err(error) => return Err(error),
+            if let Some(rival) = if_run(outcome)? {
+                bar = bar.min(rival.judged.fitted.objective);
+                rivals.push(rival);
             }
         }
         Ok(rivals)

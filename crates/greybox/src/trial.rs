@@ -5,7 +5,7 @@ use core::ops::Range;
 use ema_sim::Effect;
 
 use crate::{
-    error::GreyboxError,
+    error::{GreyboxError, if_run},
     fit::whitened,
     gram::dot,
     hypothesis::{Family, Scales, differs_by_record, first_size, is_stiff, multiples},
@@ -171,16 +171,10 @@ impl Trial<'_> {
         on.add(&effect);
         let mut columns = Vec::new();
         for (prepared, off) in all[records.clone()].iter().zip(&self.drive[records]) {
-            match machine.simulate(&on, prepared.record, prepared.place) {
-                Ok(prediction) => {
-                    let with = prepared.reduce(&prediction.drive);
-                    columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
-                }
-                Err(GreyboxError::Simulation { .. } | GreyboxError::NotFinite { .. }) => {
-                    return Ok(None);
-                }
-                Err(error) => return Err(error),
-            }
+            let prediction = machine.simulate(&on, prepared.record, prepared.place);
+            let Some(prediction) = if_run(prediction)? else { return Ok(None) };
+            let with = prepared.reduce(&prediction.drive);
+            columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
         }
         Ok(Some(columns))
     }
