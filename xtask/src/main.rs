@@ -11,6 +11,10 @@ mod validate;
 
 use anyhow::{Result, bail};
 
+/// That of `fdi`, whose times the pages give.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// What `cargo xtask` prints without a task.
 const TASKS: &str = "\
 cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
