@@ -17,6 +17,16 @@ pub(crate) fn elsewhere(
     values: &[f64],
     whitener: &Whitener,
 ) -> Result<PerRecord, GreyboxError> {
+    Ok(drive_and_residuals(problem, structure, values, whitener)?.1)
+}
+
+/// The same behind the drive signals without what differs between recordings.
+pub(crate) fn drive_and_residuals(
+    problem: &Problem<'_>,
+    structure: &Structure,
+    values: &[f64],
+    whitener: &Whitener,
+) -> Result<(PerRecord, PerRecord), GreyboxError> {
     let state = structure.state_elsewhere(problem.machine, values);
     let mut states = vec![state.clone()];
     for (effect, size) in structure.by_record(values) {
@@ -26,7 +36,7 @@ pub(crate) fn elsewhere(
             states.push(on);
         }
     }
-    let drives = problem.drives(&states)?;
+    let mut drives = problem.drives(&states)?;
     let mut residuals = problem.residuals(&drives[0]);
     for (record, residual) in residuals.iter_mut().enumerate() {
         let changes: Vec<Vec<f64>> = drives[1..]
@@ -48,5 +58,5 @@ pub(crate) fn elsewhere(
             }
         }
     }
-    Ok(residuals)
+    Ok((drives.swap_remove(0), residuals))
 }

@@ -227,7 +227,7 @@ pub(crate) struct Normal {
 }
 
 impl Normal {
-    pub(crate) fn new(
+    fn new(
         whitener: &Whitener,
         free: &[Free],
         values: &[f64],

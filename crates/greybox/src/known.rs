@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    elsewhere::elsewhere,
+    elsewhere::drive_and_residuals,
     error::GreyboxError,
     fit::{Fitted, Normal, whitened},
     gram::{Gram, dot},
@@ -30,18 +30,20 @@ impl Known {
         let kept = fitted.structure.same_everywhere();
         let structure = fitted.structure.only(&kept);
         let values: Vec<f64> = kept.iter().map(|&place| fitted.values[place]).collect();
-        let columns: Vec<Vec<f64>> =
+        let mut columns: Vec<Vec<f64>> =
             fitted.sensitivities.iter().map(|column| whitened(noise, column)).collect();
         let others: Vec<usize> = (0..columns.len()).filter(|n| !kept.contains(n)).collect();
-        let mut information = Gram::new(&columns).without(&others).block(&kept);
+        let residual = columns.len();
+        columns.push(whitened(noise, &fitted.residuals));
+        let products = Gram::new(&columns);
+        let mut information = products.without(&others).block(&kept);
         for (i, free) in structure.free.iter().enumerate() {
             information[(i, i)] += beforehand(free);
         }
-        let Fitted { residuals, sensitivities, .. } = fitted;
-        let (free, white) = (&fitted.structure.free, whitened(noise, residuals));
-        let slopes = Normal::new(noise, free, &fitted.values, sensitivities, &white).descent;
         let push = DVector::from_fn(kept.len(), |i, _| {
-            let (free, value, slope) = (&structure.free[i], values[i], slopes[kept[i]]);
+            let (free, value) = (&structure.free[i], values[i]);
+            let of_prior = free.prior.map_or(0.0, |(mean, std)| (value - mean) / (std * std));
+            let slope = products.get(kept[i], residual) - of_prior;
             let is_least = value <= free.least && slope < 0.0;
             let is_most = value >= free.most && slope > 0.0;
             if is_least || is_most { slope } else { 0.0 }
@@ -126,10 +128,9 @@ impl HeldOut {
         // by the noise alone: what a wrong model misses does not free its numbers
         let known = Known::new(fitted, noise);
         let Known { structure, values, .. } = &known;
-        let state = structure.state(problem.machine, values);
-        let drive = problem.drives(core::slice::from_ref(&state))?.remove(0);
+        let (drive, mut residuals) =
+            drive_and_residuals(problem, &fitted.structure, &fitted.values, own)?;
         let sensitivities = problem.sensitivities(structure, (0, 1.0), values, &drive)?;
-        let mut residuals = elsewhere(problem, &fitted.structure, &fitted.values, own)?;
         let columns: Vec<Vec<f64>> = sensitivities.iter().map(|c| whitened(noise, c)).collect();
         let moved = known.moved_by(&columns, &whitened(noise, &residuals));
         for (record, residual) in residuals.iter_mut().enumerate() {

@@ -47,6 +47,12 @@ impl<'a> Prepared<'a> {
         prepared
     }
 
+    /// The drive signal of a machine on its command, as it is compared.
+    pub(crate) fn drive(&self, machine: &Machine, state: &State) -> Result<Vec<f64>, GreyboxError> {
+        let test = (self.record, self.test.as_ref());
+        Ok(self.reduce(&machine.drive(state, test, self.place)?))
+    }
+
     /// A drive signal at the recording's rate as it is compared: averaged, and without what hums
     /// at the frequency of the mains.
     pub(crate) fn reduce(&self, drive: &[f64]) -> Vec<f64> {
@@ -110,11 +116,7 @@ impl<'a> Problem<'a> {
             .iter()
             .flat_map(|state| self.records.iter().map(move |record| (state, record)))
             .collect();
-        let of = |(state, prepared): &(&State, &Prepared<'_>)| {
-            let test = (prepared.record, prepared.test.as_ref());
-            let drive = self.machine.drive(state, test, prepared.place)?;
-            Ok(prepared.reduce(&drive))
-        };
+        let of = |(state, prepared): &(&State, &Prepared<'_>)| prepared.drive(self.machine, state);
         let drives: Result<Vec<Vec<f64>>, _> =
             parallel::map(&work, self.jobs, of).into_iter().collect();
         let mut drives = drives?.into_iter();

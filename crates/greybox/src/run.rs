@@ -394,26 +394,7 @@ mod tests {
     use super::*;
     use crate::structure::Structure;
 
-    const AXIS: &str = r#"
-        kind = "servo-axis"
-        geometry = "rotary"
-        [axis]
-        inertia-kg-m2 = 1e-3
-        viscous-n-m-s-per-rad = 1e-3
-        kinetic-friction-n-m = 0.02
-        static-friction-n-m = 0.026
-        backlash-rad = 0.0005
-        [drive]
-        kind = "current"
-        torque-constant-n-m-per-a = 0.1
-        [controller]
-        sample-hz = 1000.0
-        position-gain-per-s = 20.0
-        speed-limit-rad-per-s = 60.0
-        speed-gain-a-s-per-rad = 1.0
-        speed-integral-a-per-rad = 20.0
-        output-limit-a = 8.0
-    "#;
+    const AXIS: &str = include_str!("../tests/it/bench_top.toml");
 
     #[test]
     fn a_wave_of_what_is_shown_holds_no_axis_off_a_command_that_has_not_begun() {

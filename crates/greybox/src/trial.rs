@@ -171,9 +171,7 @@ impl Trial<'_> {
         on.add(&effect);
         let mut columns = Vec::new();
         for (prepared, off) in all[records.clone()].iter().zip(&self.drive[records]) {
-            let prediction = machine.simulate(&on, prepared.record, prepared.place);
-            let Some(prediction) = if_run(prediction)? else { return Ok(None) };
-            let with = prepared.reduce(&prediction.drive);
+            let Some(with) = if_run(prepared.drive(machine, &on))? else { return Ok(None) };
             columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
         }
         Ok(Some(columns))

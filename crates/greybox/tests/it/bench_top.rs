@@ -12,33 +12,7 @@ use rand_chacha::ChaCha8Rng;
 const RATE_HZ: f64 = 1000.0;
 
 pub(crate) fn model() -> MachineModel {
-    parse_machine(
-        r#"
-        kind = "servo-axis"
-        geometry = "rotary"
-        faults = ["k1", "k2"]
-        [axis]
-        inertia-kg-m2 = 1e-3
-        viscous-n-m-s-per-rad = 1e-3
-        kinetic-friction-n-m = 0.02
-        static-friction-n-m = 0.026
-        backlash-rad = 0.0005
-        [drive]
-        kind = "current"
-        torque-constant-n-m-per-a = 0.1
-        [controller]
-        sample-hz = 1000.0
-        position-gain-per-s = 20.0
-        speed-limit-rad-per-s = 60.0
-        speed-gain-a-s-per-rad = 1.0
-        speed-integral-a-per-rad = 20.0
-        output-limit-a = 8.0
-        [tolerance.axis]
-        inertia-kg-m2 = 0.1
-        viscous-n-m-s-per-rad = 0.2
-        "#,
-    )
-    .expect("the model of the test is one")
+    parse_machine(include_str!("bench_top.toml")).expect("the model of the test is one")
 }
 
 /// What is true of a machine beside its model.
