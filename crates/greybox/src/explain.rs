@@ -10,7 +10,7 @@ use crate::{
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
     explained::{Explained, FaultChange, FaultLevel, Finding, Use, Verdict},
-    fit::{Fitted, fit, sandwich},
+    fit::{Fitted, fit, fit_below, sandwich},
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
     machine::{Machine, Prediction},
@@ -416,7 +416,8 @@ impl<'a> Session<'a> {
             if best.objective < GOOD_PER_SAMPLE * self.train.samples() as f64 {
                 break;
             }
-            let fitted = fit(&self.train, nominal.clone().started_worn(levels), whitener)?;
+            let worn = nominal.clone().started_worn(levels);
+            let fitted = fit_below(&self.train, worn, whitener, best.objective)?;
             if fitted.objective < best.objective {
                 best = fitted;
             }

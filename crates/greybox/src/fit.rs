@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     error::GreyboxError,
     gram::{dot, solve},
+    in_box::least_in_box,
     noise::Whitener,
     problem::{PerRecord, Problem},
     structure::{Free, Structure},
@@ -50,13 +51,23 @@ pub(crate) fn fit(
     structure: Structure,
     whitener: &Whitener,
 ) -> Result<Fitted, GreyboxError> {
-    Search { problem, whitener, secant: false, bar: f64::INFINITY }.run(structure, &[])
+    fit_below(problem, structure, whitener, f64::INFINITY)
+}
+
+/// The same, ended as well where the steps are too short to reach the `bar`, an objective that
+/// another start has reached.
+pub(crate) fn fit_below(
+    problem: &Problem<'_>,
+    structure: Structure,
+    whitener: &Whitener,
+    bar: f64,
+) -> Result<Fitted, GreyboxError> {
+    Search { problem, whitener, secant: false, bar }.run(structure, &[])
 }
 
 /// Fits where the first of the free numbers do nearly what is known of them: each step mends the
 /// sensitivities by what it showed (Broyden 1965), and they are taken anew only where a step
-/// falls short. Those of the result are rough. The search ends as well where its steps are too
-/// short to reach the `bar`, an objective that another explanation has reached.
+/// falls short. Those of the result are rough. It ends at a `bar` as [`fit_below`] does.
 pub(crate) fn fit_near(
     problem: &Problem<'_>,
     structure: Structure,
@@ -261,56 +272,18 @@ impl Normal {
         self.descent.dot(&step) - 0.5 * step.dot(&(&self.curvature * &step))
     }
 
-    /// The damped step within the bounds and within reach: what would leave them is held there
-    /// and the others step without it.
+    /// Where the damped step within the bounds and within reach leads.
     pub(crate) fn bounded(&self, free: &[Free], values: &[f64], damping: f64) -> Vec<f64> {
-        let n = values.len();
-        let reach = |place: usize| {
-            let (free, value) = (&free[place], values[place]);
-            (free.least.max(value - free.reach), free.most.min(value + free.reach))
-        };
-        let mut held = vec![None; n];
-        for (place, free) in free.iter().enumerate() {
-            let at_least = values[place] <= free.least && self.descent[place] < 0.0;
-            let at_most = values[place] >= free.most && self.descent[place] > 0.0;
-            if at_least || at_most {
-                held[place] = Some(0.0);
-            }
+        let mut curvature = self.curvature.clone();
+        for i in 0..values.len() {
+            curvature[(i, i)] *= 1.0 + damping;
         }
-        loop {
-            let open: Vec<usize> = (0..n).filter(|&i| held[i].is_none()).collect();
-            let matrix = DMatrix::from_fn(open.len(), open.len(), |i, j| {
-                let damped = if i == j { 1.0 + damping } else { 1.0 };
-                self.curvature[(open[i], open[j])] * damped
-            });
-            let taken = |i: usize| -> f64 {
-                let fixed = held.iter().enumerate();
-                fixed.map(|(j, d)| d.unwrap_or(0.0) * self.curvature[(open[i], j)]).sum()
-            };
-            let right = DVector::from_fn(open.len(), |i, _| self.descent[open[i]] - taken(i));
-            let step = solve(&matrix, &right);
-            let mut left = false;
-            for (i, &place) in open.iter().enumerate() {
-                let (next, (least, most)) = (values[place] + step[i], reach(place));
-                if next < least || next > most {
-                    held[place] = Some(next.clamp(least, most) - values[place]);
-                    left = true;
-                }
-            }
-            if !left {
-                let mut next = values.to_vec();
-                for (place, d) in held.iter().enumerate() {
-                    next[place] += d.unwrap_or(0.0);
-                }
-                for (i, &place) in open.iter().enumerate() {
-                    next[place] += step[i];
-                }
-                for (value, free) in next.iter_mut().zip(free) {
-                    *value = value.clamp(free.least, free.most);
-                }
-                return next;
-            }
-        }
+        let places = || free.iter().zip(values);
+        let least: Vec<f64> = places().map(|(f, v)| (f.least - v).max(-f.reach)).collect();
+        let most: Vec<f64> = places().map(|(f, v)| (f.most - v).min(f.reach)).collect();
+        let step = least_in_box(&curvature, &self.descent, (&least, &most));
+        let next = places().zip(step.iter());
+        next.map(|((free, value), step)| (value + step).clamp(free.least, free.most)).collect()
     }
 }
 

@@ -24,6 +24,7 @@ mod follow;
 mod gain;
 mod gram;
 mod hypothesis;
+mod in_box;
 mod known;
 mod machine;
 mod mains;

@@ -174,16 +174,17 @@ impl Session<'_> {
             self.accepts(rival, &search.current, alpha, is_no_form)
                 && rival.fall >= form_share(rival.id) * explained
         };
-        let mut accepted: Vec<Rival> = rivals;
-        accepted.retain(|rival| stands(rival) && !search.has(rival.id));
+        rivals.retain(|rival| !search.has(rival.id));
+        let (mut accepted, others): (Vec<Rival>, Vec<Rival>) = rivals.into_iter().partition(stands);
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
         self.settle(&mut accepted, search, stands)?;
         let Some(winner) = accepted.first().cloned() else { return Ok(false) };
+        let ties = self.tied(&winner, accepted.iter().chain(&others), alpha);
         if search.found.is_empty() {
-            search.ties = self.tied(&winner, &accepted);
+            search.ties = ties;
             search.runners_up = best_of_each(accepted, winner.id);
         } else {
-            search.last_ties = self.tied(&winner, &accepted);
+            search.last_ties = ties;
         }
         search.log.push(format!("round {number}: {}", winner.id.info().symbol));
         search.current = winner.judged.clone();
@@ -458,10 +459,20 @@ impl Session<'_> {
             || (sure && gain.is_mute(wanted) && !with.fits_more_there(without))
     }
 
-    /// Rivals of another kind that explain as much as the winner.
-    fn tied(&self, winner: &Rival, accepted: &[Rival]) -> Vec<Rival> {
-        let as_good = |rival: &&Rival| self.is_as_good(&rival.judged, &winner.judged);
-        best_of_each(accepted.iter().filter(as_good).cloned().collect(), winner.id)
+    /// Rivals of another kind that explain as much as the winner. That there is something to be
+    /// explained stands by the winner: the others need not show it as surely, if it is no chance
+    /// that they do.
+    fn tied<'r>(
+        &self,
+        winner: &Rival,
+        rivals: impl Iterator<Item = &'r Rival>,
+        alpha: f64,
+    ) -> Vec<Rival> {
+        let as_good = |rival: &&Rival| {
+            let is_found = rival.log_p <= libm::log(alpha) && !rival.on_bound;
+            is_found && self.is_as_good(&rival.judged, &winner.judged)
+        };
+        best_of_each(rivals.filter(as_good).cloned().collect(), winner.id)
     }
 
     /// Whether a rival explains as much as the best. What its numbers and its shape cost does not
