@@ -223,6 +223,8 @@ impl<'a> Session<'a> {
             (false, false) if !(ties.is_empty() && last_ties.is_empty()) => Verdict::OneOf,
             (false, false) => Verdict::Named,
         };
+        let open = ties.iter().chain(&last_ties).chain(&search.unconfirmed);
+        let open: Vec<Judged> = open.map(|rival| rival.judged.clone()).collect();
         // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
         let first = usize::from(!ties.is_empty());
@@ -252,7 +254,7 @@ impl<'a> Session<'a> {
             holdout_rms: Some([&nominal, &now].map(|seen| rms(&seen.held_out.concat()))),
             noise_floor: Some((floor.rms, floor.source)),
             drive_unit: self.machine.drive_unit(),
-            faults: self.fault_changes(&before, &current, whitener),
+            faults: self.fault_changes((&before, &current), &open, whitener),
             rough: rough.map(|(rough, value)| (rough.key.clone(), rough.value, *value)).collect(),
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
             records: self.record_fits(&nominal, &now, whitener)?,
@@ -458,7 +460,7 @@ impl<'a> Session<'a> {
     ) -> Finding {
         let fitted = &judged.fitted;
         let effect = fitted.structure.effects_at(self.machine, &fitted.values).swap_remove(place);
-        let covariance = sandwich(fitted, &self.train, whitener);
+        let covariance = judged.covariance(&self.train, whitener);
         let interval = |p: usize| {
             let (value, std) = (fitted.values[p], libm::sqrt(covariance[(p, p)].max(0.0)));
             (fitted.structure.free[p].key.clone(), [value - Z_95 * std, value + Z_95 * std])
@@ -479,15 +481,24 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Levels without and with what was found; their intervals in the end hold those of all
+    /// that is left open.
     fn fault_changes(
         &self,
-        before: &Judged,
-        after: &Judged,
+        (before, after): (&Judged, &Judged),
+        open: &[Judged],
         whitener: &Whitener,
     ) -> Vec<FaultChange> {
-        let was =
-            levels(&before.fitted, &sandwich(&before.fitted, &self.train, before.own_noise()));
-        let is = levels(&after.fitted, &sandwich(&after.fitted, &self.train, whitener));
+        let levels_of =
+            |judged: &Judged, noise| levels(&judged.fitted, &judged.covariance(&self.train, noise));
+        let was = levels_of(before, before.own_noise());
+        let mut is = levels_of(after, whitener);
+        for other in open {
+            for ((_, level), (_, other)) in is.iter_mut().zip(levels_of(other, whitener)) {
+                let ([low, high], [least, most]) = (level.interval_95, other.interval_95);
+                level.interval_95 = [low.min(least), high.max(most)];
+            }
+        }
         let change = |((key, before), (_, after))| FaultChange { key, before, after };
         was.into_iter().zip(is).map(change).collect()
     }

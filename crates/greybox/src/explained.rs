@@ -55,10 +55,13 @@ pub struct Finding {
 pub struct FaultLevel {
     /// The level.
     pub value: f64,
-    /// Its standard deviation.
+    /// Its standard deviation with the effects of the answer: by the scatter over half-second blocks,
+    /// and no smaller than recordings held out that would have it elsewhere leave it.
     pub std: f64,
     /// Its 95 % interval, within what a level can be. That of an eccentricity, an amount without a
-    /// direction, begins at zero where its two components are zero within 95 %.
+    /// direction, begins at zero where its two components are zero within 95 %. In the end it
+    /// holds those of all explanations that are left open: of what is tied, and of effects that
+    /// are no chance but that what was held out did not confirm.
     pub interval_95: [f64; 2],
 }
 

@@ -54,8 +54,8 @@ pub(crate) fn fit(
     fit_below(problem, structure, whitener, f64::INFINITY)
 }
 
-/// The same, ended as well where the steps are too short to reach the `bar`, an objective that
-/// another start has reached.
+/// The same, ended as well where two steps in a row are too short to reach the `bar`, an objective
+/// that another start has reached.
 pub(crate) fn fit_below(
     problem: &Problem<'_>,
     structure: Structure,
@@ -67,7 +67,8 @@ pub(crate) fn fit_below(
 
 /// Fits where the first of the free numbers do nearly what is known of them: each step mends the
 /// sensitivities by what it showed (Broyden 1965), and they are taken anew only where a step
-/// falls short. Those of the result are rough. It ends at a `bar` as [`fit_below`] does.
+/// falls short. Those of the result are rough. The search ends as well where a step is too short
+/// to reach the `bar`, an objective that another explanation has reached.
 pub(crate) fn fit_near(
     problem: &Problem<'_>,
     structure: Structure,
@@ -108,6 +109,7 @@ impl Search<'_> {
         )?);
         let mut damping = 1e-4;
         let mut fresh = known.is_empty();
+        let mut was_slow = false;
         let mut shares = SHARES.into_iter();
         let mut share = shares.next().unwrap_or(1.0);
         for _ in 0..MOST_STEPS {
@@ -130,8 +132,9 @@ impl Search<'_> {
                 mend(&mut sensitivities, &structure.free, &stand, &next);
             }
             stand = next;
-            let above = stand.objective - self.bar;
-            let out_of_reach = fallen < LEAST_APPROACH * above;
+            let is_slow = fallen < LEAST_APPROACH * (stand.objective - self.bar);
+            let out_of_reach = is_slow && (self.secant || was_slow);
+            was_slow = is_slow;
             let settled = fallen < SETTLED_NATS;
             if out_of_reach || (settled && self.secant && fresh) {
                 break;
@@ -330,7 +333,7 @@ pub(crate) fn sandwich(
     })
 }
 
-fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let n = matrix.nrows();
     let mut inverse = DMatrix::zeros(n, n);
     for i in 0..n {

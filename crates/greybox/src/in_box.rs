@@ -6,15 +6,15 @@ use crate::gram::solve;
 
 /// Fall of the form, of the unit that it is in, below which no number is worth setting free.
 const LEAST_FALL: f64 = 1e-9;
-/// Times that each number may be held or set free.
-const MOST_CHANGES: usize = 10;
+/// Steps for each number, of which two are the rule.
+const MOST_STEPS: usize = 10;
 
 /// The `δ` within `least ≤ δ ≤ most` at which `½·δᵀ·H·δ − gᵀ·δ` is least, `H` the `curvature` and
 /// `g` the `descent`. Both bounds hold zero between them.
 ///
 /// What would leave the box first stops at its bound, and what stands there is set free again where
 /// the form falls inwards: the form never rises on the way, however alike two numbers are (BVLS,
-/// Stark and Parker 1995).
+/// Stark and Parker 1995). It is least but for what [`solve`] gives up to stay regular.
 pub(crate) fn least_in_box(
     curvature: &DMatrix<f64>,
     descent: &DVector<f64>,
@@ -25,11 +25,14 @@ pub(crate) fn least_in_box(
     let mut held: Vec<bool> = (0..n)
         .map(|i| (least[i] >= 0.0 && descent[i] < 0.0) || (most[i] <= 0.0 && descent[i] > 0.0))
         .collect();
-    for _ in 0..MOST_CHANGES * n.max(1) {
+    for _ in 0..MOST_STEPS * n.max(1) {
         let slope = descent - curvature * &at;
         let open: Vec<usize> = (0..n).filter(|&i| !held[i]).collect();
         let matrix = DMatrix::from_fn(open.len(), open.len(), |i, j| curvature[(open[i], open[j])]);
         let step = solve(&matrix, &DVector::from_fn(open.len(), |i, _| slope[open[i]]));
+        if step.iter().any(|step| !step.is_finite()) {
+            break;
+        }
         let room = |(i, &place): (usize, &usize)| {
             let bound = if step[i] < 0.0 { least[place] } else { most[place] };
             let share = if step[i] == 0.0 { 1.0 } else { (bound - at[place]) / step[i] };

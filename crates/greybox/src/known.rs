@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     elsewhere::drive_and_residuals,
     error::GreyboxError,
-    fit::{Fitted, Normal, whitened},
+    fit::{Fitted, Normal, inverse, whitened},
     gram::{Gram, dot},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
@@ -60,7 +60,9 @@ impl Known {
         let samples = white.len().max(1) as f64;
         let size = |energy: f64| libm::sqrt(energy.max(0.0) / samples).max(f64::MIN_POSITIVE);
         let energy = dot(white, white);
-        let mut moved = Moved { values: values.clone(), size: size(energy), price_nats: 0.0 };
+        let mut moved =
+            Moved { values: values.clone(), stds: Vec::new(), size: size(energy), price_nats: 0.0 };
+        let mut both = information.clone();
         // the noise is as large as what is left, and what is left goes by the noise
         for _ in 0..PASSES {
             let weight = 1.0 / (moved.size * moved.size);
@@ -71,7 +73,16 @@ impl Known {
             let by = DVector::from_fn(values.len(), |n, _| moved.values[n] - values[n]);
             moved.price_nats = 0.5 * by.dot(&(information * &by)) - push.dot(&by) + price;
             moved.size = size(energy - 2.0 * descent.dot(&by) + by.dot(&(&products * &by)));
+            both = normal.curvature;
         }
+        let (alone, both) = (inverse(information), inverse(&both));
+        let std = |n: usize| {
+            let (variance, by) = (alone[(n, n)], moved.values[n] - values[n]);
+            let of_move = (variance - both[(n, n)]).max(LEAST_NEWS * variance);
+            let off = by.abs() / libm::sqrt(of_move.max(f64::MIN_POSITIVE));
+            off.max(1.0) * libm::sqrt(variance.max(0.0))
+        };
+        moved.stds = (0..values.len()).map(std).collect();
         moved
     }
 }
@@ -79,6 +90,7 @@ impl Known {
 /// Numbers moved by recordings that were not fitted.
 struct Moved {
     values: Vec<f64>,
+    stds: Vec<f64>,
     /// Root mean square of the whitened residual with them.
     size: f64,
     /// Both later terms of [`HeldOut`], nats.
@@ -110,6 +122,9 @@ pub(crate) struct HeldOut {
     pub(crate) residuals: PerRecord,
     /// The numbers changed by `δ`, of [`Structure::same_everywhere`].
     pub(crate) values: Vec<f64>,
+    /// Standard deviation of each as fitted, by the noise alone, times the standard deviations of
+    /// its own that `δ` is off zero, at least one (Birge 1932).
+    pub(crate) stds: Vec<f64>,
     /// Root mean square of the residual through the noise.
     pub(crate) size: f64,
     /// Both later terms, nats.
@@ -140,8 +155,8 @@ impl HeldOut {
                 }
             }
         }
-        let Moved { values, size, price_nats } = moved;
-        Ok(Self { residuals, values, size, price_nats })
+        let Moved { values, stds, size, price_nats } = moved;
+        Ok(Self { residuals, values, stds, size, price_nats })
     }
 
     /// Root mean square of the residual.
@@ -149,6 +164,9 @@ impl HeldOut {
         rms(&self.residuals.concat())
     }
 }
+
+/// Share of the variance of a number by which others lower it at least, else they say nothing.
+const LEAST_NEWS: f64 = 1e-6;
 
 /// How often size and numbers are found from one another.
 const PASSES: usize = 5;

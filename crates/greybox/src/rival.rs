@@ -1,10 +1,11 @@
 //! An explanation among others: fitted to the recordings for it, judged on those that are not.
 
 use ema_sim::{Effect, EffectId};
+use nalgebra::DMatrix;
 
 use crate::{
     error::GreyboxError,
-    fit::{Fitted, fit, fit_near, whitened},
+    fit::{Fitted, fit, fit_near, sandwich, whitened},
     gain::{Block, Gain, block_length, in_blocks},
     hypothesis::{Family, differs_by_record, numbers},
     known::HeldOut,
@@ -73,8 +74,29 @@ impl Judged {
     /// Gain in evidence over another: log-likelihood of what was fitted less half a logarithm of
     /// the number of samples for each number more (Bayesian information criterion).
     pub(crate) fn evidence_over(&self, other: &Self, samples: usize) -> f64 {
-        let numbers = self.fitted.values.len() as f64 - other.fitted.values.len() as f64;
+        let numbers = self.numbers() as f64 - other.numbers() as f64;
         self.fit_over(other) - 0.5 * numbers * libm::log(samples as f64)
+    }
+
+    /// Covariance of the fitted numbers by their scatter ([`sandwich`]), and no smaller than what
+    /// is held out leaves of it.
+    pub(crate) fn covariance(&self, train: &Problem<'_>, noise: &Whitener) -> DMatrix<f64> {
+        let mut covariance = sandwich(&self.fitted, train, noise);
+        for (place, least) in
+            self.fitted.structure.same_everywhere().into_iter().zip(&self.held_out.stds)
+        {
+            let std = libm::sqrt(covariance[(place, place)].max(0.0));
+            if std > 0.0 && *least > std {
+                covariance.row_mut(place).scale_mut(least / std);
+                covariance.column_mut(place).scale_mut(least / std);
+            }
+        }
+        covariance
+    }
+
+    /// How many numbers were fitted.
+    pub(crate) fn numbers(&self) -> usize {
+        self.fitted.values.len()
     }
 
     pub(crate) fn own_noise(&self) -> &Whitener {

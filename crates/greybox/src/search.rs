@@ -48,8 +48,11 @@ pub(crate) struct Search {
     pub(crate) ties: Vec<Rival>,
     /// The same of the last of several.
     pub(crate) last_ties: Vec<Rival>,
-    /// Of other kinds that stood the tests in the first round; beside later effects, if any.
+    /// Of other kinds that stood the tests in the first round or are tied with what did, those
+    /// first; beside later effects, if any.
     pub(crate) runners_up: Vec<Rival>,
+    /// What the last round left open: no chance, and not confirmed by what was held out.
+    pub(crate) unconfirmed: Vec<Rival>,
     pub(crate) first_round: Option<Round>,
     /// How each effect fared in the first round.
     pub(crate) tried: Vec<Hypothesis>,
@@ -121,6 +124,7 @@ impl Session<'_> {
             ties: Vec::new(),
             last_ties: Vec::new(),
             runners_up: Vec::new(),
+            unconfirmed: Vec::new(),
             first_round: None,
             tried: Vec::new(),
             log,
@@ -175,14 +179,23 @@ impl Session<'_> {
                 && rival.fall >= form_share(rival.id) * explained
         };
         rivals.retain(|rival| !search.has(rival.id));
-        let (mut accepted, others): (Vec<Rival>, Vec<Rival>) = rivals.into_iter().partition(stands);
+        let (mut accepted, mut others): (Vec<Rival>, Vec<Rival>) =
+            rivals.into_iter().partition(stands);
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
-        self.settle(&mut accepted, search, stands)?;
-        let Some(winner) = accepted.first().cloned() else { return Ok(false) };
-        let ties = self.tied(&winner, accepted.iter().chain(&others), alpha);
+        self.settle((&mut accepted, &mut others), search, stands)?;
+        let Some(winner) = accepted.first().cloned() else {
+            search.unconfirmed = self.left_open(&search.current, others.iter(), alpha);
+            return Ok(false);
+        };
+        others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
+        let ties = self.left_open(&winner.judged, accepted.iter().chain(&others), alpha);
+        let ties = best_of_each(ties, winner.id);
         if search.found.is_empty() {
+            let is_tied = |rival: &Rival| ties.iter().any(|tie| tie.id == rival.id);
+            accepted.retain(|rival| !is_tied(rival));
+            search.runners_up = ties.clone();
+            search.runners_up.extend(best_of_each(accepted, winner.id));
             search.ties = ties;
-            search.runners_up = best_of_each(accepted, winner.id);
         } else {
             search.last_ties = ties;
         }
@@ -209,10 +222,10 @@ impl Session<'_> {
     }
 
     /// Ends the fits of the best with sensitivities of their own; those that stand the tests still
-    /// come first, in their new order, and those that do not are gone.
+    /// come first, in their new order, and those that do not are among the others.
     fn settle(
         &self,
-        accepted: &mut Vec<Rival>,
+        (accepted, others): (&mut Vec<Rival>, &mut Vec<Rival>),
         search: &Search,
         stands: impl Fn(&Rival) -> bool,
     ) -> Result<(), GreyboxError> {
@@ -224,7 +237,8 @@ impl Session<'_> {
                 break;
             }
             let ended = accepted.remove(0).settled(&search.current, problems, whitener);
-            settled.extend(if_run(ended)?.filter(&stands));
+            let Some(rival) = if_run(ended)? else { continue };
+            if stands(&rival) { &mut settled } else { &mut *others }.push(rival);
         }
         settled.sort_by(|a, b| b.score().total_cmp(&a.score()));
         accepted.splice(0..0, settled);
@@ -270,8 +284,9 @@ impl Session<'_> {
                 search.log.push(format!("swapped: {new} for {old}"));
                 search.current = rival.judged.clone();
                 search.found[0].rival = rival;
-                // they were tied beside what is gone
+                // they were open beside what is gone
                 search.last_ties.clear();
+                search.unconfirmed.clear();
                 is_swapped = true;
             } else {
                 search.runners_up.push(rival);
@@ -301,6 +316,7 @@ impl Session<'_> {
             search.current = left.clone();
             let dropped = search.found.remove(place);
             search.last_ties.clear();
+            search.unconfirmed.clear();
             if place == 0 {
                 search.ties.clear();
             }
@@ -459,26 +475,31 @@ impl Session<'_> {
             || (sure && gain.is_mute(wanted) && !with.fits_more_there(without))
     }
 
-    /// Rivals of another kind that explain as much as the winner. That there is something to be
-    /// explained stands by the winner: the others need not show it as surely, if it is no chance
-    /// that they do.
-    fn tied<'r>(
+    /// Rivals that explain as much as the best, that it is no chance that they do, and that what
+    /// is held out does not speak against. That there is something to be explained may stand by
+    /// the best alone: they need not show it as surely.
+    fn left_open<'r>(
         &self,
-        winner: &Rival,
+        best: &Judged,
         rivals: impl Iterator<Item = &'r Rival>,
         alpha: f64,
     ) -> Vec<Rival> {
-        let as_good = |rival: &&Rival| {
-            let is_found = rival.log_p <= libm::log(alpha) && !rival.on_bound;
-            is_found && self.is_as_good(&rival.judged, &winner.judged)
+        let is_open = |rival: &&Rival| {
+            let is_refuted = rival.gain.nats < -self.options.gain_std_errors * rival.gain.std_error;
+            rival.log_p <= libm::log(alpha)
+                && !rival.on_bound
+                && !is_refuted
+                && self.is_as_good(&rival.judged, best)
         };
-        best_of_each(rivals.filter(as_good).cloned().collect(), winner.id)
+        rivals.filter(is_open).cloned().collect()
     }
 
-    /// Whether a rival explains as much as the best. What its numbers and its shape cost does not
-    /// count: that chance is not at work is settled for both.
+    /// Whether a rival explains as much as the best, but for the half nat that each number more
+    /// explains by chance. What its numbers and its shape cost does not count: that chance is not
+    /// at work is settled for both.
     fn is_as_good(&self, rival: &Judged, best: &Judged) -> bool {
-        best.gain_over(rival).nats + best.fit_over(rival) < self.options.tie_nats
+        let by_chance = 0.5 * (rival.numbers() as f64 - best.numbers() as f64);
+        best.gain_over(rival).nats + best.fit_over(rival) + by_chance < self.options.tie_nats
     }
 
     /// What the catalogue asks of the machine.
