@@ -10,7 +10,7 @@ use crate::{
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
     explained::{Explained, FaultChange, FaultLevel, Finding, Use, Verdict},
-    fit::{Fitted, fit, fit_below, sandwich},
+    fit::{Fitted, fit, fit_below},
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
     machine::{Machine, Prediction},
@@ -269,7 +269,7 @@ impl<'a> Session<'a> {
     /// from damage and tolerance.
     fn may_be_an_effect(&self, current: &Judged, round: &Round, whitener: &Whitener) -> bool {
         let fitted = &current.fitted;
-        let covariance = sandwich(fitted, &self.train, whitener);
+        let covariance = current.covariance(&self.train, whitener);
         let is_found = |&p: &usize| {
             matches!(fitted.structure.free[p].target, Target::Fault(_))
                 && fitted.values[p].abs() > FOUND_STD * libm::sqrt(covariance[(p, p)].max(0.0))
@@ -644,6 +644,26 @@ mod tests {
             let share = f64::from(held) / 4000.0;
             assert!((0.935..0.995).contains(&share), "{truth}: {share}");
         }
+    }
+
+    #[test]
+    fn the_level_in_the_end_holds_those_of_all_that_is_left_open() {
+        let text = include_str!("../tests/it/bench_top.toml");
+        let machine = Machine::new(&ema_sim::model_file::parse_machine(text).expect("a model"));
+        let (recordings, options) = (Recordings::default(), Options::default());
+        let session = Session::new(&machine, &recordings, &options);
+        let worn = |k1: f64| {
+            let nominal = Structure::nominal(&machine);
+            let is_k1 = |free: &Free| matches!(free.target, Target::Fault(0));
+            let value = |free: &Free| if is_k1(free) { k1 } else { free.start };
+            let values = nominal.free.iter().map(value).collect();
+            let stds = vec![0.0; nominal.free.len()];
+            Judged::at(nominal, values, stds, 0.0)
+        };
+        let (fitted, open) = ((&worn(0.2), &worn(0.1)), [worn(0.05), worn(0.3)]);
+        let k1 = &session.fault_changes(fitted, &open, &Whitener::white(1.0))[0];
+        assert_eq!(k1.before.interval_95, [0.2, 0.2]);
+        assert_eq!((k1.after.value, k1.after.interval_95), (0.1, [0.05, 0.3]));
     }
 
     #[test]

@@ -61,7 +61,7 @@ pub struct FaultLevel {
     /// Its 95 % interval, within what a level can be. That of an eccentricity, an amount without a
     /// direction, begins at zero where its two components are zero within 95 %. In the end it
     /// holds those of all explanations that are left open: of what is tied, and of effects that
-    /// are no chance but that what was held out did not confirm.
+    /// are no chance but did not pass the gates.
     pub interval_95: [f64; 2],
 }
 

@@ -282,8 +282,7 @@ impl Normal {
             curvature[(i, i)] *= 1.0 + damping;
         }
         let places = || free.iter().zip(values);
-        let least: Vec<f64> = places().map(|(f, v)| (f.least - v).max(-f.reach)).collect();
-        let most: Vec<f64> = places().map(|(f, v)| (f.most - v).min(f.reach)).collect();
+        let (least, most): (Vec<f64>, Vec<f64>) = places().map(|(f, v)| f.room(*v)).unzip();
         let step = least_in_box(&curvature, &self.descent, (&least, &most));
         let next = places().zip(step.iter());
         next.map(|((free, value), step)| (value + step).clamp(free.least, free.most)).collect()

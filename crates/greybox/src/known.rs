@@ -75,15 +75,36 @@ impl Known {
             moved.size = size(energy - 2.0 * descent.dot(&by) + by.dot(&(&products * &by)));
             both = normal.curvature;
         }
-        let (alone, both) = (inverse(information), inverse(&both));
-        let std = |n: usize| {
-            let (variance, by) = (alone[(n, n)], moved.values[n] - values[n]);
-            let of_move = (variance - both[(n, n)]).max(LEAST_NEWS * variance);
-            let off = by.abs() / libm::sqrt(of_move.max(f64::MIN_POSITIVE));
-            off.max(1.0) * libm::sqrt(variance.max(0.0))
-        };
-        moved.stds = (0..values.len()).map(std).collect();
+        moved.stds = self.stds(&moved.values, &both);
         moved
+    }
+
+    /// Standard deviation of each number, times how many of its own the `moved` one is off, at least
+    /// one; the information of all recordings together is `both`. What stops at an edge is not
+    /// estimated: the others move as if it were known.
+    fn stds(&self, moved: &[f64], both: &DMatrix<f64>) -> Vec<f64> {
+        let Self { structure, values, information, .. } = self;
+        let is_held = |n: usize| {
+            let (free, by) = (&structure.free[n], moved[n] - values[n]);
+            let (least, most) = free.room(values[n]);
+            let near = LEAST_MOVE * free.step;
+            by <= least + near || by >= most - near
+        };
+        let held: Vec<bool> = (0..values.len()).map(is_held).collect();
+        let variance = |matrix: &DMatrix<f64>, n: usize| {
+            let open: Vec<usize> = (0..values.len()).filter(|&m| m == n || !held[m]).collect();
+            let block = DMatrix::from_fn(open.len(), open.len(), |i, j| matrix[(open[i], open[j])]);
+            let place = open.iter().position(|&m| m == n).unwrap_or(0);
+            inverse(&block)[(place, place)]
+        };
+        let alone = inverse(information);
+        let std = |n: usize| {
+            let fitted = variance(information, n);
+            let of_move = (fitted - variance(both, n)).max(LEAST_NEWS * fitted);
+            let off = (moved[n] - values[n]).abs() / libm::sqrt(of_move.max(f64::MIN_POSITIVE));
+            off.max(1.0) * libm::sqrt(alone[(n, n)].max(0.0))
+        };
+        (0..values.len()).map(std).collect()
     }
 }
 
@@ -164,6 +185,9 @@ impl HeldOut {
         rms(&self.residuals.concat())
     }
 }
+
+/// Share of the step of a number within which it stands at an edge.
+const LEAST_MOVE: f64 = 1e-9;
 
 /// Share of the variance of a number by which others lower it at least, else they say nothing.
 const LEAST_NEWS: f64 = 1e-6;
@@ -249,6 +273,40 @@ mod tests {
         let direct = -0.5 * residual.dot(&factor.solve(&residual)) - volume;
         let ours = -0.5 * energy / variance - moved.price_nats;
         assert!((ours - direct).abs() < 1e-3, "{ours} {direct}");
+    }
+
+    /// The variance of a move is that of noise and of the numbers' own uncertainty together.
+    #[test]
+    fn law_a_number_is_as_uncertain_as_what_is_held_out_has_it_elsewhere() {
+        let (known, columns) = known((-1e9, 1e9));
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let white: Vec<f64> = columns[0].iter().map(|x| 3.0 * x + normal(&mut random)).collect();
+        let moved = known.moved_by(&columns, &white);
+        let there = DMatrix::from_fn(2, 2, |i, j| dot(&columns[i], &columns[j]))
+            / (moved.size * moved.size);
+        let alone = known.information.clone().try_inverse().expect("informative");
+        let both = (&known.information + &there).try_inverse().expect("informative");
+        let of_move = &both * (&there + &there * &alone * &there) * &both;
+        for n in 0..2 {
+            let off = moved.values[n].abs() / libm::sqrt(of_move[(n, n)]);
+            let wanted = off.max(1.0) * libm::sqrt(alone[(n, n)]);
+            assert!((moved.stds[n] / wanted - 1.0).abs() < 0.01, "{:?} {wanted}", moved.stds);
+        }
+        assert!(moved.stds[0] > 1.5 && (moved.stds[1] - 2.0).abs() < 1e-3, "{:?}", moved.stds);
+    }
+
+    #[test]
+    fn what_stands_on_its_bound_does_not_make_another_number_uncertain() {
+        let (mut known, columns) = known((-1.0, 1.0));
+        known.structure.free[1].least = 0.0;
+        known.information = DMatrix::from_diagonal(&DVector::from_vec(vec![1e4, 12.0]));
+        let column: Vec<f64> = columns[0].iter().map(|x| 180.0 * x).collect();
+        let noise = |n: usize| if n.is_multiple_of(2) { 1.0 } else { -1.0 };
+        // one standard deviation of the first number off
+        let white: Vec<f64> = column.iter().enumerate().map(|(n, x)| noise(n) - 0.01 * x).collect();
+        let moved = known.moved_by(&[column.clone(), column], &white);
+        assert_eq!(moved.values[1], 0.0);
+        assert!(moved.stds[0] < 0.02, "{:?}", moved.stds);
     }
 
     #[test]

@@ -89,6 +89,8 @@ impl Judged {
             if std > 0.0 && *least > std {
                 covariance.row_mut(place).scale_mut(least / std);
                 covariance.column_mut(place).scale_mut(least / std);
+            } else if std == 0.0 {
+                covariance[(place, place)] = least * least;
             }
         }
         covariance
@@ -327,3 +329,58 @@ const POOR_PER_SAMPLE: f64 = 5.0;
 pub(crate) const GOOD_PER_SAMPLE: f64 = 0.75;
 /// Multiples of the size tried from which a fit starts where the model without it is poor.
 const SIZES: [f64; 2] = [3.0, 30.0];
+
+#[cfg(test)]
+impl Judged {
+    /// At values, without a recording.
+    pub(crate) fn at(structure: Structure, values: Vec<f64>, stds: Vec<f64>, train: f64) -> Self {
+        let sensitivities = vec![PerRecord::new(); values.len()];
+        let held_out = HeldOut {
+            residuals: PerRecord::new(),
+            values: values.clone(),
+            stds,
+            size: 1.0,
+            price_nats: 0.0,
+        };
+        let residuals = PerRecord::new();
+        let fitted = Fitted { structure, values, residuals, sensitivities, objective: 0.0 };
+        Self { fitted, own: Whitener::white(1.0), held_out, blocks: Vec::new(), train }
+    }
+}
+
+#[cfg(test)]
+impl Rival {
+    /// Of one number, with a chance and a gain.
+    pub(crate) fn at(id: EffectId, judged: Judged, log_p: f64, gain: (f64, f64)) -> Self {
+        let asked = Asked { sizes: 1, numbers: 1, looked_at: 1.0, questions: 1.0 };
+        let gain = Gain { nats: gain.0, std_error: gain.1, energy: 0.0 };
+        let (fall, evidence, on_bound) = (0.0, 0.0, false);
+        Self { id, family: 0, judged, fall, log_p, gain, evidence, on_bound, asked }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ema_sim::model_file::parse_machine;
+
+    use super::*;
+    use crate::machine::Machine;
+
+    #[test]
+    fn what_is_held_out_widens_a_number_and_never_narrows_one() {
+        let model = parse_machine(include_str!("../tests/it/bench_top.toml")).expect("a model");
+        let machine = Machine::new(&model);
+        let nominal = Structure::nominal(&machine);
+        let values: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let prior = |n: usize| nominal.free[n].prior.expect("a tolerance").1;
+        let mut stds = vec![0.0; values.len()];
+        (stds[0], stds[1]) = (3.0 * prior(0), 0.5 * prior(1));
+        let problem = Problem::new(&machine, core::iter::empty(), 1);
+        let covariance = Judged::at(nominal.clone(), values, stds, 0.0)
+            .covariance(&problem, &Whitener::white(1.0));
+        for (n, times) in [(0, 3.0), (1, 1.0)] {
+            let ratio = libm::sqrt(covariance[(n, n)]) / prior(n);
+            assert!((ratio - times).abs() < 1e-6, "{n}: {ratio}");
+        }
+    }
+}

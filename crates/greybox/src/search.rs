@@ -184,7 +184,8 @@ impl Session<'_> {
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
         self.settle((&mut accepted, &mut others), search, stands)?;
         let Some(winner) = accepted.first().cloned() else {
-            search.unconfirmed = self.left_open(&search.current, others.iter(), alpha);
+            others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
+            search.unconfirmed = self.unconfirmed(&search.current, &others, alpha);
             return Ok(false);
         };
         others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
@@ -258,7 +259,7 @@ impl Session<'_> {
         let samples = self.train.samples();
         let mut rivals: Vec<Rival> = core::mem::take(&mut search.runners_up);
         rivals.retain(|rival| !search.has(rival.id));
-        rivals.truncate(MOST_SWAPPED);
+        rivals.truncate(MOST_SWAPPED.max(search.ties.len()));
         let mut is_swapped = false;
         for rival in rivals {
             let with = &rival.judged.fitted;
@@ -292,7 +293,7 @@ impl Session<'_> {
                 search.runners_up.push(rival);
             }
         }
-        let is_tied = |rival: &&Rival| self.is_as_good(&rival.judged, &search.current);
+        let is_tied = |rival: &&Rival| self.is_tied(rival, &search.current);
         search.ties = search.runners_up.iter().filter(is_tied).cloned().collect();
         Ok(is_swapped)
     }
@@ -319,6 +320,7 @@ impl Session<'_> {
             search.unconfirmed.clear();
             if place == 0 {
                 search.ties.clear();
+                search.runners_up.clear();
             }
             search.log.push(format!("dropped: {}", dropped.rival.id.info().symbol));
         }
@@ -485,13 +487,26 @@ impl Session<'_> {
         alpha: f64,
     ) -> Vec<Rival> {
         let is_open = |rival: &&Rival| {
-            let is_refuted = rival.gain.nats < -self.options.gain_std_errors * rival.gain.std_error;
-            rival.log_p <= libm::log(alpha)
-                && !rival.on_bound
-                && !is_refuted
-                && self.is_as_good(&rival.judged, best)
+            rival.log_p <= libm::log(alpha) && !rival.on_bound && self.is_tied(rival, best)
         };
         rivals.filter(is_open).cloned().collect()
+    }
+
+    /// What may be there beside what was found: no chance, not confirmed, and as good as any
+    /// other of these.
+    fn unconfirmed(&self, current: &Judged, rivals: &[Rival], alpha: f64) -> Vec<Rival> {
+        let mut open = self.left_open(current, rivals.iter(), alpha);
+        let likelihood = |rival: &Rival| rival.gain.nats + rival.judged.fit_over(current);
+        let best = open.iter().max_by(|a, b| likelihood(a).total_cmp(&likelihood(b))).cloned();
+        open.retain(|rival| best.as_ref().is_some_and(|best| self.is_tied(rival, &best.judged)));
+        open
+    }
+
+    /// Whether a rival explains as much as the best, and what is held out does not speak against
+    /// it.
+    fn is_tied(&self, rival: &Rival, best: &Judged) -> bool {
+        let is_refuted = rival.gain.nats < -self.options.gain_std_errors * rival.gain.std_error;
+        !is_refuted && self.is_as_good(&rival.judged, best)
     }
 
     /// Whether a rival explains as much as the best, but for the half nat that each number more
@@ -536,4 +551,54 @@ fn best_of_each(mut rivals: Vec<Rival>, but: EffectId) -> Vec<Rival> {
         new
     });
     rivals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{explain::Options, machine::Machine, record::Recordings};
+
+    #[test]
+    fn what_is_as_likely_is_open_but_for_chance_numbers_and_what_refutes_it() {
+        let text = include_str!("../tests/it/bench_top.toml");
+        let machine = Machine::new(&ema_sim::model_file::parse_machine(text).expect("a model"));
+        let (recordings, options) = (Recordings::default(), Options::default());
+        let session = Session::new(&machine, &recordings, &options);
+        let judged = |numbers: usize, train: f64| {
+            let none = Structure { effects: Vec::new(), free: Vec::new() };
+            Judged::at(none, vec![0.0; numbers], vec![0.0; numbers], train)
+        };
+        let is_open = |numbers, train, log_p, gain| {
+            let rival = Rival::at(EffectId::Stribeck, judged(numbers, train), log_p, gain);
+            session.left_open(&judged(2, 0.0), [&rival].into_iter(), 0.01).len() == 1
+        };
+        // passes neither the gate of gain nor that of evidence
+        assert!(is_open(2, -4.6, -20.0, (-1.9, 1.0)));
+        assert!(!is_open(2, -5.1, -20.0, (0.0, 1.0)), "explains less");
+        assert!(!is_open(3, -4.6, -20.0, (0.0, 1.0)), "with one number more");
+        assert!(is_open(1, -5.4, -20.0, (0.0, 1.0)), "with one number less");
+        assert!(!is_open(2, 0.0, -20.0, (-2.1, 1.0)), "refuted");
+        assert!(!is_open(2, 0.0, -4.0, (0.0, 1.0)), "chance");
+    }
+
+    #[test]
+    fn of_what_is_unconfirmed_the_best_are_open() {
+        let text = include_str!("../tests/it/bench_top.toml");
+        let machine = Machine::new(&ema_sim::model_file::parse_machine(text).expect("a model"));
+        let (recordings, options) = (Recordings::default(), Options::default());
+        let session = Session::new(&machine, &recordings, &options);
+        let judged = |train: f64| {
+            let none = Structure { effects: Vec::new(), free: Vec::new() };
+            Judged::at(none, vec![0.0; 2], vec![0.0; 2], train)
+        };
+        let rival = |id, train| Rival::at(id, judged(train), -20.0, (0.0, 1.0));
+        let rivals = [
+            rival(EffectId::Stribeck, 30.0),
+            rival(EffectId::Cogging, 26.0),
+            rival(EffectId::Presliding, 20.0),
+        ];
+        let open = session.unconfirmed(&judged(0.0), &rivals, 0.01);
+        let ids: Vec<EffectId> = open.iter().map(|rival| rival.id).collect();
+        assert_eq!(ids, [EffectId::Stribeck, EffectId::Cogging]);
+    }
 }

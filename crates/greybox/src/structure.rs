@@ -33,6 +33,13 @@ pub(crate) struct Free {
     pub(crate) prior: Option<(f64, f64)>,
 }
 
+impl Free {
+    /// How far a step from a value may lead, downwards and upwards.
+    pub(crate) fn room(&self, value: f64) -> (f64, f64) {
+        ((self.least - value).max(-self.reach), (self.most - value).min(self.reach))
+    }
+}
+
 /// A hypothesis on what the machine does: effects, and what is free.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Structure {

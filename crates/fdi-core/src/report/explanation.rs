@@ -138,7 +138,7 @@ pub struct FaultBeforeAfter {
     pub after: f64,
     /// Its standard deviation.
     pub std_after: f64,
-    /// Its 95 % interval.
+    /// Its 95 % interval, which holds those of all explanations that are left open.
     pub interval_95_after: [f64; 2],
 }
 
