@@ -134,10 +134,13 @@ fn finds_both(line: &Line) -> bool {
 
 /// Errors of fault levels before and after, and whether the interval holds the truth; `k7` is a
 /// direction and left out.
+#[derive(Default)]
 pub(crate) struct FaultErrors {
     pub(crate) before: Vec<f64>,
     pub(crate) after: Vec<f64>,
     pub(crate) covered: Rate,
+    /// Half widths of the intervals.
+    pub(crate) half_widths: Vec<f64>,
     /// Fault levels that the answers do not give.
     pub(crate) missing: usize,
 }
@@ -158,8 +161,7 @@ pub(crate) enum Pooled<'a> {
 
 /// Pools the fault errors of cases.
 pub(crate) fn fault_errors(lines: &[&Line], pooled: Pooled<'_>) -> FaultErrors {
-    let mut all =
-        FaultErrors { before: Vec::new(), after: Vec::new(), covered: Rate::default(), missing: 0 };
+    let mut all = FaultErrors::default();
     for line in lines {
         let answer = answer(line);
         for (id, truth) in line.truth.faults.iter().filter(|(id, _)| *id != "k7") {
@@ -186,6 +188,7 @@ pub(crate) fn fault_errors(lines: &[&Line], pooled: Pooled<'_>) -> FaultErrors {
             };
             all.before.push((before - truth).abs());
             all.after.push((after - truth).abs());
+            all.half_widths.extend(interval.map(|[low, high]| 0.5 * (high - low)));
             if interval.is_some_and(|[low, high]| low <= *truth && *truth <= high) {
                 all.covered.hits += 1;
             }

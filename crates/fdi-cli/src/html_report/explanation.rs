@@ -360,7 +360,8 @@ fn basis(answer: &Explanation) -> Section {
     facts.push(format!("Model: {}.", answer.model));
     facts.push(format!(
         "Intervals are the estimate ± {Z_95} standard deviations, of fault levels within 0 and 1; \
-         that of an eccentricity begins at zero where its two components are zero within 95 %."
+         that of an eccentricity begins at zero where its two components are zero within 95 %. With \
+         what was found they hold those of all explanations that are left open."
     ));
     facts.extend(answer.stamp.as_ref().map(|stamp| format!("Made: {stamp}.")));
     facts.extend(answer.elapsed_s.map(|s| format!("Computed in {s:.1} s.")));

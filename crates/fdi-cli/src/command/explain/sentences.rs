@@ -107,11 +107,18 @@ pub(super) fn human(answer: &Explanation) -> String {
         }
     }
     if !answer.faults.is_empty() {
-        line("\nFault levels             nominal model          with what was found".to_owned());
+        line(
+            "\nFault levels     nominal model   95 %                with what was found   95 %"
+                .to_owned(),
+        );
         for (key, f) in &answer.faults {
+            let interval = |[from, to]: [f64; 2]| format!("{from:.4} to {to:.4}");
             line(format!(
-                "  {key:<10} {:>12.4} ± {:<8.4} {:>12.4} ± {:<8.4}",
-                f.before, f.std_before, f.after, f.std_after
+                "  {key:<14} {:>13.4}   {:<18}  {:>19.4}   {}",
+                f.before,
+                interval(f.interval_95_before),
+                f.after,
+                interval(f.interval_95_after)
             ));
         }
     }
