@@ -224,7 +224,8 @@ impl<'a> Session<'a> {
             (false, false) => Verdict::Named,
         };
         let open = ties.iter().chain(&last_ties).chain(&search.unconfirmed);
-        let open: Vec<Judged> = open.map(|rival| rival.judged.clone()).collect();
+        let open = open.map(|rival| &rival.judged);
+        let faults = self.fault_changes((&before, &current), open, whitener);
         // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
         let first = usize::from(!ties.is_empty());
@@ -254,7 +255,7 @@ impl<'a> Session<'a> {
             holdout_rms: Some([&nominal, &now].map(|seen| rms(&seen.held_out.concat()))),
             noise_floor: Some((floor.rms, floor.source)),
             drive_unit: self.machine.drive_unit(),
-            faults: self.fault_changes((&before, &current), &open, whitener),
+            faults,
             rough: rough.map(|(rough, value)| (rough.key.clone(), rough.value, *value)).collect(),
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
             records: self.record_fits(&nominal, &now, whitener)?,
@@ -483,10 +484,10 @@ impl<'a> Session<'a> {
 
     /// Levels without and with what was found; their intervals in the end hold those of all
     /// that is left open.
-    fn fault_changes(
+    fn fault_changes<'j>(
         &self,
         (before, after): (&Judged, &Judged),
-        open: &[Judged],
+        open: impl Iterator<Item = &'j Judged>,
         whitener: &Whitener,
     ) -> Vec<FaultChange> {
         let levels_of =
@@ -622,11 +623,16 @@ fn rough_noise(problem: &Problem<'_>) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
     use super::*;
     use crate::random::normal;
+
+    /// The axis of the tests, no recordings, the defaults.
+    pub(crate) fn nothing_recorded() -> (Machine, Recordings, Options) {
+        (Machine::bench_top(), Recordings::default(), Options::default())
+    }
 
     /// Intervals of an amount hold it in 95 % at least, also where there is none: there the plain
     /// one of 1.96 standard deviations would in 85 %.
@@ -648,9 +654,7 @@ mod tests {
 
     #[test]
     fn the_level_in_the_end_holds_those_of_all_that_is_left_open() {
-        let text = include_str!("../tests/it/bench_top.toml");
-        let machine = Machine::new(&ema_sim::model_file::parse_machine(text).expect("a model"));
-        let (recordings, options) = (Recordings::default(), Options::default());
+        let (machine, recordings, options) = nothing_recorded();
         let session = Session::new(&machine, &recordings, &options);
         let worn = |k1: f64| {
             let nominal = Structure::nominal(&machine);
@@ -661,7 +665,7 @@ mod tests {
             Judged::at(nominal, values, stds, 0.0)
         };
         let (fitted, open) = ((&worn(0.2), &worn(0.1)), [worn(0.05), worn(0.3)]);
-        let k1 = &session.fault_changes(fitted, &open, &Whitener::white(1.0))[0];
+        let k1 = &session.fault_changes(fitted, open.iter(), &Whitener::white(1.0))[0];
         assert_eq!(k1.before.interval_95, [0.2, 0.2]);
         assert_eq!((k1.after.value, k1.after.interval_95), (0.1, [0.05, 0.3]));
     }

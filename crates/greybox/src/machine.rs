@@ -335,3 +335,12 @@ fn kept(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {
     let ratio = if old_kinetic > 0.0 { old_static / old_kinetic } else { 1.0 };
     kinetic * ratio.max(1.0)
 }
+
+#[cfg(test)]
+impl Machine {
+    /// The axis of the tests.
+    pub(crate) fn bench_top() -> Self {
+        let text = include_str!("../tests/it/bench_top.toml");
+        Self::new(&ema_sim::model_file::parse_machine(text).expect("the axis of the tests"))
+    }
+}

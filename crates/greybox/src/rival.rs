@@ -361,15 +361,12 @@ impl Rival {
 
 #[cfg(test)]
 mod tests {
-    use ema_sim::model_file::parse_machine;
-
     use super::*;
     use crate::machine::Machine;
 
     #[test]
     fn what_is_held_out_widens_a_number_and_never_narrows_one() {
-        let model = parse_machine(include_str!("../tests/it/bench_top.toml")).expect("a model");
-        let machine = Machine::new(&model);
+        let machine = Machine::bench_top();
         let nominal = Structure::nominal(&machine);
         let values: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
         let prior = |n: usize| nominal.free[n].prior.expect("a tolerance").1;

@@ -389,16 +389,14 @@ fn of_axis(
 
 #[cfg(test)]
 mod tests {
-    use ema_sim::{Geometry, model_file::parse_machine};
+    use ema_sim::Geometry;
 
     use super::*;
     use crate::structure::Structure;
 
-    const AXIS: &str = include_str!("../tests/it/bench_top.toml");
-
     #[test]
     fn a_wave_of_what_is_shown_holds_no_axis_off_a_command_that_has_not_begun() {
-        let machine = Machine::new(&parse_machine(AXIS).expect("a model"));
+        let machine = Machine::bench_top();
         let nominal = Structure::nominal(&machine);
         let healthy: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
         let mut state = nominal.state(&machine, &healthy);

@@ -183,12 +183,11 @@ impl Session<'_> {
             rivals.into_iter().partition(stands);
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
         self.settle((&mut accepted, &mut others), search, stands)?;
+        others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
         let Some(winner) = accepted.first().cloned() else {
-            others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
             search.unconfirmed = self.unconfirmed(&search.current, &others, alpha);
             return Ok(false);
         };
-        others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
         let ties = self.left_open(&winner.judged, accepted.iter().chain(&others), alpha);
         let ties = best_of_each(ties, winner.id);
         if search.found.is_empty() {
@@ -556,18 +555,18 @@ fn best_of_each(mut rivals: Vec<Rival>, but: EffectId) -> Vec<Rival> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{explain::Options, machine::Machine, record::Recordings};
+    use crate::explain::tests::nothing_recorded;
+
+    /// A fit of so many numbers with a log-likelihood of what was fitted.
+    fn judged(numbers: usize, train: f64) -> Judged {
+        let none = Structure { effects: Vec::new(), free: Vec::new() };
+        Judged::at(none, vec![0.0; numbers], vec![0.0; numbers], train)
+    }
 
     #[test]
     fn what_is_as_likely_is_open_but_for_chance_numbers_and_what_refutes_it() {
-        let text = include_str!("../tests/it/bench_top.toml");
-        let machine = Machine::new(&ema_sim::model_file::parse_machine(text).expect("a model"));
-        let (recordings, options) = (Recordings::default(), Options::default());
+        let (machine, recordings, options) = nothing_recorded();
         let session = Session::new(&machine, &recordings, &options);
-        let judged = |numbers: usize, train: f64| {
-            let none = Structure { effects: Vec::new(), free: Vec::new() };
-            Judged::at(none, vec![0.0; numbers], vec![0.0; numbers], train)
-        };
         let is_open = |numbers, train, log_p, gain| {
             let rival = Rival::at(EffectId::Stribeck, judged(numbers, train), log_p, gain);
             session.left_open(&judged(2, 0.0), [&rival].into_iter(), 0.01).len() == 1
@@ -583,21 +582,15 @@ mod tests {
 
     #[test]
     fn of_what_is_unconfirmed_the_best_are_open() {
-        let text = include_str!("../tests/it/bench_top.toml");
-        let machine = Machine::new(&ema_sim::model_file::parse_machine(text).expect("a model"));
-        let (recordings, options) = (Recordings::default(), Options::default());
+        let (machine, recordings, options) = nothing_recorded();
         let session = Session::new(&machine, &recordings, &options);
-        let judged = |train: f64| {
-            let none = Structure { effects: Vec::new(), free: Vec::new() };
-            Judged::at(none, vec![0.0; 2], vec![0.0; 2], train)
-        };
-        let rival = |id, train| Rival::at(id, judged(train), -20.0, (0.0, 1.0));
+        let rival = |id, train| Rival::at(id, judged(2, train), -20.0, (0.0, 1.0));
         let rivals = [
             rival(EffectId::Stribeck, 30.0),
             rival(EffectId::Cogging, 26.0),
             rival(EffectId::Presliding, 20.0),
         ];
-        let open = session.unconfirmed(&judged(0.0), &rivals, 0.01);
+        let open = session.unconfirmed(&judged(2, 0.0), &rivals, 0.01);
         let ids: Vec<EffectId> = open.iter().map(|rival| rival.id).collect();
         assert_eq!(ids, [EffectId::Stribeck, EffectId::Cogging]);
     }
