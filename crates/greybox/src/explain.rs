@@ -43,9 +43,9 @@ pub struct Options {
     /// Standard errors by which the held-out likelihood has to rise.
     pub gain_std_errors: f64,
     /// Chance, by fit and hold-out together, below which half of that is enough for a first
-    /// effect.
+    /// effect. Beside what was found a fit alone that is less likely by chance is a remainder.
     pub sure_rate: f64,
-    /// Nats by which the evidence has to rise.
+    /// Nats by which the evidence of all recordings has to rise.
     pub evidence_nats: f64,
     /// Nats of likelihood, fitted and held out together, within which rivals are tied.
     pub tie_nats: f64,
@@ -62,7 +62,7 @@ impl Default for Options {
             most_effects: 3,
             refitted: 6,
             gain_std_errors: 2.0,
-            sure_rate: 1e-6,
+            sure_rate: 1e-5,
             evidence_nats: 3.0,
             tie_nats: 5.0,
             without: Vec::new(),
@@ -210,7 +210,8 @@ impl<'a> Session<'a> {
         let fitted = &current.fitted;
         let nominal = self.seen(&before, whitener)?;
         let now = self.seen(&current, whitener)?;
-        let something_left = self.is_something_left((&nominal, &now), &floor, &mut log)?;
+        let something_left = self.is_something_left((&nominal, &now), &floor, &mut log)?
+            || (!found.is_empty() && search.is_more_there);
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => match &first_round {
                 Some(round) if self.may_be_an_effect(&current, round, whitener) => {
@@ -530,9 +531,9 @@ impl<'a> Session<'a> {
         let options = &self.options;
         let questions = libm::log(round.families.len().max(1) as f64 * looked_at);
         let scan = questions - libm::log(options.false_alarm_rate);
-        let price = 0.5 * numbers as f64 * libm::log(self.train.samples().max(1) as f64);
-        let evidence = options.evidence_nats + price + libm::log(looked_at);
         let share = self.holdout.samples() as f64 / self.train.samples().max(1) as f64;
+        let price = 0.5 * numbers as f64 * libm::log(self.train.samples().max(1) as f64);
+        let evidence = (options.evidence_nats + price + libm::log(looked_at)) / (1.0 + share);
         let sure = (questions - libm::log(options.sure_rate)) / (1.0 + share);
         let root = |nats: f64| libm::sqrt(2.0 * nats) + NINE_IN_TEN;
         let confirmed = 2.0 * (options.gain_std_errors + NINE_IN_TEN) / libm::sqrt(share);

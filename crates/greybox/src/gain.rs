@@ -106,8 +106,9 @@ impl Gain {
     /// Whether the two predictions differ by too little to be told apart by so many standard
     /// errors, and the gain is what is expected of the first.
     pub(crate) fn is_mute(&self, std_errors: f64) -> bool {
-        let least = 0.5 * self.energy - MUTE_STD_ERRORS * libm::sqrt(self.energy);
-        self.energy < 4.0 * std_errors * std_errors && self.nats > least
+        let expected = 0.5 * self.energy;
+        expected < std_errors * self.std_error
+            && self.nats > expected - MUTE_STD_ERRORS * self.std_error
     }
 }
 
@@ -186,5 +187,7 @@ mod tests {
         // three standard errors below what is expected
         assert!(!Gain::of(&[share(-2.0, 1.0), share(-2.0, 3.0)]).is_mute(2.0));
         assert!(!Gain::of(&[share(4.0, 10.0), share(4.0, 10.0)]).is_mute(2.0));
+        // as much, but blocks scatter by more than noise alone makes them
+        assert!(Gain::of(&[share(10.0, 10.0), share(-2.0, 10.0), share(0.0, 0.0)]).is_mute(2.0));
     }
 }

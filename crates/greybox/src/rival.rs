@@ -149,6 +149,12 @@ impl Rival {
         self.gain.nats + self.evidence
     }
 
+    /// Whether chance is less than this by what was fitted and what was held out together: a chance
+    /// over an independent likelihood ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
+    pub(crate) fn is_no_chance(&self, rate: f64) -> bool {
+        (self.log_p - self.gain.nats).min(0.0) <= libm::log(rate)
+    }
+
     /// The same against another structure without it.
     pub(crate) fn judge(&mut self, without: &Judged, samples: usize) {
         let with = &self.judged;

@@ -53,6 +53,8 @@ pub(crate) struct Search {
     pub(crate) runners_up: Vec<Rival>,
     /// What the last round left open: no chance, and not confirmed by what was held out.
     pub(crate) unconfirmed: Vec<Rival>,
+    /// Whether the last round showed more beside what was found than noise does, whatever it is.
+    pub(crate) is_more_there: bool,
     pub(crate) first_round: Option<Round>,
     /// How each effect fared in the first round.
     pub(crate) tried: Vec<Hypothesis>,
@@ -125,6 +127,7 @@ impl Session<'_> {
             last_ties: Vec::new(),
             runners_up: Vec::new(),
             unconfirmed: Vec::new(),
+            is_more_there: false,
             first_round: None,
             tried: Vec::new(),
             log,
@@ -178,6 +181,8 @@ impl Session<'_> {
             self.accepts(rival, &search.current, alpha, is_no_form)
                 && rival.fall >= form_share(rival.id) * explained
         };
+        let sure = libm::log(self.options.sure_rate);
+        search.is_more_there = rivals.iter().any(|rival| rival.log_p <= sure);
         rivals.retain(|rival| !search.has(rival.id));
         let (mut accepted, mut others): (Vec<Rival>, Vec<Rival>) =
             rivals.into_iter().partition(stands);
@@ -200,6 +205,7 @@ impl Session<'_> {
             search.last_ties = ties;
         }
         search.log.push(format!("round {number}: {}", winner.id.info().symbol));
+        search.is_more_there = false;
         search.current = winner.judged.clone();
         search.found.push(Found { rival: winner, p_familywise });
         Ok(true)
@@ -372,7 +378,9 @@ impl Session<'_> {
         let others = search.explained() - fall;
         let is_no_form = fall >= MOST_FORM_SHARE * others;
         self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_no_form)
-            && current.evidence_over(without, self.train.samples()) > self.options.evidence_nats
+            && current.evidence_over(without, self.train.samples())
+                + current.gain_over(without).nats
+                > self.options.evidence_nats
             && fall >= form_share(search.found[place].rival.id) * search.explained()
     }
 
@@ -456,9 +464,9 @@ impl Session<'_> {
     }
 
     fn accepts(&self, rival: &Rival, current: &Judged, alpha: f64, is_no_form: bool) -> bool {
-        rival.log_p <= libm::log(alpha)
+        rival.is_no_chance(alpha)
             && self.is_held_out(&rival.judged, current, rival.log_p, is_no_form)
-            && rival.evidence > self.options.evidence_nats
+            && rival.score() > self.options.evidence_nats
             && !rival.on_bound
     }
 
@@ -473,7 +481,7 @@ impl Session<'_> {
         let sure = log_p - gain.nats <= libm::log(self.options.sure_rate);
         let less = if sure && is_no_form { 0.5 } else { 1.0 };
         gain.is_sure(less * wanted)
-            || (sure && gain.is_mute(wanted) && !with.fits_more_there(without))
+            || (sure && gain.is_mute(wanted) && (gain.nats > 0.0 || !with.fits_more_there(without)))
     }
 
     /// Rivals that explain as much as the best, that it is no chance that they do, and that what
@@ -486,7 +494,7 @@ impl Session<'_> {
         alpha: f64,
     ) -> Vec<Rival> {
         let is_open = |rival: &&Rival| {
-            rival.log_p <= libm::log(alpha) && !rival.on_bound && self.is_tied(rival, best)
+            rival.is_no_chance(alpha) && !rival.on_bound && self.is_tied(rival, best)
         };
         rivals.filter(is_open).cloned().collect()
     }
@@ -578,6 +586,7 @@ mod tests {
         assert!(is_open(1, -5.4, -20.0, (0.0, 1.0)), "with one number less");
         assert!(!is_open(2, 0.0, -20.0, (-2.1, 1.0)), "refuted");
         assert!(!is_open(2, 0.0, -4.0, (0.0, 1.0)), "chance");
+        assert!(is_open(2, 0.0, -4.0, (1.0, 1.0)), "no chance with what is held out");
     }
 
     #[test]
