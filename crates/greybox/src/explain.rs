@@ -42,8 +42,9 @@ pub struct Options {
     pub refitted: usize,
     /// Standard errors by which the held-out likelihood has to rise.
     pub gain_std_errors: f64,
-    /// Chance, by fit and hold-out together, below which half of that is enough for a first
-    /// effect. Beside what was found a fit alone that is less likely by chance is a remainder.
+    /// Chance, by fit and hold-out together, below which half of that is enough, or what is expected
+    /// of a hold-out that cannot tell. Beside what was found a fit alone that is less likely by
+    /// chance is a remainder.
     pub sure_rate: f64,
     /// Nats by which the evidence of all recordings has to rise.
     pub evidence_nats: f64,

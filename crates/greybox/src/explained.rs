@@ -19,7 +19,7 @@ pub enum Verdict {
     Adequate,
     /// It does with one effect more.
     Named,
-    /// An effect is there, and something else is left.
+    /// An effect is there, and something else is left, which no effect explains surely.
     NamedWithRemainder,
     /// One of several effects that explain the recordings equally well.
     OneOf,
@@ -44,7 +44,7 @@ pub struct Finding {
     pub holdout_gain_nats: f64,
     /// Its standard error.
     pub holdout_gain_se: f64,
-    /// Gain in evidence, nats.
+    /// Gain in evidence of the recordings fitted, nats.
     pub evidence_nats: f64,
     /// Of an alternative the effect found that it may be instead.
     pub instead_of: Option<EffectId>,

@@ -11,6 +11,8 @@ const BLOCK_S: f64 = 0.5;
 
 /// Standard errors below what is expected of a rival that what cannot speak may show by chance.
 const MUTE_STD_ERRORS: f64 = 2.0;
+/// Nats that it may lose at most, however much it scatters: the least of `E/2 − c·√E`.
+const MOST_MUTE_LOSS: f64 = 0.5 * MUTE_STD_ERRORS * MUTE_STD_ERRORS;
 
 /// A stretch of a recording that was not fitted.
 #[derive(Clone, Debug)]
@@ -107,8 +109,8 @@ impl Gain {
     /// errors, and the gain is what is expected of the first.
     pub(crate) fn is_mute(&self, std_errors: f64) -> bool {
         let expected = 0.5 * self.energy;
-        expected < std_errors * self.std_error
-            && self.nats > expected - MUTE_STD_ERRORS * self.std_error
+        let least = (expected - MUTE_STD_ERRORS * self.std_error).max(-MOST_MUTE_LOSS);
+        expected < std_errors * self.std_error && self.nats > least
     }
 }
 
@@ -189,5 +191,8 @@ mod tests {
         assert!(!Gain::of(&[share(4.0, 10.0), share(4.0, 10.0)]).is_mute(2.0));
         // as much, but blocks scatter by more than noise alone makes them
         assert!(Gain::of(&[share(10.0, 10.0), share(-2.0, 10.0), share(0.0, 0.0)]).is_mute(2.0));
+        // a loss in one block is no scatter that excuses it
+        let lost = [vec![share(0.0, 10.0); 9], vec![share(-60.0, 10.0)]].concat();
+        assert!(Gain::of(&lost).std_error > 25.0 && !Gain::of(&lost).is_mute(2.0));
     }
 }

@@ -122,7 +122,8 @@ pub(crate) struct Rival {
     pub(crate) judged: Judged,
     /// Fall of the objective against the structure without it, nats.
     pub(crate) fall: f64,
-    /// Logarithm of the chance of that fall, for all questions of the catalogue together.
+    /// Logarithm of the chance of that fall times the questions of the catalogue, which may exceed
+    /// one.
     pub(crate) log_p: f64,
     pub(crate) gain: Gain,
     pub(crate) evidence: f64,
@@ -143,6 +144,13 @@ struct Asked {
     questions: f64,
 }
 
+impl Asked {
+    /// Logarithm of the chance that the objective falls so far, times the questions.
+    fn log_chance(self, fall: f64) -> f64 {
+        log_tail(2.0 * fall, self.numbers) + libm::log(self.looked_at * self.questions)
+    }
+}
+
 impl Rival {
     /// What speaks for it, in nats: held out and fitted together.
     pub(crate) fn score(&self) -> f64 {
@@ -153,6 +161,11 @@ impl Rival {
     /// over an independent likelihood ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
     pub(crate) fn is_no_chance(&self, rate: f64) -> bool {
         (self.log_p - self.gain.nats).min(0.0) <= libm::log(rate)
+    }
+
+    /// Logarithm of the chance of another fall, as [`Self::log_p`].
+    pub(crate) fn log_chance_of(&self, fall: f64) -> f64 {
+        self.asked.log_chance(fall)
     }
 
     /// The same against another structure without it.
@@ -179,7 +192,7 @@ impl Rival {
             self.id.info().symbol,
             families[self.family].sizes,
             self.fall,
-            self.log_p,
+            self.log_p.min(0.0),
             self.gain.nats,
             self.gain.std_error,
             0.5 * self.gain.energy,
@@ -302,16 +315,14 @@ impl Rival {
     ) -> Self {
         let fitted = &judged.fitted;
         let fall = current.fitted.objective - fitted.objective;
-        let chance = log_tail(2.0 * fall, asked.numbers);
         let on_bound = is_on_bound(fitted, fitted.structure.effects.len() - 1, asked.sizes);
-        let looked = libm::log(asked.looked_at);
         Self {
             id,
             family,
             fall,
-            log_p: (chance + looked + libm::log(asked.questions)).min(0.0),
+            log_p: asked.log_chance(fall),
             gain: judged.gain_over(current),
-            evidence: judged.evidence_over(current, samples) - looked,
+            evidence: judged.evidence_over(current, samples) - libm::log(asked.looked_at),
             on_bound,
             asked,
             judged,

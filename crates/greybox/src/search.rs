@@ -29,6 +29,9 @@ const MOST_SWAPPED: usize = 3;
 const MOST_SETTLED: usize = 2;
 /// Share of the best rival's score from which on another is among them.
 const SETTLED_SHARE: f64 = 0.5;
+/// Nats by which numbers fitted to what is held out have to gain there beyond what they cost, a nat
+/// each: noise alone gives two of them so much in 2 %.
+const LEAST_FITTED_GAIN: f64 = 2.0;
 
 /// An effect accepted in a round.
 pub(crate) struct Found {
@@ -53,7 +56,8 @@ pub(crate) struct Search {
     pub(crate) runners_up: Vec<Rival>,
     /// What the last round left open: no chance, and not confirmed by what was held out.
     pub(crate) unconfirmed: Vec<Rival>,
-    /// Whether the last round showed more beside what was found than noise does, whatever it is.
+    /// Whether beside what was found a fit explains more than noise does that did not stand the
+    /// tests, whatever it is.
     pub(crate) is_more_there: bool,
     pub(crate) first_round: Option<Round>,
     /// How each effect fared in the first round.
@@ -181,8 +185,7 @@ impl Session<'_> {
             self.accepts(rival, &search.current, alpha, is_no_form)
                 && rival.fall >= form_share(rival.id) * explained
         };
-        let sure = libm::log(self.options.sure_rate);
-        search.is_more_there = rivals.iter().any(|rival| rival.log_p <= sure);
+        search.is_more_there = rivals.iter().any(|rival| rival.log_p <= self.log_sure());
         rivals.retain(|rival| !search.has(rival.id));
         let (mut accepted, mut others): (Vec<Rival>, Vec<Rival>) =
             rivals.into_iter().partition(stands);
@@ -293,6 +296,7 @@ impl Session<'_> {
                 // they were open beside what is gone
                 search.last_ties.clear();
                 search.unconfirmed.clear();
+                search.is_more_there = false;
                 is_swapped = true;
             } else {
                 search.runners_up.push(rival);
@@ -319,15 +323,17 @@ impl Session<'_> {
                 self.judge_anew(search, without);
                 return Ok(());
             };
+            let dropped = search.found.remove(place).rival;
+            let fall = objective(left) - objective(&search.current);
+            search.is_more_there |= dropped.log_chance_of(fall) <= self.log_sure();
             search.current = left.clone();
-            let dropped = search.found.remove(place);
             search.last_ties.clear();
             search.unconfirmed.clear();
             if place == 0 {
                 search.ties.clear();
                 search.runners_up.clear();
             }
-            search.log.push(format!("dropped: {}", dropped.rival.id.info().symbol));
+            search.log.push(format!("dropped: {}", dropped.id.info().symbol));
         }
     }
 
@@ -463,6 +469,11 @@ impl Session<'_> {
         Ok(rivals)
     }
 
+    /// Logarithm of the chance below which chance is out of the question.
+    fn log_sure(&self) -> f64 {
+        libm::log(self.options.sure_rate)
+    }
+
     fn accepts(&self, rival: &Rival, current: &Judged, alpha: f64, is_no_form: bool) -> bool {
         rival.is_no_chance(alpha)
             && self.is_held_out(&rival.judged, current, rival.log_p, is_no_form)
@@ -471,17 +482,20 @@ impl Session<'_> {
     }
 
     /// Whether what was not fitted confirms an explanation. Where chance is out of the question,
-    /// less is asked of it, and nothing where its command shows too little of the effect to say.
+    /// less is asked of it, and only what is expected where its command shows too little of the
+    /// effect to say, or scatters too much.
     /// Less not so where it may be but what the form of an effect found leaves.
     ///
     /// Chance is out of the question by both together: a chance over an independent likelihood
     /// ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
     fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_no_form: bool) -> bool {
         let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
-        let sure = log_p - gain.nats <= libm::log(self.options.sure_rate);
+        let sure = log_p - gain.nats <= self.log_sure();
         let less = if sure && is_no_form { 0.5 } else { 1.0 };
         gain.is_sure(less * wanted)
-            || (sure && gain.is_mute(wanted) && (gain.nats > 0.0 || !with.fits_more_there(without)))
+            || (sure
+                && gain.is_mute(wanted)
+                && (gain.nats > LEAST_FITTED_GAIN || !with.fits_more_there(without)))
     }
 
     /// Rivals that explain as much as the best, that it is no chance that they do, and that what
