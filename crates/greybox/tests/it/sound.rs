@@ -119,7 +119,7 @@ fn reversed_noise_is_no_effect() {
 #[test]
 fn false_alarms_rise_when_the_calibration_is_off() {
     let off = Options {
-        false_alarm_rate: 0.5,
+        false_alarm_rate: 1.0,
         gain_std_errors: -10.0,
         evidence_nats: -1e3,
         ..Options::default()
