@@ -6,6 +6,7 @@
 mod baseline;
 mod bound;
 mod case_file;
+mod kept;
 mod null_check;
 mod page;
 mod plan;
@@ -43,7 +44,8 @@ cargo xtask blind [--seed dev|score] [--class C] [--cases N] [--resume FILE] [--
   --seed    dev (default): cases to develop on; score: seeds from the git tree of crates/greybox
   --class   null, unusual-null, single, double, outside, fault-only or tied alone
   --cases   so many cases, evenly from all classes, or of the one class
-  --resume  results to read and go on with (the default of `score`; `dev` begins anew)
+  --resume  results to read and go on with (default of `score`: those of the same explainer,
+            of an earlier run or kept beside the page; `dev` begins anew)
   --jobs    cases side by side (default 2)
   --fdi     the program that explains (default: built with --release)
   --keep    write each answered case's recordings, roles and features, and its truth, to FOLDER/CLASS/INDEX";
@@ -128,6 +130,9 @@ pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<()> {
         Set::Score => root.join("docs/validation/blind.md"),
         Set::Dev => results.with_extension("md"),
     };
+    if options.set == Set::Score {
+        kept::write(root, &from, &lines)?;
+    }
     let origin = Origin {
         set: options.set.name(),
         commit: plan::git(root, &["rev-parse", "--short", "HEAD"])?,
@@ -155,7 +160,8 @@ fn built(root: &Path) -> Result<PathBuf> {
     Ok(root.join("target/release").join(format!("fdi{}", std::env::consts::EXE_SUFFIX)))
 }
 
-/// Where the results go: scored ones by their seeds, and always on from where they were.
+/// Where the results go: scored ones by their seeds, and always on from where they were, here or,
+/// with the same explainer, beside the page.
 fn results_file(root: &Path, options: &Options, from: &str) -> Result<PathBuf> {
     if let Some(file) = &options.resume {
         return Ok(file.clone());
@@ -166,6 +172,12 @@ fn results_file(root: &Path, options: &Options, from: &str) -> Result<PathBuf> {
     let file = folder.join(format!("{}-{tag}.jsonl", options.set.name()));
     if options.set == Set::Dev && file.exists() {
         fs::remove_file(&file)?;
+    }
+    if options.set == Set::Score
+        && !file.exists()
+        && let Some(kept) = kept::of(root, from)
+    {
+        fs::write(&file, kept)?;
     }
     Ok(file)
 }

@@ -6,7 +6,9 @@ use super::{
     baseline,
     bound::Rate,
     case_file::Line,
+    kept,
     null_check::NullCheck,
+    plan::Set,
     pysindy::Kept,
     score::{self, Bar, Kind, Measured, Pooled, Tally},
 };
@@ -46,6 +48,9 @@ pub(crate) fn page(lines: &[Line], checks: &[NullCheck], origin: &Origin, earlie
         origin.root,
         seconds / lines.len().max(1) as f64,
     );
+    if origin.set == Set::Score.name() {
+        let _ = writeln!(text, "What is scored of each case: `{}`.\n", kept::FILE);
+    }
     bars(&mut text, &score::bars(lines));
     verdicts(&mut text, lines);
     power(&mut text, lines);

@@ -311,7 +311,7 @@ fn left(answer: &Explanation) -> Option<Section> {
             .map(|one| format!("{} {:.0} %", one.coordinate, 100.0 * one.share))
             .collect();
         blocks.push(Block::Text(format!(
-            "Something is left that nothing in the catalogue explains. Shares of \
+            "Something is left that nothing in the catalogue surely explains. Shares of \
              what is left beyond the noise that each coordinate explains alone: {}. Kurtosis {:.1} (3 for normal \
              noise, more for bursts).",
             shares.join(", "),

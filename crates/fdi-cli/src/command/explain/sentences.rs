@@ -27,7 +27,7 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
         ExplanationVerdict::Named => format!("The model misses {}{gain}.", names(&answer.effects)),
         ExplanationVerdict::NamedWithRemainder => format!(
             "The model misses {}{gain}, and something else is left that nothing in the catalogue \
-             explains.",
+             surely explains.",
             names(&answer.effects)
         ),
         ExplanationVerdict::OneOf => {
