@@ -124,7 +124,8 @@ pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<()> {
         done.len(),
         results.display()
     ));
-    let not_drawn = answer_all(&open, &results, &fdi, &options)?;
+    let commit = plan::git(root, &["describe", "--always", "--dirty", "--abbrev=7"])?;
+    let not_drawn = answer_all(&open, &commit, &results, &fdi, &options)?;
     let lines = read(&results)?;
     let page_file = match options.set {
         Set::Score => root.join("docs/validation/blind.md"),
@@ -135,7 +136,6 @@ pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<()> {
     }
     let origin = Origin {
         set: options.set.name(),
-        commit: plan::git(root, &["rev-parse", "--short", "HEAD"])?,
         root: from,
         planned: plan::plan("", None, None).len(),
         not_drawn,
@@ -188,7 +188,10 @@ fn read(file: &Path) -> Result<Vec<Line>> {
     let mut lines = Vec::new();
     let count = text.lines().count();
     for (n, line) in text.lines().enumerate() {
-        match serde_json::from_str(line) {
+        match serde_json::from_str::<Line>(line) {
+            Ok(line) if line.class.is_empty() => {
+                bail!("{} line {}: no case: `class` is missing", file.display(), n + 1)
+            }
             Ok(line) => lines.push(line),
             Err(_) if n + 1 == count => {}
             Err(error) => bail!("{} line {}: {error}", file.display(), n + 1),
@@ -218,7 +221,13 @@ fn opened(file: &Path) -> Result<Mutex<File>> {
 }
 
 /// Has the open cases answered side by side; returns how many could not be drawn.
-fn answer_all(open: &[Planned], results: &Path, fdi: &Path, options: &Options) -> Result<usize> {
+fn answer_all(
+    open: &[Planned],
+    commit: &str,
+    results: &Path,
+    fdi: &Path,
+    options: &Options,
+) -> Result<usize> {
     let (answers, seals) = (opened(results)?, opened(&results.with_extension("seals"))?);
     let (next, not_drawn) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let work = || -> Result<()> {
@@ -226,7 +235,7 @@ fn answer_all(open: &[Planned], results: &Path, fdi: &Path, options: &Options) -
             let name = format!("{} {}", planned.class.name(), planned.index);
             let seal = |hash: &str| append(&seals, &format!("{name} {hash}"));
             let line = match run::explain_case(planned, fdi, options.keep.as_deref(), seal) {
-                Ok(line) => line,
+                Ok(line) => Line { commit: commit.to_owned(), ..line },
                 Err(error) if error.is::<greybox_blind::BlindError>() => {
                     not_drawn.fetch_add(1, Ordering::Relaxed);
                     say(&format!("{name}: {error}"));
@@ -280,5 +289,9 @@ mod tests {
         append(&opened(&file).unwrap(), "{\"class\":\"tied\",\"index\":7}").unwrap();
         let lines = read(&file).unwrap();
         assert_eq!((lines.len(), lines[1].index), (2, 7));
+        // what stands beside the page begins with what its seeds come from
+        fs::write(&file, "{\"tree\":\"0123\"}\n{\"class\":\"tied\",\"index\":7}\n").unwrap();
+        let error = read(&file).unwrap_err().to_string();
+        assert!(error.ends_with("line 1: no case: `class` is missing"), "{error}");
     }
 }

@@ -11,7 +11,6 @@ use serde_json::Value;
 pub(crate) struct Truth {
     pub(crate) class: String,
     pub(crate) machine: String,
-    pub(crate) seed: u64,
     pub(crate) hidden: Vec<Hidden>,
     pub(crate) lambda: f64,
     pub(crate) excess: f64,
@@ -97,6 +96,8 @@ pub(crate) struct Fault {
 pub(crate) struct Line {
     pub(crate) class: String,
     pub(crate) index: usize,
+    /// Commit at which it was answered.
+    pub(crate) commit: String,
     /// SHA-256 of the truth, written before the answer was asked for.
     pub(crate) seal: String,
     pub(crate) truth: Truth,

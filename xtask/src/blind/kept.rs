@@ -46,20 +46,17 @@ fn scored(line: &Line) -> Result<Value> {
     let mut line = line.clone();
     line.truth.rough.clear();
     line.truth.moves.clear();
-    line.truth.seed = 0;
-    for answer in line.answer.iter_mut().chain(&mut line.second) {
-        only_names(answer);
-    }
     // fault levels are scored of singles alone
-    if line.class != "single" {
+    let has_levels = line.class == "single";
+    if !has_levels {
         line.truth.faults.clear();
         line.truth.shifts.clear();
-        if let Some(answer) = &mut line.answer {
+    }
+    for answer in line.answer.iter_mut().chain(&mut line.second) {
+        only_names(answer);
+        if !has_levels {
             answer.faults.clear();
         }
-    }
-    if let Some(second) = &mut line.second {
-        second.faults.clear();
     }
     let baselines = serde_json::to_value(&line.baselines)?;
     let mut value = brief(serde_json::to_value(&line)?);
@@ -116,7 +113,7 @@ mod tests {
 
     fn lines() -> Vec<Line> {
         let single = r#"{"class":"single","index":3,"seal":"ab","elapsed_s":1.23456789,
-          "truth":{"class":"single","seed":9,"hidden":[{"id":"E03","lambda":44.0,"visible":true}],
+          "truth":{"class":"single","hidden":[{"id":"E03","lambda":44.0,"visible":true}],
             "shifts":{"k1":0.01},"faults":{"k1":0.2},"rough":{"motor.inertia":0.1},"moves":["ramps"]},
           "answer":{"verdict":"one-of","effects":[{"id":"E03","evidence_nats":4.0}],
             "alternatives":[{"id":"E19","instead_of":"E03"}],"absorbed":[{"id":"E12"}],

@@ -1,6 +1,9 @@
 //! The page of the scored set.
 
-use std::{collections::BTreeSet, fmt::Write};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write,
+};
 
 use super::{
     baseline,
@@ -17,7 +20,6 @@ use crate::median::median;
 /// Where a run comes from.
 pub(crate) struct Origin {
     pub(crate) set: &'static str,
-    pub(crate) commit: String,
     /// What the seeds come from.
     pub(crate) root: String,
     /// Cases of the whole set.
@@ -39,12 +41,12 @@ pub(crate) fn page(lines: &[Line], checks: &[NullCheck], origin: &Origin, earlie
     let seconds: f64 = lines.iter().map(|line| line.elapsed_s).sum();
     let _ = writeln!(
         text,
-        "Set: {}, {} of {} cases, {} not drawn. Commit {}, seeds from `{}`. {:.1} s a case, one job each.\n",
+        "Set: {}, {} of {} cases, {} not drawn. Answered at commit {}, seeds from `{}`. {:.1} s a case, one job each.\n",
         origin.set,
         lines.len(),
         origin.planned,
         origin.not_drawn,
-        origin.commit,
+        commits(lines),
         origin.root,
         seconds / lines.len().max(1) as f64,
     );
@@ -56,11 +58,23 @@ pub(crate) fn page(lines: &[Line], checks: &[NullCheck], origin: &Origin, earlie
     power(&mut text, lines);
     faults(&mut text, lines);
     confusion(&mut text, lines);
+    false_names(&mut text, lines);
     baselines(&mut text, lines, &origin.pysindy);
     nulls(&mut text, checks);
     let why = earlier.split_once(WHY).map_or("\n\nNothing is written here yet.\n", |(_, why)| why);
     let _ = write!(text, "{WHY}{why}");
     text
+}
+
+/// The commits at which cases were answered, each with how many.
+fn commits(lines: &[Line]) -> String {
+    let mut counts = BTreeMap::new();
+    for line in lines {
+        *counts.entry(line.commit.as_str()).or_insert(0_usize) += 1;
+    }
+    let each: Vec<String> =
+        counts.iter().map(|(commit, count)| format!("{commit} ({count} cases)")).collect();
+    each.join(" and ")
 }
 
 fn percent(rate: &Rate) -> String {
@@ -206,6 +220,16 @@ fn confusion(text: &mut String, lines: &[Line]) {
     });
 }
 
+fn false_names(text: &mut String, lines: &[Line]) {
+    let [singles, doubles] = score::false_names(lines);
+    let _ = writeln!(
+        text,
+        "An answer may name several effects. One at least that is not there, nor any of its alternatives, is among them in {} of the visible singles and {} of the doubles; beside one that is there it is no wrong name as counted above.\n",
+        percent(&singles),
+        percent(&doubles),
+    );
+}
+
 fn baselines(text: &mut String, lines: &[Line], kept: &[Kept]) {
     let same: Vec<&Line> = lines.iter().filter(|line| line.baselines.is_some()).collect();
     let _ = writeln!(
@@ -280,7 +304,6 @@ mod tests {
     fn the_page_keeps_what_people_wrote() {
         let origin = Origin {
             set: "dev",
-            commit: "abc".to_owned(),
             root: "development".to_owned(),
             planned: 1900,
             not_drawn: 0,

@@ -375,6 +375,18 @@ impl Tally {
     }
 }
 
+/// Visible singles and doubles of whose named effects one at least is not there: neither it nor an
+/// alternative to it is hidden.
+pub(crate) fn false_names(lines: &[Line]) -> [Rate; 2] {
+    let names_falsely = |line: &Line| {
+        let answer = answer(line);
+        let is_there = |place| line.truth.hidden.iter().any(|h| answer.has_at(place, &h.id));
+        answer.names() && !(0..answer.effects.len()).all(is_there)
+    };
+    [visible_singles(lines), of_class(lines, "double")]
+        .map(|lines| Rate::of(&lines, |line| names_falsely(line)))
+}
+
 /// Counts of the answered against the true effect of visible singles; an answer without a name
 /// stands under its verdict.
 pub(crate) fn confusion(lines: &[Line]) -> std::collections::BTreeMap<(String, String), usize> {
@@ -565,6 +577,22 @@ mod tests {
         let lines =
             [beside(vec![instead("E01", "E02")]), beside(vec![instead("E01", "E11")]), neither];
         assert_eq!(rate(&lines, "two effects, both found"), Rate { hits: 1, of: 3 });
+    }
+
+    #[test]
+    fn one_false_name_of_several_counts() {
+        let mut tie = line("single", &["E11"], "one-of", &["E12"]);
+        tie.answer.as_mut().unwrap().alternatives =
+            vec![Named { id: "E11".to_owned(), ..Named::default() }];
+        let lines = [
+            line("single", &["E01"], "named", &["E01"]),
+            line("single", &["E01"], "named", &["E01", "E16"]),
+            line("single", &["E01"], "unknown", &[]),
+            tie,
+            line("double", &["E01", "E11"], "named", &["E11", "E01"]),
+            line("double", &["E01", "E11"], "named", &["E11", "E02"]),
+        ];
+        assert_eq!(false_names(&lines), [Rate { hits: 1, of: 4 }, Rate { hits: 1, of: 2 }]);
     }
 
     #[test]
