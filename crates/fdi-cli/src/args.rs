@@ -375,7 +375,7 @@ pub struct SimulateArgs {
     /// Fault levels from 0 to 1, such as `k1=0.02,k6=0.03,k7=0.6`; the others are 0
     #[arg(long, value_name = "LEVELS", default_value = "")]
     pub faults: FaultLevels,
-    /// White noise on each phase sample, rms in A
+    /// White noise on each sample of the phases, or of the current of an axis, rms in A
     #[arg(long, value_name = "RMS", default_value_t = 0.0, value_parser = not_negative)]
     pub noise_a: f64,
     /// Bits of the converter that reads the phases [default: not digitised]

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    CsvFormat, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
+    Channel, ChannelName, CsvFormat, Purpose, RecordedContent, Recording, RootSeed,
+    SimulatedRecording,
     ema_sim::{
         Converter, FaultId, Geometry, HealthState, Imperfections, PhaseSensors, VisitedRange,
         model_file::{AxisModel, EffectBlock, MachineModel, Model},
@@ -38,7 +39,7 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated>
     }
     let (recording, visited) = match &machine {
         MachineModel::Actuator(model) => actuator(args, model, seed)?,
-        MachineModel::ServoAxis(model) => axis(args, model)?,
+        MachineModel::ServoAxis(model) => axis(args, model, seed)?,
         _ => bail!("{}: a machine that is not simulated", args.test.model),
     };
     let notices = departures(machine.effects(), machine.geometry(), &visited);
@@ -65,9 +66,12 @@ fn check_faults(args: &SimulateArgs, machine: &MachineModel) -> Result<()> {
 }
 
 /// A servo axis; it has no phases, and one model.
-fn axis(args: &SimulateArgs, model: &AxisModel) -> Result<(Recording, VisitedRange)> {
+fn axis(
+    args: &SimulateArgs,
+    model: &AxisModel,
+    seed: RootSeed,
+) -> Result<(Recording, VisitedRange)> {
     for (given, option, why) in [
-        (args.noise_a > 0.0, "--noise-a", "has no phases to measure"),
         (args.adc_bits.is_some(), "--adc-bits", "has no phases to digitise"),
         (args.rate_hz.is_some(), "--rate-hz", "is recorded at the rate of its controller"),
         (args.fidelity == FidelityArg::Low, "--fidelity low", "has one model"),
@@ -77,7 +81,25 @@ fn axis(args: &SimulateArgs, model: &AxisModel) -> Result<(Recording, VisitedRan
         }
     }
     let test = experiment::axis_test(model, &args.test)?;
-    Ok(test.record(model, &HealthState::new(args.faults.0)?, "simulated")?)
+    let (recording, visited) =
+        test.record(model, &HealthState::new(args.faults.0)?, "simulated")?;
+    if args.noise_a == 0.0 {
+        return Ok((recording, visited));
+    }
+    if recording.channel(ChannelName::QAxisCurrent).is_none() {
+        bail!("`--noise-a`: {} is a servo axis whose current is not recorded", args.test.model);
+    }
+    let sensor = PhaseSensors { noise_a: args.noise_a, converter: None };
+    let measured = |channel: &Channel| {
+        if channel.name() != ChannelName::QAxisCurrent {
+            return Ok(channel.clone());
+        }
+        let seed = seed.derive(Purpose::SensorNoise, 0);
+        let [current_a, _, _] = sensor.measure([channel.values(), &[], &[]], seed);
+        Channel::new(channel.name(), channel.times_s(), current_a)
+    };
+    let channels = recording.channels().iter().map(measured).collect::<Result<_, _>>()?;
+    Ok((Recording::new("simulated", recording.metadata.clone(), channels)?, visited))
 }
 
 /// Refuses more samples of the phases than a recording holds.

@@ -9,7 +9,8 @@ use super::{MapArgs, ReportArgs};
 /// Recordings of one machine, by what they are for.
 #[derive(Clone, Debug, Args)]
 pub struct RecordArgs {
-    /// Recordings that are fitted, of one machine in one state of health
+    /// Recordings that are fitted, of one machine in one state of health; without `--holdout`,
+    /// `explain` and `propose` hold the last of several out
     #[arg(long, required = true, num_args = 1.., value_name = "REC")]
     pub train: Vec<PathBuf>,
     /// Recordings of other commands that are judged on and never fitted

@@ -87,7 +87,7 @@ fn human(answer: &Calibration) -> String {
         let unit = holdout.unit.to_uppercase();
         let _ = writeln!(
             text,
-            "on recordings not fitted the residual falls from {} to {} {unit} (noise {} {unit})",
+            "on recordings not fitted the residual goes from {} to {} {unit} (noise {} {unit})",
             rounded(holdout.rms_before),
             rounded(holdout.rms_after),
             rounded(holdout.noise_floor)

@@ -31,13 +31,16 @@ pub(crate) fn propose(
     let answer = document(&proposal, &model, global, elapsed_s);
     let text = in_form(global.output_format, &answer, human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
-    if let (Some(path), Some(best)) = (&global.output, proposal.menu.first()) {
+    let Some(path) = &global.output else { return Ok(ExitStatus::Done) };
+    if let Some(best) = proposal.menu.first() {
         let unit = match model.geometry() {
             Geometry::Rotary => "rad",
             Geometry::Linear => "m",
         };
         let written = command(best, &proposal, unit);
         streams.product(Some(path), |out| out.write_all(written.as_bytes()))?;
+    } else {
+        streams.say(format_args!("{}: not written, no recording is proposed", path.display()));
     }
     Ok(ExitStatus::Done)
 }
@@ -93,8 +96,8 @@ fn human(answer: &Proposal) -> String {
     let pairs =
         |item: &ProposedRecording| item.separations.iter().map(pair).collect::<Vec<_>>().join(", ");
     let mut text = format!(
-        "{open} are open. Record {} for {} s: expected separation of {} (9 is three standard \
-         deviations).\n",
+        "To tell {open} apart, record {} for {} s: expected separation of {} (10 tells two apart in \
+         half of the cases, 22 in nine of ten).\n",
         best.description,
         rounded(best.duration_s),
         pairs(best)

@@ -312,7 +312,7 @@ fn left(answer: &Explanation) -> Option<Section> {
             .collect();
         blocks.push(Block::Text(format!(
             "Something is left that nothing in the catalogue surely explains. Shares of \
-             what is left beyond the noise that each coordinate explains alone: {}. Kurtosis {:.1} (3 for normal \
+             its variance, noise included, that each coordinate explains alone: {}. Kurtosis {:.1} (3 for normal \
              noise, more for bursts).",
             shares.join(", "),
             remainder.kurtosis

@@ -17,6 +17,7 @@ mod explain;
 mod explained;
 mod files;
 mod killed;
+mod missed;
 mod reference;
 mod report;
 mod schema;

@@ -173,8 +173,8 @@ pub struct RecordFit {
 /// What is left unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Remainder {
-    /// Share of what is left beyond the noise that each coordinate explains alone, largest
-    /// first.
+    /// Share of the residual's variance, noise included, that each coordinate explains alone
+    /// beyond chance, largest first.
     pub shares: Vec<CoordinateShare>,
     /// The leading curve: mean residual over that coordinate.
     pub curve: Vec<[f64; 2]>,

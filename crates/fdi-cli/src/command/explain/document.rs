@@ -41,7 +41,7 @@ pub(super) fn document(
         sentence: String::new(),
         effects: explained.effects.iter().map(finding).collect(),
         alternatives: explained.alternatives.iter().map(finding).collect(),
-        absorbed: explained.absorbed.iter().map(|id| id.info().symbol.to_owned()).collect(),
+        absorbed: absorbed(explained),
         holdout: explained.holdout_rms.zip(explained.noise_floor).map(judged),
         faults: explained
             .faults
@@ -94,6 +94,15 @@ pub(super) fn document(
     };
     answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());
     answer
+}
+
+/// Effects that damage or tolerance imitate. Of one that was found, as E19, a shape may be such (a
+/// gain) and another not (an offset): it is not among them.
+fn absorbed(explained: &Explained) -> Vec<String> {
+    let found = || explained.effects.iter().chain(&explained.alternatives);
+    let is_found = |id| found().any(|finding| finding.effect.id() == id);
+    let absorbed = explained.absorbed.iter().filter(|id| !is_found(**id));
+    absorbed.map(|id| id.info().symbol.to_owned()).collect()
 }
 
 /// The residual of recordings that were not fitted, before and after; a gap within 2 % of the

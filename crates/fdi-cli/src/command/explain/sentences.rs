@@ -6,10 +6,6 @@ use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict};
 
 /// The answer in one sentence.
 pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
-    let names = |effects: &[EffectFinding]| {
-        let each: Vec<_> = effects.iter().map(|e| format!("{} ({})", e.name, e.id)).collect();
-        each.join(" and ")
-    };
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
         let unit = holdout.unit.to_uppercase();
         let [before, after, floor] =
@@ -24,36 +20,25 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
             "The model explains the recordings to the noise; no effect of the catalogue is visible."
                 .to_owned()
         }
-        ExplanationVerdict::Named => format!("The model misses {}{gain}.", names(&answer.effects)),
-        ExplanationVerdict::NamedWithRemainder => format!(
-            "The model misses {}{gain}, and something else is left that nothing in the catalogue \
-             surely explains.",
-            names(&answer.effects)
-        ),
-        ExplanationVerdict::OneOf => {
-            let (mut each, mut apart) = (Vec::new(), "");
-            for effect in &answer.effects {
-                let instead = |one: &&EffectFinding| one.instead_of.as_deref() == Some(&effect.id);
-                let set = iter::once(effect).chain(answer.alternatives.iter().filter(instead));
-                let set: Vec<_> = set.map(|e| format!("{} ({})", e.name, e.id)).collect();
-                if set.len() == 1 {
-                    each.extend(set);
-                } else {
-                    each.push(format!("one of {}", set.join(", ")));
-                    apart = if apart.is_empty() { &effect.separated_by } else { apart };
-                }
-            }
-            format!(
-                "The model misses {}: these recordings cannot tell which{gain}. To tell them \
-                 apart: {apart}.",
-                each.join(" and "),
-            )
+        ExplanationVerdict::Named
+        | ExplanationVerdict::NamedWithRemainder
+        | ExplanationVerdict::OneOf => {
+            let (missed, apart) = missed(answer);
+            let (which, apart) = apart.map_or_else(Default::default, |apart| {
+                (": these recordings cannot tell which", format!(" To tell them apart: {apart}."))
+            });
+            let left = if answer.verdict == ExplanationVerdict::NamedWithRemainder {
+                ", and something else is left that nothing in the catalogue surely explains"
+            } else {
+                ""
+            };
+            format!("The model misses {missed}{which}{gain}{left}.{apart}")
         }
         ExplanationVerdict::Unknown => {
             let leading = answer.remainder.as_ref().and_then(|r| r.shares.first());
             let follows = leading.map_or_else(String::new, |share| {
                 format!(
-                    "; it follows the {} most ({:.0} % of what is left beyond the noise)",
+                    "; it follows the {} most ({:.0} % of what is left, noise included)",
                     share.coordinate,
                     100.0 * share.share
                 )
@@ -61,13 +46,32 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
             format!("The model misses something that no effect of the catalogue explains{follows}.")
         }
         ExplanationVerdict::Absorbed => format!(
-            "What these recordings show as damage or tolerance may as well be {}: they cannot tell.",
+            "What these recordings show as damage or tolerance may be an effect that looks the same \
+             in them: {}.",
             answer.absorbed.join(" or ")
         ),
         ExplanationVerdict::Inconclusive => {
             format!("No conclusion: {}.", reason.unwrap_or("the recordings do not suffice"))
         }
     }
+}
+
+/// The effects found, each with what it may be instead; and what would tell the first ones that
+/// are tied apart.
+fn missed(answer: &Explanation) -> (String, Option<&str>) {
+    let (mut each, mut apart) = (Vec::new(), None);
+    for effect in &answer.effects {
+        let instead = |one: &&EffectFinding| one.instead_of.as_deref() == Some(&effect.id);
+        let set = iter::once(effect).chain(answer.alternatives.iter().filter(instead));
+        let set: Vec<_> = set.map(|e| format!("{} ({})", e.name, e.id)).collect();
+        if set.len() == 1 {
+            each.extend(set);
+        } else {
+            each.push(format!("one of {}", set.join(", ")));
+            apart = apart.or(Some(effect.separated_by.as_str()));
+        }
+    }
+    (each.join(" and "), apart)
 }
 
 /// Four significant digits.
