@@ -146,13 +146,21 @@ impl Files {
         self.products.extend(path.map(|path| (option, path.clone())));
     }
 
-    /// Refuses products that would take the place of a file that is read, or of one another, and
-    /// what is no file where one is read.
+    /// Refuses products that would take the place of a file that is read, or of one another, or go
+    /// where there is no folder, and what is no file where one is read.
     pub(crate) fn check(&self) -> Result<()> {
         for (what, path) in &self.read {
             // each recording has its own error
             if *what != "a recording" {
                 require_file(path)?;
+            }
+        }
+        for (option, path) in &self.products {
+            // before the work, not after it
+            if let Some(folder) = path.parent().filter(|folder| *folder != Path::new(""))
+                && !folder.is_dir()
+            {
+                bail!("`{option} {}`: there is no folder `{}`", path.display(), folder.display());
             }
         }
         let products: Vec<_> =

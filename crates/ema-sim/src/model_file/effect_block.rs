@@ -1,5 +1,7 @@
 //! `[[effect]]` blocks: an effect with what is known of its numbers.
 
+use std::collections::BTreeSet;
+
 use toml::{Spanned, de::DeValue};
 
 use super::{ModelFileError, Reader, line_of, string};
@@ -15,7 +17,8 @@ pub struct EffectBlock {
     pub effect: Effect,
     /// What its owner calls it, where that differs from the catalogue.
     pub name: Option<String>,
-    /// 95 % intervals of its numbers, by the key of the effect's parameter.
+    /// 95 % intervals of its numbers, by the key of the effect's parameter; of a key that comes
+    /// twice the first is written.
     pub interval_95: Vec<(String, [f64; 2])>,
     /// What else the file says, in order: `status`, `alternatives`, `valid-range`, `evidence`,
     /// `faults`, `provenance`. It is kept and written back; of it only
@@ -332,7 +335,9 @@ pub(super) fn write(blocks: &[EffectBlock], lines: &mut Vec<String>) {
         if !block.interval_95.is_empty() {
             let interval =
                 |(key, [a, b]): &(String, [f64; 2])| format!("{} = [{a:?}, {b:?}]", kebab(key));
-            let intervals: Vec<_> = block.interval_95.iter().map(interval).collect();
+            let mut written = BTreeSet::new();
+            let first = block.interval_95.iter().filter(|(key, _)| written.insert(key.as_str()));
+            let intervals: Vec<_> = first.map(interval).collect();
             lines.push(format!("interval-95 = {{ {} }}", intervals.join(", ")));
         }
         for (key, annotation) in &block.annotations {

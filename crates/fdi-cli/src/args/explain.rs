@@ -64,8 +64,8 @@ pub struct CalibrateArgs {
 /// Options of `fdi propose`.
 ///
 /// A command stays within the travel of the recordings, asks for no more than half of the
-/// controller's limit of speed, or the fastest pace recorded, and needs no more than half of its
-/// limit of current.
+/// controller's limit of speed, or the fastest pace recorded where that is more or no limit is
+/// known, and needs no more than half of its limit of current.
 #[derive(Clone, Debug, Args)]
 pub struct ProposeArgs {
     /// Model that is compared with the recordings: a preset or a model file
@@ -74,4 +74,7 @@ pub struct ProposeArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
+    /// Effects of the catalogue that this machine cannot have: `E05 E08`
+    #[arg(long, num_args = 1.., value_name = "EFFECT")]
+    pub without: Vec<String>,
 }

@@ -4,6 +4,7 @@ mod compared;
 mod document;
 mod evidence;
 mod sentences;
+mod unexplained;
 
 use compared::Asked;
 pub(crate) use compared::{lacks, says_its_command};
@@ -19,7 +20,7 @@ use fdi_core::{
     read_machine,
     report::ExplanationVerdict,
 };
-use greybox::{Explained, Options, Recordings};
+use greybox::{Explained, Options, Record, Recordings};
 use serde::Serialize;
 
 use crate::{
@@ -69,8 +70,14 @@ pub(crate) fn explain(
     let text = in_form(global.output_format, &answer, sentences::human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
-        let extended = explained.extend(&model).write();
-        streams.product(Some(path), |out| out.write_all(extended.as_bytes()))?;
+        let mut extended = explained.extend(&model);
+        if let Some(block) = unexplained::block(&explained, &model) {
+            extended.effects_mut().push(block);
+        } else if explained.effects.is_empty() {
+            let name = path.display();
+            streams.say(format_args!("{name}: no effect is found, the model as it was is written"));
+        }
+        streams.product(Some(path), |out| out.write_all(extended.write().as_bytes()))?;
     }
     Ok(match answer.verdict {
         _ if !args.exit_code => ExitStatus::Done,
@@ -81,7 +88,7 @@ pub(crate) fn explain(
 }
 
 /// Effects by their symbols in the catalogue.
-fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
+pub(super) fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
     let find = |symbol: &String| {
         EffectId::find(symbol).with_context(|| {
             format!("`--without {symbol}`: no effect of the catalogue, expected one of E01 to E25")
@@ -129,7 +136,7 @@ fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordin
         None => None,
     };
     let mut missing = None;
-    let mut read = |paths: &[PathBuf]| -> Result<Vec<greybox::Record>> {
+    let mut read = |paths: &[PathBuf]| -> Result<Vec<Record>> {
         let mut records = Vec::new();
         for path in paths {
             let named = || path.display().to_string();
@@ -146,5 +153,33 @@ fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordin
         holdout: read(&args.holdout)?,
         repeat: read(&args.repeat)?,
     };
-    Ok(missing.map_or(Ok(recordings), Err))
+    if let Some(reason) = missing {
+        return Ok(Err(reason));
+    }
+    check_roles(&recordings)?;
+    Ok(Ok(recordings))
+}
+
+/// Shortest recording, s: the first 0.3 s are not compared.
+const LEAST_S: f64 = 0.4;
+
+/// Refuses a recording that is given twice, which would be judged on what it was fitted to, and
+/// one too short to be compared.
+fn check_roles(recordings: &Recordings) -> Result<()> {
+    let all: Vec<&Record> = recordings.all().collect();
+    for (place, one) in all.iter().enumerate() {
+        let duration_s = one.duration_s();
+        if duration_s < LEAST_S {
+            bail!("{}: lasts {duration_s:.3} s, expected {LEAST_S} s at least", one.name);
+        }
+        if let Some(twin) = all[..place].iter().find(|other| is_same(one, other)) {
+            bail!("{} and {} are one recording, expected one use of each", twin.name, one.name);
+        }
+    }
+    Ok(())
+}
+
+/// Whether the measurements are the same to the last digit.
+fn is_same(one: &Record, other: &Record) -> bool {
+    one.drive == other.drive && one.position == other.position && one.command == other.command
 }

@@ -8,9 +8,9 @@ use fdi_core::{
     read_machine,
     report::{Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
 };
-use greybox::{CommandKind, Options, Proposed};
+use greybox::{CommandKind, Options, Proposed, Recordings};
 
-use super::explain::{in_form, rounded, stage, whole_recordings};
+use super::explain::{effects, in_form, rounded, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
 
 /// Looks for the recording that tells open causes apart, and writes its command.
@@ -23,10 +23,16 @@ pub(crate) fn propose(
     let start = Instant::now();
     let model = read_machine(&args.model)?;
     let recordings = whole_recordings(&args.records, &model)?;
-    let options = Options { seed: global.seed, jobs: global.threads(), ..Options::default() };
+    let options = Options {
+        seed: global.seed,
+        jobs: global.threads(),
+        without: effects(&args.without)?,
+        ..Options::default()
+    };
     let what = stage("looking for causes in", &recordings);
-    let proposal =
+    let mut proposal =
         watched(streams, global.quiet, &what, || greybox::propose(&model, &recordings, &options))?;
+    keep_pace(&mut proposal, &model, &recordings);
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&proposal, &model, global, elapsed_s);
     let text = in_form(global.output_format, &answer, human)?;
@@ -43,6 +49,34 @@ pub(crate) fn propose(
         streams.say(format_args!("{}: not written, no recording is proposed", path.display()));
     }
     Ok(ExitStatus::Done)
+}
+
+/// Takes commands off the menu that go faster than what was recorded, where no limit of speed is
+/// known.
+fn keep_pace(proposal: &mut greybox::Proposal, model: &MachineModel, recordings: &Recordings) {
+    let is_limited = match (proposal.kind, model) {
+        (CommandKind::Speed, _) => true,
+        (CommandKind::Position, MachineModel::ServoAxis(model)) => {
+            model.axis.controller.speed_limit < f64::MAX
+        }
+        (kind, _) => kind == CommandKind::Position,
+    };
+    if is_limited {
+        return;
+    }
+    let recorded = recordings.all().map(|record| fastest(&record.command, record.rate_hz));
+    let most = PACE_MARGIN * recorded.fold(0.0, f64::max);
+    proposal.menu.retain(|proposed| fastest(&proposed.command, proposal.rate_hz) <= most);
+}
+
+/// For rounding, and the same move on another grid.
+const PACE_MARGIN: f64 = 1.02;
+
+/// Fastest change over a twentieth of a second, per s: a step is no speed.
+fn fastest(command: &[f64], rate_hz: f64) -> f64 {
+    let lag = ((0.05 * rate_hz).round() as usize).max(1);
+    let pairs = command.iter().zip(command.iter().skip(lag));
+    pairs.map(|(a, b)| (b - a).abs()).fold(0.0, f64::max) * rate_hz / lag as f64
 }
 
 fn document(
@@ -83,10 +117,7 @@ fn human(answer: &Proposal) -> String {
         return match answer.open.len() {
             0 => "no effect is found: there is nothing to tell apart\n".to_owned(),
             1 => format!("{open} is found, and no other explains as much\n"),
-            _ => format!(
-                "{open} are open, and no safe command tells them apart: the recordings span no \
-                 travel\n"
-            ),
+            _ => format!("{open} are open, and no safe command tells them apart\n"),
         };
     };
     let pair = |one: &Separation| {
@@ -102,7 +133,7 @@ fn human(answer: &Proposal) -> String {
         rounded(best.duration_s),
         pairs(best)
     );
-    text.push_str("\nrecordings, most telling first\n");
+    text.push_str("\nrecordings, the one to take first; of those alike the slower before\n");
     for item in &answer.menu {
         let _ = writeln!(text, "  {}: {}", item.description, pairs(item));
     }
@@ -131,4 +162,55 @@ fn command(proposed: &Proposed, proposal: &greybox::Proposal, unit: &str) -> Str
         text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use fdi_core::ema_sim::model_file::parse_machine;
+    use greybox::Record;
+
+    use super::*;
+
+    /// A ramp of so many rad/s.
+    fn ramp(pace: f64) -> Vec<f64> {
+        (0..1000).map(|n| pace * f64::from(n) / 1000.0).collect()
+    }
+
+    #[test]
+    fn without_a_limit_of_speed_nothing_goes_faster_than_what_was_recorded() {
+        let record = Record {
+            name: "ramp".to_owned(),
+            rate_hz: 1000.0,
+            command: ramp(2.0),
+            kind: CommandKind::Position,
+            drive: vec![0.0; 1000],
+            position: None,
+            load: None,
+            filter_hz: None,
+            start_rad: None,
+        };
+        let recordings = Recordings { train: vec![record], ..Recordings::default() };
+        let offered = |kind| {
+            let proposed = |pace| Proposed {
+                description: format!("{pace}"),
+                command: ramp(pace),
+                load: None,
+                separations: Vec::new(),
+            };
+            let menu = [0.6, 2.0, 6.0].map(proposed).into();
+            greybox::Proposal { open: Vec::new(), menu, rate_hz: 1000.0, kind }
+        };
+        let left = |text: &str, kind| {
+            let mut proposal = offered(kind);
+            keep_pace(&mut proposal, &parse_machine(text).unwrap(), &recordings);
+            proposal.menu.len()
+        };
+        let limited = include_str!("../../../../fixtures/models/axis.toml");
+        let line = "speed-limit-rad-per-s = 80.0\n";
+        let free = limited.replace(line, "");
+        assert_ne!(free, limited);
+        assert_eq!(left(limited, CommandKind::Position), 3);
+        assert_eq!(left(&free, CommandKind::Position), 2);
+        assert_eq!(left(limited, CommandKind::Motion), 2);
+    }
 }

@@ -190,7 +190,7 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
     let rows = |columns: &str, row: fn(usize) -> String| {
-        let lines: Vec<String> = (0..400).map(row).collect();
+        let lines: Vec<String> = (0..1000).map(row).collect();
         format!("{columns}\n{}\n", lines.join("\n"))
     };
     write(

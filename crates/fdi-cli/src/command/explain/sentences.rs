@@ -1,6 +1,6 @@
 //! The answer in words.
 
-use std::{fmt::Write, iter};
+use std::iter;
 
 use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict};
 
@@ -43,7 +43,17 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
                     100.0 * share.share
                 )
             });
-            format!("The model misses something that no effect of the catalogue explains{follows}.")
+            let unless = match answer.absorbed.join(", ") {
+                absorbed if absorbed.is_empty() => String::new(),
+                absorbed => format!(
+                    ", unless it is one that these recordings cannot tell from damage or tolerance \
+                     ({absorbed})"
+                ),
+            };
+            format!(
+                "The model misses something that no effect of the catalogue explains{unless}\
+                 {follows}. Fault levels may be off by more than their intervals."
+            )
         }
         ExplanationVerdict::Absorbed => format!(
             "What these recordings show as damage or tolerance may be an effect that looks the same \
@@ -74,6 +84,29 @@ fn missed(answer: &Explanation) -> (String, Option<&str>) {
     (each.join(" and "), apart)
 }
 
+/// A fault level and its interval; one that may be anything is none.
+fn shown((level, [from, to]): (f64, [f64; 2])) -> (String, String) {
+    if to - from > ANYTHING {
+        return ("-".to_owned(), "not determined".to_owned());
+    }
+    (format!("{level:.4}"), format!("{from:.4} to {to:.4}"))
+}
+
+/// Length of an interval from which on a level, of 0 to 1, may be anything.
+const ANYTHING: f64 = 0.99;
+
+/// Four significant digits, or as many more as tell the ends of an interval apart.
+fn to_the_width(value: f64, width: f64) -> String {
+    let decades = (value.abs() / width.abs()).log10();
+    if !decades.is_finite() || decades < 1.0 {
+        return rounded(value);
+    }
+    let digits = (decades.ceil() as usize + 2).min(15);
+    format!("{value:.digits$e}")
+        .parse::<f64>()
+        .map_or_else(|_| value.to_string(), |v| v.to_string())
+}
+
 /// Four significant digits.
 pub(crate) fn rounded(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
@@ -98,14 +131,16 @@ pub(super) fn human(answer: &Explanation) -> String {
             let EffectFinding { id, name, port, .. } = effect;
             line(format!("\n{title}: {id} {name}, port {port}{instead}"));
             for (key, number) in &effect.parameters {
-                let mut row = format!("  {key:<34} {:>12}", rounded(number.value));
-                if let Some([from, to]) = number.interval_95 {
-                    let _ = write!(row, "   95 % {} to {}", rounded(from), rounded(to));
-                }
-                line(row);
+                let Some([from, to]) = number.interval_95 else {
+                    line(format!("  {key:<34} {:>12}   not fitted", rounded(number.value)));
+                    continue;
+                };
+                let [value, low, high] =
+                    [number.value, from, to].map(|number| to_the_width(number, to - from));
+                line(format!("  {key:<34} {value:>12}   95 % {low} to {high}"));
             }
             line(format!(
-                "  chance of as much from noise {}; gain held out {:.1} ± {:.1} nats",
+                "  chance of as much from noise {} at most; gain held out {:.1} ± {:.1} nats",
                 effect.p_familywise, effect.holdout_gain_nats, effect.holdout_gain_se
             ));
         }
@@ -116,13 +151,11 @@ pub(super) fn human(answer: &Explanation) -> String {
                 .to_owned(),
         );
         for (key, f) in &answer.faults {
-            let interval = |[from, to]: [f64; 2]| format!("{from:.4} to {to:.4}");
+            let [before, after] =
+                [(f.before, f.interval_95_before), (f.after, f.interval_95_after)].map(shown);
             line(format!(
-                "  {key:<14} {:>13.4}   {:<18}  {:>19.4}   {}",
-                f.before,
-                interval(f.interval_95_before),
-                f.after,
-                interval(f.interval_95_after)
+                "  {key:<14} {:>13}   {:<18}  {:>19}   {}",
+                before.0, before.1, after.0, after.1
             ));
         }
     }
@@ -135,6 +168,13 @@ pub(super) fn human(answer: &Explanation) -> String {
             line(format!(
                 "  {:<40} {:<10} {:>13.2} {:>7.2}",
                 record.recording, record.role, record.fit_percent_before, record.fit_percent_after
+            ));
+        }
+        for record in answer.records.iter().filter(|record| record.fit_percent_after < 0.0) {
+            line(format!(
+                "  {}: a constant is nearer to what was measured than the model: are sign, unit and \
+                 machine right?",
+                record.recording
             ));
         }
     }
