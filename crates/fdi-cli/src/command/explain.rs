@@ -75,7 +75,7 @@ pub(crate) fn explain(
             extended.effects_mut().push(block);
         } else if explained.effects.is_empty() {
             let name = path.display();
-            streams.say(format_args!("{name}: no effect is found, the model as it was is written"));
+            streams.say(format_args!("{name}: nothing is found, the model as it was is written"));
         }
         streams.product(Some(path), |out| out.write_all(extended.write().as_bytes()))?;
     }

@@ -8,13 +8,15 @@ use greybox::{Explained, ResidualCurve, Verdict};
 
 /// Fewest samples behind a point of the curve.
 const LEAST_SAMPLES: usize = 10;
+/// Share of the residual's variance below which a curve is not worth having.
+const LEAST_SHARE: f64 = 0.05;
 
 /// The curve that explains most of what is left where the verdict is `unknown`, as a torque or
 /// force against positive motion: what the drive makes of the mean residual over the coordinate.
 ///
 /// That is what it takes where the loops follow slowly; far above their bandwidth the drive does
-/// not answer to a torque, and the curve is too small. None where the residual follows what no
-/// curve can be over, the drive or the load.
+/// not answer to a torque, and the curve is too small. None where the residual follows nothing that
+/// a curve can be over, as the drive, the load or chance.
 pub(super) fn block(explained: &Explained, model: &MachineModel) -> Option<EffectBlock> {
     if explained.verdict != Verdict::Unknown {
         return None;
@@ -27,7 +29,8 @@ pub(super) fn block(explained: &Explained, model: &MachineModel) -> Option<Effec
             .map(|(_, over)| over)
             .filter(|over| geometry == Geometry::Rotary || *over != Coordinate::MotorAngle)
     };
-    let curves = explained.curves.iter().filter_map(|one| Some((one, over(one)?)));
+    let curves = explained.curves.iter().filter(|one| one.share_after >= LEAST_SHARE);
+    let curves = curves.filter_map(|one| Some((one, over(one)?)));
     let (best, over) = curves.max_by(|(a, _), (b, _)| a.share_after.total_cmp(&b.share_after))?;
     let curve = Curve::new(over, CurveKind::Torque, points(best, over, model)?).ok()?;
     let mut block = EffectBlock::from(Effect::tabulated(curve, geometry));
