@@ -8,7 +8,7 @@ use fdi_core::{
     read_machine,
     report::{Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
 };
-use greybox::{CommandKind, Options, Proposed, Recordings};
+use greybox::{CommandKind, Options, Proposed};
 
 use super::explain::{effects, in_form, rounded, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
@@ -32,7 +32,8 @@ pub(crate) fn propose(
     let what = stage("looking for causes in", &recordings);
     let mut proposal =
         watched(streams, global.quiet, &what, || greybox::propose(&model, &recordings, &options))?;
-    keep_pace(&mut proposal, &model, &recordings);
+    let paces = recordings.all().map(|record| fastest(&record.command, record.rate_hz));
+    keep_pace(&mut proposal, &model, paces.fold(0.0, f64::max));
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&proposal, &model, global, elapsed_s);
     let text = in_form(global.output_format, &answer, human)?;
@@ -51,9 +52,9 @@ pub(crate) fn propose(
     Ok(ExitStatus::Done)
 }
 
-/// Takes commands off the menu that go faster than what was recorded, where no limit of speed is
-/// known.
-fn keep_pace(proposal: &mut greybox::Proposal, model: &MachineModel, recordings: &Recordings) {
+/// Takes commands off the menu that go faster than the fastest pace recorded, where no limit of
+/// speed is known.
+fn keep_pace(proposal: &mut greybox::Proposal, model: &MachineModel, recorded: f64) {
     let is_limited = match (proposal.kind, model) {
         (CommandKind::Speed, _) => true,
         (CommandKind::Position, MachineModel::ServoAxis(model)) => {
@@ -64,8 +65,7 @@ fn keep_pace(proposal: &mut greybox::Proposal, model: &MachineModel, recordings:
     if is_limited {
         return;
     }
-    let recorded = recordings.all().map(|record| fastest(&record.command, record.rate_hz));
-    let most = PACE_MARGIN * recorded.fold(0.0, f64::max);
+    let most = PACE_MARGIN * recorded;
     proposal.menu.retain(|proposed| fastest(&proposed.command, proposal.rate_hz) <= most);
 }
 
@@ -167,7 +167,6 @@ fn command(proposed: &Proposed, proposal: &greybox::Proposal, unit: &str) -> Str
 #[cfg(test)]
 mod tests {
     use fdi_core::ema_sim::model_file::parse_machine;
-    use greybox::Record;
 
     use super::*;
 
@@ -178,18 +177,8 @@ mod tests {
 
     #[test]
     fn without_a_limit_of_speed_nothing_goes_faster_than_what_was_recorded() {
-        let record = Record {
-            name: "ramp".to_owned(),
-            rate_hz: 1000.0,
-            command: ramp(2.0),
-            kind: CommandKind::Position,
-            drive: vec![0.0; 1000],
-            position: None,
-            load: None,
-            filter_hz: None,
-            start_rad: None,
-        };
-        let recordings = Recordings { train: vec![record], ..Recordings::default() };
+        let recorded = fastest(&ramp(2.0), 1000.0);
+        assert!((recorded - 2.0).abs() < 1e-9);
         let offered = |kind| {
             let proposed = |pace| Proposed {
                 description: format!("{pace}"),
@@ -202,7 +191,7 @@ mod tests {
         };
         let left = |text: &str, kind| {
             let mut proposal = offered(kind);
-            keep_pace(&mut proposal, &parse_machine(text).unwrap(), &recordings);
+            keep_pace(&mut proposal, &parse_machine(text).unwrap(), recorded);
             proposal.menu.len()
         };
         let limited = include_str!("../../../../fixtures/models/axis.toml");

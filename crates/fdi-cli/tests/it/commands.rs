@@ -32,7 +32,7 @@ fn command(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn output(folder: &Path, arguments: &[&str]) -> Output {
+pub(crate) fn output(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
 }
 
@@ -85,7 +85,7 @@ fn without_numbers(text: &str) -> String {
 }
 
 /// An answer read back into its type, and held against the schema that is published for it.
-fn answer<T: DeserializeOwned>(output: &Output, schema: Schema) -> T {
+pub(crate) fn answer<T: DeserializeOwned>(output: &Output, schema: Schema) -> T {
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     let schema: Value = serde_json::from_str(&schema.text()).unwrap();
     assert_eq!(violations(&value, &schema, &schema, ""), Vec::<String>::new());

@@ -1,11 +1,17 @@
 //! `docs/guide/what-a-model-misses.md` as it stands.
 
-use std::{fs, path::Path};
+use std::{fs, process::Output};
 
-use assert_cmd::Command;
-use fdi_core::report::{Calibration, Explanation, ExplanationVerdict, Proposal};
-use serde::de::DeserializeOwned;
+use fdi_core::{
+    Schema,
+    report::{Calibration, Explanation, ExplanationVerdict, Proposal},
+};
 use tempfile::TempDir;
+
+use crate::{
+    commands::{answer, output},
+    servo_axis::fixture,
+};
 
 /// How the guide's recordings are used.
 const RECORDINGS: [&str; 8] = [
@@ -20,24 +26,28 @@ const RECORDINGS: [&str; 8] = [
 ];
 
 /// Runs `fdi` in the folder; what must work.
-fn done(folder: &TempDir, arguments: &[&str]) -> Vec<u8> {
-    let mut command = Command::cargo_bin("fdi").unwrap();
-    for variable in ["FDI_SEED", "FDI_JOBS", "FDI_OUTPUT_FORMAT", "CLICOLOR_FORCE", "NO_COLOR"] {
-        command.env_remove(variable);
-    }
-    let output = command.current_dir(folder).args(arguments).output().unwrap();
+fn done(folder: &TempDir, arguments: &[&str]) -> Output {
+    let output = output(folder.path(), arguments);
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {complaint}");
-    output.stdout
+    output
 }
 
-fn answer<T: DeserializeOwned>(folder: &TempDir, asked: &[&str]) -> T {
-    let json = ["--output-format", "json", "--stable"];
-    serde_json::from_slice(&done(folder, &[asked, &RECORDINGS, &json].concat())).unwrap()
+/// Asks for JSON of the recordings.
+fn asked(folder: &TempDir, command: &[&str]) -> Output {
+    done(folder, &[command, &RECORDINGS, &["--output-format", "json", "--stable"]].concat())
 }
 
-fn fixture(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(name).display().to_string()
+/// What is missed by a model; with what was found the model is written to `extended.toml`.
+fn explained(folder: &TempDir, model: &str) -> Explanation {
+    let explain = ["explain", "--model", model, "-o", "extended.toml"];
+    answer(&asked(folder, &explain), Schema::Explanation)
+}
+
+/// What is still missed by `extended.toml`.
+fn explained_again(folder: &TempDir) -> Explanation {
+    let explain = ["explain", "--model", "extended.toml"];
+    answer(&asked(folder, &explain), Schema::Explanation)
 }
 
 /// The recordings of the guide.
@@ -77,13 +87,13 @@ fn recorded(model: &str, faults: &str) -> TempDir {
 fn what_the_guide_shows_comes_out() {
     let folder = bench();
     let nominal = fixture("models/axis.toml");
-    let calibrated: Calibration = answer(&folder, &["calibrate", "--model", &nominal]);
+    let calibrated = asked(&folder, &["calibrate", "--model", &nominal]);
+    let calibrated: Calibration = answer(&calibrated, Schema::Calibration);
     let inertia = &calibrated.parameters["axis.inertia-kg-m2"];
     let [least, most] = inertia.interval_95;
     assert!(least < 2.3e-4 && 2.3e-4 < most, "{inertia:?}");
 
-    let explain = ["explain", "--model", &nominal, "-o", "extended.toml"];
-    let explained: Explanation = answer(&folder, &explain);
+    let explained = explained(&folder, &nominal);
     assert_eq!(explained.verdict, ExplanationVerdict::Named);
     assert_eq!(explained.effects.len(), 1);
     let cogging = &explained.effects[0];
@@ -99,10 +109,11 @@ fn what_the_guide_shows_comes_out() {
     assert!((14.0..20.0).contains(&gain), "{friction:?}");
 
     // the model with what was found leaves nothing to be named
-    let again: Explanation = answer(&folder, &["explain", "--model", "extended.toml"]);
+    let again = explained_again(&folder);
     assert_eq!((again.verdict, again.effects.len()), (ExplanationVerdict::Absorbed, 0));
 
-    let proposal: Proposal = answer(&folder, &["propose", "--model", &nominal, "-o", "next.csv"]);
+    let proposal = asked(&folder, &["propose", "--model", &nominal, "-o", "next.csv"]);
+    let proposal: Proposal = answer(&proposal, Schema::Proposal);
     assert_eq!(proposal.open[0], "E11");
     assert!(proposal.menu[0].separation > 1000.0, "{:?}", proposal.menu[0]);
     // what is proposed can be run
@@ -116,20 +127,11 @@ fn what_the_guide_shows_comes_out() {
 #[test]
 fn a_proposal_that_is_none_is_not_written() {
     let folder = bench();
-    done(
-        &folder,
-        &[
-            &["explain", "--model", &fixture("models/axis.toml"), "-o", "extended.toml"],
-            &RECORDINGS[..],
-        ]
-        .concat(),
-    );
-    let mut command = Command::cargo_bin("fdi").unwrap();
-    let propose = ["propose", "--model", "extended.toml", "-o", "next.csv"];
-    let output = command.current_dir(&folder).args(propose).args(RECORDINGS).output().unwrap();
-    assert!(output.status.success() && !folder.path().join("next.csv").exists());
+    explained(&folder, &fixture("models/axis.toml"));
+    let proposed = asked(&folder, &["propose", "--model", "extended.toml", "-o", "next.csv"]);
+    assert!(!folder.path().join("next.csv").exists());
     assert_eq!(
-        String::from_utf8_lossy(&output.stderr),
+        String::from_utf8_lossy(&proposed.stderr),
         "next.csv: not written, no recording is proposed\n"
     );
 }
@@ -139,9 +141,7 @@ fn a_proposal_that_is_none_is_not_written() {
 fn the_model_with_a_vibration_is_read_back() {
     let hidden = "id = \"E22\"\nparameters = { vibration-sin-n-m = 0.002, frequency-hz = 23 }";
     let folder = hiding(hidden);
-    let nominal = fixture("models/axis.toml");
-    let explain = ["explain", "--model", &nominal, "-o", "extended.toml"];
-    let explained: Explanation = answer(&folder, &explain);
+    let explained = explained(&folder, &fixture("models/axis.toml"));
     assert_eq!(
         (explained.verdict, explained.effects[0].id.as_str()),
         (ExplanationVerdict::Named, "E22")
@@ -161,14 +161,12 @@ fn what_is_unknown_becomes_a_curve() {
         "id = \"U\"\ncurve = { over = \"speed\", acts-as = \"friction\", points = [[-1.5, 0.0], \
          [-1.4, 0.005], [-1, 0.005], [-0.9, 0], [0.9, 0], [1, 0.005], [1.4, 0.005], [1.5, 0]] }",
     );
-    let nominal = fixture("models/axis.toml");
-    let explain = ["explain", "--model", &nominal, "-o", "extended.toml"];
-    let explained: Explanation = answer(&folder, &explain);
+    let explained = explained(&folder, &fixture("models/axis.toml"));
     assert_eq!((explained.verdict, explained.effects.len()), (ExplanationVerdict::Unknown, 0));
     assert!(explained.sentence.contains("it follows the speed most"), "{}", explained.sentence);
     let written = fs::read_to_string(folder.path().join("extended.toml")).unwrap();
     assert!(written.contains("over = \"speed\"") && written.contains("status = \"unknown\""));
-    let again: Explanation = answer(&folder, &["explain", "--model", "extended.toml"]);
+    let again = explained_again(&folder);
     let left = |answer: &Explanation| {
         let holdout = answer.holdout.as_ref().unwrap();
         holdout.rms_before - holdout.noise_floor
@@ -180,9 +178,9 @@ fn what_is_unknown_becomes_a_curve() {
 fn recordings_of_no_use_are_refused() {
     let folder = bench();
     let refused = |recordings: &[&str]| {
-        let mut command = Command::cargo_bin("fdi").unwrap();
-        command.current_dir(&folder).args(["explain", "--model", &fixture("models/axis.toml")]);
-        let output = command.args(recordings).output().unwrap();
+        let nominal = fixture("models/axis.toml");
+        let explain = [&["explain", "--model", &nominal], recordings].concat();
+        let output = output(folder.path(), &explain);
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };

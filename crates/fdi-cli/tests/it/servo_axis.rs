@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use crate::binary::fdi;
 
-fn fixture(name: &str) -> String {
+pub(crate) fn fixture(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(name).display().to_string()
 }
 

@@ -101,15 +101,18 @@ fn to_the_width(value: f64, width: f64) -> String {
     if !decades.is_finite() || decades < 1.0 {
         return rounded(value);
     }
-    let digits = (decades.ceil() as usize + 2).min(15);
-    format!("{value:.digits$e}")
-        .parse::<f64>()
-        .map_or_else(|_| value.to_string(), |v| v.to_string())
+    significant(value, (decades.ceil() as usize + 3).min(16))
 }
 
 /// Four significant digits.
 pub(crate) fn rounded(value: f64) -> String {
-    format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
+    significant(value, 4)
+}
+
+/// So many significant digits, without zeros behind them.
+fn significant(value: f64, digits: usize) -> String {
+    let text = format!("{value:.0$e}", digits - 1);
+    text.parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
 }
 
 /// What an alternative may be the cause instead of.
