@@ -13,7 +13,6 @@ use fdi_core::{
     Bundle, CsvFormat, Dataset, DatasetRequest, Experiment, Purpose, RecordedContent,
     ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes, default_noise_a,
     ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
-    store,
 };
 use flate2::read::GzDecoder;
 use serde::{Deserialize, Serialize};
@@ -96,7 +95,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
             if product.path.extension().is_some_and(|extension| extension == BUNDLE_EXTENSION) {
                 same_bundle(&found, &product.bytes)
                     .with_context(|| product.path.display().to_string())?;
-                let sha256 = store::sha256_hex(&found);
+                let sha256 = recordings::sha256_hex(&found);
                 if !stored.bundle.iter().any(|entry| entry.sha256 == sha256) {
                     bail!("{}: not the file of the manifest", product.path.display());
                 }
@@ -209,7 +208,7 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
         manifest.bundle.push(BundleEntry {
             command: experiment.name.clone(),
             bytes: bytes.len(),
-            sha256: store::sha256_hex(&bytes),
+            sha256: recordings::sha256_hex(&bytes),
         });
         let file = format!("{}.fdi-bundle", experiment.name);
         products.push(Product { path: root.join("crates/fdi-core/bundles").join(file), bytes });
@@ -218,7 +217,7 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
         let name = product.path.file_name().map(|name| name.to_string_lossy().into_owned());
         manifest.recording.push(RecordingEntry {
             name: name.unwrap_or_default(),
-            sha256: store::sha256_hex(&content(&product.path, &product.bytes)?),
+            sha256: recordings::sha256_hex(&content(&product.path, &product.bytes)?),
         });
         products.push(product);
     }

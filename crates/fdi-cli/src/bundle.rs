@@ -5,7 +5,7 @@ use std::{fmt::Display, fs, path::Path};
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Bundle, Dataset, EMBEDDED_BUNDLES, Experiment, RootSeed, dataset_from_bytes, default_noise_a,
-    ema_sim::Parameter, mode_figure_svg, report::BundleSummary, store,
+    ema_sim::Parameter, mode_figure_svg, report::BundleSummary,
 };
 
 use crate::args::BuildArgs;
@@ -105,5 +105,5 @@ fn read(file: Option<&Path>) -> Result<(Bundle, String)> {
         None => (EMBEDDED_BUNDLES[0].bytes.to_vec(), "the embedded bundle".to_owned()),
     };
     let bundle = Bundle::from_bytes(&bytes).context(named)?;
-    Ok((bundle, store::sha256_hex(&bytes)))
+    Ok((bundle, recordings::sha256_hex(&bytes)))
 }

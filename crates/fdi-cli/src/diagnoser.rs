@@ -5,7 +5,7 @@ use std::{fs, path::PathBuf, sync::OnceLock};
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
     Bundle, ColumnMap, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding,
-    FitSignals, Purpose, Recording, RootSeed, report::RecordDiagnosis, store,
+    FitSignals, Purpose, Recording, RootSeed, report::RecordDiagnosis,
 };
 
 use crate::DiagnoseArgs;
@@ -92,7 +92,7 @@ struct Prepared {
 impl Prepared {
     fn read(bytes: &[u8]) -> Result<Self> {
         let bundle = Bundle::from_bytes(bytes)?;
-        Ok(Self { sha256: store::sha256_hex(bytes), bundle, ready: OnceLock::new() })
+        Ok(Self { sha256: recordings::sha256_hex(bytes), bundle, ready: OnceLock::new() })
     }
 
     fn ready(&self, encoding: Encoding, references: &[Recording]) -> Result<&fdi_core::Diagnoser> {

@@ -6,13 +6,14 @@ use ema_sim::{
     model_file::{self, Model},
 };
 
+use recordings::EnvelopeKind;
+
 use crate::{
     bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
     dataset::{Condition, Dataset, ReferenceDesign},
     error_model::{CovarianceShape, Trend},
     experiment::Experiment,
     observation::envelope_kind,
-    record::EnvelopeKind,
     store::{self, ArtefactKind, Decode, Encode},
 };
 

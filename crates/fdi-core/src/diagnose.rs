@@ -7,8 +7,10 @@ use std::sync::{Mutex, OnceLock};
 use std::{collections::BTreeMap, f64::consts::TAU, sync::Arc};
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState, Imperfections};
+use fdi_report::INCIPIENT_LEVEL;
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError, StopReason};
 use nalgebra::DMatrix;
+use recordings::Recording;
 
 use self::{reference::References, start::Began};
 use crate::{
@@ -26,7 +28,6 @@ use crate::{
     noise_covariance::unit_noise_at_rate,
     observation::{Observation, ObservationError, forget_direction},
     posterior::Posterior,
-    record::Recording,
     report::{
         Fault, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status,
         Verdict,
@@ -1413,8 +1414,6 @@ fn within_training(point: &[f64]) -> Vec<f64> {
 
 /// Noise over the bundle's from which on a recording is called disturbed.
 const LOUD_RATIO: f64 = 5.0;
-/// Largest incipient level.
-pub const INCIPIENT_LEVEL: f64 = 0.05;
 
 fn hidden_notice(most: f64, noise: Noise) -> Notice {
     Notice {

@@ -22,22 +22,6 @@
 //! ```
 //!
 //! The crate's README has a diagnosis from end to end.
-//!
-//! # Recordings
-//!
-//! A recording is a file of channels, each with its own time axis; the names of
-//! its columns carry the units (`docs/formats.md`).
-//!
-//! ```
-//! use fdi_core::{ChannelName, ColumnMap, Recording};
-//!
-//! let text = "# rate-hz = 2000\ntime_s,current_a\n0,0.10\n0.0005,0.12\n0.0010,0.11\n";
-//! let recording = Recording::parse("bench.csv", text.as_bytes(), &ColumnMap::default())?;
-//! let current = recording.channel(ChannelName::Current).expect("the file has it");
-//! assert_eq!(current.values(), [0.10, 0.12, 0.11]);
-//! assert_eq!(current.sampling()?.rate_hz, 2000.0);
-//! # Ok::<_, fdi_core::RecordError>(())
-//! ```
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
@@ -51,8 +35,6 @@ mod central;
 mod commutation;
 mod dataset;
 mod diagnose;
-mod diagnosis_figure;
-mod drawing;
 mod electronics;
 mod embedded;
 mod emulator;
@@ -61,10 +43,7 @@ mod encoding_bounds;
 mod error_choice;
 mod error_model;
 mod evaluate;
-mod evaluation_figure;
 mod experiment;
-mod explanation_figure;
-mod fleet;
 mod high_monitor;
 mod likelihood;
 mod mode_figure;
@@ -72,11 +51,8 @@ mod model_source;
 mod noise_covariance;
 mod observation;
 mod posterior;
-mod record;
 mod recorded_test;
-pub mod report;
 mod scalar_search;
-mod schema;
 mod seed;
 mod signals;
 mod simulated;
@@ -90,8 +66,7 @@ pub use bundle::{
     Bundle, BundleError, MASK_POINTS, ModelChoice, Modelled, StartAngle, default_noise_a,
 };
 pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
-pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, INCIPIENT_LEVEL};
-pub use diagnosis_figure::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
+pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
@@ -103,26 +78,27 @@ pub use evaluate::{
     EvaluationRequest, EvaluationSetting, Protocol, ReferenceRequest, ReferenceScore, evaluate,
     evaluate_beginnings, evaluate_references,
 };
-pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
-pub use explanation_figure::{
-    fault_change_figure_svg, held_out_figure_svg, residual_curve_figure_svg,
-    residual_curves_figure_svg,
+/// The published forms that answers have.
+pub use fdi_report as report;
+pub use fdi_report::{
+    FALSE_ALARM_RATE, FitSignals, INCIPIENT_LEVEL, Schema, convergence_figure_svg,
+    detection_figure_svg, fault_change_figure_svg, fault_figure_svg, fit_figure_svg,
+    held_out_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg,
+    trend_figure_svg,
 };
 pub use mode_figure::mode_figure_svg;
 pub use model_source::{ReadModelError, read_machine, read_model};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
-pub use posterior::FALSE_ALARM_RATE;
-pub use record::{
-    Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
+pub use recorded_test::RecordedTestError;
+/// The recordings that are diagnosed.
+pub use recordings::{
+    self, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
     CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
     RecordingDate, Sampling, StatedUnit, WriteError, guess_columns, is_decoding, list_recordings,
     nearest, recording_sha256,
 };
-pub use recorded_test::RecordedTestError;
-pub use schema::Schema;
 pub use seed::{Purpose, RootSeed};
-pub use signals::FitSignals;
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
 pub use simulated_axis::AxisTest;

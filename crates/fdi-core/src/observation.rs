@@ -5,13 +5,13 @@ use core::f64::consts::PI;
 
 use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
+use recordings::{
+    Channel, ChannelName, CommandSource, Current, EnvelopeKind, RecordError, Recording, Sampling,
+};
+
 use crate::{
     commutation::{Commutation, MOST_DEVIATION_RAD},
     experiment::Experiment,
-    record::{
-        Channel, ChannelName, CommandSource, Current, EnvelopeKind, RecordError, Recording,
-        Sampling,
-    },
     report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
 };
 

@@ -4,13 +4,12 @@
 
 use core::f64::consts::TAU;
 
+use fdi_report::FALSE_ALARM_RATE;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::report::{Covariance, Fault, FaultId};
 
-/// Chance that a fault that is not there is called detected.
-pub const FALSE_ALARM_RATE: f64 = 0.003;
 /// Probability of the stated intervals.
 const LEVEL: f64 = 0.95;
 /// Two-sided normal quantile of [`LEVEL`].

@@ -1,9 +1,8 @@
 //! A test from a recording of its command.
 
-use crate::{
-    experiment::Experiment,
-    record::{Channel, ChannelName, RecordError, Recording},
-};
+use recordings::{Channel, ChannelName, RecordError, Recording};
+
+use crate::experiment::Experiment;
 
 /// Why a recording does not say what was commanded.
 #[derive(Debug, thiserror::Error)]
@@ -92,7 +91,7 @@ fn constant_n_m(load: &Channel) -> Result<f64, RecordedTestError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::ColumnMap;
+    use recordings::ColumnMap;
 
     fn of_text(text: &str) -> Result<Experiment, String> {
         let recording = Recording::parse("r", text.as_bytes(), &ColumnMap::default()).unwrap();

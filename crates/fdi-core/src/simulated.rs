@@ -5,10 +5,11 @@ use ema_sim::{
     VisitedRange,
 };
 
+use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
+
 use crate::{
     experiment::{Experiment, RECORDED},
     observation::{envelope_kind, filtered},
-    record::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording},
 };
 
 /// What a simulated recording is of.

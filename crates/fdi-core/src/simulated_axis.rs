@@ -5,11 +5,10 @@ use ema_sim::{
     PhysicalFaults, ServoAxisSimulation, VisitedRange, model_file::AxisModel,
 };
 
+use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
+
 use crate::{
-    experiment::RECORDED,
-    record::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording},
-    recorded_test::RecordedTestError,
-    simulated::SimulatedRecordingError,
+    experiment::RECORDED, recorded_test::RecordedTestError, simulated::SimulatedRecordingError,
 };
 
 /// A servo axis in a test: what it is given, for how long, under which load.

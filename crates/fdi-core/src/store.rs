@@ -171,11 +171,6 @@ pub fn open(bytes: &[u8], kind: ArtefactKind) -> Result<&[u8], StoreError> {
     Ok(payload)
 }
 
-/// SHA-256 of some bytes as 64 hexadecimal digits: the identity of an artefact.
-pub fn sha256_hex(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
 /// Encodes plain data into a container.
 pub(crate) fn encode<T: Encode>(kind: ArtefactKind, data: &T) -> Vec<u8> {
     let payload = bincode::encode_to_vec(data, codec());
@@ -248,13 +243,6 @@ mod tests {
     fn data_come_back() {
         let bytes = encode(Bundle, &sample());
         assert_eq!(decode::<Sample>(&bytes, Bundle), Ok(sample()));
-    }
-
-    #[test]
-    fn published_checksum_of_abc() {
-        // FIPS 180-4 example, "abc"
-        let want = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(sha256_hex(b"abc"), want);
     }
 
     #[test]

@@ -14,12 +14,13 @@ use std::{f64::consts::TAU, sync::OnceLock};
 use ema_sim::{FAULT_COUNT, FaultCoordinates};
 
 use super::{DiagnoseError, DiagnoseOptions, Diagnoser, ELECTRICAL_TOLERANCE_RAD};
+use recordings::Recording;
+
 use crate::{
     bundle::{Bundle, BundleError},
     encoding::Encoding,
     error_model::ErrorModel,
     observation::{Observation, ObservationError},
-    record::Recording,
     report::{Fidelity, Method, Notice, NoticeCode},
 };
 

@@ -10,8 +10,6 @@ mod beginning;
 mod budget;
 mod encoding;
 mod evaluation;
-mod files;
 mod fuzz;
 mod outside;
 mod properties;
-mod readers;

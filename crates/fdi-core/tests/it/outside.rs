@@ -9,11 +9,13 @@ use std::{
 };
 
 /// The library crates and what of each other they use.
-const CRATES: [(&str, &[&str]); 4] = [
+const CRATES: [(&str, &[&str]); 6] = [
+    ("recordings", &[]),
     ("ema-sim", &[]),
     ("reduction", &[]),
     ("gp-bayesopt", &[]),
-    ("fdi-core", &["ema-sim", "reduction", "gp-bayesopt"]),
+    ("fdi-report", &["recordings"]),
+    ("fdi-core", &["recordings", "fdi-report", "ema-sim", "reduction", "gp-bayesopt"]),
 ];
 
 fn run(command: &mut Command) {

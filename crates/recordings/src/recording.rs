@@ -1,65 +1,15 @@
-//! Recordings of an actuator: channels with their own time axes, and metadata.
-//!
-//! The format is CSV, or what test benches and other tools write (`docs/formats.md`);
-//! this module is the only reader of measured data in the workspace.
-
-mod channel;
-mod column_map;
-#[cfg_attr(
-    not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
-    expect(dead_code, reason = "without another format no file has columns to assemble")
-)]
-mod container;
-mod csv;
-mod error;
-mod format;
-mod guarded;
-mod guess;
-mod lines;
-#[cfg(feature = "mat")]
-mod mat;
-
-mod metadata;
-#[cfg(feature = "mf4")]
-mod mf4;
-mod nearest;
-#[cfg(feature = "parquet")]
-mod parquet;
-#[cfg(feature = "parquet")]
-mod parquet_pages;
-mod sampling;
-mod source;
-#[cfg(feature = "tdms")]
-mod tdms;
-#[cfg_attr(
-    not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
-    expect(dead_code, reason = "text states no units beside its names")
-)]
-mod unit;
-mod writer;
-
-pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
-pub use column_map::{ColumnMap, ColumnMapError};
-pub use error::RecordError;
-pub use format::FileFormat;
-pub use guarded::is_decoding;
-pub use guess::{ColumnGuess, guess_columns};
-pub(crate) use metadata::KEY_TABLE;
-pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
-pub use nearest::nearest;
-pub use sampling::Sampling;
-pub use source::list_recordings;
-pub use unit::StatedUnit;
-pub use writer::{CsvFormat, WriteError};
+//! One recording and the checks on it.
 
 use std::path::Path;
 
-use crate::store::sha256_hex;
-use lines::Lines;
+use crate::{
+    Channel, ChannelName, ColumnMap, FileFormat, Metadata, OtherColumn, RecordError, StatedUnit,
+    lines::Lines, reader, sha256_hex, source,
+};
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
 /// for three years.
-const MOST_PLAUSIBLE: f64 = 1e12;
+pub(crate) const MOST_PLAUSIBLE: f64 = 1e12;
 
 /// One recording: named channels, each with its own time axis, and metadata.
 ///
@@ -71,11 +21,11 @@ pub struct Recording {
     pub name: String,
     /// What the file says of itself.
     pub metadata: Metadata,
-    channels: Vec<Channel>,
-    other_columns: Vec<OtherColumn>,
+    pub(crate) channels: Vec<Channel>,
+    pub(crate) other_columns: Vec<OtherColumn>,
     /// Where the rows stand in a text.
-    lines: Option<Lines>,
-    stated_units: Vec<StatedUnit>,
+    pub(crate) lines: Option<Lines>,
+    pub(crate) stated_units: Vec<StatedUnit>,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -143,27 +93,7 @@ impl Recording {
         bytes: Vec<u8>,
         map: &ColumnMap,
     ) -> Result<Self, RecordError> {
-        let name = name.into();
-        match format {
-            FileFormat::Csv | FileFormat::CsvGz => {
-                csv::parse(name, &source::text(bytes, format)?, map)
-            }
-            #[cfg(feature = "mat")]
-            FileFormat::Mat => container::assemble(name, &mat::MatFile::open(&bytes)?, map),
-            #[cfg(feature = "mf4")]
-            FileFormat::Mf4 => mf4::read(name, bytes, map),
-            #[cfg(feature = "parquet")]
-            FileFormat::Parquet => parquet::read(name, bytes, map),
-            #[cfg(feature = "tdms")]
-            FileFormat::Tdms => container::assemble(name, &tdms::TdmsFile::open(bytes)?, map),
-            #[cfg(not(all(
-                feature = "mat",
-                feature = "mf4",
-                feature = "parquet",
-                feature = "tdms"
-            )))]
-            format => Err(format.left_out()),
-        }
+        reader::read(name.into(), format, bytes, map)
     }
 
     /// Reads the text of a recording, not compressed.
@@ -175,7 +105,7 @@ impl Recording {
         bytes: &[u8],
         map: &ColumnMap,
     ) -> Result<Self, RecordError> {
-        csv::parse(name.into(), bytes, map)
+        reader::parse_csv(name.into(), bytes, map)
     }
 
     /// The channel of that name, where the recording has it.
@@ -264,7 +194,7 @@ impl Recording {
     }
 
     /// Refuses a `rate-hz` that the time axis of the current contradicts.
-    fn check_stated_rate(&self) -> Result<(), RecordError> {
+    pub(crate) fn check_stated_rate(&self) -> Result<(), RecordError> {
         let Some(stated_hz) = self.metadata.rate_hz else { return Ok(()) };
         let Ok(current) = self.require_current() else { return Ok(()) };
         let channel = match current {

@@ -7,10 +7,10 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::{
+use crate::{
     FileFormat, RecordError,
-    container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples},
     metadata::keys,
+    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples},
 };
 
 const HEADER_BYTES: usize = 128;

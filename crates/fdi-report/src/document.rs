@@ -19,14 +19,13 @@ pub use proposal::{Proposal, ProposedRecording, Separation};
 
 use std::{collections::BTreeMap, fmt};
 
+use recordings::EnvelopeKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 mod fleet;
 
 pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, TrendPoint};
-
-use crate::record::EnvelopeKind;
 
 /// Version of the JSON documents: raised when a field changes its meaning or goes,
 /// not when one is added.

@@ -15,12 +15,12 @@ use ::parquet::{
 };
 use bytes::Bytes;
 
-use super::{
+use crate::{
     ColumnMap, FileFormat, RecordError, Recording,
-    container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples, assemble},
-    guarded::guarded,
     metadata::keys,
-    parquet_pages::check_pages,
+    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples, assemble},
+    reader::guarded::guarded,
+    reader::parquet_pages::check_pages,
 };
 
 /// Rows decoded at a time.

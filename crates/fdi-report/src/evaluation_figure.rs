@@ -1,8 +1,8 @@
 //! Drawings of an evaluation: how the searches converge, and which faults are detected.
 
 use crate::{
+    document::{ConvergencePoint, DetectionPoint, Evaluation, FaultEvaluation, MethodEvaluation},
     drawing::{Axis, Plane, STROKES, opening, path, push, push_curve, push_text},
-    report::{ConvergencePoint, DetectionPoint, Evaluation, FaultEvaluation, MethodEvaluation},
 };
 
 /// Least discrepancy reached against evaluations and, where times are known, against time, with
@@ -140,8 +140,8 @@ fn push_legend(svg: &mut String, x: f64, names: &[&str]) {
 mod tests {
     use super::*;
     use crate::{
+        document::{EvaluationSettings, FaultId, Quartiles},
         drawing::tests::assert_tags_match,
-        report::{EvaluationSettings, FaultId, Quartiles},
     };
 
     fn evaluation() -> Evaluation {

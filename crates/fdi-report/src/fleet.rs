@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::{
-    record::RecordingDate,
-    report::{
-        ActuatorTrend, Change, Fault, FaultChange, FaultId, Fleet, LeftOut, RecordDiagnosis,
-        SCHEMA_VERSION, Slope, TrendPoint, Verdict,
-    },
+use recordings::RecordingDate;
+
+use crate::document::{
+    ActuatorTrend, Change, Fault, FaultChange, FaultId, Fleet, LeftOut, RecordDiagnosis,
+    SCHEMA_VERSION, Slope, TrendPoint, Verdict,
 };
 
 /// Standard deviations beyond which a change is more than noise: 0.003 of the differences of an
@@ -228,7 +227,7 @@ fn civil_day(year: i64, month: i64, day: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::tests::record;
+    use crate::document::tests::record;
 
     fn taken(id: &str, date: &str, k1: f64) -> RecordDiagnosis {
         let mut record = record();

@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 
-use super::{
-    Channel, ChannelName, ColumnMap, MOST_PLAUSIBLE, Metadata, OtherColumn, RecordError, Recording,
-    RecordingDate,
+use crate::{
+    Channel, ChannelName, ColumnMap, METADATA_KEYS, Metadata, MetadataKey, OtherColumn,
+    RecordError, Recording, RecordingDate,
     column_map::{Entry, Target},
+    recording::MOST_PLAUSIBLE,
     unit::{self, StatedUnit},
 };
 
@@ -107,7 +108,7 @@ impl Samples {
 
 /// What a file says of itself under some name.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Property {
+pub(crate) enum Property {
     Number(f64),
     Text(String),
 }
@@ -168,7 +169,8 @@ fn metadata(properties: Vec<(String, Property)>) -> Result<Metadata, RecordError
     let mut metadata = Metadata::default();
     for (name, value) in properties {
         let key = name.replace('_', "-");
-        let Some((key, kind, _)) = super::metadata::KEY_TABLE.iter().find(|row| row.0 == key)
+        let Some(MetadataKey { name: key, kind, .. }) =
+            METADATA_KEYS.iter().find(|row| row.name == key)
         else {
             continue;
         };

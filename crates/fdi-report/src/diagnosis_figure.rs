@@ -3,14 +3,14 @@
 //! Nothing is told by colour alone: curves differ in dash, marks in shape or filling.
 
 use crate::{
-    diagnose::INCIPIENT_LEVEL,
+    FitSignals,
+    decision::INCIPIENT_LEVEL,
+    document::{
+        ActuatorTrend, Change, Fault, FaultChange, FaultId, RecordDiagnosis, TrendPoint, Verdict,
+    },
     drawing::{
         Axis, Plane, Stroke, around, dashed, opening, push, push_line, push_stroke, push_text,
     },
-    report::{
-        ActuatorTrend, Change, Fault, FaultChange, FaultId, RecordDiagnosis, TrendPoint, Verdict,
-    },
-    signals::FitSignals,
 };
 
 /// Width of a drawing, px.
@@ -306,8 +306,8 @@ fn push_band(svg: &mut String, plane: &Plane, [low, high]: [f64; 2], [from, to]:
 mod tests {
     use super::*;
     use crate::{
+        document::{Fleet, tests::record},
         drawing::tests::assert_tags_match,
-        report::{Fleet, tests::record},
     };
 
     fn signals(samples: usize) -> FitSignals {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::{
-    Channel, ChannelName, ColumnMap, MOST_PLAUSIBLE, Metadata, OtherColumn, RecordError, Recording,
-    Sampling, column_map::Target, lines::Lines,
+use crate::{
+    Channel, ChannelName, ColumnMap, Metadata, OtherColumn, RecordError, Recording, Sampling,
+    column_map::Target, lines::Lines, recording::MOST_PLAUSIBLE,
 };
 
 /// UTF-8 byte-order mark, which spreadsheets put before the text.
@@ -16,7 +16,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 const SHOWN_CHARS: usize = 24;
 
 /// Reads the text of a recording.
-pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
+pub(crate) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);

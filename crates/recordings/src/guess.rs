@@ -157,6 +157,6 @@ mod tests {
     #[test]
     fn a_guess_can_be_given_as_a_map() {
         let entries = guesses(&["Time [ms]", "I_A"]);
-        assert!(super::super::ColumnMap::new(entries).is_ok());
+        assert!(crate::ColumnMap::new(entries).is_ok());
     }
 }

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use fdi_core::{ChannelName, ColumnMap, FileFormat, OtherColumn, RecordError, Recording};
+use recordings::{ChannelName, ColumnMap, FileFormat, OtherColumn, RecordError, Recording};
 
 /// Doubles are stored as they are; only an axis that is stated as a step is computed, to a
 /// few units in the last place of times below a second.

@@ -4,31 +4,43 @@ use std::{borrow::Cow, fmt, str::FromStr};
 
 use toml::de::{DeTable, DeValue};
 
-use super::{RecordError, container::Property, nearest::nearest};
+use super::{RecordError, nearest::nearest, reader::Property};
 
-/// A metadata key: name, type, meaning.
-type Key = (&'static str, &'static str, &'static str);
+/// A key of the metadata.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MetadataKey {
+    /// Name, as it stands in a file.
+    pub name: &'static str,
+    /// Type of its value: `text`, `date` or `number`.
+    pub kind: &'static str,
+    /// Meaning, with the unit of a number.
+    pub meaning: &'static str,
+}
 
-/// The keys, in the order of the documentation.
-pub(crate) const KEY_TABLE: [Key; 9] = [
-    ("actuator-id", "text", "which actuator the recording is of"),
-    ("date", "date", "when it was taken, with or without time"),
-    ("command", "text", "name of the command (`chirp`, `sine`), or `recorded`"),
-    ("rate-hz", "number", "sample rate of the file, Hz"),
-    ("filter-hz", "number", "corner of the filter that `current_a` went through, Hz"),
-    (
+const fn key(name: &'static str, kind: &'static str, meaning: &'static str) -> MetadataKey {
+    MetadataKey { name, kind, meaning }
+}
+
+/// The keys of the metadata, in the order of the documentation.
+pub const METADATA_KEYS: [MetadataKey; 9] = [
+    key("actuator-id", "text", "which actuator the recording is of"),
+    key("date", "date", "when it was taken, with or without time"),
+    key("command", "text", "name of the command (`chirp`, `sine`), or `recorded`"),
+    key("rate-hz", "number", "sample rate of the file, Hz"),
+    key("filter-hz", "number", "corner of the filter that `current_a` went through, Hz"),
+    key(
         "envelope",
         "text",
         "what `current_a` is: `half-abs-sum`, `signed-projection`, `q-axis` or `conducting-phase`",
     ),
-    ("start-angle-rad", "number", "mechanical rotor angle at the first sample, rad"),
-    ("noise-a", "number", "rms of the noise on each phase per sample, A"),
-    ("phase-rate-hz", "number", "rate of the phase samples that `noise-a` is of, Hz"),
+    key("start-angle-rad", "number", "mechanical rotor angle at the first sample, rad"),
+    key("noise-a", "number", "rms of the noise on each phase per sample, A"),
+    key("phase-rate-hz", "number", "rate of the phase samples that `noise-a` is of, Hz"),
 ];
 
 /// The names of the keys.
 pub(super) fn keys() -> [&'static str; 9] {
-    KEY_TABLE.map(|(name, ..)| name)
+    METADATA_KEYS.map(|key| key.name)
 }
 
 /// What a recording says of itself; all of it is optional.
@@ -65,7 +77,6 @@ pub enum CommandSource {
 
 /// The definition of the stator-current envelope in `current_a`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum EnvelopeKind {
     /// `half-abs-sum`: half the sum of the absolute phase currents.
     HalfAbsSum,
@@ -192,7 +203,8 @@ impl Metadata {
             Property::Number(value) => format!("{key} = {value:?}"),
             // a number that was stored as text is a number
             Property::Text(text) if text.parse::<f64>().is_ok_and(f64::is_finite) => {
-                let wants_text = KEY_TABLE.iter().any(|row| row.0 == key && row.1 != "number");
+                let wants_text =
+                    METADATA_KEYS.iter().any(|row| row.name == key && row.kind != "number");
                 if wants_text {
                     format!("{key} = {}", quoted(text))
                 } else {
@@ -360,7 +372,7 @@ mod tests {
             metadata.phase_rate_hz,
         ];
         assert_eq!(numbers.map(Option::unwrap), [10_000.0, 200.0, -0.5, 0.02, 10_000.0]);
-        assert_eq!(metadata.to_toml().lines().count(), KEY_TABLE.len());
+        assert_eq!(metadata.to_toml().lines().count(), METADATA_KEYS.len());
     }
 
     #[test]

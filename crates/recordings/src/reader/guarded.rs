@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 #[cfg(any(feature = "mf4", feature = "parquet"))]
-use super::{FileFormat, RecordError};
+use crate::{FileFormat, RecordError};
 
 thread_local! {
     static IS_DECODING: Cell<bool> = const { Cell::new(false) };

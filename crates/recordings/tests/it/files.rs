@@ -2,7 +2,9 @@
 
 use std::{fs, path::Path};
 
-use fdi_core::{Channel, ChannelName, ColumnMap, CsvFormat, Metadata, Recording, list_recordings};
+use recordings::{
+    Channel, ChannelName, ColumnMap, CsvFormat, Metadata, Recording, list_recordings,
+};
 
 fn read_error(path: &Path) -> String {
     Recording::read(path, &ColumnMap::default()).unwrap_err().to_string()

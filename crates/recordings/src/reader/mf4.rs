@@ -2,10 +2,10 @@
 
 use falcon_mdf::{Channel, Mf4File, OpenOptions, SignalValues};
 
-use super::{
+use crate::{
     ColumnMap, FileFormat, RecordError, Recording,
-    container::{Clock, Container, Head, Property, Samples, assemble},
-    guarded::guarded,
+    reader::container::{Clock, Container, Head, Property, Samples, assemble},
+    reader::guarded::guarded,
 };
 
 /// Most that one compressed block may expand to; a logger's have a few MB.

@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
+use recordings::{ChannelName, METADATA_KEYS, MetadataKey};
 use schemars::{JsonSchema, generate::SchemaSettings};
 
-use crate::{
-    ChannelName,
-    record::KEY_TABLE,
-    report::{BundleSummary, Calibration, Diagnosis, Evaluation, Explanation, Fleet, Proposal},
+use crate::document::{
+    BundleSummary, Calibration, Diagnosis, Evaluation, Explanation, Fleet, Proposal,
 };
 
 /// A form that the tool reads or writes.
@@ -91,7 +90,7 @@ fn recording_tables() -> String {
         push(&mut out, format_args!("| `{name}` | {unit} | {kind} | {meaning} |\n"));
     }
     out.push_str("\n| metadata key | type | what |\n| --- | --- | --- |\n");
-    for (key, kind, meaning) in KEY_TABLE {
+    for MetadataKey { name: key, kind, meaning } in METADATA_KEYS {
         push(&mut out, format_args!("| `{key}` | {kind} | {meaning} |\n"));
     }
     out
@@ -108,7 +107,7 @@ mod tests {
     #[test]
     fn tables_name_every_column_and_key() {
         let text = Schema::Recording.text();
-        assert_eq!(text.lines().count(), 3 + ChannelName::ALL.len() + 3 + KEY_TABLE.len());
+        assert_eq!(text.lines().count(), 3 + ChannelName::ALL.len() + 3 + METADATA_KEYS.len());
         assert!(text.contains("| `current_a` | A | electrical |"));
     }
 

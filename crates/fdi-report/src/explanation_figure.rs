@@ -5,10 +5,10 @@
 //! effects found is black with filled ones.
 
 use crate::{
+    document::{CurveBin, Explanation, FaultBeforeAfter, FaultId, Holdout, ResidualCurve},
     drawing::{
         Axis, Plane, Stroke, around, dashed, opening, path, push, push_line, push_stroke, push_text,
     },
-    report::{CurveBin, Explanation, FaultBeforeAfter, FaultId, Holdout, ResidualCurve},
 };
 
 /// Width of a drawing, px.
@@ -368,7 +368,7 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{drawing::tests::assert_tags_match, report::ExplanationVerdict};
+    use crate::{ExplanationVerdict, drawing::tests::assert_tags_match};
 
     fn explanation() -> Explanation {
         let bin = |place: usize| CurveBin {

@@ -5,9 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{
+use crate::{
     FileFormat, RecordError,
-    container::{Clock, Container, Head, Property, Samples},
+    reader::container::{Clock, Container, Head, Property, Samples},
 };
 
 const LEAD_IN_BYTES: usize = 28;
@@ -647,8 +647,8 @@ mod tests {
     }
 
     fn read(bytes: Vec<u8>) -> Result<Vec<f64>, String> {
-        let map = super::super::ColumnMap::default();
-        let read = super::super::Recording::from_bytes("r", FileFormat::Tdms, bytes, &map);
+        let map = crate::ColumnMap::default();
+        let read = crate::Recording::from_bytes("r", FileFormat::Tdms, bytes, &map);
         let recording = read.map_err(|error| error.to_string())?;
         Ok(recording.channels()[0].values().to_vec())
     }

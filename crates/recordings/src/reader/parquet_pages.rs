@@ -4,7 +4,7 @@
 //! the compact protocol (`parquet.thrift`, `PageHeader`; Thrift compact protocol encoding):
 //! field 2 is the size unpacked, field 3 the size in the file.
 
-use super::{FileFormat, RecordError};
+use crate::{FileFormat, RecordError};
 
 /// Most that one page may claim: writers make pages of about 1 MB, some one of a row group.
 const LIMIT_PAGE_BYTES: i64 = 128 << 20;

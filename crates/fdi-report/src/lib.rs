@@ -1,0 +1,46 @@
+//! Published forms of the diagnosis of electromechanical actuators, and what people are shown of them.
+//!
+//! The types are the interface to scripts: plain data with stable names, written as JSON
+//! (`docs/stability.md`). Numbers are always finite; what is not determined is `null`. Drawings
+//! are self-contained SVG made from the published types alone, so that an answer that was kept
+//! as JSON can be drawn later.
+//!
+//! ```
+//! use fdi_report::{Fault, FaultId};
+//!
+//! let friction = Fault::determined(FaultId::K1, 0.021, 0.001, [0.019, 0.023], Some(true));
+//! assert_eq!(serde_json::to_value(&friction)?["id"], "k1");
+//! # Ok::<_, serde_json::Error>(())
+//! ```
+
+mod decision;
+mod diagnosis_figure;
+mod document;
+mod drawing;
+mod evaluation_figure;
+mod explanation_figure;
+mod fit_signals;
+mod fleet;
+mod mode_figure;
+mod schema;
+
+pub use decision::{FALSE_ALARM_RATE, INCIPIENT_LEVEL};
+pub use diagnosis_figure::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
+pub use document::{
+    ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, Change, ConvergencePoint,
+    CoordinateShare, Covariance, CurveBin, DatasetSummary, DetectionPoint, Diagnosis,
+    EffectFinding, EffectNumber, EncodingSummary, Evaluation, EvaluationSettings, Explanation,
+    ExplanationVerdict, Failure, Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId,
+    Fidelity, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LeftOut, Method,
+    MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal, ProposedRecording,
+    Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION,
+    Sensitivity, Separation, Slope, Standing, Status, TrendPoint, Verdict,
+};
+pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
+pub use explanation_figure::{
+    fault_change_figure_svg, held_out_figure_svg, residual_curve_figure_svg,
+    residual_curves_figure_svg,
+};
+pub use fit_signals::FitSignals;
+pub use mode_figure::{DrawnMode, mode_figure_svg};
+pub use schema::Schema;

@@ -1,0 +1,54 @@
+//! Recordings of electric machines: channels with their own time axes, and metadata.
+//!
+//! A recording is a file of channels; the names of its columns carry the units. CSV is always
+//! read; Parquet, MATLAB 5 to 7, MDF 4 and TDMS with the features `parquet`, `mat`, `mf4`, `tdms`.
+//! Every message of a file that cannot be read names line, column or field, and what was
+//! expected. The crate knows no machine.
+//!
+//! ```
+//! use recordings::{ChannelName, ColumnMap, Recording};
+//!
+//! let text = "# rate-hz = 2000\ntime_s,current_a\n0,0.10\n0.0005,0.12\n0.0010,0.11\n";
+//! let recording = Recording::parse("bench.csv", text.as_bytes(), &ColumnMap::default())?;
+//! let current = recording.channel(ChannelName::Current).expect("the file has it");
+//! assert_eq!(current.values(), [0.10, 0.12, 0.11]);
+//! assert_eq!(current.sampling()?.rate_hz, 2000.0);
+//! # Ok::<_, recordings::RecordError>(())
+//! ```
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+mod channel;
+mod column_map;
+mod error;
+mod format;
+mod guess;
+mod lines;
+mod metadata;
+mod nearest;
+mod reader;
+mod recording;
+mod sampling;
+mod sha256;
+mod source;
+mod unit;
+mod writer;
+
+pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
+pub use column_map::{ColumnMap, ColumnMapError};
+pub use error::RecordError;
+pub use format::FileFormat;
+pub use guess::{ColumnGuess, guess_columns};
+pub use metadata::{
+    CommandSource, EnvelopeKind, METADATA_KEYS, Metadata, MetadataKey, RecordingDate,
+};
+pub use nearest::nearest;
+pub use reader::is_decoding;
+pub use recording::{Current, Recording, recording_sha256};
+pub use sampling::Sampling;
+pub use sha256::sha256_hex;
+pub use source::list_recordings;
+pub use unit::StatedUnit;
+pub use writer::{CsvFormat, WriteError};
