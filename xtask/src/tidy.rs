@@ -1,5 +1,7 @@
 //! What the compiler does not check: edges between crates, paths named in the
-//! documentation, licences, traces of a machine.
+//! documentation, licences, traces of a machine, length of sentences.
+
+mod prose;
 
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
@@ -81,6 +83,7 @@ pub(crate) fn run(root: &Path) -> Result<()> {
     let files = committed(root)?;
     problems.extend(named_paths(root, &files));
     problems.extend(machine_paths(root, &files));
+    problems.extend(prose::check(root, &files));
     if problems.is_empty() {
         return Ok(());
     }
