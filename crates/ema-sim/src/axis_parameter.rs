@@ -1,6 +1,8 @@
 //! Every number of a servo axis by name: what model files, checks and calibration share.
 
-use crate::{effect::Geometry, error::ParameterError, servo_axis::ServoAxis, servo_control::Drive};
+use crate::{
+    effect::Geometry, parameter_error::ParameterError, servo_axis::ServoAxis, servo_control::Drive,
+};
 
 /// One number of a [`ServoAxis`], by a key whose unit is that of the axis: rotary or linear,
 /// driven by a current or a voltage.

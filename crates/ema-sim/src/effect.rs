@@ -12,7 +12,7 @@ pub(crate) mod strength;
 pub use catalogue::EffectId;
 pub use curve::{Coordinate, Curve, CurveError, CurveKind};
 
-use crate::error::{Expected, Told};
+use crate::number_format::{Expected, Told};
 
 /// Where an effect enters the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -34,10 +34,10 @@ mod controller;
 mod current_loop;
 mod drive_train;
 mod effect;
+mod ended;
 mod energy;
 mod engine;
 mod envelope;
-mod error;
 mod fault;
 mod field_oriented;
 mod high_fidelity;
@@ -47,7 +47,9 @@ mod low_fidelity;
 #[cfg(feature = "model-file")]
 pub mod model_file;
 mod noise;
+mod number_format;
 mod parameter;
+mod parameter_error;
 mod params;
 mod patience;
 mod phase;
@@ -61,6 +63,8 @@ mod series;
 mod servo_axis;
 mod servo_control;
 mod shape_function;
+mod simulation_error;
+mod speed_guard;
 mod trace;
 mod valid_range;
 mod waveform;
@@ -74,7 +78,6 @@ pub use effect::{
 };
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
-pub use error::{ParameterError, SimulationError};
 pub use fault::{
     FAULT_COUNT, FaultCoordinates, FaultId, FaultLevel, FaultLevelError, HealthState,
     PhysicalFaults,
@@ -83,6 +86,7 @@ pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
 pub use parameter::Parameter;
+pub use parameter_error::ParameterError;
 pub use params::{
     Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
     Transmission,
@@ -95,5 +99,6 @@ pub use servo_axis::{
     AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation,
 };
 pub use servo_control::{AxisController, Drive, Feedback};
+pub use simulation_error::SimulationError;
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
 pub use valid_range::{Departure, RangeOf, ValidRange, VisitedRange};

@@ -22,13 +22,14 @@ use crate::{
         Effect, Geometry,
         extension::{Host, reshaped},
     },
-    error::SimulationError,
+    ended::Ended,
     fault::PhysicalFaults,
     load::Load,
     params::Actuator,
     plant::{Additions, Run},
-    runaway::{Ended, Runaway},
+    runaway::Runaway,
     scenario::Scenario,
+    simulation_error::SimulationError,
     trace::LowFidelityTrace,
 };
 

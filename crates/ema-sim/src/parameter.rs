@@ -1,6 +1,6 @@
 //! Every number of an actuator by name: what model files, checks and calibration share.
 
-use crate::{error::ParameterError, params::Actuator};
+use crate::{parameter_error::ParameterError, params::Actuator};
 
 /// One number of an [`Actuator`], by the key that model files use.
 ///

@@ -2,8 +2,8 @@
 
 use crate::{
     back_emf::BackEmfTable,
-    error::ParameterError,
     parameter::{Parameter, kinetic_within_static, within},
+    parameter_error::ParameterError,
 };
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.

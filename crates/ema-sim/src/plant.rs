@@ -18,10 +18,10 @@ use crate::{
     params::Actuator,
     patience::Patience,
     phase::{PerPhase, Sector},
-    runaway::SpeedGuard,
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
     shape_function::ShapeFunction,
+    speed_guard::SpeedGuard,
     waveform::Waveform,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
