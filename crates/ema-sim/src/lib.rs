@@ -28,6 +28,7 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod actuator_capabilities;
 mod axis_parameter;
 mod back_emf;
 mod controller;
@@ -38,6 +39,7 @@ mod ended;
 mod energy;
 mod engine;
 mod envelope;
+mod extension;
 mod fault;
 mod field_oriented;
 mod high_fidelity;
@@ -57,6 +59,7 @@ mod phase_sensor;
 mod plant;
 pub mod presets;
 mod probe;
+mod quantisation;
 mod runaway;
 mod scenario;
 mod series;
@@ -74,7 +77,8 @@ pub use axis_parameter::AxisParameter;
 pub use back_emf::BackEmfTable;
 pub use effect::{
     Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
-    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, Port, Role,
+    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, MachineScales, Port, Quantity,
+    Repetition, Role,
 };
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
