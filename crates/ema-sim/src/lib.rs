@@ -48,6 +48,7 @@ mod load;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
 pub mod model_file;
+mod motion_term;
 mod noise;
 mod number_format;
 mod parameter;
@@ -89,6 +90,7 @@ pub use fault::{
 pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
+pub use motion_term::MotionTerm;
 pub use parameter::Parameter;
 pub use parameter_error::ParameterError;
 pub use params::{
