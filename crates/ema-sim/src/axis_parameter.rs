@@ -1,6 +1,9 @@
 //! Every number of a servo axis by name: what model files, checks and calibration share.
 
-use crate::{effect::Geometry, error::ParameterError, servo_axis::ServoAxis, servo_control::Drive};
+use crate::{
+    effect::Geometry, motion_term::MotionTerm, parameter_error::ParameterError,
+    servo_axis::ServoAxis, servo_control::Drive,
+};
 
 /// One number of a [`ServoAxis`], by a key whose unit is that of the axis: rotary or linear,
 /// driven by a current or a voltage.
@@ -22,6 +25,9 @@ pub struct AxisParameter {
     least: f64,
     most: f64,
     default: Option<f64>,
+    motion_term: Option<MotionTerm>,
+    /// True for a number of a winding, which no other drive has.
+    of_winding: bool,
     get: fn(&ServoAxis) -> f64,
     set: fn(&mut ServoAxis, f64),
 }
@@ -32,12 +38,19 @@ const FINITE: f64 = f64::MAX;
 macro_rules! parameters {
     (@default) => { None };
     (@default $default:expr) => { Some($default) };
-    ($($pattern:literal: $($field:ident).+, $least:expr, $most:expr $(, else $default:expr)?;)*) => {
+    (@term) => { None };
+    (@term $term:ident) => { Some(MotionTerm::$term) };
+    (@winding) => { false };
+    (@winding winding) => { true };
+    ($($pattern:literal: $($field:ident).+, $least:expr, $most:expr
+        $(, else $default:expr)? $(, sets $term:ident)? $(, of $drive:ident)?;)*) => {
         &[$(AxisParameter {
             pattern: $pattern,
             least: $least,
             most: $most,
             default: parameters!(@default $($default)?),
+            motion_term: parameters!(@term $($term)?),
+            of_winding: parameters!(@winding $($drive)?),
             get: |axis| axis.$($field).+,
             set: |axis, value| axis.$($field).+ = value,
         }),*]
@@ -47,14 +60,16 @@ macro_rules! parameters {
 impl AxisParameter {
     /// All numbers, block by block.
     pub const ALL: &'static [Self] = parameters! {
-        "axis.{inertia}": inertia, POSITIVE, FINITE;
-        "axis.viscous-{f}-s-per-{x}": viscous, 0.0, FINITE, else 0.0;
-        "axis.kinetic-friction-{f}": kinetic_friction, 0.0, FINITE, else 0.0;
+        "axis.{inertia}": inertia, POSITIVE, FINITE, sets Inertia;
+        "axis.viscous-{f}-s-per-{x}": viscous, 0.0, FINITE, else 0.0, sets Drag;
+        "axis.kinetic-friction-{f}":
+            kinetic_friction, 0.0, FINITE, else 0.0, sets KineticFriction;
         "axis.static-friction-{f}": static_friction, 0.0, FINITE;
         "axis.offset-{f}": offset, -1e9, 1e9, else 0.0;
         "axis.backlash-{x}": backlash, 0.0, FINITE, else 0.0;
-        "drive.{force}-constant-{f}-per-{u}": force_constant, POSITIVE, FINITE;
-        "drive.resistance-ohm": resistance_ohm, POSITIVE, FINITE;
+        "drive.{force}-constant-{f}-per-{u}":
+            force_constant, POSITIVE, FINITE, sets TorqueConstant;
+        "drive.resistance-ohm": resistance_ohm, POSITIVE, FINITE, of winding;
         "controller.sample-hz": controller.sample_hz, POSITIVE, 1e6;
         "controller.position-gain-per-s": controller.position_gain_per_s, 0.0, FINITE, else 0.0;
         "controller.position-integral-per-s2": controller.position_integral_per_s2, 0.0, FINITE, else 0.0;
@@ -74,7 +89,7 @@ impl AxisParameter {
             Geometry::Linear => ("mass-kg", "force", "n", "m"),
         };
         // a winding's constant is over its current, whatever drives it
-        let constant = self.pattern.starts_with("drive.");
+        let constant = self.motion_term == Some(MotionTerm::TorqueConstant);
         let by_current = drive == Drive::Current || (constant && drive == Drive::Winding);
         self.pattern
             .replace("{inertia}", inertia)
@@ -89,9 +104,9 @@ impl AxisParameter {
         Self::ALL.iter().find(|parameter| parameter.key(geometry, drive) == key)
     }
 
-    /// Whether an axis with a drive has this number: a resistance for a winding alone.
+    /// True where an axis with a drive has this number: a resistance belongs to a winding alone.
     pub fn applies(&self, drive: Drive) -> bool {
-        drive == Drive::Winding || self.pattern != "drive.resistance-ohm"
+        drive == Drive::Winding || !self.of_winding
     }
 
     /// Least and largest value that an axis can have.
@@ -99,7 +114,12 @@ impl AxisParameter {
         (self.least, self.most)
     }
 
-    /// Its value in an axis whose file leaves it out; `None` where the file must give it. A static
+    /// Term of the equation of motion that it sets, if any.
+    pub fn motion_term(&self) -> Option<MotionTerm> {
+        self.motion_term
+    }
+
+    /// Default in an axis whose file leaves it out; `None` where the file must give it. A static
     /// friction that is left out is the kinetic one, and a resistance belongs to a winding alone.
     pub fn default_value(&self) -> Option<f64> {
         self.default
@@ -110,7 +130,7 @@ impl AxisParameter {
         Self::ALL.iter().find(|parameter| parameter.pattern == pattern)
     }
 
-    /// Its value.
+    /// Value in an axis.
     pub fn get(&self, axis: &ServoAxis) -> f64 {
         (self.get)(axis)
     }

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use crate::error::ParameterError;
+use crate::parameter_error::ParameterError;
 
 /// Most samples of a table.
 const MOST_SAMPLES: usize = 72;

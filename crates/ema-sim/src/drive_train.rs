@@ -68,7 +68,7 @@ pub(crate) struct Torques {
 /// Dry friction of the two directions (backward, forward), and a torque against positive motion.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_field_names, reason = "the unit belongs to the name")]
-pub(crate) struct Burden {
+pub(crate) struct FrictionState {
     pub(crate) kinetic_n_m: [f64; 2],
     pub(crate) static_n_m: [f64; 2],
     pub(crate) against_n_m: f64,
@@ -106,9 +106,9 @@ pub(crate) struct DriveTrain {
     /// `1/(m·J)`, for coefficient m = 1 to 4.
     per_inertia: [f64; 4],
     /// What rubs and pushes besides load and viscous drag.
-    burden: Burden,
+    friction: FrictionState,
     /// The same without effects.
-    nominal: Burden,
+    nominal: FrictionState,
     efficiency_ratio: f64,
     per_gear_ratio: f64,
     half_play_rad: f64,
@@ -183,7 +183,7 @@ impl DriveTrain {
 
     /// A drive train of parts.
     pub(crate) fn of(parts: &Parts) -> Self {
-        let nominal = Burden {
+        let nominal = FrictionState {
             kinetic_n_m: [parts.kinetic_n_m; 2],
             static_n_m: [parts.static_n_m; 2],
             against_n_m: parts.offset_n_m,
@@ -192,7 +192,7 @@ impl DriveTrain {
             inertia_kg_m2: parts.inertia_kg_m2,
             viscous_n_m_s_per_rad: parts.viscous_n_m_s_per_rad,
             per_inertia: RECIPROCALS.map(|r| r / parts.inertia_kg_m2),
-            burden: nominal,
+            friction: nominal,
             nominal,
             efficiency_ratio: parts.efficiency_ratio,
             per_gear_ratio: 1.0 / parts.gear_ratio,
@@ -249,13 +249,13 @@ impl DriveTrain {
     }
 
     /// What rubs and pushes without effects.
-    pub(crate) fn nominal_burden(&self) -> Burden {
+    pub(crate) fn nominal_friction(&self) -> FrictionState {
         self.nominal
     }
 
     /// Takes on what effects make of friction and torque.
-    pub(crate) fn carry(&mut self, burden: Burden) {
-        self.burden = burden;
+    pub(crate) fn set_friction(&mut self, friction: FrictionState) {
+        self.friction = friction;
     }
 
     /// The load that the shaft carries now, on the motor side and through a gear without losses.
@@ -308,12 +308,12 @@ impl DriveTrain {
             Contact::Upper => self.load_forward_n_m,
             Contact::Lower => self.load_backward_n_m,
         };
-        -self.direction.sign() * self.kinetic_n_m() - load - self.burden.against_n_m
+        -self.direction.sign() * self.kinetic_n_m() - load - self.friction.against_n_m
     }
 
     /// Kinetic friction of the present direction.
     fn kinetic_n_m(&self) -> f64 {
-        self.burden.kinetic_n_m[usize::from(self.direction != Direction::Backward)]
+        self.friction.kinetic_n_m[usize::from(self.direction != Direction::Backward)]
     }
 
     /// The shaft's equation in the present state.
@@ -340,7 +340,7 @@ impl DriveTrain {
         };
         Torques {
             friction_n_m: self.direction.sign() * self.kinetic_n_m()
-                + self.burden.against_n_m
+                + self.friction.against_n_m
                 + surface_n_m,
             load_n_m,
             gear_n_m: whole_n_m - load_n_m - surface_n_m,
@@ -364,7 +364,7 @@ impl DriveTrain {
         let most = self.stop_rad + self.half_play_rad;
         let (low, high) =
             (self.left_at_rad - self.half_play_rad, self.left_at_rad + self.half_play_rad);
-        let [static_backward, static_forward] = self.burden.static_n_m;
+        let [static_backward, static_forward] = self.friction.static_n_m;
         let forward = if self.angle_rad >= most {
             f64::INFINITY
         } else if self.angle_rad >= high {
@@ -379,7 +379,7 @@ impl DriveTrain {
         } else {
             -static_backward
         };
-        let against = self.burden.against_n_m;
+        let against = self.friction.against_n_m;
         (backward + against, forward + against)
     }
 

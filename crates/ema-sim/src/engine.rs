@@ -16,17 +16,18 @@ use crate::{
     drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
-        extension::{Extension, Instant, Machine},
+        part::{MachineNumbers, delay::HeldReference},
     },
+    extension::{Extension, Instant, MotorState},
     fault::PhysicalFaults,
     load::LoadRun,
     params::{Actuator, BackEmfShape},
     patience::Patience,
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
-    runaway::SpeedGuard,
     scenario::Scenario,
     series::{Series, less, reach, root, value},
+    speed_guard::SpeedGuard,
     trace::HighFidelityTrace,
     waveform::Corners,
     winding::{AirGap, Coupling, CubicTerms, RotorAngle, SectorWinding, Segment, Shaft, Winding},
@@ -190,7 +191,7 @@ fn edge_s(duty: f64, period_s: f64) -> f64 {
 
 /// Angle and speed of the motor, and the heat of the cold winding, at an instant.
 struct Mark {
-    shaft: (f64, f64),
+    shaft: MotorState,
     heat_w: f64,
 }
 
@@ -279,7 +280,7 @@ impl<P: Probe> Run<P> {
         effects: &[Effect],
     ) {
         let t = &actuator.transmission;
-        let machine = Machine {
+        let machine = MachineNumbers {
             inertia_kg_m2: actuator.total_inertia_kg_m2(),
             per_gear_ratio: 1.0 / t.gear_ratio,
             load_inertia_kg_m2: t.surface_inertia_kg_m2,
@@ -327,16 +328,16 @@ impl<P: Probe> Run<P> {
     }
 
     /// Set-points to hold in this tick, each with its share of it.
-    pub(crate) fn delayed(&mut self, reference_a: f64) -> [(f64, f64); 2] {
+    pub(crate) fn delayed(&mut self, reference_a: f64) -> [HeldReference; 2] {
         match &mut self.extension {
-            None => [(reference_a, 1.0), (reference_a, 0.0)],
+            None => HeldReference::undelayed(reference_a),
             Some(extension) => extension.delayed(reference_a),
         }
     }
 
     /// Puts what effects do in a span on the shaft; returns the span, shorter where they ask.
     #[inline]
-    fn take_burden(&mut self, span_s: f64) -> f64 {
+    fn take_effects_in(&mut self, span_s: f64) -> f64 {
         if self.extension.is_none() { span_s } else { self.take_effects(span_s, None) }
     }
 
@@ -354,8 +355,8 @@ impl<P: Probe> Run<P> {
         let rate = (motor_n_m + self.shaft.external_n_m - drag_n_m) * self.shaft.per_inertia[0];
         let instant = Instant { motor_rad, speed_rad_per_s: speed, motor_n_m };
         let reach_s = if speed_rad_per_s.is_some() { 0.0 } else { span_s };
-        extension.burden(&mut self.train, &instant, rate, reach_s);
-        let warmth_ratio = extension.warmth_ratio_in(0.5 * reach_s, self.copper_w());
+        extension.act(&mut self.train, &instant, rate, reach_s);
+        let warmth_ratio = extension.winding().warmth_ratio_in(0.5 * reach_s, self.copper_w());
         if warmth_ratio != self.warmth_ratio {
             self.warmth_ratio = warmth_ratio;
             self.at = self.winding.sector(self.sector).warmed(warmth_ratio);
@@ -369,7 +370,7 @@ impl<P: Probe> Run<P> {
     #[inline]
     fn mark(&self) -> Mark {
         let heat_w = if self.extension.is_some() { self.copper_w() } else { 0.0 };
-        Mark { shaft: (self.train.angle_rad, self.train.speed_rad_per_s), heat_w }
+        Mark { shaft: MotorState::of(&self.train), heat_w }
     }
 
     /// Goes on in time with the effects.
@@ -377,10 +378,10 @@ impl<P: Probe> Run<P> {
     fn advance_effects(&mut self, span_s: f64, from: &Mark) {
         if self.extension.is_some() {
             let heat_w = 0.5 * (from.heat_w + self.copper_w());
-            let to = (self.train.angle_rad, self.train.speed_rad_per_s);
+            let to = MotorState::of(&self.train);
             if let Some(extension) = &mut self.extension {
                 extension.advance(span_s, from.shaft, to, heat_w);
-                self.guard.watch(extension.time_s(), to.1);
+                self.guard.watch(extension.time_s(), to.speed_rad_per_s);
             }
         }
     }
@@ -575,7 +576,7 @@ impl<P: Probe> Run<P> {
     fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
         let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
-            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let span_s = self.take_effects_in(left_s.min(self.longest_s));
             let from = self.mark();
             let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
             if self.interrupted::<OWN>(&step, &end, span_s) {
@@ -678,7 +679,7 @@ impl<P: Probe> Run<P> {
                     self.legs_v[phase] = self.half_bus_v.copysign(error_a);
                 }
             }
-            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let span_s = self.take_effects_in(left_s.min(self.longest_s));
             let from = self.mark();
             let step = self.solve_connected::<OWN>(span_s);
             let mut end = End::of(&step.segment, span_s);

@@ -6,20 +6,23 @@ use crate::{
     controller::Cascade,
     current_loop::CurrentLoop,
     effect::{
-        Effect, EffectError, EffectId, Geometry,
-        extension::{Host, reshaped},
+        Effect, EffectError, Geometry,
+        capabilities::{Legs, ModelCapabilities, WindingModel},
+        part::delay::HeldReference,
     },
+    ended::Ended,
     energy::{EnergyLedger, EnergyProbe},
     engine::Run,
-    error::SimulationError,
+    extension::rescaling,
     fault::PhysicalFaults,
     field_oriented::FieldOriented,
     load::{Load, LoadRun},
     params::{Actuator, BackEmfShape, Commutation},
     phase::PerPhase,
     probe::Probe,
-    runaway::{Ended, SpeedGuard},
     scenario::Scenario,
+    simulation_error::SimulationError,
+    speed_guard::SpeedGuard,
     trace::HighFidelityTrace,
 };
 
@@ -76,22 +79,18 @@ pub struct HighFidelity {
     command_rad: Vec<f64>,
     control: CurrentControl,
     effects: Vec<Effect>,
+    /// The legs' dead time, with the one that loses the voltage of effects on average.
+    dead_s: f64,
     load: Arc<Load>,
 }
 
 const NAME: &str = "the high-fidelity model";
-const OWN_COMMUTATION: &str = "what commutation takes is a part of the model already";
-const OWN_INDUCTANCE: &str = "its winding has an inductance of its own; the eddy loss alone acts";
-const OWN_SHAPE: &str = "the machine has a shape of back-EMF of its own";
-const NO_CARRIER: &str = "without a carrier that switches, its legs have no dead time";
-const NO_CURRENT_LOOP: &str = "the comparators see the phases themselves, not this sensor";
-const LONG_DEAD_TIME: &str = "the voltage is lost by a dead time longer than a tenth of a period";
 
 /// Carrier periods of a test, of some 0.3 µs each.
 const MOST_PERIODS: f64 = 1e9;
 
-/// What the model has already.
-const REFUSED: [(EffectId, &str); 1] = [(EffectId::CommutationOverlap, OWN_COMMUTATION)];
+/// Share of a carrier period that a dead time is at most.
+const MOST_DEAD_RATIO: f64 = 0.1;
 
 impl HighFidelity {
     /// Prepares a test.
@@ -111,6 +110,7 @@ impl HighFidelity {
             command_rad,
             control: CurrentControl::Carrier,
             effects: Vec::new(),
+            dead_s: actuator.inverter.dead_time_s,
             load: Arc::new(Load::None),
         })
     }
@@ -122,53 +122,42 @@ impl HighFidelity {
     ///
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        Host::of_actuator(NAME, &self.actuator, &self.scenario, &REFUSED).check(effects)?;
         self.effects = effects.to_vec();
         self.check_effects()?;
+        let lost_v = rescaling(effects).lost_v;
+        self.dead_s = self.actuator.inverter.dead_time_s + lost_v / self.lost_v_per_s();
         Ok(self)
     }
 
-    /// Refuses effects that have no place in this drive.
+    /// Refuses effects that have no place in this model.
     fn check_effects(&self) -> Result<(), EffectError> {
-        let (inverter, shape) = (&self.actuator.inverter, self.actuator.motor.back_emf_shape);
-        for effect in &self.effects {
-            let reason = match (effect.id(), self.control) {
-                (EffectId::InductanceEddy, _) if effect.values()[0] != 0.0 => OWN_INDUCTANCE,
-                (EffectId::BackEmfShape, _) if shape != BackEmfShape::Trapezoid => OWN_SHAPE,
-                (EffectId::DeadTime, CurrentControl::Carrier) => {
-                    if self.dead_time_s() <= 0.1 / inverter.carrier_hz {
-                        continue;
-                    }
-                    LONG_DEAD_TIME
-                }
-                (EffectId::DeadTime, _) => NO_CARRIER,
-                (EffectId::CurrentSensor, CurrentControl::Hysteresis { .. })
-                    if effect.values()[3] > 0.5 =>
-                {
-                    NO_CURRENT_LOOP
-                }
-                _ => continue,
-            };
-            return Err(EffectError::NotInModel { effect: effect.id(), model: NAME, reason });
-        }
-        Ok(())
+        let inverter = &self.actuator.inverter;
+        let legs = match self.control {
+            CurrentControl::Carrier => Legs::Switched {
+                dead_s: inverter.dead_time_s,
+                lost_v_per_s: self.lost_v_per_s(),
+                most_dead_s: MOST_DEAD_RATIO / inverter.carrier_hz,
+            },
+            CurrentControl::Averaged => Legs::Averaged,
+            CurrentControl::Hysteresis { .. } => Legs::Compared,
+        };
+        let trapezoidal = self.actuator.motor.back_emf_shape == BackEmfShape::Trapezoid;
+        let winding = WindingModel::Phases { legs, trapezoidal };
+        ModelCapabilities::of_actuator(NAME, &self.actuator, &self.scenario, winding)
+            .check(&self.effects)
     }
 
-    /// The legs' dead time, with the one that loses the voltage of E17 on average.
+    /// Mean voltage that the equivalent machine loses over the legs' dead time.
     ///
     /// Each of the two legs of a six-step drive loses `V_dc·t_d·f_c`; with three sinusoidal
     /// phases the equivalent machine loses `6/π` of what a leg does.
-    fn dead_time_s(&self) -> f64 {
+    fn lost_v_per_s(&self) -> f64 {
         let inverter = &self.actuator.inverter;
         let legs = match inverter.commutation {
             Commutation::SixStep => 2.0,
             Commutation::FieldOriented => 6.0 / core::f64::consts::PI,
         };
-        let mut dead_s = inverter.dead_time_s;
-        for effect in self.effects.iter().filter(|effect| effect.id() == EffectId::DeadTime) {
-            dead_s += effect.values()[0] / (legs * inverter.bus_voltage_v * inverter.carrier_hz);
-        }
-        dead_s
+        legs * inverter.bus_voltage_v * inverter.carrier_hz
     }
 
     /// The same test with a load besides the constant one.
@@ -341,8 +330,8 @@ impl HighFidelity {
             (Commutation::SixStep, CurrentControl::Hysteresis { half_band_a }) => {
                 let tick_s = 1.0 / self.actuator.controller.sample_hz;
                 self.ticks(&mut run, &mut trace, |run, references| {
-                    for (reference_a, share) in references {
-                        run.comparators(reference_a, half_band_a, share * tick_s);
+                    for held in references {
+                        run.comparators(held.value, half_band_a, held.share * tick_s);
                     }
                     run.take_sample();
                     run.read_sensor(tick_s);
@@ -359,7 +348,7 @@ impl HighFidelity {
     fn six_step<P: Probe>(&self, run: &mut Run<P>, trace: &mut HighFidelityTrace) {
         let mut current_loop = CurrentLoop::new(&self.actuator, &self.scenario);
         let (periods, period_s) = (self.periods(), current_loop.period_s);
-        let dead_s = self.dead_time_s();
+        let dead_s = self.dead_s;
         if dead_s == 0.0 {
             run.first_edge(period_s);
         }
@@ -395,7 +384,7 @@ impl HighFidelity {
     /// What comes before the first period with all legs connected.
     fn begin<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
         let switched = self.control != CurrentControl::Averaged;
-        if switched && self.dead_time_s() == 0.0 {
+        if switched && self.dead_s == 0.0 {
             run.first_three_leg_edge(duties, period_s);
         }
     }
@@ -407,7 +396,7 @@ impl HighFidelity {
         (duties, next_duties): (&PerPhase, &PerPhase),
         period_s: f64,
     ) {
-        let dead_s = self.dead_time_s();
+        let dead_s = self.dead_s;
         if self.control == CurrentControl::Averaged {
             run.averaged_period(duties, period_s);
         } else if dead_s == 0.0 {
@@ -420,7 +409,7 @@ impl HighFidelity {
 
     /// The machine, with its effects, at the start of the test.
     fn start<P: Probe>(&self, faults: &PhysicalFaults, drive: (P, bool)) -> Run<P> {
-        let actuator = reshaped(&self.actuator, &self.effects);
+        let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let mut run = Run::new(&actuator, &self.scenario, faults, drive);
         run.add_effects(&actuator, faults, &self.effects);
         run.guard = SpeedGuard::of_actuator(&actuator, &self.scenario, faults, &self.load);
@@ -447,9 +436,9 @@ impl HighFidelity {
         &self,
         run: &mut Run<P>,
         trace: &mut HighFidelityTrace,
-        mut hold: impl FnMut(&mut Run<P>, [(f64, f64); 2]),
+        mut hold: impl FnMut(&mut Run<P>, [HeldReference; 2]),
     ) {
-        let actuator = reshaped(&self.actuator, &self.effects);
+        let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let mut cascade = Cascade::new(&actuator, &self.scenario);
         let mut load = LoadRun::new(&self.load, self.scenario.load_n_m);
         for (tick, &command_rad) in self.command_rad.iter().enumerate() {
@@ -484,9 +473,9 @@ fn in_range(
 }
 
 /// The set-point in a carrier period of a tick: the older of two as long as its share lasts.
-fn reference_in(period: usize, periods: usize, references: &[(f64, f64); 2]) -> f64 {
-    let older = (period as f64 + 0.5) < references[0].1 * periods as f64;
-    references[usize::from(!older)].0
+fn reference_in(period: usize, periods: usize, references: &[HeldReference; 2]) -> f64 {
+    let older = (period as f64 + 0.5) < references[0].share * periods as f64;
+    references[usize::from(!older)].value
 }
 
 /// A trace with room for its samples.

@@ -28,16 +28,18 @@
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
 
+mod actuator_capabilities;
 mod axis_parameter;
 mod back_emf;
 mod controller;
 mod current_loop;
 mod drive_train;
 mod effect;
+mod ended;
 mod energy;
 mod engine;
 mod envelope;
-mod error;
+mod extension;
 mod fault;
 mod field_oriented;
 mod high_fidelity;
@@ -46,8 +48,11 @@ mod load;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
 pub mod model_file;
+mod motion_term;
 mod noise;
+mod number_format;
 mod parameter;
+mod parameter_error;
 mod params;
 mod patience;
 mod phase;
@@ -55,12 +60,15 @@ mod phase_sensor;
 mod plant;
 pub mod presets;
 mod probe;
+mod quantisation;
 mod runaway;
 mod scenario;
 mod series;
 mod servo_axis;
 mod servo_control;
 mod shape_function;
+mod simulation_error;
+mod speed_guard;
 mod trace;
 mod valid_range;
 mod waveform;
@@ -70,11 +78,11 @@ pub use axis_parameter::AxisParameter;
 pub use back_emf::BackEmfTable;
 pub use effect::{
     Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
-    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, Port, Role,
+    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, MachineScales, Port, Quantity,
+    Repetition, Role,
 };
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
-pub use error::{ParameterError, SimulationError};
 pub use fault::{
     FAULT_COUNT, FaultCoordinates, FaultId, FaultLevel, FaultLevelError, HealthState,
     PhysicalFaults,
@@ -82,7 +90,9 @@ pub use fault::{
 pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
+pub use motion_term::MotionTerm;
 pub use parameter::Parameter;
+pub use parameter_error::ParameterError;
 pub use params::{
     Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
     Transmission,
@@ -95,5 +105,6 @@ pub use servo_axis::{
     AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation,
 };
 pub use servo_control::{AxisController, Drive, Feedback};
+pub use simulation_error::SimulationError;
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
 pub use valid_range::{Departure, RangeOf, ValidRange, VisitedRange};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::SimulationError;
+use crate::simulation_error::SimulationError;
 
 /// Moment on the surface besides the constant one of the scenario, positive against positive
 /// motion.

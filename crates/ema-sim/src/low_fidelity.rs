@@ -20,15 +20,17 @@ use crate::{
     controller::{Cascade, Measured},
     effect::{
         Effect, Geometry,
-        extension::{Host, reshaped},
+        capabilities::{ModelCapabilities, WindingModel},
     },
-    error::SimulationError,
+    ended::Ended,
+    extension::rescaling,
     fault::PhysicalFaults,
     load::Load,
     params::Actuator,
     plant::{Additions, Run},
-    runaway::{Ended, Runaway},
+    runaway::Runaway,
     scenario::Scenario,
+    simulation_error::SimulationError,
     trace::LowFidelityTrace,
 };
 
@@ -100,7 +102,8 @@ impl LowFidelity {
     ///
     /// [`SimulationError::Effect`] for an effect that this model cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        Host::of_actuator("the low-fidelity model", &self.actuator, &self.scenario, &[])
+        let (name, winding) = ("the low-fidelity model", WindingModel::Quasistatic);
+        ModelCapabilities::of_actuator(name, &self.actuator, &self.scenario, winding)
             .check(effects)?;
         self.effects = effects.to_vec();
         Ok(self)
@@ -180,7 +183,7 @@ impl LowFidelity {
     /// this very test it is the current that the next tick begins with, unless the supply cannot
     /// drive it. A trace that ends before the test is replayed to its end.
     pub fn replayed_current_a(&self, trace: &LowFidelityTrace) -> Vec<f64> {
-        let actuator = reshaped(&self.actuator, &self.effects);
+        let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let mut cascade = Cascade::new(&actuator, &self.scenario);
         let motor = trace.motor_angle_rad.iter().zip(&trace.motor_speed_rad_per_s);
         let seen = motor.zip(&trace.surface_angle_rad);
@@ -198,7 +201,7 @@ impl LowFidelity {
         faults: &PhysicalFaults,
         mut show: impl FnMut(&mut Run, f64),
     ) -> (u64, Option<Runaway>) {
-        let actuator = reshaped(&self.actuator, &self.effects);
+        let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
         let mut run = Run::new(&actuator, &self.scenario, faults, &additions);
         let mut cascade = Cascade::new(&actuator, &self.scenario);

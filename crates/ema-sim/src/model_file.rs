@@ -60,9 +60,9 @@ use toml::{
 use crate::{
     back_emf::BackEmfTable,
     effect::{Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry},
-    error::ParameterError,
     fault::FaultId,
     parameter::{Parameter, within},
+    parameter_error::ParameterError,
     params::{Actuator, BackEmfShape, Commutation, PositionSensor},
     presets,
 };

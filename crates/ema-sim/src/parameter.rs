@@ -1,6 +1,6 @@
 //! Every number of an actuator by name: what model files, checks and calibration share.
 
-use crate::{error::ParameterError, params::Actuator};
+use crate::{motion_term::MotionTerm, parameter_error::ParameterError, params::Actuator};
 
 /// One number of an [`Actuator`], by the key that model files use.
 ///
@@ -20,6 +20,7 @@ pub struct Parameter {
     least: f64,
     most: f64,
     default: Option<f64>,
+    motion_term: Option<MotionTerm>,
     get: fn(&Actuator) -> f64,
     set: fn(&mut Actuator, f64),
 }
@@ -36,13 +37,16 @@ const FASTEST_HZ: f64 = 1e7;
 macro_rules! parameters {
     (@default) => { None };
     (@default $default:expr) => { Some($default) };
+    (@term) => { None };
+    (@term $term:ident) => { Some(MotionTerm::$term) };
     ($($key:literal: $block:ident.$field:ident as $kind:ty, $least:expr, $most:expr
-        $(, else $default:expr)?;)*) => {
+        $(, else $default:expr)? $(, sets $term:ident)?;)*) => {
         &[$(Parameter {
             key: $key,
             least: $least,
             most: $most,
             default: parameters!(@default $($default)?),
+            motion_term: parameters!(@term $($term)?),
             get: |actuator| <$kind as Number>::read(actuator.$block.$field),
             set: |actuator, value| actuator.$block.$field = <$kind as Number>::made_of(value),
         }),*]
@@ -55,9 +59,11 @@ impl Parameter {
         "motor.pole-pairs": motor.pole_pairs as u32, 1.0, 1000.0;
         "motor.resistance-ohm": motor.resistance_ohm as f64, POSITIVE, FINITE;
         "motor.inductance-henry": motor.inductance_henry as f64, POSITIVE, FINITE;
-        "motor.back-emf-v-s-per-rad": motor.back_emf_v_s_per_rad as f64, POSITIVE, FINITE;
-        "motor.inertia-kg-m2": motor.inertia_kg_m2 as f64, POSITIVE, FINITE;
-        "motor.viscous-n-m-s-per-rad": motor.viscous_n_m_s_per_rad as f64, 0.0, FINITE;
+        "motor.back-emf-v-s-per-rad":
+            motor.back_emf_v_s_per_rad as f64, POSITIVE, FINITE, sets TorqueConstant;
+        "motor.inertia-kg-m2": motor.inertia_kg_m2 as f64, POSITIVE, FINITE, sets Inertia;
+        "motor.viscous-n-m-s-per-rad":
+            motor.viscous_n_m_s_per_rad as f64, 0.0, FINITE, sets Drag;
         "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
         "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FASTEST_HZ;
         "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
@@ -66,7 +72,8 @@ impl Parameter {
         "transmission.surface-inertia-kg-m2":
             transmission.surface_inertia_kg_m2 as f64, 0.0, FINITE;
         "transmission.backlash-rad": transmission.backlash_rad as f64, 0.0, FINITE;
-        "transmission.kinetic-friction-n-m": transmission.kinetic_friction_n_m as f64, 0.0, FINITE;
+        "transmission.kinetic-friction-n-m":
+            transmission.kinetic_friction_n_m as f64, 0.0, FINITE, sets KineticFriction;
         "transmission.static-friction-n-m": transmission.static_friction_n_m as f64, 0.0, FINITE;
         "transmission.surface-friction-n-m":
             transmission.surface_friction_n_m as f64, 0.0, FINITE, else 0.0;
@@ -104,12 +111,17 @@ impl Parameter {
         (self.least, self.most)
     }
 
-    /// Its value in a machine whose file leaves it out; `None` when every file must give it.
+    /// Term of the equation of motion that it sets, if any.
+    pub fn motion_term(&self) -> Option<MotionTerm> {
+        self.motion_term
+    }
+
+    /// Default in a machine whose file leaves it out; `None` when every file must give it.
     pub fn default_value(&self) -> Option<f64> {
         self.default
     }
 
-    /// Its value.
+    /// Value in an actuator.
     pub fn get(&self, actuator: &Actuator) -> f64 {
         (self.get)(actuator)
     }

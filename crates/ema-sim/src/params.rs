@@ -2,8 +2,9 @@
 
 use crate::{
     back_emf::BackEmfTable,
-    error::ParameterError,
+    effect::rescaling::Rescaling,
     parameter::{Parameter, kinetic_within_static, within},
+    parameter_error::ParameterError,
 };
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.
@@ -200,6 +201,17 @@ impl Actuator {
             Commutation::SixStep => supply_v,
             Commutation::FieldOriented => 0.75 * supply_v,
         }
+    }
+
+    /// The actuator with some of its constants scaled by effects.
+    pub(crate) fn rescaled(mut self, by: &Rescaling) -> Self {
+        self.motor.back_emf_v_s_per_rad *= by.torque_constant_ratio;
+        let c = &mut self.controller;
+        c.position_gain_per_s *= by.position_gain_ratio;
+        c.speed_gain_a_s_per_rad *= by.speed_gain_ratio;
+        c.speed_integral_a_per_rad *= by.speed_integral_ratio;
+        c.current_limit_a *= by.output_limit_ratio;
+        self
     }
 
     /// Refuses parameters that no machine has.

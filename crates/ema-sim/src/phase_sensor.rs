@@ -1,6 +1,6 @@
 //! The sensors that record the phase currents: noise and digitisation.
 
-use crate::{error::ParameterError, noise::NoiseSource, parameter::within};
+use crate::{noise::NoiseSource, parameter::within, parameter_error::ParameterError};
 
 /// An analogue-to-digital converter, symmetric about zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,17 +11,18 @@ use crate::{
     drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
-        extension::{Circuit, Extension, Instant, Machine},
+        part::{MachineNumbers, winding::Circuit},
     },
+    extension::{Extension, Instant, MotorState},
     fault::PhysicalFaults,
     load::{Load, LoadRun},
     params::Actuator,
     patience::Patience,
     phase::{PerPhase, Sector},
-    runaway::SpeedGuard,
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
     shape_function::ShapeFunction,
+    speed_guard::SpeedGuard,
     waveform::Waveform,
     winding::{LocalQuadratic, RotorAngle, Shaft, Winding, first, second},
 };
@@ -107,7 +108,7 @@ impl Run {
         additions: &Additions<'_>,
     ) -> Self {
         let t = &actuator.transmission;
-        let machine = Machine {
+        let machine = MachineNumbers {
             inertia_kg_m2: actuator.total_inertia_kg_m2(),
             per_gear_ratio: 1.0 / t.gear_ratio,
             load_inertia_kg_m2: t.surface_inertia_kg_m2,
@@ -187,7 +188,7 @@ impl Run {
     /// Takes effects and a load on.
     pub(crate) fn add(
         &mut self,
-        machine: &Machine,
+        machine: &MachineNumbers,
         additions: &Additions<'_>,
         constant_load_n_m: f64,
     ) {
@@ -406,12 +407,13 @@ impl Run {
         let Some(mut extension) = self.extension.take() else {
             return self.advance_by_voltage(reference, span_s);
         };
-        for (value, share) in extension.delayed(reference) {
-            let mut left_s = share * span_s;
+        for held in extension.delayed(reference) {
+            let mut left_s = held.share * span_s;
             let least_s = 1e-9 * span_s;
             let mut patience = Patience::over(span_s, MOST_IN_A_TICK);
             while left_s > least_s && !self.guard.has_passed() {
-                left_s -= self.extended_segment(&mut extension, value, (left_s, &mut patience));
+                left_s -=
+                    self.extended_segment(&mut extension, held.value, (left_s, &mut patience));
             }
         }
         self.extension = Some(extension);
@@ -467,12 +469,12 @@ impl Run {
         }
         let before_a = self.current_a;
         self.current_a = drive.current_a;
-        let rising = extension.inductive() && drive.applied_v.is_some();
+        let rising = extension.winding().inductance_henry > 0.0 && drive.applied_v.is_some();
         let torque_a = if rising { 0.5 * (before_a + drive.current_a) } else { drive.current_a };
         let motor_n_m = coupling[0] * torque_a;
-        self.take_burden(extension, motor_n_m, span_s);
+        self.take_effects(extension, motor_n_m, span_s);
         let heat_w = resistance_ohm * torque_a * torque_a;
-        let from = (self.train.angle_rad, speed);
+        let from = MotorState { angle_rad: self.train.angle_rad, speed_rad_per_s: speed };
         if self.train.direction == Direction::Stuck {
             self.train.stand_still(motor_n_m);
             if self.train.direction == Direction::Stuck {
@@ -480,7 +482,7 @@ impl Run {
                 return span_s;
             }
             self.renew();
-            self.take_burden(extension, motor_n_m, span_s);
+            self.take_effects(extension, motor_n_m, span_s);
         }
         let motion = match drive.applied_v {
             Some(applied_v) if !rising => {
@@ -489,17 +491,18 @@ impl Run {
             _ => Motion::at_current(&self.shaft, &coupling, torque_a, speed),
         };
         let (event, taken_s) = self.glide(&motion, span_s, patience);
-        let to = (self.train.angle_rad, self.train.speed_rad_per_s);
+        let to = MotorState::of(&self.train);
         extension.advance(taken_s, from, to, heat_w);
-        self.guard.watch(extension.time_s(), to.1);
+        self.guard.watch(extension.time_s(), to.speed_rad_per_s);
         if event != Event::Tick {
             if matches!(event, Event::Sector(_)) {
                 extension.commutated();
             } else {
                 // at rest friction and torques are others than on the way there
-                let speed_rad_per_s = if event == Event::Standstill { 0.0 } else { to.1 };
+                let speed_rad_per_s =
+                    if event == Event::Standstill { 0.0 } else { to.speed_rad_per_s };
                 let instant = Instant { speed_rad_per_s, ..self.instant(motor_n_m) };
-                extension.burden(&mut self.train, &instant, 0.0, 0.0);
+                extension.act(&mut self.train, &instant, 0.0, 0.0);
             }
             self.handle_with(event, motor_n_m, extension);
         }
@@ -520,6 +523,7 @@ impl Run {
         let emf_v = coupling[0] * self.train.speed_rad_per_s;
         let bus_v = self.limit_v;
         let c = extension
+            .winding()
             .circuit(resistance_ohm, wanted_a, span_s)
             .unwrap_or(Circuit { resistance_ohm, ..Circuit::default() });
         let limit_v = (bus_v - c.source_ohm * wanted_a.abs()).max(0.0);
@@ -553,12 +557,12 @@ impl Run {
     }
 
     /// Puts the effects' torques of the next span on the shaft.
-    fn take_burden(&mut self, extension: &mut Extension, motor_n_m: f64, span_s: f64) {
+    fn take_effects(&mut self, extension: &mut Extension, motor_n_m: f64, span_s: f64) {
         let instant = self.instant(motor_n_m);
         let shaft = &self.shaft;
         let drag_n_m = shaft.viscous_n_m_s_per_rad * instant.speed_rad_per_s;
         let rate = (motor_n_m + shaft.external_n_m - drag_n_m) * shaft.per_inertia[0];
-        extension.burden(&mut self.train, &instant, rate, span_s);
+        extension.act(&mut self.train, &instant, rate, span_s);
         self.shaft.external_n_m = self.train.external_n_m();
     }
 

@@ -2,7 +2,7 @@
 
 use libm::{floor, sin};
 
-use crate::{error::SimulationError, params::Actuator};
+use crate::{params::Actuator, simulation_error::SimulationError};
 
 /// What the numbers of a [`Command`] are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,20 +7,24 @@ use crate::{
     axis_parameter::AxisParameter,
     drive_train::{DriveTrain, Parts},
     effect::{
-        Effect, EffectId, Geometry,
-        extension::{Host, Machine},
-        footing::Footing,
-        strength::Strength,
+        Effect, Geometry,
+        capabilities::{AdmissibleSize, Commutated, ModelCapabilities, SizingData, WindingModel},
+        part::MachineNumbers,
+        rescaling::Rescaling,
     },
-    error::{ParameterError, SimulationError},
+    ended::Ended,
+    extension::rescaling,
     fault::{FaultId, PhysicalFaults},
     load::Load,
     parameter::kinetic_within_static,
+    parameter_error::ParameterError,
     params::least_inertia,
     plant::{Additions, Run},
-    runaway::{Ended, Runaway, SpeedGuard},
+    runaway::Runaway,
     scenario::{Command, MOST_TICKS},
     servo_control::{AxisCascade, AxisController, Drive, Feedback},
+    simulation_error::SimulationError,
+    speed_guard::SpeedGuard,
 };
 
 /// A servo axis. What is an angle in a rotary axis is a length in a linear one, a torque a force,
@@ -72,19 +76,51 @@ impl ServoAxis {
         if self.drive == Drive::Winding { of_output / self.resistance_ohm } else { of_output }
     }
 
-    /// What effects can act on.
-    fn footing(&self) -> Footing {
+    /// The facts by which effects are taken or refused.
+    fn capabilities(&self) -> ModelCapabilities {
         let c = &self.controller;
-        Footing {
+        let sizing = SizingData {
+            peak_torque: self.peak_force(),
+            inertia: self.inertia,
+            gear_ratio: 1.0,
+            tick_s: 1.0 / c.sample_hz,
+            stop_rad: None,
+            supply_v: c.output_limit,
+            output: self.at_rest(c.output_limit),
+        };
+        ModelCapabilities {
+            name: "the servo axis",
+            geometry: self.geometry,
+            commutated: Commutated::Not,
+            winding: match self.drive {
+                Drive::Current | Drive::Amplifier => WindingModel::Regulated,
+                Drive::Winding => WindingModel::Quasistatic,
+            },
+            encoder_on_motor: false,
+            surface_rubs: false,
+            undivided_inertia: Some(self.inertia),
             gains: [
                 c.position_gain_per_s.max(c.position_integral_per_s2),
                 c.speed_gain,
                 c.speed_integral,
             ],
             dry_friction: self.static_friction > 0.0,
-            regulated: self.drive != Drive::Winding,
-            measured: self.drive != Drive::Amplifier,
+            rubbing_effect: false,
+            current_recorded: self.drive != Drive::Amplifier,
+            admissible: AdmissibleSize::new(&sizing),
         }
+    }
+
+    /// The axis with some of its constants scaled by effects.
+    fn rescaled(mut self, by: &Rescaling) -> Self {
+        self.force_constant *= by.torque_constant_ratio;
+        let c = &mut self.controller;
+        c.position_gain_per_s *= by.position_gain_ratio;
+        c.position_integral_per_s2 *= by.position_gain_ratio;
+        c.speed_gain *= by.speed_gain_ratio;
+        c.speed_integral *= by.speed_integral_ratio;
+        c.output_limit *= by.output_limit_ratio;
+        self
     }
 
     /// Refuses numbers that no axis has.
@@ -310,23 +346,6 @@ pub struct ServoAxisSimulation {
     finer: f64,
 }
 
-const NO_COMMUTATION: &str = "the axis has no commutation";
-const NO_VOLTAGE: &str = "the drive regulates the current, and its voltage is not modelled";
-
-const UNCOMMUTATED: [(EffectId, &str); 3] = [
-    (EffectId::BackEmfShape, NO_COMMUTATION),
-    (EffectId::CommutationOverlap, NO_COMMUTATION),
-    (EffectId::HallOffset, NO_COMMUTATION),
-];
-const CURRENT_DRIVEN: [(EffectId, &str); 6] = [
-    UNCOMMUTATED[0],
-    UNCOMMUTATED[1],
-    UNCOMMUTATED[2],
-    (EffectId::ResistanceDrift, NO_VOLTAGE),
-    (EffectId::DeadTime, NO_VOLTAGE),
-    (EffectId::BusSag, NO_VOLTAGE),
-];
-
 impl ServoAxisSimulation {
     /// Prepares a test.
     ///
@@ -393,29 +412,7 @@ impl ServoAxisSimulation {
     ///
     /// [`SimulationError::Effect`] for an effect that this axis cannot take.
     pub fn with_effects(mut self, effects: &[Effect]) -> Result<Self, SimulationError> {
-        let refused: &[_] = match self.axis.drive {
-            Drive::Current | Drive::Amplifier => &CURRENT_DRIVEN,
-            Drive::Winding => &UNCOMMUTATED,
-        };
-        let (axis, refused) = (&self.axis, refused.to_vec());
-        let tick_s = 1.0 / axis.controller.sample_hz;
-        let limit = axis.controller.output_limit;
-        let (moved, limits) = ((axis.inertia, 1.0), (limit, axis.at_rest(limit)));
-        let strength = Strength::new(axis.peak_force(), moved, tick_s, limits);
-        let (geometry, stop_rad) = (axis.geometry, None);
-        let (name, footing) = ("the servo axis", axis.footing());
-        Host { name, geometry, refused, strength, footing, stop_rad }.check(effects)?;
-        for effect in effects {
-            let inertia = effect.get("load_inertia_kg_m2").or(effect.get("load_mass_kg"));
-            if inertia.is_some_and(|inertia| inertia <= 0.0 || inertia >= self.axis.inertia) {
-                return Err(crate::EffectError::NotInModel {
-                    effect: effect.id(),
-                    model: "the servo axis",
-                    reason: "the load's inertia is to be given, a part of the axis'",
-                }
-                .into());
-            }
-        }
+        self.axis.capabilities().check(effects)?;
         self.effects = effects.to_vec();
         Ok(self)
     }
@@ -452,7 +449,7 @@ impl ServoAxisSimulation {
     /// winding have no place in it. Where the axis is driven away the run ends at once:
     /// [`runaway`](field@AxisTrace::runaway) says why, and the channels are NaN from there on.
     pub fn simulate(&self, faults: &PhysicalFaults) -> AxisTrace {
-        let axis = self.reshaped();
+        let axis = self.axis.rescaled(&rescaling(&self.effects));
         let law = &axis.controller;
         let tick_s = 1.0 / law.sample_hz;
         let start = &self.scenario.start;
@@ -493,7 +490,7 @@ impl ServoAxisSimulation {
     /// position and speed of a trace, simulated or recorded: the loop cut open. Of a trace of
     /// this very test it is its output. A trace that ends before the test is replayed to its end.
     pub fn replayed_output(&self, trace: &AxisTrace) -> Vec<f64> {
-        let axis = self.reshaped();
+        let axis = self.axis.rescaled(&rescaling(&self.effects));
         let (law, start) = (&axis.controller, &self.scenario.start);
         let mut cascade = AxisCascade::new(law, start.position, start.speed, start.output);
         let seen = trace.position.iter().zip(&trace.speed);
@@ -528,7 +525,7 @@ impl ServoAxisSimulation {
         let limit = axis.controller.output_limit;
         let mut run =
             Run::of_axis(train, axis.force_constant, resistance_ohm, limit, start.position);
-        let machine = Machine {
+        let machine = MachineNumbers {
             inertia_kg_m2: axis.inertia,
             per_gear_ratio: 1.0,
             load_inertia_kg_m2: 0.0,
@@ -546,27 +543,6 @@ impl ServoAxisSimulation {
         let duration_s = self.command.len() as f64 * tick_s;
         run.guard = SpeedGuard::of_axis(start.speed, force, axis.inertia, duration_s);
         run
-    }
-
-    /// The axis with what effects make of its numbers.
-    fn reshaped(&self) -> ServoAxis {
-        let mut axis = self.axis;
-        for effect in &self.effects {
-            let v = effect.values();
-            match effect.id() {
-                EffectId::MagnetLoss => axis.force_constant *= 1.0 - v[0],
-                EffectId::ControllerMismatch => {
-                    let c = &mut axis.controller;
-                    c.position_gain_per_s *= 1.0 + v[0];
-                    c.position_integral_per_s2 *= 1.0 + v[0];
-                    c.speed_gain *= 1.0 + v[1];
-                    c.speed_integral *= 1.0 + v[2];
-                    c.output_limit *= 1.0 + v[3];
-                }
-                _ => {}
-            }
-        }
-        axis
     }
 
     fn empty_trace(&self) -> AxisTrace {

@@ -1,6 +1,6 @@
 //! The controller of a servo axis: a sampled cascade of position and speed.
 
-use crate::controller::quantised;
+use crate::quantisation::quantised;
 
 /// What the controller's output drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

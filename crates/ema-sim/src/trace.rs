@@ -1,10 +1,6 @@
 //! What a simulation returns: channels sampled at the controller's rate.
 
-use crate::{
-    envelope::Envelope,
-    phase::PerPhase,
-    runaway::{Ended, Runaway},
-};
+use crate::{ended::Ended, envelope::Envelope, phase::PerPhase, runaway::Runaway};
 
 /// Signals of the high-fidelity model, sampled at each tick before the controller acts.
 #[derive(Clone, Debug, Default, PartialEq)]

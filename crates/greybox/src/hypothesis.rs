@@ -1,5 +1,6 @@
 //! The catalogue as questions: which sizes of which effect, with which shapes.
 
+pub(crate) use ema_sim::MachineScales as Scales;
 use ema_sim::{Effect, EffectId, EffectParameter, Geometry, Role};
 
 use crate::structure::Number;
@@ -35,23 +36,10 @@ impl Family {
     }
 }
 
-/// Sizes of an effect that are asked for together; each group is a question of its own.
-fn groups(id: EffectId) -> &'static [&'static [usize]] {
-    match id {
-        EffectId::LoadFriction | EffectId::DirectionalFriction | EffectId::InductanceEddy => {
-            &[&[0], &[1]]
-        }
-        EffectId::TransmissionError
-        | EffectId::Cogging
-        | EffectId::CurrentRipple
-        | EffectId::Vibration => &[&[0, 1]],
-        EffectId::Imbalance => &[&[0, 1], &[2]],
-        EffectId::CurrentSensor | EffectId::BackEmfShape => &[&[0], &[1], &[2]],
-        EffectId::PositionSensor => &[&[0], &[1, 2], &[3]],
-        EffectId::ControllerMismatch => &[&[0], &[1], &[2], &[3], &[4]],
-        EffectId::Tabulated => &[],
-        _ => &[&[0]],
-    }
+/// Sizes of an effect that are asked for together; each group is a question of its own. A curve is
+/// measured and not asked for.
+fn groups(id: EffectId) -> Vec<Vec<usize>> {
+    if id.info().takes_curve { Vec::new() } else { id.info().size_groups() }
 }
 
 /// Where shapes are to be looked for: the recordings' speeds, places, orders and frequencies.
@@ -84,8 +72,7 @@ pub(crate) fn families(geometry: Geometry, leads: &Leads, is_axis: bool) -> Vec<
             if shapes.is_empty() {
                 continue;
             }
-            let (sizes, shapes) = (sizes.to_vec(), shapes.clone());
-            families.push(Family { id, sizes, shapes, looked_at });
+            families.push(Family { id, sizes, shapes: shapes.clone(), looked_at });
         }
     }
     families
@@ -111,11 +98,13 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
                 EffectId::Cogging => &leads.orders,
                 _ => &leads.ripple_orders,
             };
-            let found = orders.iter().filter_map(|n| with(&[(2, *n)]));
+            let place = place_of(id, Role::Order);
+            let found = orders.iter().filter_map(|n| with(&[(place?, *n)]));
             (found.collect(), leads.orders_looked_at)
         }
         EffectId::Vibration => {
-            let found = leads.frequencies_hz.iter().filter_map(|f| with(&[(2, *f)]));
+            let place = place_of(id, Role::Frequency);
+            let found = leads.frequencies_hz.iter().filter_map(|f| with(&[(place?, *f)]));
             (found.collect(), leads.frequencies_looked_at)
         }
         EffectId::WornRegion => {
@@ -162,66 +151,19 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
     }
 }
 
-/// Sizes of things in the recordings, from which a first size of an effect is guessed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Scales {
-    /// Root mean square of the motor's torque or force.
-    pub(crate) torque: f64,
-    /// Of its current or voltage.
-    pub(crate) drive: f64,
-    /// Of the speed.
-    pub(crate) speed: f64,
-    /// Half the travel of the surface or axis.
-    pub(crate) travel: f64,
-    /// Half the travel of the motor.
-    pub(crate) motor_travel: f64,
-    /// Time between two samples of the recording.
-    pub(crate) sample_s: f64,
+/// Place of the number of an effect with a role.
+fn place_of(id: EffectId, role: Role) -> Option<usize> {
+    id.info().parameters.iter().position(|parameter| parameter.role() == role)
 }
 
 /// A first size, small against what the machine does: it is scaled to what the noise lets one see.
-pub(crate) fn first_size(parameter: &EffectParameter, geometry: Geometry, scales: &Scales) -> f64 {
-    let key = parameter.key(geometry);
-    let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| key.ends_with(suffix));
-    let guess = if key.starts_with("viscous_asymmetry") || key.starts_with("eddy") {
-        0.03 * scales.torque / scales.speed.max(1e-12)
-    } else if key.starts_with("compliance") {
-        // a twist of a thousandth of the travel under the usual torque
-        1e-3 * scales.travel / scales.torque.max(1e-12)
-    } else if key.starts_with("spring") {
-        0.03 * scales.torque / scales.travel.max(1e-12)
-    } else if key.starts_with("presliding") {
-        3e-3 * scales.motor_travel
-    } else if ends(&["_n_m", "_n"]) {
-        0.03 * scales.torque
-    } else if ends(&["_per_a2"]) {
-        0.01 / (scales.drive * scales.drive).max(1e-12)
-    } else if ends(&["_per_k"]) {
-        1e-3
-    } else if ends(&["_ratio"]) {
-        0.01
-    } else if ends(&["_s"]) {
-        0.3 * scales.sample_s
-    } else if ends(&["_rad", "_m"]) {
-        if key.starts_with("flat") || key.starts_with("hall") { 0.05 } else { 3e-4 * scales.travel }
-    } else if ends(&["_a"]) {
-        0.03 * scales.drive
-    } else if ends(&["_v"]) {
-        0.1
-    } else if ends(&["_ohm"]) {
-        0.05
-    } else if ends(&["_henry"]) {
-        1e-4
-    } else {
-        0.01
-    };
-    let (least, most) = parameter.bounds();
-    guess.clamp(least.max(-most), most)
+pub(crate) fn first_size(parameter: &EffectParameter, scales: &Scales) -> f64 {
+    parameter.typical_size(scales)
 }
 
-/// Effects whose size is a softness: the smaller, the shorter the steps of the simulation.
+/// Effects whose action is not in proportion to their size.
 pub(crate) fn is_stiff(id: EffectId) -> bool {
-    matches!(id, EffectId::Presliding | EffectId::Compliance)
+    id.info().nonlinear_in_size
 }
 
 /// Multiples of the first size at which an effect is tried. What a softness does is not in
@@ -232,7 +174,7 @@ pub(crate) fn multiples(id: EffectId) -> &'static [f64] {
 
 /// Effects whose sizes are others in each recording: a vibration has no phase of its own.
 pub(crate) fn differs_by_record(id: EffectId) -> bool {
-    id == EffectId::Vibration
+    id.info().differs_by_recording
 }
 
 /// Places of numbers with the steps of a fit: sizes by the size tried, shapes by a share of

@@ -1,7 +1,7 @@
 //! The nominal machine with free numbers, damage and effects, run on the command of a recording.
 
 use ema_sim::{
-    AxisParameter, Drive, Effect, FaultCoordinates, FaultId, Geometry, Parameter,
+    AxisParameter, Drive, Effect, FaultCoordinates, FaultId, Geometry, MotionTerm, Parameter,
     model_file::{AxisModel, AxisTolerance, MachineModel, Model, Tolerance},
 };
 
@@ -52,6 +52,14 @@ impl Rough {
         let half_width = half_width_frac * value.abs();
         let key = parameter.key(model.axis.geometry, model.axis.drive);
         Self { key, value, half_width, knob: Knob::Axis(parameter) }
+    }
+
+    /// Term of the equation of motion that it sets, if any.
+    pub(crate) fn motion_term(&self) -> Option<MotionTerm> {
+        match self.knob {
+            Knob::Actuator(parameter) => parameter.motion_term(),
+            Knob::Axis(parameter) => parameter.motion_term(),
+        }
     }
 
     /// Least and largest value that any machine has.
@@ -139,17 +147,16 @@ impl Machine {
     /// drag, dry friction and the constant of the motor.
     pub(crate) fn to_calibrate(&self) -> Self {
         let mut machine = self.clone();
-        let asked = |key: &str| CALIBRATED.iter().any(|start| key.starts_with(start));
         let more: Vec<Rough> = match &self.model {
             MachineModel::Actuator(model) => Parameter::ALL
                 .iter()
-                .filter(|parameter| asked(parameter.key()))
+                .filter(|parameter| parameter.motion_term().is_some())
                 .map(|parameter| Rough::of_actuator(parameter, model, 0.0))
                 .collect(),
             MachineModel::ServoAxis(model) => AxisParameter::ALL
                 .iter()
+                .filter(|parameter| parameter.motion_term().is_some())
                 .map(|parameter| Rough::of_axis(parameter, model, 0.0))
-                .filter(|rough| asked(&rough.key))
                 .collect(),
             _ => Vec::new(),
         };
@@ -312,20 +319,6 @@ impl Machine {
 /// Rate of comparison over the bandwidth of the control, and its bounds, Hz.
 const COMPARED_OVER_BANDWIDTH: f64 = 8.0;
 const COMPARED_HZ: (f64, f64) = (50.0, 500.0);
-
-/// What a calibration asks for, by the beginning of its key.
-const CALIBRATED: [&str; 10] = [
-    "motor.inertia",
-    "motor.viscous",
-    "motor.back-emf",
-    "transmission.kinetic-friction",
-    "axis.inertia",
-    "axis.mass",
-    "axis.viscous",
-    "axis.kinetic-friction",
-    "drive.force-constant",
-    "drive.torque-constant",
-];
 
 /// A static friction for a new kinetic one, in the old ratio.
 fn kept(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {

@@ -1,6 +1,6 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
-use ema_sim::EffectId;
+use ema_sim::{EffectId, Repetition};
 
 use crate::{
     curve::{Hypothesis, hypotheses},
@@ -104,7 +104,7 @@ fn form_share(id: EffectId) -> f64 {
 
 /// Whether an effect may act twice: ripples do, of different orders.
 fn may_repeat(id: EffectId) -> bool {
-    matches!(id, EffectId::Cogging | EffectId::CurrentRipple | EffectId::TransmissionError)
+    id.info().repetition == Repetition::ByOrder
 }
 
 impl Session<'_> {

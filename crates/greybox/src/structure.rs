@@ -1,6 +1,6 @@
 //! What of a model is free in a fit: rough numbers, damage, numbers of effects.
 
-use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates};
+use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates, MotionTerm};
 
 use crate::machine::{Machine, State};
 
@@ -99,7 +99,7 @@ impl Structure {
         let free = machine.rough().iter().enumerate().map(|(place, rough)| {
             let scale = if rough.value != 0.0 {
                 rough.value.abs()
-            } else if rough.key.contains("viscous") {
+            } else if rough.motion_term() == Some(MotionTerm::Drag) {
                 0.3 * torque / speed.max(1e-12)
             } else {
                 0.3 * torque

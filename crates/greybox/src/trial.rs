@@ -152,7 +152,7 @@ impl Trial<'_> {
         let mut before = self.before.iter().filter(same).flat_map(|tried| &tried.sizes);
         let seen = before.find(|(of, _)| *of == place);
         let parameter = &plain.id().info().parameters[place];
-        let guess = || multiple * first_size(parameter, plain.geometry(), self.scales);
+        let guess = || multiple * first_size(parameter, self.scales);
         seen.map_or_else(guess, |(_, size)| *size)
     }
 

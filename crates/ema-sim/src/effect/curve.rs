@@ -1,6 +1,6 @@
 //! A measured curve: the effect of which only its values are known.
 
-/// What a measured curve runs over.
+/// Coordinate of a measured curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coordinate {
@@ -98,7 +98,7 @@ impl Curve {
         Ok(Self { over, kind, points })
     }
 
-    /// What it runs over.
+    /// Coordinate that it runs over.
     pub fn over(&self) -> Coordinate {
         self.over
     }
@@ -108,12 +108,12 @@ impl Curve {
         self.kind
     }
 
-    /// Its points.
+    /// Points of coordinate and value.
     pub fn points(&self) -> &[[f64; 2]] {
         &self.points
     }
 
-    /// Its value at a coordinate.
+    /// The value at a coordinate.
     pub fn at(&self, x: f64) -> f64 {
         let above = self.points.partition_point(|point| point[0] <= x);
         match (above.checked_sub(1).map(|n| self.points[n]), self.points.get(above)) {
@@ -124,8 +124,8 @@ impl Curve {
         }
     }
 
-    /// Its value at a rotor angle, repeated every turn from the first point on.
-    pub(super) fn around(&self, angle_rad: f64) -> f64 {
+    /// The value at a rotor angle, repeated every turn from the first point on.
+    pub(crate) fn around(&self, angle_rad: f64) -> f64 {
         use core::f64::consts::TAU;
         let ([first, start], [last, end]) = (self.points[0], self.points[self.points.len() - 1]);
         let turns = libm::floor((angle_rad - first) / TAU);
@@ -137,12 +137,29 @@ impl Curve {
     }
 
     /// Least distance between points.
-    pub(super) fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         self.points.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether every value is zero.
-    pub(super) fn is_zero(&self) -> bool {
+    /// True for a torque that can act with the motion, at a scale.
+    pub(crate) fn can_feed(&self, scale: f64) -> bool {
+        if self.kind != CurveKind::Torque || scale == 0.0 || self.is_zero() {
+            return false;
+        }
+        let with_motion = |x: f64| scale * self.at(x) * x < 0.0;
+        self.over != Coordinate::Speed
+            || self.at(0.0) != 0.0
+            || self.points.iter().any(|point| with_motion(point[0]))
+            || [-1.0, 1.0].iter().any(|sign| with_motion(sign * f64::MAX.sqrt()))
+    }
+
+    /// Largest value of either sign.
+    pub(crate) fn largest(&self) -> f64 {
+        self.points.iter().fold(0.0_f64, |most, point| most.max(point[1].abs()))
+    }
+
+    /// True where every value is zero.
+    pub(crate) fn is_zero(&self) -> bool {
         self.points.iter().all(|point| point[1] == 0.0)
     }
 }

@@ -11,7 +11,7 @@
 use super::{Event, Run, Step};
 use crate::{
     drive_train::Direction,
-    effect::extension::Compliant,
+    effect::part::elastic_shaft::ElasticShaft,
     probe::{Probe, SurfaceSegment},
     series::{RECIPROCALS, Series, less, root, value},
     winding::{Coupling, CubicTerms, SectorWinding, Segment, Shaft, first, second, third},
@@ -48,7 +48,7 @@ pub(super) struct Loops {
 /// The elastic shaft at the beginning of a segment.
 #[derive(Clone, Copy)]
 pub(super) struct Spring {
-    shaft: Compliant,
+    shaft: ElasticShaft,
     flank: Flank,
     direction: Direction,
     /// Twist of the shaft and its rate, at the surface.
@@ -172,7 +172,7 @@ impl Spring {
 impl<P: Probe> Run<P> {
     /// The elastic shaft as it stands; none where the surface goes with the motor.
     pub(super) fn spring(&self) -> Option<Spring> {
-        let shaft = *self.extension.as_ref()?.compliant()?;
+        let shaft = *self.extension.as_ref()?.elastic_shaft()?;
         let r = 1.0 / self.gear_ratio;
         let (motor_rad, speed) = (self.train.angle_rad, self.train.speed_rad_per_s);
         let twist = (r * motor_rad - shaft.angle_rad, r * speed - shaft.speed_rad_per_s);

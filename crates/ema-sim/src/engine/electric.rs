@@ -90,7 +90,7 @@ impl<P: Probe> Run<P> {
         let power_w =
             positive_v * positive_a - negative_v * (positive_a + idle_a) + idle_v * idle_a;
         let bus_v = 2.0 * self.half_bus_v;
-        let drop_v = extension.source_ohm() * power_w / bus_v;
+        let drop_v = extension.winding().source_ohm * power_w / bus_v;
         Shares {
             coupling_ratio: extension.saturation_ratio(self.amplitude_a(positive_a, idle_a)),
             supply_ratio: (1.0 - drop_v / bus_v).max(0.0),
@@ -218,7 +218,8 @@ impl<P: Probe> Run<P> {
         if self.sensor_error_a == 0.0 {
             return Seen { feedback_a, currents_a };
         }
-        let in_loop = self.extension.as_ref().is_some_and(|e| e.current_sensor() == Some(true));
+        let in_loop =
+            self.extension.as_ref().is_some_and(|e| e.current_sensor().is_some_and(|s| s.in_loop));
         if in_loop {
             let feedback_a = feedback_a + self.sensor_error_a;
             Seen { feedback_a, currents_a: self.shown_a() }

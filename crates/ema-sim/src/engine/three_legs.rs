@@ -96,7 +96,7 @@ impl<P: Probe> Run<P> {
     fn hold_connected_as<const OWN: bool>(&mut self, span_s: f64) {
         let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
-            let span_s = self.take_burden(left_s.min(self.longest_s));
+            let span_s = self.take_effects_in(left_s.min(self.longest_s));
             let from = self.mark();
             let step = self.solve_connected::<OWN>(span_s);
             let mut end = End::of(&step.segment, span_s);

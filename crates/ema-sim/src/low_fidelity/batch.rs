@@ -4,7 +4,7 @@ use pulp::{Arch, NullaryFnOnce};
 
 use crate::{
     controller::Cascade,
-    effect::extension::reshaped,
+    extension::rescaling,
     fault::PhysicalFaults,
     plant::{Additions, Lanes, NARROW, Run, WIDTH},
 };
@@ -76,7 +76,7 @@ impl LowFidelity {
         if self.finer < 1.0 {
             return None;
         }
-        let actuator = reshaped(&self.actuator, &self.effects);
+        let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
         let plain = Cascade::new(&actuator, &self.scenario).plain()?;
         let runs = core::array::from_fn(|lane| {

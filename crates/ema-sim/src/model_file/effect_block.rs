@@ -134,15 +134,16 @@ impl Reader<'_> {
             line: line_of(self.text, value),
             id: symbol.to_owned(),
         })?;
-        let effect = match (known, part("curve")) {
-            (EffectId::Tabulated, Some(curve)) => Effect::tabulated(self.curve(curve)?, geometry),
-            _ => Effect::new(known, geometry),
+        let takes_curve = known.info().takes_curve;
+        let effect = match part("curve").filter(|_| takes_curve) {
+            Some(curve) => Effect::with_curve(known, self.curve(curve)?, geometry),
+            None => Effect::new(known, geometry),
         };
         let mut block = EffectBlock::from(effect);
         for (key, value) in table {
             match key.get_ref().as_ref() {
                 "id" => {}
-                "curve" if known == EffectId::Tabulated => {}
+                "curve" if takes_curve => {}
                 "name" => {
                     let name = string(self.text, "effect.name", value)?;
                     block.name = (name != known.info().name).then(|| name.to_owned());
@@ -170,7 +171,7 @@ impl Reader<'_> {
             }
         }
         let line = line_of(self.text, id);
-        if known == EffectId::Tabulated && block.effect.curve().is_none() {
+        if takes_curve && block.effect.curve().is_none() {
             return Err(ModelFileError::Curveless { line });
         }
         // a size that is given as zero is meant

@@ -1,0 +1,81 @@
+//! E01, friction that falls with speed.
+
+use libm::exp;
+
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    info::{EffectClass, EffectInfo, Port, Repetition},
+    law::EffectLaw,
+    number::{Limit, MOST, Range, Role, Size, number, numbers, size},
+    power::power,
+    quantity::Quantity,
+    shaft_load::{Moment, ShaftLoad},
+};
+
+numbers! {
+    /// Numbers of Stribeck friction.
+    Stribeck {
+        /// Friction added at standstill.
+        added: size(
+            ["stribeck_n_m", "stribeck_n"],
+            Quantity::Torque,
+            Size { least: 0.0, most: MOST, typical: |s| 0.03 * s.torque, limit: Limit::Catalogue },
+            "a",
+        ),
+        /// Speed over which it falls.
+        speed: number(
+            ["stribeck_speed_rad_per_s", "stribeck_speed_m_per_s"],
+            Quantity::Speed,
+            Range { defaults: [5.0, 0.02], least: 1e-6, most: 1e6 },
+            Role::Shape(&[0.2, 0.5, 1.0, 2.0, 5.0]),
+            "ω_s",
+        ),
+        exponent: number(
+            ["stribeck_exponent", "stribeck_exponent"],
+            Quantity::Number,
+            Range { defaults: [1.0, 1.0], least: 0.25, most: 4.0 },
+            Role::Shape(&[1.0, 2.0]),
+            "d",
+        ),
+    }
+}
+
+pub(super) const INFO: EffectInfo = EffectInfo {
+    symbol: "E01",
+    name: "Stribeck friction",
+    port: Port::MotorTorque,
+    class: EffectClass::FrictionSpeed,
+    equation: "T = a·s·exp(−(|ω|/ω_s)^d)",
+    parameters: Stribeck::NUMBERS,
+    mimics: "k1",
+    separated_by: "slow reversals and fast plateaus",
+    source: "MuJoCo, DC motor technical note; Duclusaud et al., ICRA 2025",
+    repetition: Repetition::Sum,
+    differs_by_recording: false,
+    nonlinear_in_size: false,
+    takes_curve: false,
+};
+
+impl EffectLaw for Stribeck {
+    fn refusal(&self, _: &ModelCapabilities) -> Option<&'static str> {
+        None
+    }
+
+    fn idle(&self, _: &ModelCapabilities) -> Option<&'static str> {
+        None
+    }
+
+    fn can_feed(&self) -> bool {
+        false
+    }
+
+    fn rubs(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+        let w = at.speed_rad_per_s;
+        shaft.rub_in_motion(self.added * exp(-power(w.abs() / self.speed, self.exponent)));
+    }
+}

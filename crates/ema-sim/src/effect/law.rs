@@ -1,0 +1,48 @@
+//! The law of an effect: where it has a place, what it needs, and what it does in a model.
+
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    curve::Curve,
+    number::MOST_PARAMETERS,
+    part::Parts,
+    quantity::Geometry,
+    rescaling::Rescaling,
+    shaft_load::{Moment, ShaftLoad},
+};
+
+/// The numbers that an effect is given.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Given<'a> {
+    pub(crate) values: &'a [f64; MOST_PARAMETERS],
+    pub(crate) curve: Option<&'a Curve>,
+    pub(crate) geometry: Geometry,
+}
+
+/// What one effect does, in every model.
+///
+/// The first four are decisions that each effect states. Of the last three an effect has those by
+/// which it acts; a test over the catalogue fails for a number that changes nothing.
+pub(crate) trait EffectLaw {
+    /// Reason for which a model has no place for the effect.
+    fn refusal(&self, model: &ModelCapabilities) -> Option<&'static str>;
+
+    /// Reason for which one of the numbers would change nothing recorded of a machine. Asked of an
+    /// effect with a size alone.
+    fn idle(&self, model: &ModelCapabilities) -> Option<&'static str>;
+
+    /// True where its torque can put energy into the motion, and not only brake or hold.
+    fn can_feed(&self) -> bool;
+
+    /// True where it adds dry friction.
+    fn rubs(&self) -> bool;
+
+    /// Changes constants of the machine for the whole run.
+    fn rescale(&self, _machine: &mut Rescaling) {}
+
+    /// Puts parts with a state into the machine, and bounds the length of segments.
+    fn install(&self, _parts: &mut Parts) {}
+
+    /// Adds to friction and torque on the moving shaft, in the middle of a segment.
+    #[inline]
+    fn load(&self, _at: &Moment, _shaft: &mut ShaftLoad) {}
+}
