@@ -213,7 +213,8 @@ mod tests {
 
     #[test]
     fn code_formulas_and_links_are_words() {
-        let page = "Give `--noise-a 0.02. And more` with $a + b = c$ by [this page](docs/x y.md).";
+        let page =
+            "Give `--noise-a 0.02. And more` with $a + b = c$ by [this page](its address.md).";
         assert_eq!(sentences(page), [7]);
         assert_eq!(sentences("Say ``a `quoted` word`` — twice."), [3]);
     }
