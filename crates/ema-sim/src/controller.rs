@@ -7,7 +7,7 @@ use crate::{
     scenario::{ControlMode, Scenario},
 };
 
-/// What the cascade's sensors stand at.
+/// State that the cascade's sensors measure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Measured {
     pub(crate) surface_rad: f64,

@@ -61,7 +61,7 @@ pub(crate) struct Torques {
     pub(crate) friction_n_m: f64,
     /// The load's own.
     pub(crate) load_n_m: f64,
-    /// What the gear adds to the load.
+    /// Loss of the gear under the load.
     pub(crate) gear_n_m: f64,
 }
 
@@ -74,7 +74,7 @@ pub(crate) struct FrictionState {
     pub(crate) against_n_m: f64,
 }
 
-/// What a drive train is made of.
+/// Parts that a drive train is made of.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts {
     pub(crate) inertia_kg_m2: f64,
@@ -105,9 +105,9 @@ pub(crate) struct DriveTrain {
     pub(crate) viscous_n_m_s_per_rad: f64,
     /// `1/(m·J)`, for coefficient m = 1 to 4.
     per_inertia: [f64; 4],
-    /// What rubs and pushes besides load and viscous drag.
+    /// Friction and torque besides load and viscous drag.
     friction: FrictionState,
-    /// The same without effects.
+    /// Friction and torque without effects.
     nominal: FrictionState,
     efficiency_ratio: f64,
     per_gear_ratio: f64,
@@ -248,7 +248,7 @@ impl DriveTrain {
         [self.nominal.kinetic_n_m[1], self.nominal.static_n_m[1]]
     }
 
-    /// What rubs and pushes without effects.
+    /// Friction and torque without effects.
     pub(crate) fn nominal_friction(&self) -> FrictionState {
         self.nominal
     }

@@ -36,13 +36,13 @@ use crate::{
 /// Events in a hold of the legs beyond which they are put off; in ordinary motion there are a
 /// handful.
 const MOST_IN_A_HOLD: u32 = 1 << 10;
-/// The same for a tick of comparators, which switch as often as their band asks for.
+/// Events in a tick of comparators, which switch as often as their band asks for.
 const MOST_IN_A_TICK: u32 = 1 << 14;
 
 /// Turn after which the air gap's series is centred anew, should a tick bring more.
 const GAP_REACH_RAD: f64 = 0.05;
 
-/// What ends a segment.
+/// Cause of a segment's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Event {
     /// The legs switch, or the segment is as long as it may be.
@@ -97,7 +97,8 @@ pub(crate) struct Run<P> {
     electrical: RotorAngle,
     sector: Sector,
     at: SectorWinding,
-    /// Whether the negative phase goes on from the sector before, the positive one into the next.
+    /// True where the negative phase goes on from the sector before, the positive one into the
+    /// next.
     begins_with_negative: bool,
     /// Motor angles from the start between which the sector lasts.
     sector_rad: (f64, f64),
@@ -110,24 +111,24 @@ pub(crate) struct Run<P> {
     corner_rad: (f64, f64),
     /// Resistance of the winding over that of the cold one.
     warmth_ratio: f64,
-    /// Whether effects make the circuit of a segment depend on its current, or the surface move
+    /// True where effects make the circuit of a segment depend on its current, or the surface move
     /// on its own.
     own_circuit: bool,
     /// Which flank holds the surface, where it moves on its own behind an elastic shaft.
     flank: Option<Flank>,
     gear_ratio: f64,
-    /// What the sensor of the current shows besides it.
+    /// Error of the current's sensor.
     sensor_error_a: f64,
-    /// What the electronics see at the last seam of two carrier periods.
+    /// Sample of the electronics at the last seam of two carrier periods.
     pub(crate) sample: Sample,
-    /// Whether a diode that opened by no more than rounding has just blocked again at once.
+    /// True after a diode that opened by no more than rounding has blocked again at once.
     blocked: bool,
     /// Potentials of the legs while all three are connected.
     legs_v: PerPhase,
-    /// Whether sectors mean nothing: all legs connected, and a back-EMF without corners.
+    /// True where sectors mean nothing: all legs connected, and a back-EMF without corners.
     whole_turn: bool,
     pub(crate) segments: u64,
-    /// Whether the shaft is driven away.
+    /// Guard against a shaft that is driven away.
     pub(crate) guard: SpeedGuard,
     pub(crate) probe: P,
 }
@@ -144,7 +145,7 @@ struct Step {
     idle_v: f64,
 }
 
-/// What the electronics sample.
+/// Sample of the electronics.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sample {
     pub(crate) currents_a: PerPhase,
@@ -156,7 +157,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// What of it the cascade sees.
+    /// The part of it that the cascade measures.
     pub(crate) fn measured(&self) -> Measured {
         Measured {
             surface_rad: self.surface_rad,
@@ -318,7 +319,7 @@ impl<P: Probe> Run<P> {
         self.renew();
     }
 
-    /// What the position sensor shows of the sample, once a tick.
+    /// Replaces the sampled position by the one that its sensor shows, once a tick.
     pub(crate) fn show_surface(&mut self) {
         if let Some(extension) = &mut self.extension {
             let motor_rad = self.start_angle_rad + self.sample.angle_rad;
@@ -457,7 +458,7 @@ impl<P: Probe> Run<P> {
         trace.surface_angle_rad.push(sample.surface_rad);
     }
 
-    /// What the current loop measures: the phase in the middle third of its conduction, which
+    /// Feedback of the current loop: the phase in the middle third of its conduction, which
     /// goes on conducting through the commutation nearest to the rotor.
     ///
     /// The measured phase changes at the middle of a sector, where the idle phase has no
@@ -570,7 +571,8 @@ impl<P: Probe> Run<P> {
         self.hold_as::<true>(span_s, legs_v);
     }
 
-    /// The same; `OWN` where effects make the circuit depend on its current or free the surface.
+    /// Holds the legs; `OWN` where effects make the circuit depend on its current or free the
+    /// surface.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
     fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
@@ -611,7 +613,7 @@ impl<P: Probe> Run<P> {
         self.solve_with(coupling, self.half_bus_v, span_s, legs_v)
     }
 
-    /// The same with a given coupling and supply.
+    /// The solution from now with a given coupling and supply.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
     fn solve_with(
@@ -797,7 +799,7 @@ impl<P: Probe> Run<P> {
         if self.blocked { 0.0 } else { beyond }
     }
 
-    /// Whether anything happens before the end of a span.
+    /// True where anything happens before the end of a span.
     #[inline]
     fn interrupted<const OWN: bool>(&self, step: &Step, end: &End, span_s: f64) -> bool {
         let freewheel_ends = end.idle_a * step.diode < 0.0;

@@ -48,7 +48,7 @@ impl FaultId {
         ["k1", "k2", "k3", "k4", "k5", "k6", "k7"][self.index()]
     }
 
-    /// What an engineer calls it.
+    /// An engineer's name for it.
     pub fn name(self) -> &'static str {
         [
             "friction",
@@ -144,7 +144,7 @@ impl HealthState {
         Ok(state)
     }
 
-    /// The same health with one level replaced.
+    /// The health with one level replaced.
     #[must_use]
     pub fn with(mut self, fault: FaultId, level: FaultLevel) -> Self {
         self.0[fault.index()] = level;
@@ -212,7 +212,7 @@ impl FaultCoordinates {
     }
 }
 
-/// What the faults do to the machine.
+/// Physical changes of the machine under its faults.
 ///
 /// ```text
 /// friction   F·(1 + 2·k1)          backlash   b·(1 + 99·k2)

@@ -127,7 +127,7 @@ impl FieldOriented {
         core::mem::replace(&mut self.pending, next.map(|u| u.clamp(-1.0, 1.0)))
     }
 
-    /// What the sensors of the phases A and B show; C follows from the star.
+    /// Readings of the sensors of the phases A and B; C follows from the star.
     fn measured_a(&mut self, currents_a: &PerPhase) -> PerPhase {
         if self.noise_half_width_a == 0.0 {
             return *currents_a;

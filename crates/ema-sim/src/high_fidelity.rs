@@ -115,7 +115,7 @@ impl HighFidelity {
         })
     }
 
-    /// The same test on a machine with effects: those on circuit, commutation, sensors and an
+    /// Puts effects into the machine: those on circuit, commutation, sensors and an
     /// elastic shaft in their own places, torques held over each segment (`docs/models/effects.md`).
     ///
     /// # Errors
@@ -160,7 +160,7 @@ impl HighFidelity {
         legs * inverter.bus_voltage_v * inverter.carrier_hz
     }
 
-    /// The same test with a load besides the constant one.
+    /// Puts a load besides the constant one on the surface.
     ///
     /// # Errors
     ///
@@ -171,7 +171,7 @@ impl HighFidelity {
         Ok(self)
     }
 
-    /// The same test with the legs switched another way.
+    /// Switches the legs another way.
     ///
     /// # Errors
     ///
@@ -201,7 +201,7 @@ impl HighFidelity {
         Ok(self)
     }
 
-    /// The same test with another seed of the controller's noise.
+    /// Takes another seed of the controller's noise.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.scenario.seed = seed;
@@ -381,7 +381,7 @@ impl HighFidelity {
         });
     }
 
-    /// What comes before the first period with all legs connected.
+    /// Holds the legs before the first period with all of them connected.
     fn begin<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
         let switched = self.control != CurrentControl::Averaged;
         if switched && self.dead_s == 0.0 {

@@ -1,4 +1,4 @@
-//! What loads the surface: nothing but a constant moment, a recording, or the air.
+//! Loads on the surface: a constant moment alone, a recording, or the air.
 
 use std::sync::Arc;
 
@@ -134,12 +134,12 @@ impl LoadRun {
         Self { load, constant_n_m, told_n_m: None, time_s: 0.0, state: [0.0; 4] }
     }
 
-    /// Whether the load changes at all.
+    /// True for a load that changes at all.
     pub(crate) fn varies(&self) -> bool {
         *self.load != Load::None
     }
 
-    /// Whether the load depends on where the surface is.
+    /// True for a load that depends on where the surface is.
     pub(crate) fn feels_surface(&self) -> bool {
         matches!(*self.load, Load::Aerodynamic(_))
     }

@@ -134,7 +134,7 @@ pub struct Controller {
     pub position_sensor: PositionSensor,
 }
 
-/// What the control electronics measure badly.
+/// Errors of the control electronics' sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing {
     /// Step of the position encoder as an angle of the surface; for one on the motor shaft its

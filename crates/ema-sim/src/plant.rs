@@ -41,13 +41,13 @@ pub(crate) struct Run {
     winding: Winding,
     /// `2·k_p·F_sc` and `2·R_p·F_sc` for the six sectors.
     sectors: [(f64, f64); 6],
-    /// What stands in place of the six sectors in a field-oriented drive.
+    /// Shape function in place of the six sectors, in a field-oriented drive.
     shape: Option<ShapeFunction>,
     /// Share of healthy turns, for the shape of the back-EMF.
     turns_frac: PerPhase,
     /// Largest voltage of the equivalent machine.
     limit_v: f64,
-    /// Whether the set-point is a voltage on the winding.
+    /// True where the set-point is a voltage on the winding.
     voltage_driven: bool,
     pub(crate) start_angle_rad: f64,
     /// Position of the surface at the start, from which the drive train counts.
@@ -68,11 +68,11 @@ pub(crate) struct Run {
     window_rad: (f64, f64),
     pub(crate) current_a: f64,
     pub(crate) segments: u64,
-    /// Whether the shaft is driven away.
+    /// Guard against a shaft that is driven away.
     pub(crate) guard: SpeedGuard,
 }
 
-/// What ends a segment.
+/// Cause of a segment's end.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Event {
     Tick,
@@ -90,7 +90,7 @@ impl From<Crossing> for Event {
     }
 }
 
-/// What a run takes besides machine, test and faults.
+/// Additions to a run besides machine, test and faults.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Additions<'a> {
     pub(crate) effects: &'a [Effect],
@@ -202,7 +202,7 @@ impl Run {
         self.renew();
     }
 
-    /// What has to be done at the start of a tick, before the controller: fresh sines, the load.
+    /// Begins a tick, before the controller acts: fresh sines, the load.
     #[inline]
     pub(crate) fn begin_tick(&mut self, tick: usize, tick_s: f64) {
         if tick.is_multiple_of(REFRESH_TICKS) {
@@ -250,7 +250,7 @@ impl Run {
         }
     }
 
-    /// What the load is behind the motor: backlash and twist.
+    /// Lag of the load behind the motor: backlash and twist.
     pub(crate) fn before_play_rad(&self) -> f64 {
         let load_rad = match &self.extension {
             None => self.train.surface_rad(),
@@ -316,7 +316,7 @@ impl Run {
         }
     }
 
-    /// The same where the six sectors hold.
+    /// Torque over current and resistance where the six sectors hold.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn equivalent_of_sector(&self) -> (LocalQuadratic, f64) {

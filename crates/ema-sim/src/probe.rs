@@ -1,4 +1,4 @@
-//! What an observer sees of a run: every segment, exactly as it was solved.
+//! Observers of a run, who see every segment exactly as it was solved.
 
 use crate::{
     drive_train::DriveTrain,
@@ -13,7 +13,7 @@ pub(crate) struct Circuit<'a> {
     pub(crate) legs_v: (f64, f64),
     /// Potential of the idle phase's leg while a diode of it conducts, or while it is connected.
     pub(crate) idle_v: f64,
-    /// Whether the idle phase's leg is switched as the others are.
+    /// True where the idle phase's leg is switched as the others are.
     pub(crate) connected: bool,
     pub(crate) at: &'a SectorWinding,
     /// Resistance of the winding over that of the cold one.
@@ -28,7 +28,7 @@ pub(crate) struct SurfaceSegment {
     /// Torque of the shaft on the surface.
     pub(crate) torque: Series,
     pub(crate) per_gear_ratio: f64,
-    /// What the gear takes besides that torque, over it.
+    /// Loss of the gear besides that torque, over it.
     pub(crate) gear_loss_ratio: f64,
     pub(crate) load_n_m: f64,
     pub(crate) inertia_kg_m2: f64,

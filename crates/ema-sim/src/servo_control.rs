@@ -2,7 +2,7 @@
 
 use crate::quantisation::quantised;
 
-/// What the controller's output drives.
+/// Stage between the controller's output and the motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Drive {

@@ -80,7 +80,7 @@ impl ShapeFunction {
         (times(&shape, gap), self.resistance_ohm * turns[0])
     }
 
-    /// What of it is numbers, where the shape is a sine.
+    /// Numbers of the function, where the shape is a sine.
     pub(crate) fn wave(&self) -> Option<Wave> {
         self.spline.is_none().then_some(Wave {
             mean: self.mean,

@@ -14,7 +14,7 @@ pub(crate) struct Waveform {
 }
 
 impl Waveform {
-    /// Its value at an electrical angle.
+    /// Value at an electrical angle.
     pub(crate) fn at(&self, x: f64) -> f64 {
         let turned = x - TAU * floor(x / TAU);
         // by symmetry the rising flank about 0 is enough
@@ -29,7 +29,7 @@ impl Waveform {
         top + self.fifth * sin(5.0 * x) + self.seventh * sin(7.0 * x)
     }
 
-    /// Its Taylor coefficients about an angle, on the straight piece that holds another angle.
+    /// Taylor coefficients about an angle, on the straight piece that holds another angle.
     pub(crate) fn near(&self, x: f64, on_piece_of: f64) -> [f64; 4] {
         let half_flank = FRAC_PI_6 + self.flat_loss_rad;
         let turns = floor((on_piece_of + FRAC_PI_2) / TAU);

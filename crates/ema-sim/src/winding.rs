@@ -59,11 +59,11 @@ pub(crate) struct Winding {
     sectors_per_rad: f64,
     eccentricity_cos: f64,
     eccentricity_sin: f64,
-    /// Whether the air gap changes with the angle.
+    /// True where the air gap changes with the angle.
     pub(crate) eccentric: bool,
 }
 
-/// What a sector fixes.
+/// Numbers that a sector fixes.
 ///
 /// With `x` the current of the positive and `y` that of the idle phase, the negative one carries
 /// `−(x + y)`, and two loops through it describe the star:
@@ -140,7 +140,7 @@ impl AirGap {
 }
 
 impl SectorWinding {
-    /// The same winding at another temperature.
+    /// The winding of a sector at another temperature.
     pub(crate) fn warmed(mut self, ratio: f64) -> Self {
         self.pair_ohm *= ratio;
         self.negative_ohm *= ratio;
@@ -233,7 +233,7 @@ impl Winding {
         }
     }
 
-    /// Whether the back-EMF is a trapezoid as it is built.
+    /// True where the back-EMF is a trapezoid as it is built.
     pub(crate) fn is_trapezoidal(&self) -> bool {
         matches!(self.shape, Shape::Trapezoid)
     }
@@ -261,7 +261,7 @@ impl Winding {
         self.sectors_per_rad
     }
 
-    /// What a sector fixes.
+    /// Numbers that a sector fixes.
     #[inline]
     pub(crate) fn sector(&self, sector: Sector) -> &SectorWinding {
         &self.sectors[sector.place()]
@@ -388,12 +388,12 @@ pub(crate) struct Coupling {
 pub(crate) struct CubicTerms(f64, f64);
 
 impl CubicTerms {
-    /// The same with torque and back-EMF at a share of themselves.
+    /// The terms with torque and back-EMF at a share of themselves.
     pub(crate) fn scaled(&self, ratio: f64) -> Self {
         Self(ratio * self.0, ratio * self.1)
     }
 
-    /// Of the pair and of the idle phase.
+    /// Terms of the pair and of the idle phase.
     pub(crate) fn loops(&self) -> (f64, f64) {
         (self.0, self.1)
     }
@@ -405,12 +405,12 @@ impl Coupling {
         self.pair[0] * positive_a + self.idle[0] * idle_a
     }
 
-    /// Of the conducting pair, and of the idle phase.
+    /// Coefficients of the conducting pair, and of the idle phase.
     pub(crate) fn loops(&self) -> [&LocalQuadratic; 2] {
         [&self.pair, &self.idle]
     }
 
-    /// The same with torque and back-EMF at a share of themselves.
+    /// The coupling with torque and back-EMF at a share of themselves.
     pub(crate) fn scaled(&self, ratio: f64) -> Self {
         Self { pair: self.pair.map(|k| ratio * k), idle: self.idle.map(|k| ratio * k) }
     }

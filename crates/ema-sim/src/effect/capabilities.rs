@@ -104,7 +104,7 @@ pub(crate) struct AdmissibleSize {
     pub(crate) output: f64,
 }
 
-/// What the admissible sizes of a machine follow from.
+/// Numbers of a machine from which its admissible sizes follow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SizingData {
     /// Torque of the motor at the controller's limit.

@@ -40,7 +40,7 @@ impl Flank {
 pub(super) struct Loops {
     /// Voltages of the positive and the idle leg against the negative one.
     pub(super) volts: (f64, f64),
-    /// Whether the idle phase is open.
+    /// True where the idle phase is open.
     pub(super) open: bool,
     pub(super) cubic: Option<CubicTerms>,
 }

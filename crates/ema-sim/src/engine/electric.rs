@@ -1,4 +1,4 @@
-//! What effects make of winding, supply, commutation and the current's sensor.
+//! Effects on winding, supply, commutation and the current's sensor.
 
 use super::{
     End, Run, Step,
@@ -13,7 +13,7 @@ use crate::{
     winding::{Coupling, Segment},
 };
 
-/// What the current of an instant makes of the circuit.
+/// Changes of the circuit with the current of an instant.
 #[derive(Clone, Copy)]
 struct Shares {
     /// Torque constant over that without current.
@@ -22,7 +22,7 @@ struct Shares {
     supply_ratio: f64,
 }
 
-/// What the current loop sees of the currents.
+/// Currents as the current loop measures them.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen {
     pub(crate) feedback_a: f64,
@@ -145,7 +145,8 @@ impl<P: Probe> Run<P> {
         spring.solve((&self.at, &self.shaft), coupling, loops, state)
     }
 
-    /// The same with all three legs connected.
+    /// The solution with all three legs connected, as the current in the middle of the span makes
+    /// it.
     #[cold]
     pub(super) fn solve_own_connected(&self, span_s: f64) -> Step {
         let (coupling, cubic) = self.connected_coupling();
@@ -211,7 +212,7 @@ impl<P: Probe> Run<P> {
         shown_a
     }
 
-    /// What the current loop sees.
+    /// Currents as the current loop measures them.
     #[inline]
     pub(crate) fn seen(&self) -> Seen {
         let (feedback_a, currents_a) = (self.sample.feedback_a, self.sample.currents_a);

@@ -44,7 +44,7 @@ struct Moving<const N: usize> {
     integral_a: Wide<N>,
 }
 
-/// What lasts from event to event.
+/// State that lasts from event to event.
 #[derive(Clone, Debug)]
 struct Lasting<const N: usize> {
     /// `surface = (follows·angle + offset)/i_g`.
@@ -72,7 +72,7 @@ struct Lasting<const N: usize> {
     eccentricity_sin: Wide<N>,
 }
 
-/// What comes of a tick.
+/// Outcome of a tick.
 #[derive(Clone, Debug)]
 struct Outcome<const N: usize> {
     /// Set-points.
@@ -89,7 +89,7 @@ struct Outcome<const N: usize> {
     event: [u64; N],
 }
 
-/// What is the same in all lanes.
+/// Numbers that all lanes share.
 #[derive(Clone, Copy, Debug)]
 struct Common {
     law: Law,
@@ -99,7 +99,7 @@ struct Common {
     limit_v: f64,
     tick_s: f64,
     start_angle_rad: f64,
-    /// Of a field-oriented drive what its shape function is made of.
+    /// Numbers of a field-oriented drive's shape function.
     wave: Option<Wave>,
 }
 
