@@ -143,7 +143,7 @@ impl DriveTrain {
         &self,
         turn: &Series,
         to_rad: f64,
-        sector_rad: (f64, f64),
+        sector_rad: [f64; 2],
         span_s: f64,
     ) -> impl Iterator<Item = (Crossing, f64)> {
         let passed = |(low, high): (f64, f64)| {
@@ -156,7 +156,8 @@ impl DriveTrain {
             }
         };
         let when_s = |angle_rad: f64| reach(turn, angle_rad - self.angle_rad, span_s);
-        let sector = passed(sector_rad).map(|(step, at)| (Crossing::Sector(step), when_s(at)));
+        let sector =
+            passed(sector_rad.into()).map(|(step, at)| (Crossing::Sector(step), when_s(at)));
         let bound = passed(self.bounds_rad()).map(|(_, at)| (Crossing::Bound, when_s(at)));
         sector.into_iter().chain(bound)
     }

@@ -109,8 +109,8 @@ impl EnergyProbe {
             let resistance_ohm = self.resistance_ohm[phase] * circuit.warmth_ratio;
             ledger.copper_j[phase] += for_s * resistance_ohm * current_a * current_a;
         }
-        ledger.supply_j[at.positive] += for_s * circuit.legs_v.0 * positive_a;
-        ledger.supply_j[at.negative] += for_s * circuit.legs_v.1 * negative_a;
+        ledger.supply_j[at.positive] += for_s * circuit.legs.positive_v * positive_a;
+        ledger.supply_j[at.negative] += for_s * circuit.legs.negative_v * negative_a;
         if circuit.connected {
             ledger.supply_j[at.idle] += for_s * circuit.idle_v * idle_a;
         } else {

@@ -29,7 +29,8 @@ pub(crate) struct PhaseAngles {
 impl PhaseAngles {
     /// At an electrical angle.
     pub(crate) fn of(electrical_rad: f64) -> Self {
-        Self::from_sines(libm::sincos(electrical_rad))
+        let (sin, cos) = libm::sincos(electrical_rad);
+        Self::from_sines(sin, cos)
     }
 
     /// At an electrical angle near a known one, good to 1e-10; afresh where it is not near.
@@ -41,11 +42,11 @@ impl PhaseAngles {
         }
         let mut rotor = *known;
         rotor.turn(turn_rad);
-        Self::from_sines((rotor.sin, rotor.cos))
+        Self::from_sines(rotor.sin, rotor.cos)
     }
 
     #[inline]
-    fn from_sines((s, c): (f64, f64)) -> Self {
+    fn from_sines(s: f64, c: f64) -> Self {
         let (half_s, half_c) = (-0.5 * s, -0.5 * c);
         let (across_s, across_c) = (HALF_ROOT_3 * s, HALF_ROOT_3 * c);
         Self {
@@ -61,7 +62,7 @@ impl PhaseAngles {
     }
 
     /// A quantity in the rotor's axes as one of the phases.
-    pub(crate) fn phases_of(&self, (d, q): (f64, f64)) -> PerPhase {
+    pub(crate) fn phases_of(&self, d: f64, q: f64) -> PerPhase {
         core::array::from_fn(|j| q * self.sin[j] - d * self.cos[j])
     }
 }
@@ -123,7 +124,7 @@ impl FieldOriented {
         } else {
             share = 1.0 / size_v;
         }
-        let next = angles.phases_of((share * wanted_v.0, share * wanted_v.1));
+        let next = angles.phases_of(share * wanted_v.0, share * wanted_v.1);
         core::mem::replace(&mut self.pending, next.map(|u| u.clamp(-1.0, 1.0)))
     }
 
@@ -160,7 +161,7 @@ mod tests {
                 assert!((angles.sin[j] - near.sin[j]).abs() < 1e-10, "{theta_e} {j}");
                 assert!((angles.cos[j] - near.cos[j]).abs() < 1e-10, "{theta_e} {j}");
             }
-            let (d, q) = angles.axes_of(&angles.phases_of((-0.3, 1.7)));
+            let (d, q) = angles.axes_of(&angles.phases_of(-0.3, 1.7));
             assert!((d + 0.3).abs() < 1e-14 && (q - 1.7).abs() < 1e-14, "{d} {q}");
         }
     }

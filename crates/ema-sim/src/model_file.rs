@@ -453,7 +453,7 @@ impl Reader<'_> {
                         self.tolerances(block.get_ref(), inner, &mut model.tolerance)?;
                     }
                 }
-                block => self.block((block, key), value, &mut model.actuator, &mut given)?,
+                _ => self.block(key, value, &mut model.actuator, &mut given)?,
             }
         }
         let needed = Parameter::ALL.iter().filter(|parameter| parameter.default_value().is_none());
@@ -469,11 +469,12 @@ impl Reader<'_> {
 
     fn block(
         &self,
-        (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
+        at: &Spanned<toml::de::DeString<'_>>,
         value: &Spanned<DeValue<'_>>,
         actuator: &mut Actuator,
         given: &mut Vec<&'static str>,
     ) -> Result<(), ModelFileError> {
+        let block = at.get_ref().as_ref();
         if !Parameter::ALL.iter().any(|parameter| split(parameter.key()).0 == block) {
             return Err(self.unknown(block, at));
         }

@@ -3,7 +3,7 @@
 use crate::{
     back_emf::BackEmfTable,
     effect::rescaling::Rescaling,
-    parameter::{Parameter, kinetic_within_static, within},
+    parameter::{Keyed, Parameter, kinetic_within_static, within},
     parameter_error::ParameterError,
 };
 
@@ -225,8 +225,8 @@ impl Actuator {
         }
         let (m, v, t, c) = (&self.motor, &self.inverter, &self.transmission, &self.controller);
         kinetic_within_static(
-            ("transmission.kinetic-friction-n-m", t.kinetic_friction_n_m),
-            ("transmission.static-friction-n-m", t.static_friction_n_m),
+            Keyed { key: "transmission.kinetic-friction-n-m", value: t.kinetic_friction_n_m },
+            Keyed { key: "transmission.static-friction-n-m", value: t.static_friction_n_m },
         )?;
         // a play as wide as the travel leaves no way to the stop
         within("transmission.backlash-rad", t.backlash_rad, 0.0, t.stop_rad)?;

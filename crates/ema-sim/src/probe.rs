@@ -3,14 +3,14 @@
 use crate::{
     drive_train::DriveTrain,
     series::Series,
-    winding::{SectorWinding, Segment},
+    winding::{LegVolts, SectorWinding, Segment},
 };
 
 /// The legs during a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circuit<'a> {
     /// Potentials of the positive and the negative phase's legs.
-    pub(crate) legs_v: (f64, f64),
+    pub(crate) legs: LegVolts,
     /// Potential of the idle phase's leg while a diode of it conducts, or while it is connected.
     pub(crate) idle_v: f64,
     /// True where the idle phase's leg is switched as the others are.

@@ -16,7 +16,7 @@ use crate::{
     extension::rescaling,
     fault::{FaultId, PhysicalFaults},
     load::Load,
-    parameter::kinetic_within_static,
+    parameter::{Keyed, kinetic_within_static},
     parameter_error::ParameterError,
     params::least_inertia,
     plant::{Additions, Run},
@@ -135,9 +135,11 @@ impl ServoAxis {
                 parameter.check(self)?;
             }
         }
+        let kinetic = &self.key_of("axis.kinetic-friction-{f}");
+        let fixed = &self.key_of("axis.static-friction-{f}");
         kinetic_within_static(
-            (&self.key_of("axis.kinetic-friction-{f}"), self.kinetic_friction),
-            (&self.key_of("axis.static-friction-{f}"), self.static_friction),
+            Keyed { key: kinetic, value: self.kinetic_friction },
+            Keyed { key: fixed, value: self.static_friction },
         )?;
         if self.controller.speed_samples > 1000 {
             let (field, value) = ("controller.speed-samples", self.controller.speed_samples);

@@ -73,7 +73,8 @@ impl ShapeFunction {
             [self.mean, 0.0, 0.0]
         } else {
             let rate = 2.0 * self.pole_pairs;
-            turns_near((self.mean, self.wave), rate, libm::sincos(rate * motor_rad))
+            let (sin, cos) = libm::sincos(rate * motor_rad);
+            turns_near([self.mean, self.wave.0, self.wave.1], rate, sin, cos)
         };
         let tabulated = self.spline.as_ref().map(|spline| self.tabulated(spline, motor_rad));
         let shape = tabulated.unwrap_or(turns).map(|f| self.back_emf_v_s_per_rad * f);
@@ -126,12 +127,13 @@ pub(crate) struct Wave {
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
 pub(crate) fn turns_near(
-    (mean, wave): (f64, (f64, f64)),
+    [mean, of_cos, of_sin]: [f64; 3],
     rate: f64,
-    (sin, cos): (f64, f64),
+    sin: f64,
+    cos: f64,
 ) -> LocalQuadratic {
-    let value = wave.0 * cos + wave.1 * sin;
-    let slope = wave.1 * cos - wave.0 * sin;
+    let value = of_cos * cos + of_sin * sin;
+    let slope = of_sin * cos - of_cos * sin;
     [mean + value, rate * slope, -0.5 * rate * rate * value]
 }
 

@@ -152,10 +152,12 @@ impl SectorWinding {
     /// open idle phase zero.
     pub(crate) fn loop_rates(
         &self,
-        (u, v): (f64, f64),
-        (x, y): (f64, f64),
-        (m, open): (usize, bool),
+        driven: LoopVolts,
+        [x, y]: [f64; 2],
+        m: usize,
+        open: bool,
     ) -> (f64, f64) {
+        let (u, v) = (driven.pair_v, driven.idle_v);
         let u = u - self.pair_ohm * x - self.negative_ohm * y;
         if open {
             return (u * self.pair_per_henry[m], 0.0);
@@ -275,8 +277,8 @@ impl Winding {
 
     /// `ζ·cos φ` and `ζ·sin φ`.
     #[inline]
-    pub(crate) fn eccentricity(&self) -> (f64, f64) {
-        (self.eccentricity_cos, self.eccentricity_sin)
+    pub(crate) fn eccentricity(&self) -> [f64; 2] {
+        [self.eccentricity_cos, self.eccentricity_sin]
     }
 
     /// Modulation of the air gap about a motor angle.
@@ -294,14 +296,14 @@ impl Winding {
     pub(crate) fn coupling(
         &self,
         at: &SectorWinding,
-        (gap, electrical): (&AirGap, &RotorAngle),
+        rotor: RotorFrame<'_>,
         motor_rad: f64,
         along: f64,
     ) -> Coupling {
         if !matches!(self.shape, Shape::Trapezoid) {
-            return self.smooth_coupling(at, (gap, electrical), motor_rad).0;
+            return self.smooth_coupling(at, rotor, motor_rad).0;
         }
-        let g = gap.near(motor_rad);
+        let g = rotor.gap.near(motor_rad);
         // within a sector the pair is on its flat tops, the idle phase on a flank
         let flank = at.idle_peak * at.flank;
         let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
@@ -317,10 +319,10 @@ impl Winding {
     pub(crate) fn smooth_coupling(
         &self,
         at: &SectorWinding,
-        (gap, electrical): (&AirGap, &RotorAngle),
+        rotor: RotorFrame<'_>,
         motor_rad: f64,
     ) -> (Coupling, CubicTerms) {
-        let g = gap.near(motor_rad);
+        let g = rotor.gap.near(motor_rad);
         let electrical_rad = self.pole_pairs * motor_rad;
         if let Shape::Tabulated(spline) = &self.shape {
             return self
@@ -332,7 +334,7 @@ impl Winding {
                 wave.near(electrical_rad - shift_rad, between_rad - shift_rad)
             });
         }
-        let angles = PhaseAngles::near(electrical, electrical_rad);
+        let angles = PhaseAngles::near(rotor.electrical, electrical_rad);
         self.smooth(at, &g, |phase| {
             let (s, c) = (angles.sin[phase], angles.cos[phase]);
             [s, c, -0.5 * s, -c / 6.0]
@@ -366,10 +368,53 @@ impl Winding {
     }
 }
 
+/// The rotor near which a coupling is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RotorFrame<'a> {
+    pub(crate) gap: &'a AirGap,
+    /// The rotor in electrical angle, near it.
+    pub(crate) electrical: &'a RotorAngle,
+}
+
+/// Potentials of the legs of the positive and the negative phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LegVolts {
+    pub(crate) positive_v: f64,
+    pub(crate) negative_v: f64,
+}
+
+impl LegVolts {
+    /// Both legs at one potential.
+    pub(crate) fn both(v: f64) -> Self {
+        Self { positive_v: v, negative_v: v }
+    }
+
+    /// Voltage over the two phases in series.
+    #[inline]
+    pub(crate) fn pair_v(self) -> f64 {
+        self.positive_v - self.negative_v
+    }
+}
+
+/// Voltages of the positive and the idle leg against the negative one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoopVolts {
+    pub(crate) pair_v: f64,
+    pub(crate) idle_v: f64,
+}
+
+/// Currents of the positive and the idle phase and the motor's speed at the start of a segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SegmentStart {
+    pub(crate) positive_a: f64,
+    pub(crate) idle_a: f64,
+    pub(crate) speed_rad_per_s: f64,
+}
+
 /// Modulation of the air gap by an eccentricity `(ζ·cos φ, ζ·sin φ)` near an angle.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
-pub(crate) fn gap_of((cos, sin): (f64, f64), rotor: &RotorAngle) -> LocalQuadratic {
+pub(crate) fn gap_of([cos, sin]: [f64; 2], rotor: &RotorAngle) -> LocalQuadratic {
     let along = cos * rotor.cos - sin * rotor.sin;
     let across = cos * rotor.sin + sin * rotor.cos;
     [1.0 + along, -across, -0.5 * along]
@@ -439,10 +484,11 @@ impl Coupling {
     pub(crate) fn open_terminal_v(
         &self,
         at: &SectorWinding,
-        (positive_v, negative_v): (f64, f64),
+        legs: LegVolts,
         current_a: f64,
         speed_rad_per_s: f64,
     ) -> f64 {
+        let LegVolts { positive_v, negative_v } = legs;
         let drop_v = at.pair_ohm * current_a + self.pair[0] * speed_rad_per_s;
         let negative_drop_v = at.negative_ohm * current_a + self.idle[0] * speed_rad_per_s;
         negative_v + negative_drop_v + at.star_share * (positive_v - negative_v - drop_v)
@@ -505,7 +551,8 @@ impl Segment {
         &mut self,
         at: &SectorWinding,
         shaft: &Shaft,
-        (coupling, cubic): (&Coupling, CubicTerms),
+        coupling: &Coupling,
+        cubic: CubicTerms,
     ) {
         let a3 = third(&coupling.pair, cubic.0, &self.turn);
         let b3 = third(&coupling.idle, cubic.1, &self.turn);
@@ -523,8 +570,9 @@ impl Segment {
         shaft: &Shaft,
         coupling: &Coupling,
         loop_v: f64,
-        (i0, w0): (f64, f64),
+        start: SegmentStart,
     ) -> Self {
+        let (i0, w0) = (start.positive_a, start.speed_rad_per_s);
         let (k, r) = (&coupling.pair, at.pair_ohm);
         let (l, j, c) = (&at.pair_per_henry, &shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
         let (k0, k1) = (k[0], first(k, w0));
@@ -557,9 +605,11 @@ impl Segment {
         at: &SectorWinding,
         shaft: &Shaft,
         coupling: &Coupling,
-        (pair_v, idle_v): (f64, f64),
-        (x0, y0, w0): (f64, f64, f64),
+        loops: LoopVolts,
+        start: SegmentStart,
     ) -> Self {
+        let LoopVolts { pair_v, idle_v } = loops;
+        let (x0, y0, w0) = (start.positive_a, start.idle_a, start.speed_rad_per_s);
         let (a, b) = (&coupling.pair, &coupling.idle);
         let (j, c) = (&shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
         let (cx, cxy, cy) = at.per_henry;

@@ -231,7 +231,7 @@ impl Reader<'_> {
                         self.axis_tolerances(block.get_ref(), inner, &mut model)?;
                     }
                 }
-                block => self.axis_block((block, key), value, (&mut model.axis, &mut given))?,
+                _ => self.axis_block(key, value, &mut model.axis, &mut given)?,
             }
         }
         complete(&mut model.axis, &given, before.as_ref())?;
@@ -262,10 +262,12 @@ impl Reader<'_> {
 
     fn axis_block(
         &self,
-        (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
+        at: &Spanned<toml::de::DeString<'_>>,
         value: &Spanned<DeValue<'_>>,
-        (axis, given): (&mut ServoAxis, &mut Vec<String>),
+        axis: &mut ServoAxis,
+        given: &mut Vec<String>,
     ) -> Result<(), ModelFileError> {
+        let block = at.get_ref().as_ref();
         if !["axis", "drive", "controller"].contains(&block) {
             return Err(self.unknown(block, at));
         }
