@@ -267,7 +267,12 @@ impl From<&HealthState> for PhysicalFaults {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of a circle's coordinates.
+    const ROUNDING: f64 = 1e-14;
 
     #[test]
     fn published_table_1_end_points() {
@@ -286,7 +291,7 @@ mod tests {
         let k = [0.01, 0.02, 0.03, 0.04, 0.05, 0.03, 0.9];
         let back = HealthState::new(k).unwrap().coordinates().levels();
         for (a, b) in k.iter().zip(back) {
-            assert!((a - b).abs() < 1e-14, "{a} {b}");
+            assert_abs_diff_eq!(*a, b, epsilon = ROUNDING);
         }
     }
 

@@ -144,7 +144,14 @@ impl FieldOriented {
 mod tests {
     use core::f64::consts::TAU;
 
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of sines and their sums.
+    const ROUNDING: f64 = 1e-14;
+    /// Error of the rotation to a near angle.
+    const NEAR: f64 = 1e-10;
 
     #[test]
     fn the_axes_are_the_phases_turned() {
@@ -153,16 +160,17 @@ mod tests {
             let angles = PhaseAngles::of(theta_e);
             for j in 0..3 {
                 let x = theta_e - TAU / 3.0 * j as f64;
-                assert!((angles.sin[j] - x.sin()).abs() < 1e-14, "{theta_e} {j}");
-                assert!((angles.cos[j] - x.cos()).abs() < 1e-14, "{theta_e} {j}");
+                assert_abs_diff_eq!(angles.sin[j], x.sin(), epsilon = ROUNDING);
+                assert_abs_diff_eq!(angles.cos[j], x.cos(), epsilon = ROUNDING);
             }
             let near = PhaseAngles::near(&RotorAngle::new(theta_e - 0.09), theta_e);
             for j in 0..3 {
-                assert!((angles.sin[j] - near.sin[j]).abs() < 1e-10, "{theta_e} {j}");
-                assert!((angles.cos[j] - near.cos[j]).abs() < 1e-10, "{theta_e} {j}");
+                assert_abs_diff_eq!(angles.sin[j], near.sin[j], epsilon = NEAR);
+                assert_abs_diff_eq!(angles.cos[j], near.cos[j], epsilon = NEAR);
             }
             let (d, q) = angles.axes_of(&angles.phases_of(-0.3, 1.7));
-            assert!((d + 0.3).abs() < 1e-14 && (q - 1.7).abs() < 1e-14, "{d} {q}");
+            assert_abs_diff_eq!(d, -0.3, epsilon = ROUNDING);
+            assert_abs_diff_eq!(q, 1.7, epsilon = ROUNDING);
         }
     }
 }

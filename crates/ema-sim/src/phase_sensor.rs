@@ -97,6 +97,8 @@ impl PhaseSensors {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
@@ -106,7 +108,11 @@ mod tests {
         let [a, ..] = sensors.measure([&quiet, &quiet, &quiet], 3);
         let variance = a.iter().map(|x| x * x).sum::<f64>() / 1e5;
         // five standard errors, √(2/n): false failure below 1e-6, and seeded
-        assert!((variance / sensors.variance_a2() - 1.0).abs() < 5.0 * (2.0f64 / 1e5).sqrt());
+        assert_abs_diff_eq!(
+            variance / sensors.variance_a2(),
+            1.0,
+            epsilon = 5.0 * (2.0f64 / 1e5).sqrt()
+        );
     }
 
     #[test]

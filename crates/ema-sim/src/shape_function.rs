@@ -139,8 +139,17 @@ pub(crate) fn turns_near(
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
     use crate::{HealthState, presets::BENCH};
+
+    /// Rounding of a sum over three phases, N·m/A and Ω.
+    const TORQUE: f64 = 1e-14;
+    const OHM: f64 = 1e-13;
+    /// Error of central differences: h² times the next derivatives, 8³ and 8⁴.
+    const SLOPE: f64 = 1e-6;
+    const BEND: f64 = 1e-5;
 
     #[test]
     fn law_torque_and_heat_of_a_sinusoidal_current() {
@@ -159,14 +168,14 @@ mod tests {
             };
             let (torque, ohm) = shape.near(motor_rad, &[1.0, 0.0, 0.0]);
             let k = BENCH.motor.back_emf_v_s_per_rad;
-            assert!((torque[0] - k * at(motor_rad)).abs() < 1e-14);
-            assert!((ohm - BENCH.motor.resistance_ohm * at(motor_rad)).abs() < 1e-13);
+            assert_abs_diff_eq!(torque[0], k * at(motor_rad), epsilon = TORQUE);
+            assert_abs_diff_eq!(ohm, BENCH.motor.resistance_ohm * at(motor_rad), epsilon = OHM);
             let h = 1e-4;
             let slope = k * (at(motor_rad + h) - at(motor_rad - h)) / (2.0 * h);
             let bend = k * (at(motor_rad + h) - 2.0 * at(motor_rad) + at(motor_rad - h)) / (h * h);
             // central differences miss terms of h² times the next derivatives, 8³ and 8⁴
-            assert!((torque[1] - slope).abs() < 1e-6, "{} {slope}", torque[1]);
-            assert!((2.0 * torque[2] - bend).abs() < 1e-5, "{} {bend}", torque[2]);
+            assert_abs_diff_eq!(torque[1], slope, epsilon = SLOPE);
+            assert_abs_diff_eq!(2.0 * torque[2], bend, epsilon = BEND);
         }
     }
 }

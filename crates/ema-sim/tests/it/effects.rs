@@ -1,5 +1,6 @@
 //! Each effect does what its equation says, and nothing without a size.
 
+use approx::assert_abs_diff_eq;
 use core::f64::consts::{PI, TAU};
 
 use ema_sim::{
@@ -9,6 +10,17 @@ use ema_sim::{
     presets::{BENCH, EMA_48},
 };
 use libm::{cos, exp, pow, sin};
+
+/// Rounding of a first-order lag over 10 000 ticks, A.
+const LAG_A: f64 = 1e-12;
+/// Half a step of the position's sensor with rounding, rad.
+const HALF_STEP_RAD: f64 = 0.5001e-6;
+/// Rounding of a position over its step.
+const WHOLE_STEPS: f64 = 1e-6;
+/// Size, apart from one, of the two fidelities' answers to a Hall offset.
+const ALIKE_OFFSET_REL: f64 = 0.055;
+/// Current that warming by half a tick's heat leaves open, A.
+const WARMING_A: f64 = 0.15;
 
 fn healthy() -> PhysicalFaults {
     (&HealthState::HEALTHY).into()
@@ -411,13 +423,12 @@ fn law_electrical_effects_limit_the_current() {
     let (v, r) = (48.0, 2.13);
     // current against the speed at the start of the tick, where the voltage limits it
     let check = |effect: Effect, wanted: &dyn Fn(f64, f64, usize) -> f64, most: f64| {
-        let id = effect.id();
         let trace = run(&actuator, &scenario, &[effect]);
         for n in 3..60 {
             let (i, before) = (trace.current_a[n], trace.current_a[n - 1]);
             let speed = 0.5 * (trace.motor_speed_rad_per_s[n - 1] + trace.motor_speed_rad_per_s[n]);
             let want = wanted(K * speed, before, n);
-            assert!((i - want).abs() < most, "{id:?} {n}: {i} {want}");
+            assert_abs_diff_eq!(i, want, epsilon = most);
         }
     };
     let base = effect(EffectId::BusSag, &[("source_resistance_ohm", 1e-9)]);
@@ -453,7 +464,7 @@ fn law_electrical_effects_limit_the_current() {
         let speed = 0.5 * (trace.motor_speed_rad_per_s[n - 1] + trace.motor_speed_rad_per_s[n]);
         let hot = r * (1.0 + 0.0039 * kelvin);
         if n > 2 {
-            assert!((i - (v - K * speed) / hot).abs() < 0.15, "{n}");
+            assert_abs_diff_eq!(i, (v - K * speed) / hot, epsilon = WARMING_A);
         }
         kelvin += (10.0 * r * i * i - kelvin) * 1e-4;
     }
@@ -473,7 +484,7 @@ fn law_sensor_effects_show_what_they_say() {
     let mut lagged = 0.1;
     for (shown, true_a) in trace.current_a.iter().zip(&base.current_a).skip(1) {
         lagged += (1.02 * true_a + 0.1 - lagged) * (1.0 - exp(-0.1));
-        assert!((shown - lagged).abs() < 1e-12);
+        assert_abs_diff_eq!(*shown, lagged, epsilon = LAG_A);
     }
     let in_loop = effect(EffectId::CurrentSensor, &[("gain_error_ratio", 0.02), ("in_loop", 1.0)]);
     let scaled = run(&EMA_48, &scenario(), &[in_loop]);
@@ -488,8 +499,8 @@ fn law_sensor_effects_show_what_they_say() {
     for (shown, motor_rad) in trace.surface_angle_rad.iter().zip(&trace.motor_angle_rad) {
         let true_rad = (motor_rad - 0.3) / 500.0;
         let seen = true_rad + 5e-5 * sin(*motor_rad) + 2e-5 * cos(*motor_rad);
-        assert!((shown - seen).abs() <= 0.5001e-6);
-        assert!((shown / 1e-6 - (shown / 1e-6).round()).abs() < 1e-6);
+        assert_abs_diff_eq!(*shown, seen, epsilon = HALF_STEP_RAD);
+        assert_abs_diff_eq!(shown / 1e-6, (shown / 1e-6).round(), epsilon = WHOLE_STEPS);
     }
 }
 
@@ -628,7 +639,7 @@ fn both_fidelities_show_a_hall_offset_alike_where_the_reading_knows_no_angle() {
         let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
         let ratio = (dot(&a, &a) / dot(&b, &b)).sqrt();
         assert!(cosine > 0.97, "{by_rad}: {cosine}");
-        assert!((ratio - 1.0).abs() < 0.055, "{by_rad}: {ratio}");
+        assert_abs_diff_eq!(ratio, 1.0, epsilon = ALIKE_OFFSET_REL);
     }
 }
 
@@ -660,7 +671,7 @@ fn both_fidelities_show_an_effect_alike() {
         let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
         let ratio = (dot(&a, &a) / dot(&b, &b)).sqrt();
         assert!(cosine > ALIKE_COSINE, "{id:?}: {cosine}");
-        assert!((ratio - 1.0).abs() < ALIKE_SIZE_REL, "{id:?}: {ratio}");
+        assert_abs_diff_eq!(ratio, 1.0, epsilon = ALIKE_SIZE_REL);
         compared += 1;
     }
     assert_eq!(compared, 21);
