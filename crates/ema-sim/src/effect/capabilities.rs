@@ -56,6 +56,7 @@ pub(crate) enum WindingModel {
 
 /// A model of a machine, as far as effects depend on it.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(crate) struct ModelCapabilities {
     /// The model as errors call it.
     pub(crate) name: &'static str,
