@@ -5,9 +5,13 @@
 //! θ_u  = clamp(θ_u, θ_m/i_g − b/2, θ_m/i_g + b/2)
 //! ```
 //!
-//! The dry friction has the four states of Borello and Dalla Vedova (IJEIT 3(8), 2014): stopped
-//! and staying, stopped and breaking away, moving on, moving and stopping. All are instants of
-//! the solution here, found between steps and not rounded to one.
+//! The dry friction has four states: stopped and staying, stopped and breaking away, moving on,
+//! moving and stopping. All are instants of the solution here, found between steps and not rounded
+//! to one.
+//!
+//! # Source
+//!
+//! Borello and Dalla Vedova, IJEIT 3(8), 2014; see `docs/models/transmission.md`.
 
 use crate::{
     fault::PhysicalFaults,

@@ -19,6 +19,11 @@ use crate::{
 ///
 /// Every term is integrated from its own power; [`residual_j`](Self::residual_j) is what the
 /// equation lacks, a measure of the simulation's error.
+///
+/// # Source
+///
+/// First law of thermodynamics for the equations of `docs/models/motor.md` and
+/// `docs/models/transmission.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyLedger {
     /// Given by the legs of the phases A, B, C while they switch, `∫v_j·i_j`.

@@ -73,6 +73,10 @@ fn quadrature_a(i: &PerPhase, theta_e: f64) -> f64 {
 /// ```
 ///
 /// Both stages start at zero.
+///
+/// # Source
+///
+/// Ramp-invariant discretisation of a first-order low-pass; see `docs/models/envelope.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvelopeFilter {
     /// Corner of each stage, `f_c`.

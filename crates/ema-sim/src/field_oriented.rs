@@ -10,6 +10,11 @@
 //! Amplitudes are those of the phases; `e_j = k_p·ω·sin(θ_e − δ_j)`, so that the torque of a
 //! healthy machine is `1.5·k_p·i_q`. Sampled once a carrier period, acting in the next, without
 //! decoupling of the axes and without an advance of the angle for the delay.
+//!
+//! # Source
+//!
+//! Park's transformation with constant amplitudes; gains that cancel the winding's pole; see
+//! `docs/models/inverter.md`.
 
 use crate::{
     current_loop::CURRENT_NOISE_STREAM, noise::NoiseSource, params::Actuator, phase::PerPhase,

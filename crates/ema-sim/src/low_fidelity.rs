@@ -11,6 +11,10 @@
 //! `2·R_p` and the staircase (`shape_function`). The two shape functions follow from the torque
 //! of the conducting pair; the paper names but does not print its own (`docs/paper-ledger.md`,
 //! eqs 18-19).
+//!
+//! # Source
+//!
+//! FREEDOM paper, eqs 18 and 19; see `docs/models/low-fidelity.md`.
 
 mod batch;
 

@@ -114,6 +114,11 @@ pub struct Transmission {
 ///
 /// With the encoder on the motor shaft `θ_m/i_g` stands in place of `θ_u`; in speed mode
 /// `ω_ref` is the command's. `e'` is the difference of two ticks over their distance.
+///
+/// # Source
+///
+/// FREEDOM paper, III.A.1, names position and speed loops; form and gains are the project's
+/// choice, see `docs/models/controller.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     /// Rate of the cascade.

@@ -9,6 +9,10 @@
 //! Another shape `f` than the sine has `Σ N_j·f(x_j)·sin x_j` in place of the torque's `F_sc`.
 //! With sines `F_sc = ½·Σ N_j − ½·Σ N_j·cos 2x_j`, so that it turns twice a pole pair and is
 //! 3/2 in a healthy machine.
+//!
+//! # Source
+//!
+//! Derived here from the equations of `docs/models/motor.md`; see `docs/models/low-fidelity.md`.
 
 use core::f64::consts::TAU;
 

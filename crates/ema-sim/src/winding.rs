@@ -10,6 +10,11 @@
 //! two events every right-hand side is smooth, and a Taylor series to the fourth order in time
 //! solves it: with the segments of a 20 kHz carrier the first term left out is below 1e-7 of the
 //! change in a segment. Phases are named by their role in the sector: positive, negative, idle.
+//!
+//! # Source
+//!
+//! Phase equations and trapezoid: NASA ProgPy, `progpy/models/dcmotor.py`; turns and eccentricity:
+//! see `docs/models/motor.md`.
 
 use core::f64::consts::{FRAC_PI_3, TAU};
 
@@ -575,6 +580,9 @@ impl Segment {
         let (i0, w0) = (start.positive_a, start.speed_rad_per_s);
         let (k, r) = (&coupling.pair, at.pair_ohm);
         let (l, j, c) = (&at.pair_per_henry, &shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
+        // Coefficient m + 1 of current and speed follows from coefficient m of the right-hand sides:
+        // (m + 1)·L·i_{m+1} = [m = 0]·v − R·i_m − (k·ω)_m, (m + 1)·J·ω_{m+1} = (k·i)_m − c·ω_m.
+        // k depends on the turn, so that its own coefficients follow from those of the speed.
         let (k0, k1) = (k[0], first(k, w0));
         let t0 = k0 * i0;
         let i1 = (loop_v - r * i0 - k0 * w0) * l[0];
@@ -613,6 +621,8 @@ impl Segment {
         let (a, b) = (&coupling.pair, &coupling.idle);
         let (j, c) = (&shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
         let (cx, cxy, cy) = at.per_henry;
+        // As for a pair, with two loops: their inductances couple, so that the rates are those of
+        // the inverse of a symmetric matrix of two rows.
         let rates = |u: f64, v: f64, x: f64, y: f64, share: f64| {
             let u = u - at.pair_ohm * x - at.negative_ohm * y;
             let v = v - at.negative_ohm * x - at.idle_ohm * y;

@@ -7,6 +7,11 @@
 //!
 //! A flank of the play pushes and never pulls: it takes hold where twist and torque are both
 //! beyond zero, and lets go where its torque comes to zero. Both are instants of the solution.
+//!
+//! # Source
+//!
+//! Two-mass mechanics of motulator, and `ElastoBacklash` of the Modelica Standard Library; see
+//! `docs/models/effects.md`.
 
 use super::{Run, Step, event::Event};
 use crate::{
