@@ -143,7 +143,14 @@ fn bends(y: &[f64], h: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of a spline's coefficients at its knots, which differences of powers enlarge.
+    const KNOT: f64 = 1e-6;
+    /// Rounding of a spline's value at its knots.
+    const VALUE: f64 = 1e-12;
 
     fn sine(n: u32) -> BackEmfTable {
         let samples: Vec<f64> =
@@ -176,10 +183,10 @@ mod tests {
             let x = f64::from(knot) * TAU / 12.0;
             let (left, right) = (spline.near(x - 1e-9), spline.near(x + 1e-9));
             for order in 0..3 {
-                assert!((left[order] - right[order]).abs() < 1e-6, "{knot} {order}");
+                assert_abs_diff_eq!(left[order], right[order], epsilon = KNOT);
             }
             let sample = samples[knot.rem_euclid(12) as usize];
-            assert!((spline.near(x)[0] - sample).abs() < 1e-12, "{knot}");
+            assert_abs_diff_eq!(spline.near(x)[0], sample, epsilon = VALUE);
         }
     }
 

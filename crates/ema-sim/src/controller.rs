@@ -7,7 +7,7 @@ use crate::{
     scenario::{ControlMode, Scenario},
 };
 
-/// What the cascade's sensors stand at.
+/// State that the cascade's sensors measure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Measured {
     pub(crate) surface_rad: f64,
@@ -142,8 +142,13 @@ impl Cascade {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
     use crate::presets::EMA_48;
+
+    /// Rounding of a product of two gains.
+    const ROUNDING: f64 = 1e-14;
 
     fn at(surface_rad: f64, motor_rad: f64, speed_rad_per_s: f64) -> Measured {
         Measured { surface_rad, motor_rad, speed_rad_per_s }
@@ -171,9 +176,9 @@ mod tests {
         let first = cascade.step(0.02, &at(0.3, 5.0, 0.0));
         let second = cascade.step(0.02, &at(0.3, 5.0, -3.0));
         let (p, i) = (law.speed_gain_a_s_per_rad, law.speed_integral_a_per_rad);
-        assert!((first - p * 10.0).abs() < 1e-14, "{first}");
+        assert_abs_diff_eq!(first, p * 10.0, epsilon = ROUNDING);
         let wanted = p * 13.0 + i * 10.0 * 1e-4 + 2e-5 * (13.0 - 10.0) * 1e4;
-        assert!((second - wanted).abs() < 1e-14, "{second} {wanted}");
+        assert_abs_diff_eq!(second, wanted, epsilon = ROUNDING);
     }
 
     #[test]

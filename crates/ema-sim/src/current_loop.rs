@@ -8,6 +8,10 @@ use crate::{noise::NoiseSource, params::Actuator, scenario::Scenario};
 /// u = sat((K_p·e + x)/V_dc, 1)      x' = K_i·e, held while saturated
 /// K_p = 2·L·ω_c,  K_i = 2·R·ω_c
 /// ```
+///
+/// # Source
+///
+/// Textbook choice of gains that cancel the winding's pole; see `docs/models/inverter.md`.
 pub(crate) struct CurrentLoop {
     pub(crate) period_s: f64,
     gain: f64,

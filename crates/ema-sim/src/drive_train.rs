@@ -5,9 +5,13 @@
 //! θ_u  = clamp(θ_u, θ_m/i_g − b/2, θ_m/i_g + b/2)
 //! ```
 //!
-//! The dry friction has the four states of Borello and Dalla Vedova (IJEIT 3(8), 2014): stopped
-//! and staying, stopped and breaking away, moving on, moving and stopping. All are instants of
-//! the solution here, found between steps and not rounded to one.
+//! The dry friction has four states: stopped and staying, stopped and breaking away, moving on,
+//! moving and stopping. All are instants of the solution here, found between steps and not rounded
+//! to one.
+//!
+//! # Source
+//!
+//! Borello and Dalla Vedova, IJEIT 3(8), 2014; see `docs/models/transmission.md`.
 
 use crate::{
     fault::PhysicalFaults,
@@ -61,7 +65,7 @@ pub(crate) struct Torques {
     pub(crate) friction_n_m: f64,
     /// The load's own.
     pub(crate) load_n_m: f64,
-    /// What the gear adds to the load.
+    /// Loss of the gear under the load.
     pub(crate) gear_n_m: f64,
 }
 
@@ -74,7 +78,7 @@ pub(crate) struct FrictionState {
     pub(crate) against_n_m: f64,
 }
 
-/// What a drive train is made of.
+/// Parts that a drive train is made of.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts {
     pub(crate) inertia_kg_m2: f64,
@@ -105,9 +109,9 @@ pub(crate) struct DriveTrain {
     pub(crate) viscous_n_m_s_per_rad: f64,
     /// `1/(m·J)`, for coefficient m = 1 to 4.
     per_inertia: [f64; 4],
-    /// What rubs and pushes besides load and viscous drag.
+    /// Friction and torque besides load and viscous drag.
     friction: FrictionState,
-    /// The same without effects.
+    /// Friction and torque without effects.
     nominal: FrictionState,
     efficiency_ratio: f64,
     per_gear_ratio: f64,
@@ -143,7 +147,7 @@ impl DriveTrain {
         &self,
         turn: &Series,
         to_rad: f64,
-        sector_rad: (f64, f64),
+        sector_rad: [f64; 2],
         span_s: f64,
     ) -> impl Iterator<Item = (Crossing, f64)> {
         let passed = |(low, high): (f64, f64)| {
@@ -156,7 +160,8 @@ impl DriveTrain {
             }
         };
         let when_s = |angle_rad: f64| reach(turn, angle_rad - self.angle_rad, span_s);
-        let sector = passed(sector_rad).map(|(step, at)| (Crossing::Sector(step), when_s(at)));
+        let sector =
+            passed(sector_rad.into()).map(|(step, at)| (Crossing::Sector(step), when_s(at)));
         let bound = passed(self.bounds_rad()).map(|(_, at)| (Crossing::Bound, when_s(at)));
         sector.into_iter().chain(bound)
     }
@@ -248,7 +253,7 @@ impl DriveTrain {
         [self.nominal.kinetic_n_m[1], self.nominal.static_n_m[1]]
     }
 
-    /// What rubs and pushes without effects.
+    /// Friction and torque without effects.
     pub(crate) fn nominal_friction(&self) -> FrictionState {
         self.nominal
     }

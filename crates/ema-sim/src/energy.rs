@@ -19,6 +19,11 @@ use crate::{
 ///
 /// Every term is integrated from its own power; [`residual_j`](Self::residual_j) is what the
 /// equation lacks, a measure of the simulation's error.
+///
+/// # Source
+///
+/// First law of thermodynamics for the equations of `docs/models/motor.md` and
+/// `docs/models/transmission.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyLedger {
     /// Given by the legs of the phases A, B, C while they switch, `∫v_j·i_j`.
@@ -109,8 +114,8 @@ impl EnergyProbe {
             let resistance_ohm = self.resistance_ohm[phase] * circuit.warmth_ratio;
             ledger.copper_j[phase] += for_s * resistance_ohm * current_a * current_a;
         }
-        ledger.supply_j[at.positive] += for_s * circuit.legs_v.0 * positive_a;
-        ledger.supply_j[at.negative] += for_s * circuit.legs_v.1 * negative_a;
+        ledger.supply_j[at.positive] += for_s * circuit.legs.positive_v * positive_a;
+        ledger.supply_j[at.negative] += for_s * circuit.legs.negative_v * negative_a;
         if circuit.connected {
             ledger.supply_j[at.idle] += for_s * circuit.idle_v * idle_a;
         } else {

@@ -4,75 +4,46 @@
 //! standstill and breakaway, the play closing and the end stops. Between events the winding and
 //! the shaft follow a Taylor series (`winding`).
 
+mod comparators;
 mod dead_time;
 mod elastic;
 mod electric;
+mod event;
 mod three_legs;
 
 use elastic::Flank;
+use event::Event;
 
 use crate::{
     controller::Measured,
-    drive_train::{Crossing, Direction, DriveTrain, START_RAD},
+    drive_train::{Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
         part::{MachineNumbers, delay::HeldReference},
     },
+    event_limit::EventLimit,
     extension::{Extension, Instant, MotorState},
     fault::PhysicalFaults,
     load::LoadRun,
     params::{Actuator, BackEmfShape},
-    patience::Patience,
     phase::{PerPhase, Sector},
     probe::{Circuit, Probe},
     scenario::Scenario,
-    series::{Series, less, reach, root, value},
+    series::value,
     speed_guard::SpeedGuard,
     trace::HighFidelityTrace,
     waveform::Corners,
-    winding::{AirGap, Coupling, CubicTerms, RotorAngle, SectorWinding, Segment, Shaft, Winding},
+    winding::{
+        AirGap, Coupling, CubicTerms, LegVolts, LoopVolts, RotorAngle, RotorFrame, SectorWinding,
+        Segment, SegmentStart, Shaft, Winding,
+    },
 };
 
 /// Events in a hold of the legs beyond which they are put off; in ordinary motion there are a
 /// handful.
 const MOST_IN_A_HOLD: u32 = 1 << 10;
-/// The same for a tick of comparators, which switch as often as their band asks for.
-const MOST_IN_A_TICK: u32 = 1 << 14;
-
 /// Turn after which the air gap's series is centred anew, should a tick bring more.
 const GAP_REACH_RAD: f64 = 0.05;
-
-/// What ends a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Event {
-    /// The legs switch, or the segment is as long as it may be.
-    Switching,
-    /// The shaft comes to zero speed.
-    Standstill,
-    /// The shaft at rest breaks away.
-    Breakaway(Direction),
-    /// The rotor reaches the end of its sector.
-    Sector(i64),
-    /// The play closes, or a stop is met.
-    Bound,
-    /// The back-EMF of a phase comes to a corner within the sector.
-    Corner(i64),
-    /// A flank of the play before an elastic shaft takes hold or lets go.
-    Flank(Flank),
-    /// The idle phase's current ends.
-    FreewheelEnd,
-    /// The current of a phase leaves its comparator's band.
-    Comparator(usize),
-}
-
-impl From<Crossing> for Event {
-    fn from(crossing: Crossing) -> Self {
-        match crossing {
-            Crossing::Sector(step) => Self::Sector(step),
-            Crossing::Bound => Self::Bound,
-        }
-    }
-}
 
 /// State of a run.
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own, read in a hot loop")]
@@ -97,7 +68,8 @@ pub(crate) struct Run<P> {
     electrical: RotorAngle,
     sector: Sector,
     at: SectorWinding,
-    /// Whether the negative phase goes on from the sector before, the positive one into the next.
+    /// True where the negative phase goes on from the sector before, the positive one into the
+    /// next.
     begins_with_negative: bool,
     /// Motor angles from the start between which the sector lasts.
     sector_rad: (f64, f64),
@@ -110,24 +82,24 @@ pub(crate) struct Run<P> {
     corner_rad: (f64, f64),
     /// Resistance of the winding over that of the cold one.
     warmth_ratio: f64,
-    /// Whether effects make the circuit of a segment depend on its current, or the surface move
+    /// True where effects make the circuit of a segment depend on its current, or the surface move
     /// on its own.
     own_circuit: bool,
     /// Which flank holds the surface, where it moves on its own behind an elastic shaft.
     flank: Option<Flank>,
     gear_ratio: f64,
-    /// What the sensor of the current shows besides it.
+    /// Error of the current's sensor.
     sensor_error_a: f64,
-    /// What the electronics see at the last seam of two carrier periods.
+    /// Sample of the electronics at the last seam of two carrier periods.
     pub(crate) sample: Sample,
-    /// Whether a diode that opened by no more than rounding has just blocked again at once.
+    /// True after a diode that opened by no more than rounding has blocked again at once.
     blocked: bool,
     /// Potentials of the legs while all three are connected.
     legs_v: PerPhase,
-    /// Whether sectors mean nothing: all legs connected, and a back-EMF without corners.
+    /// True where sectors mean nothing: all legs connected, and a back-EMF without corners.
     whole_turn: bool,
     pub(crate) segments: u64,
-    /// Whether the shaft is driven away.
+    /// Guard against a shaft that is driven away.
     pub(crate) guard: SpeedGuard,
     pub(crate) probe: P,
 }
@@ -139,12 +111,12 @@ struct Step {
     /// Sign of the idle phase's current through its diodes, 0 when none conducts.
     diode: f64,
     /// Potentials of the legs of the positive and the negative phase.
-    pair_v: (f64, f64),
+    pair: LegVolts,
     /// Potential of the idle leg while it is connected.
     idle_v: f64,
 }
 
-/// What the electronics sample.
+/// Sample of the electronics.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sample {
     pub(crate) currents_a: PerPhase,
@@ -156,7 +128,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// What of it the cascade sees.
+    /// The part of it that the cascade measures.
     pub(crate) fn measured(&self) -> Measured {
         Measured {
             surface_rad: self.surface_rad,
@@ -164,24 +136,6 @@ impl Sample {
             speed_rad_per_s: self.speed_rad_per_s,
         }
     }
-}
-
-/// Set-point less current of the positive, the negative and the idle phase.
-fn errors_a(reference_a: f64, positive_a: f64, idle_a: f64) -> [f64; 3] {
-    [reference_a - positive_a, positive_a + idle_a - reference_a, -idle_a]
-}
-
-/// Set-point less current of the positive, the negative or the idle phase, over a segment.
-fn error_series(reference_a: f64, segment: &Segment, place: usize) -> Series {
-    core::array::from_fn(|m| {
-        let (positive, idle) = (segment.positive[m], segment.idle[m]);
-        let constant = if m == 0 { reference_a } else { 0.0 };
-        match place {
-            0 => constant - positive,
-            1 => positive + idle - constant,
-            _ => -idle,
-        }
-    })
 }
 
 /// Length of the edges of a carrier period.
@@ -221,7 +175,8 @@ impl<P: Probe> Run<P> {
         actuator: &Actuator,
         scenario: &Scenario,
         faults: &PhysicalFaults,
-        (probe, connected): (P, bool),
+        probe: P,
+        connected: bool,
     ) -> Self {
         let winding = Winding::new(&actuator.motor, faults);
         let train = DriveTrain::new(actuator, faults, scenario);
@@ -318,7 +273,7 @@ impl<P: Probe> Run<P> {
         self.renew();
     }
 
-    /// What the position sensor shows of the sample, once a tick.
+    /// Replaces the sampled position by the one that its sensor shows, once a tick.
     pub(crate) fn show_surface(&mut self) {
         if let Some(extension) = &mut self.extension {
             let motor_rad = self.start_angle_rad + self.sample.angle_rad;
@@ -388,7 +343,7 @@ impl<P: Probe> Run<P> {
 
     /// The first edge of the first carrier period, whose duty is zero.
     pub(crate) fn first_edge(&mut self, period_s: f64) {
-        self.hold(edge_s(0.0, period_s), (-self.half_bus_v, -self.half_bus_v));
+        self.hold(edge_s(0.0, period_s), LegVolts::both(-self.half_bus_v));
     }
 
     /// Centres the air gap's series on the rotor; from time to time with its sines taken afresh,
@@ -457,7 +412,7 @@ impl<P: Probe> Run<P> {
         trace.surface_angle_rad.push(sample.surface_rad);
     }
 
-    /// What the current loop measures: the phase in the middle third of its conduction, which
+    /// Feedback of the current loop: the phase in the middle third of its conduction, which
     /// goes on conducting through the commutation nearest to the rotor.
     ///
     /// The measured phase changes at the middle of a sector, where the idle phase has no
@@ -526,11 +481,12 @@ impl<P: Probe> Run<P> {
     /// ```
     pub(crate) fn carrier_period(&mut self, duty: f64, next_duty: f64, period_s: f64) {
         let (v, u) = (self.half_bus_v, duty.abs());
-        let active = if duty < 0.0 { (-v, v) } else { (v, -v) };
+        let high_v = if duty < 0.0 { -v } else { v };
+        let active = LegVolts { positive_v: high_v, negative_v: -high_v };
         let active_s = 0.5 * u * period_s;
         self.follow_gap();
         self.hold(active_s, active);
-        self.hold(0.5 * (1.0 - u) * period_s, (v, v));
+        self.hold(0.5 * (1.0 - u) * period_s, LegVolts::both(v));
         self.hold(active_s, active);
         self.hold_over_seam(edge_s(duty, period_s), edge_s(next_duty, period_s));
     }
@@ -539,10 +495,10 @@ impl<P: Probe> Run<P> {
     ///
     /// Mostly one segment covers both; where something happens in it, it is cut at the seam.
     fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
-        let (span_s, legs_v) = (before_s + after_s, (-self.half_bus_v, -self.half_bus_v));
+        let (span_s, legs) = (before_s + after_s, LegVolts::both(-self.half_bus_v));
         // with effects the sample is taken between two segments
         if span_s <= self.longest_s && self.extension.is_none() {
-            let (step, end) = self.solve::<false>(span_s, legs_v);
+            let (step, end) = self.solve::<false>(span_s, legs);
             if !self.interrupted::<false>(&step, &end, span_s) {
                 let seam = End::of(&step.segment, before_s);
                 self.sample = self.sample_at(&seam);
@@ -551,38 +507,39 @@ impl<P: Probe> Run<P> {
                 return;
             }
         }
-        self.hold(before_s, legs_v);
+        self.hold(before_s, legs);
         self.sample = self.sample_now();
-        self.hold(after_s, legs_v);
+        self.hold(after_s, legs);
     }
 
     /// Holds the legs of the positive and the negative phase at their potentials for a time.
-    fn hold(&mut self, span_s: f64, legs_v: (f64, f64)) {
+    fn hold(&mut self, span_s: f64, legs: LegVolts) {
         if self.own_circuit {
-            self.hold_own(span_s, legs_v);
+            self.hold_own(span_s, legs);
         } else {
-            self.hold_as::<false>(span_s, legs_v);
+            self.hold_as::<false>(span_s, legs);
         }
     }
 
     #[cold]
-    fn hold_own(&mut self, span_s: f64, legs_v: (f64, f64)) {
-        self.hold_as::<true>(span_s, legs_v);
+    fn hold_own(&mut self, span_s: f64, legs: LegVolts) {
+        self.hold_as::<true>(span_s, legs);
     }
 
-    /// The same; `OWN` where effects make the circuit depend on its current or free the surface.
+    /// Holds the legs; `OWN` where effects make the circuit depend on its current or free the
+    /// surface.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
-    fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs_v: (f64, f64)) {
-        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
+    fn hold_as<const OWN: bool>(&mut self, span_s: f64, legs: LegVolts) {
+        let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
             let span_s = self.take_effects_in(left_s.min(self.longest_s));
             let from = self.mark();
-            let (step, mut end) = self.solve::<OWN>(span_s, legs_v);
+            let (step, mut end) = self.solve::<OWN>(span_s, legs);
             if self.interrupted::<OWN>(&step, &end, span_s) {
                 let (event, at_s) = self.first_event(&step, &end, span_s);
                 self.blocked = event == Event::FreewheelEnd && at_s <= 0.0;
-                let at_s = patience.put_off(at_s, span_s);
+                let at_s = event_limit.put_off(at_s, span_s);
                 end = End::of(&step.segment, at_s);
                 self.observe::<OWN>(&step, at_s);
                 self.commit(&end);
@@ -602,16 +559,16 @@ impl<P: Probe> Run<P> {
     /// The solution from now, and the state that it reaches after a span if nothing happens.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve<const OWN: bool>(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+    fn solve<const OWN: bool>(&self, span_s: f64, legs: LegVolts) -> (Step, End) {
         if OWN {
-            return self.solve_own_circuit(span_s, legs_v);
+            return self.solve_own_circuit(span_s, legs);
         }
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
         let coupling = self.coupling(start_rad + angle_rad, self.along(angle_rad));
-        self.solve_with(coupling, self.half_bus_v, span_s, legs_v)
+        self.solve_with(coupling, self.half_bus_v, span_s, legs)
     }
 
-    /// The same with a given coupling and supply.
+    /// The solution from now with a given coupling and supply.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
     fn solve_with(
@@ -619,28 +576,26 @@ impl<P: Probe> Run<P> {
         coupling: Coupling,
         half_bus_v: f64,
         span_s: f64,
-        legs_v: (f64, f64),
+        legs: LegVolts,
     ) -> (Step, End) {
-        let diode = self.diode(&coupling, half_bus_v, legs_v);
-        let speed = self.train.speed_rad_per_s;
+        let diode = self.diode(&coupling, half_bus_v, legs);
+        let start = self.segment_start();
         let segment = if diode == 0.0 {
-            let state = (self.positive_a, speed);
-            Segment::pair(&self.at, &self.shaft, &coupling, legs_v.0 - legs_v.1, state)
+            Segment::pair(&self.at, &self.shaft, &coupling, legs.pair_v(), start)
         } else {
             let idle_v = -diode * half_bus_v;
-            let loops_v = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
-            let state = (self.positive_a, self.idle_a, speed);
-            Segment::three(&self.at, &self.shaft, &coupling, loops_v, state)
+            let loops = LoopVolts { pair_v: legs.pair_v(), idle_v: idle_v - legs.negative_v };
+            Segment::three(&self.at, &self.shaft, &coupling, loops, start)
         };
         let end = End::of(&segment, span_s);
-        (Step { segment, coupling, diode, pair_v: legs_v, idle_v: -diode * half_bus_v }, end)
+        (Step { segment, coupling, diode, pair: legs, idle_v: -diode * half_bus_v }, end)
     }
 
     #[inline]
     fn observe<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
-        let Step { pair_v, idle_v, .. } = *step;
+        let Step { pair, idle_v, .. } = *step;
         let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
-        let circuit = Circuit { legs_v: pair_v, idle_v, connected: false, at, warmth_ratio };
+        let circuit = Circuit { legs: pair, idle_v, connected: false, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
         if OWN {
@@ -650,69 +605,13 @@ impl<P: Probe> Run<P> {
 
     #[inline]
     fn observe_connected<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
-        let Step { pair_v, idle_v, .. } = *step;
+        let Step { pair, idle_v, .. } = *step;
         let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
-        let circuit = Circuit { legs_v: pair_v, idle_v, connected: true, at, warmth_ratio };
+        let circuit = Circuit { legs: pair, idle_v, connected: true, at, warmth_ratio };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
         if OWN {
             self.move_surface(step, span_s);
-        }
-    }
-
-    /// One tick under hysteresis control: every leg by its comparator.
-    pub(crate) fn comparators(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
-        if self.own_circuit {
-            self.comparators_as::<true>(reference_a, half_band_a, span_s);
-        } else {
-            self.comparators_as::<false>(reference_a, half_band_a, span_s);
-        }
-    }
-
-    fn comparators_as<const OWN: bool>(&mut self, reference_a: f64, half_band_a: f64, span_s: f64) {
-        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
-        while left_s > 0.0 {
-            let off_a = errors_a(reference_a, self.positive_a, self.idle_a);
-            let phases = [self.at.positive, self.at.negative, self.at.idle];
-            for (error_a, phase) in off_a.into_iter().zip(phases) {
-                if error_a.abs() > half_band_a {
-                    self.legs_v[phase] = self.half_bus_v.copysign(error_a);
-                }
-            }
-            let span_s = self.take_effects_in(left_s.min(self.longest_s));
-            let from = self.mark();
-            let step = self.solve_connected::<OWN>(span_s);
-            let mut end = End::of(&step.segment, span_s);
-            let (mut event, mut at_s) = (Event::Switching, span_s);
-            if self.interrupted::<OWN>(&step, &end, span_s) {
-                (event, at_s) = self.first_event(&step, &end, span_s);
-            }
-            let ends_a = errors_a(
-                reference_a,
-                value(&step.segment.positive, at_s),
-                value(&step.segment.idle, at_s),
-            );
-            for (place, phase) in phases.into_iter().enumerate() {
-                let sign = self.legs_v[phase].signum();
-                if ends_a[place] * sign < -half_band_a {
-                    let error = error_series(reference_a, &step.segment, place);
-                    let when_s = root(&less(&error, -sign * half_band_a), at_s);
-                    if when_s < at_s {
-                        (event, at_s) = (Event::Comparator(phase), when_s);
-                    }
-                }
-            }
-            if at_s < span_s {
-                at_s = patience.put_off(at_s, span_s);
-                end = End::of(&step.segment, at_s);
-            }
-            self.observe_connected::<OWN>(&step, at_s);
-            self.commit(&end);
-            self.advance_effects(at_s, &from);
-            if event != Event::Switching {
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
-            }
-            left_s -= at_s;
         }
     }
 
@@ -734,7 +633,7 @@ impl<P: Probe> Run<P> {
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
         let motor_rad = start_rad + angle_rad;
         if self.whole_turn {
-            let rotor = (&self.gap, &self.electrical);
+            let rotor = self.rotor_frame();
             let (coupling, cubic) = self.winding.smooth_coupling(&self.at, rotor, motor_rad);
             (coupling, Some(cubic))
         } else {
@@ -753,19 +652,34 @@ impl<P: Probe> Run<P> {
     ) -> Step {
         let SectorWinding { positive, negative, idle, .. } = self.at;
         let low_v = legs_v[negative];
-        let loops_v = (legs_v[positive] - low_v, legs_v[idle] - low_v);
-        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
-        let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops_v, state);
+        let loops = LoopVolts { pair_v: legs_v[positive] - low_v, idle_v: legs_v[idle] - low_v };
+        let start = self.segment_start();
+        let mut segment = Segment::three(&self.at, &self.shaft, &coupling, loops, start);
         if let Some(cubic) = cubic {
-            segment.bend(&self.at, &self.shaft, (&coupling, cubic));
+            segment.bend(&self.at, &self.shaft, &coupling, cubic);
         }
-        let pair_v = (legs_v[positive], low_v);
-        Step { segment, coupling, diode: 0.0, pair_v, idle_v: legs_v[idle] }
+        let pair = LegVolts { positive_v: legs_v[positive], negative_v: low_v };
+        Step { segment, coupling, diode: 0.0, pair, idle_v: legs_v[idle] }
+    }
+
+    #[inline]
+    fn rotor_frame(&self) -> RotorFrame<'_> {
+        RotorFrame { gap: &self.gap, electrical: &self.electrical }
+    }
+
+    /// Currents and speed from which the next segment starts.
+    #[inline]
+    fn segment_start(&self) -> SegmentStart {
+        SegmentStart {
+            positive_a: self.positive_a,
+            idle_a: self.idle_a,
+            speed_rad_per_s: self.train.speed_rad_per_s,
+        }
     }
 
     #[inline]
     fn coupling(&self, motor_rad: f64, along: f64) -> Coupling {
-        self.winding.coupling(&self.at, (&self.gap, &self.electrical), motor_rad, along)
+        self.winding.coupling(&self.at, self.rotor_frame(), motor_rad, along)
     }
 
     /// Back-EMF of the pair.
@@ -781,12 +695,12 @@ impl<P: Probe> Run<P> {
     /// A current that flows goes on; without one, a diode begins to conduct where the open
     /// terminal would leave the rails.
     #[inline]
-    fn diode(&self, coupling: &Coupling, half_bus_v: f64, legs_v: (f64, f64)) -> f64 {
+    fn diode(&self, coupling: &Coupling, half_bus_v: f64, legs: LegVolts) -> f64 {
         if self.idle_a != 0.0 {
             return self.idle_a.signum();
         }
         let speed = self.train.speed_rad_per_s;
-        let open_v = coupling.open_terminal_v(&self.at, legs_v, self.positive_a, speed);
+        let open_v = coupling.open_terminal_v(&self.at, legs, self.positive_a, speed);
         let beyond = if open_v > half_bus_v {
             -1.0
         } else if open_v < -half_bus_v {
@@ -795,89 +709,6 @@ impl<P: Probe> Run<P> {
             return 0.0;
         };
         if self.blocked { 0.0 } else { beyond }
-    }
-
-    /// Whether anything happens before the end of a span.
-    #[inline]
-    fn interrupted<const OWN: bool>(&self, step: &Step, end: &End, span_s: f64) -> bool {
-        let freewheel_ends = end.idle_a * step.diode < 0.0;
-        let shaft_changes = if self.train.direction == Direction::Stuck {
-            let (backward, forward) = self.train.breakaway_n_m();
-            let torque = step.coupling.torque_at_rest(&step.segment);
-            if OWN {
-                let [to_back, to_forth] = self.less_spring(&torque, &step.segment);
-                value(&to_forth, span_s) > forward || value(&to_back, span_s) < backward
-            } else {
-                let torque = value(&torque, span_s);
-                torque > forward || torque < backward
-            }
-        } else {
-            let to_rad = self.train.angle_rad + end.turn_rad;
-            end.speed_rad_per_s * self.train.direction.sign() <= 0.0
-                || to_rad > self.window_rad.1
-                || to_rad < self.window_rad.0
-        };
-        let flank_changes = OWN && self.flank_event(&step.segment, span_s).is_some();
-        freewheel_ends || shaft_changes || flank_changes
-    }
-
-    /// The first event within a span, and when.
-    #[cold]
-    fn first_event(&self, step: &Step, end: &End, span_s: f64) -> (Event, f64) {
-        let segment = &step.segment;
-        let mut first = (Event::Switching, span_s);
-        let mut offer = |event, at_s: f64| {
-            if at_s < first.1 {
-                first = (event, at_s);
-            }
-        };
-        if end.idle_a * step.diode < 0.0 {
-            offer(Event::FreewheelEnd, root(&segment.idle, span_s));
-        }
-        if self.flank.is_some()
-            && let Some((event, at_s)) = self.flank_event(segment, span_s)
-        {
-            offer(event, at_s);
-        }
-        if self.train.direction == Direction::Stuck {
-            let (backward, forward) = self.train.breakaway_n_m();
-            let torque = step.coupling.torque_at_rest(segment);
-            let [to_back, to_forth] =
-                if self.flank.is_some() { self.less_spring(&torque, segment) } else { [torque; 2] };
-            if value(&to_forth, span_s) > forward {
-                // without dry friction the start itself may be the instant
-                let beyond = less(&to_forth, forward);
-                let at_s = if beyond[0] >= 0.0 { 0.0 } else { root(&beyond, span_s) };
-                offer(Event::Breakaway(Direction::Forward), at_s);
-            } else if value(&to_back, span_s) < backward {
-                let beyond = less(&to_back, backward);
-                let at_s = if beyond[0] <= 0.0 { 0.0 } else { root(&beyond, span_s) };
-                offer(Event::Breakaway(Direction::Backward), at_s);
-            }
-            return first;
-        }
-        if end.speed_rad_per_s * self.train.direction.sign() <= 0.0 {
-            offer(Event::Standstill, root(&segment.speed, span_s));
-        }
-        let to_rad = self.train.angle_rad + end.turn_rad;
-        for (crossing, at_s) in self.train.crossings(&segment.turn, to_rad, self.sector_rad, span_s)
-        {
-            offer(crossing.into(), at_s);
-        }
-        if self.corners.is_some() {
-            let (step, by_rad) = if to_rad > self.corner_rad.1 {
-                (1, self.corner_rad.1 - self.train.angle_rad)
-            } else {
-                (-1, self.corner_rad.0 - self.train.angle_rad)
-            };
-            if to_rad > self.corner_rad.1 || to_rad < self.corner_rad.0 {
-                // where a sector has just ended at the corner, rounding may have passed it
-                let ahead = by_rad * step as f64 > 0.0;
-                let at_s = if ahead { reach(&segment.turn, by_rad, span_s) } else { 0.0 };
-                offer(Event::Corner(step), at_s);
-            }
-        }
-        first
     }
 
     /// Moves the state to the end of a segment.
@@ -889,43 +720,6 @@ impl<P: Probe> Run<P> {
             self.train.speed_rad_per_s = end.speed_rad_per_s;
             self.train.angle_rad += end.turn_rad;
         }
-    }
-
-    fn handle(&mut self, event: Event, torque_n_m: f64) {
-        if self.extension.is_some() && matches!(event, Event::Standstill | Event::Bound) {
-            // at rest friction and torques are others than on the way there
-            let moving = event == Event::Bound;
-            let speed = if moving { self.train.speed_rad_per_s } else { 0.0 };
-            self.take_effects(0.0, Some(speed));
-        }
-        match event {
-            Event::Switching => {}
-            Event::Standstill => self.train.stand_still(torque_n_m),
-            Event::Breakaway(direction) => self.train.break_away(direction),
-            Event::Sector(step) => {
-                self.train.angle_rad = if step > 0 { self.sector_rad.1 } else { self.sector_rad.0 };
-                self.enter(self.sector.shifted(step));
-            }
-            Event::Corner(step) => {
-                let at_rad = if step > 0 { self.corner_rad.1 } else { self.corner_rad.0 };
-                let bound = self.train.bounds_rad();
-                let (low, high) = (self.sector_rad.0.max(bound.0), self.sector_rad.1.min(bound.1));
-                self.train.angle_rad = at_rad.clamp(low, high);
-                self.turn_corner(step);
-            }
-            Event::Bound => {
-                let (low, high) = self.train.bounds_rad();
-                let forward = self.train.direction == Direction::Forward;
-                self.train.angle_rad = if forward { high } else { low };
-                let before_j = self.train.kinetic_j();
-                self.train.reach_bound(torque_n_m);
-                self.probe.impact(before_j - self.train.kinetic_j());
-            }
-            Event::Flank(flank) => self.change_flank(flank),
-            Event::FreewheelEnd => self.idle_a = 0.0,
-            Event::Comparator(phase) => self.legs_v[phase] = -self.legs_v[phase],
-        }
-        self.renew();
     }
 }
 

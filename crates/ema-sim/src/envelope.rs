@@ -73,6 +73,10 @@ fn quadrature_a(i: &PerPhase, theta_e: f64) -> f64 {
 /// ```
 ///
 /// Both stages start at zero.
+///
+/// # Source
+///
+/// Ramp-invariant discretisation of a first-order low-pass; see `docs/models/envelope.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvelopeFilter {
     /// Corner of each stage, `f_c`.
@@ -122,7 +126,14 @@ impl EnvelopeFilter {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of a mean over three phases, A.
+    const MEAN_A: f64 = 1e-14;
+    /// Rounding of a current read off its phase, A.
+    const PHASE_A: f64 = 1e-15;
 
     /// Rounding of a few hundred steps of the recursion.
     const FILTER_REL: f64 = 1e-12;
@@ -136,7 +147,7 @@ mod tests {
             let ramp: Vec<f64> = (0..(rate_hz as usize)).map(|n| n as f64 / rate_hz).collect();
             let out = filter.apply(&ramp, rate_hz);
             let end = 0.999;
-            assert!((out[999] - (end - 2.0 * tau)).abs() < FILTER_REL, "{}", out[999]);
+            assert_abs_diff_eq!(out[999], (end - 2.0 * tau), epsilon = FILTER_REL);
         }
     }
 
@@ -153,7 +164,7 @@ mod tests {
             [Envelope::HalfAbsSum, Envelope::SignedProjection, Envelope::ConductingPhase]
         {
             for i in envelope.of_phases(views, &angle) {
-                assert!((i - current).abs() < 1e-15, "{envelope:?}");
+                assert_abs_diff_eq!(i, current, epsilon = PHASE_A);
             }
         }
     }
@@ -166,7 +177,7 @@ mod tests {
         };
         let phases = [channel(0), channel(1), channel(2)];
         for i in Envelope::QAxis.of_phases([&phases[0], &phases[1], &phases[2]], &angle) {
-            assert!((i - 2.0).abs() < 1e-14);
+            assert_abs_diff_eq!(i, 2.0, epsilon = MEAN_A);
         }
     }
 }

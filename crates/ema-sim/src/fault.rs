@@ -48,7 +48,7 @@ impl FaultId {
         ["k1", "k2", "k3", "k4", "k5", "k6", "k7"][self.index()]
     }
 
-    /// What an engineer calls it.
+    /// An engineer's name for it.
     pub fn name(self) -> &'static str {
         [
             "friction",
@@ -144,7 +144,7 @@ impl HealthState {
         Ok(state)
     }
 
-    /// The same health with one level replaced.
+    /// The health with one level replaced.
     #[must_use]
     pub fn with(mut self, fault: FaultId, level: FaultLevel) -> Self {
         self.0[fault.index()] = level;
@@ -212,7 +212,7 @@ impl FaultCoordinates {
     }
 }
 
-/// What the faults do to the machine.
+/// Physical changes of the machine under its faults.
 ///
 /// ```text
 /// friction   F·(1 + 2·k1)          backlash   b·(1 + 99·k2)
@@ -267,7 +267,12 @@ impl From<&HealthState> for PhysicalFaults {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of a circle's coordinates.
+    const ROUNDING: f64 = 1e-14;
 
     #[test]
     fn published_table_1_end_points() {
@@ -286,7 +291,7 @@ mod tests {
         let k = [0.01, 0.02, 0.03, 0.04, 0.05, 0.03, 0.9];
         let back = HealthState::new(k).unwrap().coordinates().levels();
         for (a, b) in k.iter().zip(back) {
-            assert!((a - b).abs() < 1e-14, "{a} {b}");
+            assert_abs_diff_eq!(*a, b, epsilon = ROUNDING);
         }
     }
 

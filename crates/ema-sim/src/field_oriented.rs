@@ -10,6 +10,11 @@
 //! Amplitudes are those of the phases; `e_j = k_p·ω·sin(θ_e − δ_j)`, so that the torque of a
 //! healthy machine is `1.5·k_p·i_q`. Sampled once a carrier period, acting in the next, without
 //! decoupling of the axes and without an advance of the angle for the delay.
+//!
+//! # Source
+//!
+//! Park's transformation with constant amplitudes; gains that cancel the winding's pole; see
+//! `docs/models/inverter.md`.
 
 use crate::{
     current_loop::CURRENT_NOISE_STREAM, noise::NoiseSource, params::Actuator, phase::PerPhase,
@@ -29,7 +34,8 @@ pub(crate) struct PhaseAngles {
 impl PhaseAngles {
     /// At an electrical angle.
     pub(crate) fn of(electrical_rad: f64) -> Self {
-        Self::from_sines(libm::sincos(electrical_rad))
+        let (sin, cos) = libm::sincos(electrical_rad);
+        Self::from_sines(sin, cos)
     }
 
     /// At an electrical angle near a known one, good to 1e-10; afresh where it is not near.
@@ -41,11 +47,11 @@ impl PhaseAngles {
         }
         let mut rotor = *known;
         rotor.turn(turn_rad);
-        Self::from_sines((rotor.sin, rotor.cos))
+        Self::from_sines(rotor.sin, rotor.cos)
     }
 
     #[inline]
-    fn from_sines((s, c): (f64, f64)) -> Self {
+    fn from_sines(s: f64, c: f64) -> Self {
         let (half_s, half_c) = (-0.5 * s, -0.5 * c);
         let (across_s, across_c) = (HALF_ROOT_3 * s, HALF_ROOT_3 * c);
         Self {
@@ -61,7 +67,7 @@ impl PhaseAngles {
     }
 
     /// A quantity in the rotor's axes as one of the phases.
-    pub(crate) fn phases_of(&self, (d, q): (f64, f64)) -> PerPhase {
+    pub(crate) fn phases_of(&self, d: f64, q: f64) -> PerPhase {
         core::array::from_fn(|j| q * self.sin[j] - d * self.cos[j])
     }
 }
@@ -123,11 +129,11 @@ impl FieldOriented {
         } else {
             share = 1.0 / size_v;
         }
-        let next = angles.phases_of((share * wanted_v.0, share * wanted_v.1));
+        let next = angles.phases_of(share * wanted_v.0, share * wanted_v.1);
         core::mem::replace(&mut self.pending, next.map(|u| u.clamp(-1.0, 1.0)))
     }
 
-    /// What the sensors of the phases A and B show; C follows from the star.
+    /// Readings of the sensors of the phases A and B; C follows from the star.
     fn measured_a(&mut self, currents_a: &PerPhase) -> PerPhase {
         if self.noise_half_width_a == 0.0 {
             return *currents_a;
@@ -143,7 +149,14 @@ impl FieldOriented {
 mod tests {
     use core::f64::consts::TAU;
 
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of sines and their sums.
+    const ROUNDING: f64 = 1e-14;
+    /// Error of the rotation to a near angle.
+    const NEAR: f64 = 1e-10;
 
     #[test]
     fn the_axes_are_the_phases_turned() {
@@ -152,16 +165,17 @@ mod tests {
             let angles = PhaseAngles::of(theta_e);
             for j in 0..3 {
                 let x = theta_e - TAU / 3.0 * j as f64;
-                assert!((angles.sin[j] - x.sin()).abs() < 1e-14, "{theta_e} {j}");
-                assert!((angles.cos[j] - x.cos()).abs() < 1e-14, "{theta_e} {j}");
+                assert_abs_diff_eq!(angles.sin[j], x.sin(), epsilon = ROUNDING);
+                assert_abs_diff_eq!(angles.cos[j], x.cos(), epsilon = ROUNDING);
             }
             let near = PhaseAngles::near(&RotorAngle::new(theta_e - 0.09), theta_e);
             for j in 0..3 {
-                assert!((angles.sin[j] - near.sin[j]).abs() < 1e-10, "{theta_e} {j}");
-                assert!((angles.cos[j] - near.cos[j]).abs() < 1e-10, "{theta_e} {j}");
+                assert_abs_diff_eq!(angles.sin[j], near.sin[j], epsilon = NEAR);
+                assert_abs_diff_eq!(angles.cos[j], near.cos[j], epsilon = NEAR);
             }
-            let (d, q) = angles.axes_of(&angles.phases_of((-0.3, 1.7)));
-            assert!((d + 0.3).abs() < 1e-14 && (q - 1.7).abs() < 1e-14, "{d} {q}");
+            let (d, q) = angles.axes_of(&angles.phases_of(-0.3, 1.7));
+            assert_abs_diff_eq!(d, -0.3, epsilon = ROUNDING);
+            assert_abs_diff_eq!(q, 1.7, epsilon = ROUNDING);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The high-fidelity model: control electronics, inverter and machine in one test.
 
+use core::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::{
@@ -102,7 +103,7 @@ impl HighFidelity {
         actuator.check()?;
         let longest_s = MOST_PERIODS / actuator.inverter.carrier_hz;
         let least_s = 1.0 / actuator.controller.sample_hz;
-        in_range("scenario.duration-s", scenario.duration_s, (least_s, longest_s))?;
+        in_range("scenario.duration-s", scenario.duration_s, least_s..=longest_s)?;
         let command_rad = scenario.sampled_command(actuator)?;
         Ok(Self {
             actuator: *actuator,
@@ -115,7 +116,7 @@ impl HighFidelity {
         })
     }
 
-    /// The same test on a machine with effects: those on circuit, commutation, sensors and an
+    /// Puts effects into the machine: those on circuit, commutation, sensors and an
     /// elastic shaft in their own places, torques held over each segment (`docs/models/effects.md`).
     ///
     /// # Errors
@@ -160,7 +161,7 @@ impl HighFidelity {
         legs * inverter.bus_voltage_v * inverter.carrier_hz
     }
 
-    /// The same test with a load besides the constant one.
+    /// Puts a load besides the constant one on the surface.
     ///
     /// # Errors
     ///
@@ -171,7 +172,7 @@ impl HighFidelity {
         Ok(self)
     }
 
-    /// The same test with the legs switched another way.
+    /// Switches the legs another way.
     ///
     /// # Errors
     ///
@@ -182,7 +183,7 @@ impl HighFidelity {
         control: CurrentControl,
     ) -> Result<Self, SimulationError> {
         if let CurrentControl::Hysteresis { half_band_a: value } = control {
-            in_range("current-control.half-band-a", value, (1e-3, 1e3))?;
+            in_range("current-control.half-band-a", value, 1e-3..=1e3)?;
         }
         let other = |control, commutation| {
             Err(SimulationError::ControlOfOtherDrive { control, commutation })
@@ -201,7 +202,7 @@ impl HighFidelity {
         Ok(self)
     }
 
-    /// The same test with another seed of the controller's noise.
+    /// Takes another seed of the controller's noise.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.scenario.seed = seed;
@@ -291,9 +292,9 @@ impl HighFidelity {
         duties_frac: &[PerPhase],
     ) -> Result<HighFidelityTrace, SimulationError> {
         for duty in duties_frac.as_flattened() {
-            in_range("duties.duty-frac", *duty, (0.0, 1.0))?;
+            in_range("duties.duty-frac", *duty, 0.0..=1.0)?;
         }
-        let mut run = self.start(faults, ((), true));
+        let mut run = self.start(faults, (), true);
         let mut load = LoadRun::new(&self.load, self.scenario.load_n_m);
         let mut trace = empty_trace(&self.actuator, duties_frac.len() / self.periods());
         let period_s = 1.0 / self.actuator.inverter.carrier_hz;
@@ -303,7 +304,7 @@ impl HighFidelity {
             if n == 0 {
                 self.begin(&mut run, &next, period_s);
             } else {
-                self.apply(&mut run, (&now, &next), period_s);
+                self.apply(&mut run, &now, &next, period_s);
             }
             if n % periods == 0 {
                 run.centre_gap((n / periods) % REFRESH_TICKS == 0);
@@ -323,7 +324,7 @@ impl HighFidelity {
     /// Runs the test with a probe on every segment.
     fn observed<P: Probe>(&self, faults: &PhysicalFaults, probe: P) -> (HighFidelityTrace, P) {
         let connected = self.actuator.inverter.commutation == Commutation::FieldOriented;
-        let mut run = self.start(faults, (probe, connected));
+        let mut run = self.start(faults, probe, connected);
         let mut trace = empty_trace(&self.actuator, self.command_rad.len());
         match (self.actuator.inverter.commutation, self.control) {
             (Commutation::FieldOriented, _) => self.field_oriented(&mut run, &mut trace),
@@ -359,7 +360,7 @@ impl HighFidelity {
                 if dead_s == 0.0 {
                     run.carrier_period(duty, current_loop.pending_duty, period_s);
                 } else {
-                    run.pair_dead_period(duty, (dead_s, period_s));
+                    run.pair_dead_period(duty, dead_s, period_s);
                 }
                 run.read_sensor(period_s);
             }
@@ -376,12 +377,12 @@ impl HighFidelity {
                 let reference_a = reference_in(period, periods, &references);
                 let motor_rad = self.scenario.start_angle_rad + run.sample.angle_rad;
                 let duties = current_loop.step(reference_a, &run.seen().currents_a, motor_rad);
-                self.apply(run, (&duties, &current_loop.pending), period_s);
+                self.apply(run, &duties, &current_loop.pending, period_s);
             }
         });
     }
 
-    /// What comes before the first period with all legs connected.
+    /// Holds the legs before the first period with all of them connected.
     fn begin<P: Probe>(&self, run: &mut Run<P>, duties: &PerPhase, period_s: f64) {
         let switched = self.control != CurrentControl::Averaged;
         if switched && self.dead_s == 0.0 {
@@ -393,7 +394,8 @@ impl HighFidelity {
     fn apply<P: Probe>(
         &self,
         run: &mut Run<P>,
-        (duties, next_duties): (&PerPhase, &PerPhase),
+        duties: &PerPhase,
+        next_duties: &PerPhase,
         period_s: f64,
     ) {
         let dead_s = self.dead_s;
@@ -402,15 +404,15 @@ impl HighFidelity {
         } else if dead_s == 0.0 {
             run.three_leg_period(duties, next_duties, period_s);
         } else {
-            run.three_leg_dead_period(duties, (dead_s, period_s));
+            run.three_leg_dead_period(duties, dead_s, period_s);
         }
         run.read_sensor(period_s);
     }
 
     /// The machine, with its effects, at the start of the test.
-    fn start<P: Probe>(&self, faults: &PhysicalFaults, drive: (P, bool)) -> Run<P> {
+    fn start<P: Probe>(&self, faults: &PhysicalFaults, probe: P, connected: bool) -> Run<P> {
         let actuator = self.actuator.rescaled(&rescaling(&self.effects));
-        let mut run = Run::new(&actuator, &self.scenario, faults, drive);
+        let mut run = Run::new(&actuator, &self.scenario, faults, probe, connected);
         run.add_effects(&actuator, faults, &self.effects);
         run.guard = SpeedGuard::of_actuator(&actuator, &self.scenario, faults, &self.load);
         run
@@ -463,11 +465,12 @@ impl HighFidelity {
 fn in_range(
     field: &'static str,
     value: f64,
-    (least, most): (f64, f64),
+    bounds: RangeInclusive<f64>,
 ) -> Result<(), SimulationError> {
-    if (least..=most).contains(&value) {
+    if bounds.contains(&value) {
         Ok(())
     } else {
+        let (least, most) = bounds.into_inner();
         Err(SimulationError::Scenario { field, value, least, most })
     }
 }

@@ -1,4 +1,4 @@
-//! What loads the surface: nothing but a constant moment, a recording, or the air.
+//! Loads on the surface: a constant moment alone, a recording, or the air.
 
 use std::sync::Arc;
 
@@ -134,12 +134,12 @@ impl LoadRun {
         Self { load, constant_n_m, told_n_m: None, time_s: 0.0, state: [0.0; 4] }
     }
 
-    /// Whether the load changes at all.
+    /// True for a load that changes at all.
     pub(crate) fn varies(&self) -> bool {
         *self.load != Load::None
     }
 
-    /// Whether the load depends on where the surface is.
+    /// True for a load that depends on where the surface is.
     pub(crate) fn feels_surface(&self) -> bool {
         matches!(*self.load, Load::Aerodynamic(_))
     }
@@ -199,16 +199,23 @@ impl LoadRun {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of an interpolated moment, N·m.
+    const ROUNDING_N_M: f64 = 1e-12;
+    /// Error of a step of the aircraft's motion, over the attack that it makes.
+    const STEP_REL: f64 = 1e-6;
 
     #[test]
     fn a_recorded_load_is_straight_between_samples() {
         let load = Load::Recorded { values_n_m: vec![0.0, 2.0, 1.0], rate_hz: 10.0 };
         let mut run = LoadRun::new(&Arc::new(load), 0.5);
         run.advance(0.0, 0.05);
-        assert!((run.now_n_m(0.0) - 1.5).abs() < 1e-12);
+        assert_abs_diff_eq!(run.now_n_m(0.0), 1.5, epsilon = ROUNDING_N_M);
         run.advance(0.0, 1.0);
-        assert!((run.now_n_m(0.0) - 1.5).abs() < 1e-12);
+        assert_abs_diff_eq!(run.now_n_m(0.0), 1.5, epsilon = ROUNDING_N_M);
     }
 
     /// A held surface brings the short period to rest where A and B say.
@@ -216,15 +223,15 @@ mod tests {
     fn law_the_aircraft_settles_where_its_matrices_say() {
         let mut run = LoadRun::new(&Arc::new(Load::Aerodynamic(HingeMoment::F16)), 0.0);
         let surface_rad = 1e-3;
-        assert!((run.now_n_m(0.0) - 0.5).abs() < 1e-12);
+        assert_abs_diff_eq!(run.now_n_m(0.0), 0.5, epsilon = ROUNDING_N_M);
         // the stiffness alone at first: 0.3·71.7 N·m/rad
-        assert!((run.now_n_m(surface_rad) - 0.5 - 21.51e-3).abs() < 1e-12);
+        assert_abs_diff_eq!(run.now_n_m(surface_rad) - 0.5, 21.51e-3, epsilon = ROUNDING_N_M);
         for _ in 0..300_000 {
             run.advance(surface_rad, 1e-2);
         }
         // x' = 0: q = 0, α = −B₄·δ/A₄₂, δ in degrees
         let attack = -B_PER_DEGREE[3] * surface_rad.to_degrees() / A[3][1];
-        assert!((run.state[1] - attack).abs() < 1e-6 * attack.abs(), "{:?}", run.state);
+        assert_abs_diff_eq!(run.state[1], attack, epsilon = STEP_REL * attack.abs());
         assert!(run.state[3].abs() < 1e-9);
     }
 }

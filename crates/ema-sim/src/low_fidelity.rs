@@ -11,6 +11,10 @@
 //! `2·R_p` and the staircase (`shape_function`). The two shape functions follow from the torque
 //! of the conducting pair; the paper names but does not print its own (`docs/paper-ledger.md`,
 //! eqs 18-19).
+//!
+//! # Source
+//!
+//! FREEDOM paper, eqs 18 and 19; see `docs/models/low-fidelity.md`.
 
 mod batch;
 
@@ -79,7 +83,7 @@ impl LowFidelity {
         })
     }
 
-    /// The same test, with its effects and its load, on another actuator; the sampled command and
+    /// Takes the test, with its effects and its load, to another actuator; the sampled command and
     /// the load are shared.
     ///
     /// # Errors
@@ -96,7 +100,7 @@ impl LowFidelity {
         Self { actuator: *actuator, command_rad, ..self.clone() }.with_effects(&self.effects)
     }
 
-    /// The same test on a machine with effects.
+    /// Puts effects into the machine.
     ///
     /// # Errors
     ///
@@ -109,7 +113,7 @@ impl LowFidelity {
         Ok(self)
     }
 
-    /// The same test with a load besides the constant one.
+    /// Puts a load besides the constant one on the surface.
     ///
     /// # Errors
     ///
@@ -120,7 +124,7 @@ impl LowFidelity {
         Ok(self)
     }
 
-    /// The same test with segments cut to a share of their length, rounded up to whole parts: of
+    /// Cuts segments to a share of their length, rounded up to whole parts: of
     /// the controller's tick, or of what effects are held over (`docs/models/effects.md`). A check
     /// of [`simulate`](Self::simulate), with which it agrees up to the series' error.
     #[must_use]
@@ -178,7 +182,7 @@ impl LowFidelity {
         current_a.resize(self.command_rad.len(), f64::NAN);
     }
 
-    /// What the controller asks for, A, at each tick of the test when its sensors show the
+    /// Set-points of the controller, A, at each tick of the test when its sensors show the
     /// motor and the surface of a trace, simulated or recorded: the loop cut open. Of a trace of
     /// this very test it is the current that the next tick begins with, unless the supply cannot
     /// drive it. A trace that ends before the test is replayed to its end.

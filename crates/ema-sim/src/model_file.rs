@@ -67,18 +67,18 @@ use crate::{
     presets,
 };
 
-/// What a model file describes.
+/// Machine that a model file describes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// What its owner calls the machine.
+    /// The owner's name for the machine.
     pub name: Option<String>,
-    /// Its parameters.
+    /// Parameters of the machine.
     pub actuator: Actuator,
     /// The faults that it can have.
     pub faults: Vec<FaultId>,
-    /// What is known only roughly.
+    /// Numbers that are known only roughly.
     pub tolerance: Vec<Tolerance>,
-    /// What it does besides the base model.
+    /// Effects besides the base model.
     pub effects: Vec<EffectBlock>,
 }
 
@@ -115,7 +115,7 @@ pub enum ModelFileError {
     Syntax {
         /// Where.
         line: usize,
-        /// What the TOML reader says.
+        /// Message of the TOML reader.
         message: String,
     },
     /// A key that no model has.
@@ -135,9 +135,9 @@ pub enum ModelFileError {
         line: usize,
         /// The key, with its block.
         key: String,
-        /// What it needs.
+        /// Value that is needed.
         expected: &'static str,
-        /// What stands there.
+        /// Value that stands there.
         found: String,
     },
     /// Without a base every parameter must be given.
@@ -157,7 +157,7 @@ pub enum ModelFileError {
     UnknownBase {
         /// Where.
         line: usize,
-        /// What stands there.
+        /// Value that stands there.
         base: String,
     },
     /// The file describes an effect that this simulator does not have.
@@ -165,7 +165,7 @@ pub enum ModelFileError {
     UnknownEffect {
         /// Where.
         line: usize,
-        /// Its identifier.
+        /// Identifier of the effect.
         id: String,
     },
     /// An effect that is given no size, and would do nothing.
@@ -200,7 +200,7 @@ pub enum ModelFileError {
     Effect {
         /// Where.
         line: usize,
-        /// What is wrong.
+        /// Reason of the refusal.
         error: EffectError,
     },
     /// The file describes a machine of another kind than is asked for.
@@ -208,7 +208,7 @@ pub enum ModelFileError {
     OtherMachine {
         /// Where.
         line: usize,
-        /// What stands there.
+        /// Value that stands there.
         found: String,
     },
     /// A fault that changes nothing in the machine.
@@ -216,7 +216,7 @@ pub enum ModelFileError {
     Fault {
         /// Where.
         line: usize,
-        /// What is wrong.
+        /// Reason of the refusal.
         error: ParameterError,
     },
     /// A parameter that no machine has.
@@ -427,7 +427,7 @@ const TOP: [&str; 5] = ["base", "kind", "name", "faults", "effect"];
 /// Reads the parts of a file.
 struct Reader<'a> {
     text: &'a str,
-    /// Whether a base fills what is left out.
+    /// True where a base fills what is left out.
     complete: bool,
 }
 
@@ -453,7 +453,7 @@ impl Reader<'_> {
                         self.tolerances(block.get_ref(), inner, &mut model.tolerance)?;
                     }
                 }
-                block => self.block((block, key), value, &mut model.actuator, &mut given)?,
+                _ => self.block(key, value, &mut model.actuator, &mut given)?,
             }
         }
         let needed = Parameter::ALL.iter().filter(|parameter| parameter.default_value().is_none());
@@ -469,11 +469,12 @@ impl Reader<'_> {
 
     fn block(
         &self,
-        (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
+        at: &Spanned<toml::de::DeString<'_>>,
         value: &Spanned<DeValue<'_>>,
         actuator: &mut Actuator,
         given: &mut Vec<&'static str>,
     ) -> Result<(), ModelFileError> {
+        let block = at.get_ref().as_ref();
         if !Parameter::ALL.iter().any(|parameter| split(parameter.key()).0 == block) {
             return Err(self.unknown(block, at));
         }

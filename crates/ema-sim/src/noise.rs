@@ -44,6 +44,8 @@ impl NoiseSource {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
@@ -55,7 +57,7 @@ mod tests {
         let variance = draws.iter().map(|x| x * x).sum::<f64>() / f64::from(n);
         // five standard errors: 1/√n and √(2/n); false failure below 1e-6, and seeded
         assert!(mean.abs() < 5.0 / f64::from(n).sqrt());
-        assert!((variance - 1.0).abs() < 5.0 * (2.0 / f64::from(n)).sqrt());
+        assert_abs_diff_eq!(variance, 1.0, epsilon = 5.0 * (2.0 / f64::from(n)).sqrt());
         assert_ne!(NoiseSource::new(4).normal(), draws[0], "another seed must differ");
     }
 }

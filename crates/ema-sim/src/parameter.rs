@@ -152,13 +152,21 @@ pub(crate) fn within(
     }
 }
 
-/// Requires dry friction, by key and value, that does not fall when the machine stops.
+/// A number of a machine with its key.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Keyed<'a> {
+    pub(crate) key: &'a str,
+    pub(crate) value: f64,
+}
+
+/// Requires dry friction that does not fall when the machine stops.
 pub(crate) fn kinetic_within_static(
-    (kinetic, kinetic_value): (&str, f64),
-    (fixed, fixed_value): (&str, f64),
+    kinetic: Keyed<'_>,
+    fixed: Keyed<'_>,
 ) -> Result<(), ParameterError> {
+    let (kinetic_value, fixed_value) = (kinetic.value, fixed.value);
     if kinetic_value > fixed_value {
-        let (kinetic, fixed) = (kinetic.to_owned(), fixed.to_owned());
+        let (kinetic, fixed) = (kinetic.key.to_owned(), fixed.key.to_owned());
         return Err(ParameterError::KineticAboveStatic {
             kinetic,
             kinetic_value,

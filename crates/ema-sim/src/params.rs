@@ -3,7 +3,7 @@
 use crate::{
     back_emf::BackEmfTable,
     effect::rescaling::Rescaling,
-    parameter::{Parameter, kinetic_within_static, within},
+    parameter::{Keyed, Parameter, kinetic_within_static, within},
     parameter_error::ParameterError,
 };
 
@@ -114,6 +114,11 @@ pub struct Transmission {
 ///
 /// With the encoder on the motor shaft `θ_m/i_g` stands in place of `θ_u`; in speed mode
 /// `ω_ref` is the command's. `e'` is the difference of two ticks over their distance.
+///
+/// # Source
+///
+/// FREEDOM paper, III.A.1, names position and speed loops; form and gains are the project's
+/// choice, see `docs/models/controller.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     /// Rate of the cascade.
@@ -134,7 +139,7 @@ pub struct Controller {
     pub position_sensor: PositionSensor,
 }
 
-/// What the control electronics measure badly.
+/// Errors of the control electronics' sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing {
     /// Step of the position encoder as an angle of the surface; for one on the motor shaft its
@@ -225,8 +230,8 @@ impl Actuator {
         }
         let (m, v, t, c) = (&self.motor, &self.inverter, &self.transmission, &self.controller);
         kinetic_within_static(
-            ("transmission.kinetic-friction-n-m", t.kinetic_friction_n_m),
-            ("transmission.static-friction-n-m", t.static_friction_n_m),
+            Keyed { key: "transmission.kinetic-friction-n-m", value: t.kinetic_friction_n_m },
+            Keyed { key: "transmission.static-friction-n-m", value: t.static_friction_n_m },
         )?;
         // a play as wide as the travel leaves no way to the stop
         within("transmission.backlash-rad", t.backlash_rad, 0.0, t.stop_rad)?;

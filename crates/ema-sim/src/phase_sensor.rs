@@ -15,7 +15,7 @@ impl Converter {
     /// Twelve bits over ±20 A.
     pub const DEFAULT: Self = Self { bits: 12, range_a: 20.0 };
 
-    /// Its step, `2·range/2^bits`.
+    /// Step of the converter, `2·range/2^bits`.
     pub fn step_a(&self) -> f64 {
         2.0 * self.range_a / libm::exp2(f64::from(self.bits))
     }
@@ -71,7 +71,7 @@ impl PhaseSensors {
         within("adc-bits", f64::from(converter.bits), 1.0, 32.0)
     }
 
-    /// What the sensors show of three currents; equal seeds give equal noise.
+    /// Readings of the sensors for three currents; equal seeds give equal noise.
     pub fn measure(&self, phases_a: [&[f64]; 3], seed: u64) -> [Vec<f64>; 3] {
         let mut phase = 0;
         phases_a.map(|currents| {
@@ -97,6 +97,8 @@ impl PhaseSensors {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
@@ -106,7 +108,11 @@ mod tests {
         let [a, ..] = sensors.measure([&quiet, &quiet, &quiet], 3);
         let variance = a.iter().map(|x| x * x).sum::<f64>() / 1e5;
         // five standard errors, √(2/n): false failure below 1e-6, and seeded
-        assert!((variance / sensors.variance_a2() - 1.0).abs() < 5.0 * (2.0f64 / 1e5).sqrt());
+        assert_abs_diff_eq!(
+            variance / sensors.variance_a2(),
+            1.0,
+            epsilon = 5.0 * (2.0f64 / 1e5).sqrt()
+        );
     }
 
     #[test]

@@ -13,11 +13,11 @@ use crate::{
         Effect,
         part::{MachineNumbers, winding::Circuit},
     },
+    event_limit::EventLimit,
     extension::{Extension, Instant, MotorState},
     fault::PhysicalFaults,
     load::{Load, LoadRun},
     params::Actuator,
-    patience::Patience,
     phase::{PerPhase, Sector},
     scenario::Scenario,
     series::{RECIPROCALS, Series, root, value, value_from_zero},
@@ -41,13 +41,13 @@ pub(crate) struct Run {
     winding: Winding,
     /// `2·k_p·F_sc` and `2·R_p·F_sc` for the six sectors.
     sectors: [(f64, f64); 6],
-    /// What stands in place of the six sectors in a field-oriented drive.
+    /// Shape function in place of the six sectors, in a field-oriented drive.
     shape: Option<ShapeFunction>,
     /// Share of healthy turns, for the shape of the back-EMF.
     turns_frac: PerPhase,
     /// Largest voltage of the equivalent machine.
     limit_v: f64,
-    /// Whether the set-point is a voltage on the winding.
+    /// True where the set-point is a voltage on the winding.
     voltage_driven: bool,
     pub(crate) start_angle_rad: f64,
     /// Position of the surface at the start, from which the drive train counts.
@@ -68,11 +68,11 @@ pub(crate) struct Run {
     window_rad: (f64, f64),
     pub(crate) current_a: f64,
     pub(crate) segments: u64,
-    /// Whether the shaft is driven away.
+    /// Guard against a shaft that is driven away.
     pub(crate) guard: SpeedGuard,
 }
 
-/// What ends a segment.
+/// Cause of a segment's end.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Event {
     Tick,
@@ -90,7 +90,7 @@ impl From<Crossing> for Event {
     }
 }
 
-/// What a run takes besides machine, test and faults.
+/// Additions to a run besides machine, test and faults.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Additions<'a> {
     pub(crate) effects: &'a [Effect],
@@ -122,7 +122,8 @@ impl Run {
             Winding::new(&actuator.motor, faults),
             DriveTrain::new(actuator, faults, scenario),
             shape_of_sectors(actuator, faults),
-            (actuator.equivalent_supply_v(), scenario.start_angle_rad),
+            actuator.equivalent_supply_v(),
+            scenario.start_angle_rad,
         );
         run.shape = ShapeFunction::new(actuator, faults);
         run.turns_frac = faults.healthy_turns_frac;
@@ -145,7 +146,7 @@ impl Run {
     ) -> Self {
         let sectors = [(constant, resistance_ohm.unwrap_or(0.0)); 6];
         // without a gear the motor is where the load is
-        let mut run = Self::of(Winding::plain(), train, sectors, (f64::INFINITY, start_position));
+        let mut run = Self::of(Winding::plain(), train, sectors, f64::INFINITY, start_position);
         run.start_position_rad = start_position;
         run.sector_rad = (f64::NEG_INFINITY, f64::INFINITY);
         if resistance_ohm.is_some() {
@@ -159,7 +160,8 @@ impl Run {
         winding: Winding,
         train: DriveTrain,
         sectors: [(f64, f64); 6],
-        (limit_v, start_angle_rad): (f64, f64),
+        limit_v: f64,
+        start_angle_rad: f64,
     ) -> Self {
         Self {
             winding,
@@ -202,7 +204,7 @@ impl Run {
         self.renew();
     }
 
-    /// What has to be done at the start of a tick, before the controller: fresh sines, the load.
+    /// Begins a tick, before the controller acts: fresh sines, the load.
     #[inline]
     pub(crate) fn begin_tick(&mut self, tick: usize, tick_s: f64) {
         if tick.is_multiple_of(REFRESH_TICKS) {
@@ -250,7 +252,7 @@ impl Run {
         }
     }
 
-    /// What the load is behind the motor: backlash and twist.
+    /// Lag of the load behind the motor: backlash and twist.
     pub(crate) fn before_play_rad(&self) -> f64 {
         let load_rad = match &self.extension {
             None => self.train.surface_rad(),
@@ -316,7 +318,7 @@ impl Run {
         }
     }
 
-    /// The same where the six sectors hold.
+    /// Torque over current and resistance where the six sectors hold.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn equivalent_of_sector(&self) -> (LocalQuadratic, f64) {
@@ -369,7 +371,7 @@ impl Run {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn advance_plain<const SHAPED: bool>(&mut self, reference_a: f64, span_s: f64) {
-        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
+        let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let (coupling, resistance_ohm) =
                 if SHAPED { self.equivalent() } else { self.equivalent_of_sector() };
@@ -397,7 +399,7 @@ impl Run {
             } else {
                 f64::INFINITY
             };
-            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling, &mut patience);
+            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling, &mut event_limit);
         }
     }
 
@@ -410,10 +412,10 @@ impl Run {
         for held in extension.delayed(reference) {
             let mut left_s = held.share * span_s;
             let least_s = 1e-9 * span_s;
-            let mut patience = Patience::over(span_s, MOST_IN_A_TICK);
+            let mut event_limit = EventLimit::over(span_s, MOST_IN_A_TICK);
             while left_s > least_s && !self.guard.has_passed() {
                 left_s -=
-                    self.extended_segment(&mut extension, held.value, (left_s, &mut patience));
+                    self.extended_segment(&mut extension, held.value, left_s, &mut event_limit);
             }
         }
         self.extension = Some(extension);
@@ -421,7 +423,7 @@ impl Run {
 
     #[cold]
     fn advance_by_voltage(&mut self, reference_v: f64, span_s: f64) {
-        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_TICK));
+        let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
             let (constant, resistance_ohm) = self.sectors[0];
             let coupling = [constant, 0.0, 0.0];
@@ -438,7 +440,7 @@ impl Run {
             let speed = self.train.speed_rad_per_s;
             let motion =
                 Motion::at_voltage(&self.shaft, &coupling, resistance_ohm, applied_v, speed);
-            left_s -= self.follow(&motion, left_s, &coupling, &mut patience);
+            left_s -= self.follow(&motion, left_s, &coupling, &mut event_limit);
         }
     }
 
@@ -448,7 +450,8 @@ impl Run {
         &mut self,
         extension: &mut Extension,
         reference: f64,
-        (left_s, patience): (f64, &mut Patience),
+        left_s: f64,
+        event_limit: &mut EventLimit,
     ) -> f64 {
         let speed = self.train.speed_rad_per_s;
         let shaped_s = self.longest_s(speed).max(extension.shortest_s());
@@ -456,11 +459,11 @@ impl Run {
         let (plain, resistance_ohm) = self.equivalent();
         let wanted_a =
             if self.voltage_driven { self.current_a } else { extension.regulated_a(reference) };
+        let asked = Asked { reference, wanted_a };
         let coupled = |current_a: f64| {
             let coupling =
                 extension.coupling(plain, current_a, |wave| self.wave_ratio(wave, span_s));
-            let drive =
-                self.driven(extension, (reference, wanted_a), span_s, &coupling, resistance_ohm);
+            let drive = self.driven(extension, asked, span_s, &coupling, resistance_ohm);
             (coupling, drive)
         };
         let (mut coupling, mut drive) = coupled(wanted_a);
@@ -490,7 +493,7 @@ impl Run {
             }
             _ => Motion::at_current(&self.shaft, &coupling, torque_a, speed),
         };
-        let (event, taken_s) = self.glide(&motion, span_s, patience);
+        let (event, taken_s) = self.glide(&motion, span_s, event_limit);
         let to = MotorState::of(&self.train);
         extension.advance(taken_s, from, to, heat_w);
         self.guard.watch(extension.time_s(), to.speed_rad_per_s);
@@ -515,11 +518,12 @@ impl Run {
     fn driven(
         &self,
         extension: &Extension,
-        (reference, wanted_a): (f64, f64),
+        asked: Asked,
         span_s: f64,
         coupling: &LocalQuadratic,
         resistance_ohm: f64,
     ) -> Driven {
+        let Asked { reference, wanted_a } = asked;
         let emf_v = coupling[0] * self.train.speed_rad_per_s;
         let bus_v = self.limit_v;
         let c = extension
@@ -594,9 +598,9 @@ impl Run {
         motion: &Motion,
         span_s: f64,
         coupling: &LocalQuadratic,
-        patience: &mut Patience,
+        event_limit: &mut EventLimit,
     ) -> f64 {
-        let (event, at_s) = self.glide(motion, span_s, patience);
+        let (event, at_s) = self.glide(motion, span_s, event_limit);
         if event != Event::Tick {
             self.handle(event, coupling[0] * self.current_a);
         }
@@ -606,7 +610,12 @@ impl Run {
     /// Moves along a motion to its first event or the end of a span.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn glide(&mut self, motion: &Motion, span_s: f64, patience: &mut Patience) -> (Event, f64) {
+    fn glide(
+        &mut self,
+        motion: &Motion,
+        span_s: f64,
+        event_limit: &mut EventLimit,
+    ) -> (Event, f64) {
         let (mut speed, mut turn_rad) =
             (value(&motion.speed, span_s), value_from_zero(&motion.turn, span_s));
         let (mut event, mut at_s) = (Event::Tick, span_s);
@@ -616,7 +625,7 @@ impl Run {
             || to_rad < self.window_rad.0
         {
             (event, at_s) = self.first_event(motion, span_s, speed, to_rad);
-            at_s = patience.put_off(at_s, span_s);
+            at_s = event_limit.put_off(at_s, span_s);
             (speed, turn_rad) = (value(&motion.speed, at_s), value(&motion.turn, at_s));
         }
         self.train.speed_rad_per_s = speed;
@@ -638,8 +647,8 @@ impl Run {
         if speed * self.train.direction.sign() <= 0.0 {
             offer(Event::Standstill, root(&motion.speed, span_s));
         }
-        for (crossing, at_s) in self.train.crossings(&motion.turn, to_rad, self.sector_rad, span_s)
-        {
+        let sector_rad = self.sector_rad.into();
+        for (crossing, at_s) in self.train.crossings(&motion.turn, to_rad, sector_rad, span_s) {
             offer(crossing.into(), at_s);
         }
         first
@@ -684,6 +693,13 @@ fn shape_of_sectors(actuator: &Actuator, faults: &PhysicalFaults) -> [(f64, f64)
         let share = 0.5 * (turns[sector.positive_phase()] + turns[sector.negative_phase()]);
         (motor.torque_constant_n_m_per_a() * share, 2.0 * motor.resistance_ohm * share)
     })
+}
+
+/// Set-point of a segment, and the current that is wanted for it.
+#[derive(Clone, Copy)]
+struct Asked {
+    reference: f64,
+    wanted_a: f64,
 }
 
 /// How the drive acts in a segment.

@@ -1,19 +1,19 @@
-//! What an observer sees of a run: every segment, exactly as it was solved.
+//! Observers of a run, who see every segment exactly as it was solved.
 
 use crate::{
     drive_train::DriveTrain,
     series::Series,
-    winding::{SectorWinding, Segment},
+    winding::{LegVolts, SectorWinding, Segment},
 };
 
 /// The legs during a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circuit<'a> {
     /// Potentials of the positive and the negative phase's legs.
-    pub(crate) legs_v: (f64, f64),
+    pub(crate) legs: LegVolts,
     /// Potential of the idle phase's leg while a diode of it conducts, or while it is connected.
     pub(crate) idle_v: f64,
-    /// Whether the idle phase's leg is switched as the others are.
+    /// True where the idle phase's leg is switched as the others are.
     pub(crate) connected: bool,
     pub(crate) at: &'a SectorWinding,
     /// Resistance of the winding over that of the cold one.
@@ -28,7 +28,7 @@ pub(crate) struct SurfaceSegment {
     /// Torque of the shaft on the surface.
     pub(crate) torque: Series,
     pub(crate) per_gear_ratio: f64,
-    /// What the gear takes besides that torque, over it.
+    /// Loss of the gear besides that torque, over it.
     pub(crate) gear_loss_ratio: f64,
     pub(crate) load_n_m: f64,
     pub(crate) inertia_kg_m2: f64,

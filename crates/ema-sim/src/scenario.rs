@@ -4,7 +4,7 @@ use libm::{floor, sin};
 
 use crate::{params::Actuator, simulation_error::SimulationError};
 
-/// What the numbers of a [`Command`] are.
+/// Meaning of a [`Command`]'s numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ControlMode {
@@ -92,7 +92,7 @@ impl Command {
     /// The sine of the FREEDOM paper's bench: 0.12 rad, 0.2 Hz.
     pub const SINE: Self = Self::Sine { amplitude_rad: 0.12, frequency_hz: 0.2 };
 
-    /// Its numbers with their bounds.
+    /// Numbers of the command with their bounds.
     fn fields(&self) -> Vec<(&'static str, f64, f64, f64)> {
         let most = 1e6;
         match self {
@@ -196,7 +196,7 @@ fn ramp(knots: &[Knot], time_s: f64) -> f64 {
     }
 }
 
-/// What of the control electronics is imperfect.
+/// Imperfections of the control electronics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Imperfections {
     /// Noise on measured speed and current.
@@ -231,7 +231,7 @@ pub struct InitialState {
 pub struct Scenario {
     /// Set-point of the surface.
     pub command: Command,
-    /// Whether it is an angle or a speed.
+    /// Meaning of the command: an angle or a speed.
     pub mode: ControlMode,
     /// Hinge moment on the surface, positive against positive motion.
     pub load_n_m: f64,
@@ -274,14 +274,14 @@ impl Scenario {
         Self { command: Command::SINE, load_n_m: 0.0, duration_s: 5.0, ..Self::chirp() }
     }
 
-    /// The same test with the rotor turned at the start.
+    /// Turns the rotor at the start.
     #[must_use]
     pub fn turned_to(mut self, start_angle_rad: f64) -> Self {
         self.start_angle_rad = start_angle_rad;
         self
     }
 
-    /// The same test with real electronics and a seed for their noise.
+    /// Takes real electronics, with a seed for their noise.
     #[must_use]
     pub fn with_real_electronics(mut self, seed: u64) -> Self {
         self.imperfections = Imperfections::REAL;

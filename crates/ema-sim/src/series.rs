@@ -76,19 +76,24 @@ pub(crate) fn reach(turn: &Series, by_rad: f64, span: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of a root within a span of one.
+    const ROUNDING: f64 = 1e-15;
 
     #[test]
     fn root_of_a_cubic() {
         // (t − 0.3)·(t + 1)·(t + 2)
         let c = [-0.6, 1.1, 2.7, 1.0, 0.0];
-        assert!((root(&c, 1.0) - 0.3).abs() < 1e-15);
+        assert_abs_diff_eq!(root(&c, 1.0), 0.3, epsilon = ROUNDING);
     }
 
     #[test]
     fn a_zero_at_the_start_does_not_count() {
         // t·(0.25 − t)
         let c = [0.0, 0.25, -1.0, 0.0, 0.0];
-        assert!((root(&c, 1.0) - 0.25).abs() < 1e-15);
+        assert_abs_diff_eq!(root(&c, 1.0), 0.25, epsilon = ROUNDING);
     }
 }

@@ -16,7 +16,7 @@ use crate::{
     extension::rescaling,
     fault::{FaultId, PhysicalFaults},
     load::Load,
-    parameter::kinetic_within_static,
+    parameter::{Keyed, kinetic_within_static},
     parameter_error::ParameterError,
     params::least_inertia,
     plant::{Additions, Run},
@@ -41,7 +41,7 @@ use crate::{
 /// `docs/models/servo-axis.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoAxis {
-    /// Whether it turns or slides: the units of everything below.
+    /// Geometry of the axis: the units of everything below.
     pub geometry: Geometry,
     /// Moving inertia, kg·m², or mass, kg.
     pub inertia: f64,
@@ -55,7 +55,7 @@ pub struct ServoAxis {
     pub offset: f64,
     /// Whole play between motor and load, rad or m.
     pub backlash: f64,
-    /// What the controller's output drives.
+    /// Stage between the controller's output and the motor.
     pub drive: Drive,
     /// Torque or force over the output; for [`Drive::Winding`] over the current, and back-EMF.
     pub force_constant: f64,
@@ -71,7 +71,8 @@ impl ServoAxis {
         self.at_rest(self.force_constant * self.controller.output_limit)
     }
 
-    /// What the controller's output makes at rest: of a winding it is a voltage.
+    /// A multiple of the controller's output at rest, through the resistance where it is a voltage
+    /// on a winding.
     fn at_rest(&self, of_output: f64) -> f64 {
         if self.drive == Drive::Winding { of_output / self.resistance_ohm } else { of_output }
     }
@@ -134,9 +135,11 @@ impl ServoAxis {
                 parameter.check(self)?;
             }
         }
+        let kinetic = &self.key_of("axis.kinetic-friction-{f}");
+        let fixed = &self.key_of("axis.static-friction-{f}");
         kinetic_within_static(
-            (&self.key_of("axis.kinetic-friction-{f}"), self.kinetic_friction),
-            (&self.key_of("axis.static-friction-{f}"), self.static_friction),
+            Keyed { key: kinetic, value: self.kinetic_friction },
+            Keyed { key: fixed, value: self.static_friction },
         )?;
         if self.controller.speed_samples > 1000 {
             let (field, value) = ("controller.speed-samples", self.controller.speed_samples);
@@ -214,7 +217,7 @@ impl ServoAxis {
     }
 }
 
-/// What an axis is given.
+/// Input of an axis.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum AxisInput {
@@ -232,7 +235,7 @@ pub enum AxisInput {
 pub struct AxisStart {
     /// Position of the motor.
     pub position: f64,
-    /// Its speed.
+    /// Speed of the motor.
     pub speed: f64,
     /// Integral part of the controller's output.
     pub output: f64,
@@ -243,7 +246,7 @@ pub struct AxisStart {
 /// A test of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisScenario {
-    /// What it is given.
+    /// Input given.
     pub input: AxisInput,
     /// Load against positive motion.
     pub load: f64,
@@ -259,7 +262,7 @@ pub struct AxisScenario {
 pub struct AxisTrace {
     /// Rate of all channels.
     pub rate_hz: f64,
-    /// What the axis was given.
+    /// Input at each tick.
     pub command: Vec<f64>,
     /// Position as its sensor shows it.
     pub position: Vec<f64>,
@@ -272,7 +275,7 @@ pub struct AxisTrace {
     pub current: Vec<f64>,
     /// Torque or force of the motor before the controller acts.
     pub force: Vec<f64>,
-    /// What it cost: segments between events.
+    /// Cost of the run: segments between events.
     pub segments: u64,
     /// Why the run ended before its test, where it did; its channels are NaN from there on.
     pub runaway: Option<Runaway>,
@@ -406,7 +409,7 @@ impl ServoAxisSimulation {
         Ok(self)
     }
 
-    /// The same test on an axis with effects.
+    /// Puts effects into the axis.
     ///
     /// # Errors
     ///
@@ -417,7 +420,7 @@ impl ServoAxisSimulation {
         Ok(self)
     }
 
-    /// The same test with a load besides the constant one.
+    /// Puts a load besides the constant one on the axis.
     ///
     /// # Errors
     ///
@@ -428,7 +431,7 @@ impl ServoAxisSimulation {
         Ok(self)
     }
 
-    /// The same test with segments cut to a share of their length, rounded up to whole parts: of
+    /// Cuts segments to a share of their length, rounded up to whole parts: of
     /// the controller's tick, or of what effects allow.
     #[must_use]
     pub fn with_finer_segments(mut self, longest_segment_ratio: f64) -> Self {

@@ -2,7 +2,7 @@
 
 use crate::quantisation::quantised;
 
-/// What the controller's output drives.
+/// Stage between the controller's output and the motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Drive {
@@ -34,6 +34,11 @@ pub enum Feedback {
 /// Both integrals rest while `u` is saturated. Gains that are zero leave their part out: P, PI,
 /// PID. Speeds are those of the axis, or the difference of positions `n` samples apart over
 /// their time, as drives that have an encoder alone compute them.
+///
+/// # Source
+///
+/// Cascades of EMPS (Janot, Gautier, Brunot 2019) and of common servo drives; see
+/// `docs/models/servo-axis.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisController {
     /// Rate of the cascade.

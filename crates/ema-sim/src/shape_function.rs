@@ -9,6 +9,10 @@
 //! Another shape `f` than the sine has `Σ N_j·f(x_j)·sin x_j` in place of the torque's `F_sc`.
 //! With sines `F_sc = ½·Σ N_j − ½·Σ N_j·cos 2x_j`, so that it turns twice a pole pair and is
 //! 3/2 in a healthy machine.
+//!
+//! # Source
+//!
+//! Derived here from the equations of `docs/models/motor.md`; see `docs/models/low-fidelity.md`.
 
 use core::f64::consts::TAU;
 
@@ -73,14 +77,15 @@ impl ShapeFunction {
             [self.mean, 0.0, 0.0]
         } else {
             let rate = 2.0 * self.pole_pairs;
-            turns_near((self.mean, self.wave), rate, libm::sincos(rate * motor_rad))
+            let (sin, cos) = libm::sincos(rate * motor_rad);
+            turns_near([self.mean, self.wave.0, self.wave.1], rate, sin, cos)
         };
         let tabulated = self.spline.as_ref().map(|spline| self.tabulated(spline, motor_rad));
         let shape = tabulated.unwrap_or(turns).map(|f| self.back_emf_v_s_per_rad * f);
         (times(&shape, gap), self.resistance_ohm * turns[0])
     }
 
-    /// What of it is numbers, where the shape is a sine.
+    /// Numbers of the function, where the shape is a sine.
     pub(crate) fn wave(&self) -> Option<Wave> {
         self.spline.is_none().then_some(Wave {
             mean: self.mean,
@@ -126,19 +131,29 @@ pub(crate) struct Wave {
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
 pub(crate) fn turns_near(
-    (mean, wave): (f64, (f64, f64)),
+    [mean, of_cos, of_sin]: [f64; 3],
     rate: f64,
-    (sin, cos): (f64, f64),
+    sin: f64,
+    cos: f64,
 ) -> LocalQuadratic {
-    let value = wave.0 * cos + wave.1 * sin;
-    let slope = wave.1 * cos - wave.0 * sin;
+    let value = of_cos * cos + of_sin * sin;
+    let slope = of_sin * cos - of_cos * sin;
     [mean + value, rate * slope, -0.5 * rate * rate * value]
 }
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
     use crate::{HealthState, presets::BENCH};
+
+    /// Rounding of a sum over three phases, N·m/A and Ω.
+    const TORQUE: f64 = 1e-14;
+    const OHM: f64 = 1e-13;
+    /// Error of central differences: h² times the next derivatives, 8³ and 8⁴.
+    const SLOPE: f64 = 1e-6;
+    const BEND: f64 = 1e-5;
 
     #[test]
     fn law_torque_and_heat_of_a_sinusoidal_current() {
@@ -157,14 +172,14 @@ mod tests {
             };
             let (torque, ohm) = shape.near(motor_rad, &[1.0, 0.0, 0.0]);
             let k = BENCH.motor.back_emf_v_s_per_rad;
-            assert!((torque[0] - k * at(motor_rad)).abs() < 1e-14);
-            assert!((ohm - BENCH.motor.resistance_ohm * at(motor_rad)).abs() < 1e-13);
+            assert_abs_diff_eq!(torque[0], k * at(motor_rad), epsilon = TORQUE);
+            assert_abs_diff_eq!(ohm, BENCH.motor.resistance_ohm * at(motor_rad), epsilon = OHM);
             let h = 1e-4;
             let slope = k * (at(motor_rad + h) - at(motor_rad - h)) / (2.0 * h);
             let bend = k * (at(motor_rad + h) - 2.0 * at(motor_rad) + at(motor_rad - h)) / (h * h);
             // central differences miss terms of h² times the next derivatives, 8³ and 8⁴
-            assert!((torque[1] - slope).abs() < 1e-6, "{} {slope}", torque[1]);
-            assert!((2.0 * torque[2] - bend).abs() < 1e-5, "{} {bend}", torque[2]);
+            assert_abs_diff_eq!(torque[1], slope, epsilon = SLOPE);
+            assert_abs_diff_eq!(2.0 * torque[2], bend, epsilon = BEND);
         }
     }
 }

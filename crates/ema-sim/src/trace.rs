@@ -1,4 +1,4 @@
-//! What a simulation returns: channels sampled at the controller's rate.
+//! Results of a simulation: channels sampled at the controller's rate.
 
 use crate::{ended::Ended, envelope::Envelope, phase::PerPhase, runaway::Runaway};
 
@@ -17,7 +17,7 @@ pub struct HighFidelityTrace {
     pub motor_speed_rad_per_s: Vec<f64>,
     /// Angle of the surface.
     pub surface_angle_rad: Vec<f64>,
-    /// What it cost: segments between events.
+    /// Cost of the run: segments between events.
     pub segments: u64,
     /// Why the run ended before its test, where it did; its channels are NaN from there on.
     pub runaway: Option<Runaway>,
@@ -51,7 +51,7 @@ pub struct LowFidelityTrace {
     pub motor_speed_rad_per_s: Vec<f64>,
     /// Angle of the surface.
     pub surface_angle_rad: Vec<f64>,
-    /// What it cost: segments between events.
+    /// Cost of the run: segments between events.
     pub segments: u64,
     /// Why the run ended before its test, where it did; its channels are NaN from there on.
     pub runaway: Option<Runaway>,

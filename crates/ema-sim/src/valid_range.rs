@@ -6,7 +6,7 @@ use crate::{
     trace::{HighFidelityTrace, LowFidelityTrace},
 };
 
-/// What a range is of.
+/// Quantity of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RangeOf {
@@ -22,7 +22,7 @@ impl RangeOf {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Speed, Self::Position, Self::Load];
 
-    /// Its key in the `valid-range` of a model file.
+    /// Key in the `valid-range` of a model file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Speed => "speed",
@@ -31,7 +31,7 @@ impl RangeOf {
         }
     }
 
-    /// Its unit in a machine that turns or slides.
+    /// Unit in a machine that turns or slides.
     pub fn unit(self, geometry: Geometry) -> &'static str {
         match (self, geometry) {
             (Self::Speed, Geometry::Rotary) => "rad/s",
@@ -47,22 +47,22 @@ impl RangeOf {
 /// Least and largest value, SI; `None` where nothing is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ValidRange {
-    /// Of the motor's speed.
+    /// Range of the motor's speed.
     pub speed: Option<[f64; 2]>,
-    /// Of the surface's position.
+    /// Range of the surface's position.
     pub position: Option<[f64; 2]>,
-    /// Of the load.
+    /// Range of the load.
     pub load: Option<[f64; 2]>,
 }
 
 /// Least and largest value in a simulation, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisitedRange {
-    /// Of the motor's speed.
+    /// Range of the motor's speed.
     pub speed: [f64; 2],
-    /// Of the surface's position.
+    /// Range of the surface's position.
     pub position: [f64; 2],
-    /// Of the load.
+    /// Range of the load.
     pub load: [f64; 2],
 }
 
@@ -71,7 +71,7 @@ pub struct VisitedRange {
 pub struct Departure {
     /// In what.
     pub of: RangeOf,
-    /// What is known.
+    /// Range that is known.
     pub valid: [f64; 2],
     /// Where it went.
     pub visited: [f64; 2],
@@ -87,7 +87,7 @@ impl ValidRange {
         }
     }
 
-    /// What a simulation left.
+    /// Ranges that a simulation left.
     ///
     /// # Examples
     ///

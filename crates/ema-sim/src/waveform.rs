@@ -14,7 +14,7 @@ pub(crate) struct Waveform {
 }
 
 impl Waveform {
-    /// Its value at an electrical angle.
+    /// Value at an electrical angle.
     pub(crate) fn at(&self, x: f64) -> f64 {
         let turned = x - TAU * floor(x / TAU);
         // by symmetry the rising flank about 0 is enough
@@ -29,7 +29,7 @@ impl Waveform {
         top + self.fifth * sin(5.0 * x) + self.seventh * sin(7.0 * x)
     }
 
-    /// Its Taylor coefficients about an angle, on the straight piece that holds another angle.
+    /// Taylor coefficients about an angle, on the straight piece that holds another angle.
     pub(crate) fn near(&self, x: f64, on_piece_of: f64) -> [f64; 4] {
         let half_flank = FRAC_PI_6 + self.flat_loss_rad;
         let turns = floor((on_piece_of + FRAC_PI_2) / TAU);
@@ -110,7 +110,14 @@ impl Corners {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
+
+    /// Rounding of the wave's value.
+    const VALUE: f64 = 1e-12;
+    /// Fourth power left out of the wave's series.
+    const SERIES: f64 = 1e-9;
 
     /// Between two corners every phase is on one piece, whose series gives the wave.
     #[test]
@@ -129,11 +136,11 @@ mod tests {
                     for share in [0.0, 0.3, 1.0] {
                         let x = low + share * (high - low) - shift;
                         let c = wave.near(x, middle - shift);
-                        assert!((c[0] - wave.at(x)).abs() < 1e-12, "{wave:?} {x}");
+                        assert_abs_diff_eq!(c[0], wave.at(x), epsilon = VALUE);
                         // towards the middle, along the series
                         let d = 1e-3 * (middle - shift - x).signum();
                         let there = c[0] + d * (c[1] + d * (c[2] + d * c[3]));
-                        assert!((there - wave.at(x + d)).abs() < 1e-9, "{wave:?} {x}");
+                        assert_abs_diff_eq!(there, wave.at(x + d), epsilon = SERIES);
                     }
                 }
                 corners.cross(1);

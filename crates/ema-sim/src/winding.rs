@@ -10,6 +10,11 @@
 //! two events every right-hand side is smooth, and a Taylor series to the fourth order in time
 //! solves it: with the segments of a 20 kHz carrier the first term left out is below 1e-7 of the
 //! change in a segment. Phases are named by their role in the sector: positive, negative, idle.
+//!
+//! # Source
+//!
+//! Phase equations and trapezoid: NASA ProgPy, `progpy/models/dcmotor.py`; turns and eccentricity:
+//! see `docs/models/motor.md`.
 
 use core::f64::consts::{FRAC_PI_3, TAU};
 
@@ -59,11 +64,11 @@ pub(crate) struct Winding {
     sectors_per_rad: f64,
     eccentricity_cos: f64,
     eccentricity_sin: f64,
-    /// Whether the air gap changes with the angle.
+    /// True where the air gap changes with the angle.
     pub(crate) eccentric: bool,
 }
 
-/// What a sector fixes.
+/// Numbers that a sector fixes.
 ///
 /// With `x` the current of the positive and `y` that of the idle phase, the negative one carries
 /// `−(x + y)`, and two loops through it describe the star:
@@ -140,7 +145,7 @@ impl AirGap {
 }
 
 impl SectorWinding {
-    /// The same winding at another temperature.
+    /// The winding of a sector at another temperature.
     pub(crate) fn warmed(mut self, ratio: f64) -> Self {
         self.pair_ohm *= ratio;
         self.negative_ohm *= ratio;
@@ -152,10 +157,12 @@ impl SectorWinding {
     /// open idle phase zero.
     pub(crate) fn loop_rates(
         &self,
-        (u, v): (f64, f64),
-        (x, y): (f64, f64),
-        (m, open): (usize, bool),
+        driven: LoopVolts,
+        [x, y]: [f64; 2],
+        m: usize,
+        open: bool,
     ) -> (f64, f64) {
+        let (u, v) = (driven.pair_v, driven.idle_v);
         let u = u - self.pair_ohm * x - self.negative_ohm * y;
         if open {
             return (u * self.pair_per_henry[m], 0.0);
@@ -233,7 +240,7 @@ impl Winding {
         }
     }
 
-    /// Whether the back-EMF is a trapezoid as it is built.
+    /// True where the back-EMF is a trapezoid as it is built.
     pub(crate) fn is_trapezoidal(&self) -> bool {
         matches!(self.shape, Shape::Trapezoid)
     }
@@ -261,7 +268,7 @@ impl Winding {
         self.sectors_per_rad
     }
 
-    /// What a sector fixes.
+    /// Numbers that a sector fixes.
     #[inline]
     pub(crate) fn sector(&self, sector: Sector) -> &SectorWinding {
         &self.sectors[sector.place()]
@@ -275,8 +282,8 @@ impl Winding {
 
     /// `ζ·cos φ` and `ζ·sin φ`.
     #[inline]
-    pub(crate) fn eccentricity(&self) -> (f64, f64) {
-        (self.eccentricity_cos, self.eccentricity_sin)
+    pub(crate) fn eccentricity(&self) -> [f64; 2] {
+        [self.eccentricity_cos, self.eccentricity_sin]
     }
 
     /// Modulation of the air gap about a motor angle.
@@ -294,14 +301,14 @@ impl Winding {
     pub(crate) fn coupling(
         &self,
         at: &SectorWinding,
-        (gap, electrical): (&AirGap, &RotorAngle),
+        rotor: RotorFrame<'_>,
         motor_rad: f64,
         along: f64,
     ) -> Coupling {
         if !matches!(self.shape, Shape::Trapezoid) {
-            return self.smooth_coupling(at, (gap, electrical), motor_rad).0;
+            return self.smooth_coupling(at, rotor, motor_rad).0;
         }
-        let g = gap.near(motor_rad);
+        let g = rotor.gap.near(motor_rad);
         // within a sector the pair is on its flat tops, the idle phase on a flank
         let flank = at.idle_peak * at.flank;
         let (top, slope) = (1.0 - 2.0 * along, -2.0 * self.sectors_per_rad);
@@ -317,10 +324,10 @@ impl Winding {
     pub(crate) fn smooth_coupling(
         &self,
         at: &SectorWinding,
-        (gap, electrical): (&AirGap, &RotorAngle),
+        rotor: RotorFrame<'_>,
         motor_rad: f64,
     ) -> (Coupling, CubicTerms) {
-        let g = gap.near(motor_rad);
+        let g = rotor.gap.near(motor_rad);
         let electrical_rad = self.pole_pairs * motor_rad;
         if let Shape::Tabulated(spline) = &self.shape {
             return self
@@ -332,7 +339,7 @@ impl Winding {
                 wave.near(electrical_rad - shift_rad, between_rad - shift_rad)
             });
         }
-        let angles = PhaseAngles::near(electrical, electrical_rad);
+        let angles = PhaseAngles::near(rotor.electrical, electrical_rad);
         self.smooth(at, &g, |phase| {
             let (s, c) = (angles.sin[phase], angles.cos[phase]);
             [s, c, -0.5 * s, -c / 6.0]
@@ -366,10 +373,53 @@ impl Winding {
     }
 }
 
+/// The rotor near which a coupling is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RotorFrame<'a> {
+    pub(crate) gap: &'a AirGap,
+    /// The rotor in electrical angle, near it.
+    pub(crate) electrical: &'a RotorAngle,
+}
+
+/// Potentials of the legs of the positive and the negative phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LegVolts {
+    pub(crate) positive_v: f64,
+    pub(crate) negative_v: f64,
+}
+
+impl LegVolts {
+    /// Both legs at one potential.
+    pub(crate) fn both(v: f64) -> Self {
+        Self { positive_v: v, negative_v: v }
+    }
+
+    /// Voltage over the two phases in series.
+    #[inline]
+    pub(crate) fn pair_v(self) -> f64 {
+        self.positive_v - self.negative_v
+    }
+}
+
+/// Voltages of the positive and the idle leg against the negative one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoopVolts {
+    pub(crate) pair_v: f64,
+    pub(crate) idle_v: f64,
+}
+
+/// Currents of the positive and the idle phase and the motor's speed at the start of a segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SegmentStart {
+    pub(crate) positive_a: f64,
+    pub(crate) idle_a: f64,
+    pub(crate) speed_rad_per_s: f64,
+}
+
 /// Modulation of the air gap by an eccentricity `(ζ·cos φ, ζ·sin φ)` near an angle.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
-pub(crate) fn gap_of((cos, sin): (f64, f64), rotor: &RotorAngle) -> LocalQuadratic {
+pub(crate) fn gap_of([cos, sin]: [f64; 2], rotor: &RotorAngle) -> LocalQuadratic {
     let along = cos * rotor.cos - sin * rotor.sin;
     let across = cos * rotor.sin + sin * rotor.cos;
     [1.0 + along, -across, -0.5 * along]
@@ -388,12 +438,12 @@ pub(crate) struct Coupling {
 pub(crate) struct CubicTerms(f64, f64);
 
 impl CubicTerms {
-    /// The same with torque and back-EMF at a share of themselves.
+    /// The terms with torque and back-EMF at a share of themselves.
     pub(crate) fn scaled(&self, ratio: f64) -> Self {
         Self(ratio * self.0, ratio * self.1)
     }
 
-    /// Of the pair and of the idle phase.
+    /// Terms of the pair and of the idle phase.
     pub(crate) fn loops(&self) -> (f64, f64) {
         (self.0, self.1)
     }
@@ -405,12 +455,12 @@ impl Coupling {
         self.pair[0] * positive_a + self.idle[0] * idle_a
     }
 
-    /// Of the conducting pair, and of the idle phase.
+    /// Coefficients of the conducting pair, and of the idle phase.
     pub(crate) fn loops(&self) -> [&LocalQuadratic; 2] {
         [&self.pair, &self.idle]
     }
 
-    /// The same with torque and back-EMF at a share of themselves.
+    /// The coupling with torque and back-EMF at a share of themselves.
     pub(crate) fn scaled(&self, ratio: f64) -> Self {
         Self { pair: self.pair.map(|k| ratio * k), idle: self.idle.map(|k| ratio * k) }
     }
@@ -439,10 +489,11 @@ impl Coupling {
     pub(crate) fn open_terminal_v(
         &self,
         at: &SectorWinding,
-        (positive_v, negative_v): (f64, f64),
+        legs: LegVolts,
         current_a: f64,
         speed_rad_per_s: f64,
     ) -> f64 {
+        let LegVolts { positive_v, negative_v } = legs;
         let drop_v = at.pair_ohm * current_a + self.pair[0] * speed_rad_per_s;
         let negative_drop_v = at.negative_ohm * current_a + self.idle[0] * speed_rad_per_s;
         negative_v + negative_drop_v + at.star_share * (positive_v - negative_v - drop_v)
@@ -505,7 +556,8 @@ impl Segment {
         &mut self,
         at: &SectorWinding,
         shaft: &Shaft,
-        (coupling, cubic): (&Coupling, CubicTerms),
+        coupling: &Coupling,
+        cubic: CubicTerms,
     ) {
         let a3 = third(&coupling.pair, cubic.0, &self.turn);
         let b3 = third(&coupling.idle, cubic.1, &self.turn);
@@ -523,10 +575,14 @@ impl Segment {
         shaft: &Shaft,
         coupling: &Coupling,
         loop_v: f64,
-        (i0, w0): (f64, f64),
+        start: SegmentStart,
     ) -> Self {
+        let (i0, w0) = (start.positive_a, start.speed_rad_per_s);
         let (k, r) = (&coupling.pair, at.pair_ohm);
         let (l, j, c) = (&at.pair_per_henry, &shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
+        // Coefficient m + 1 of current and speed follows from coefficient m of the right-hand sides:
+        // (m + 1)·L·i_{m+1} = [m = 0]·v − R·i_m − (k·ω)_m, (m + 1)·J·ω_{m+1} = (k·i)_m − c·ω_m.
+        // k depends on the turn, so that its own coefficients follow from those of the speed.
         let (k0, k1) = (k[0], first(k, w0));
         let t0 = k0 * i0;
         let i1 = (loop_v - r * i0 - k0 * w0) * l[0];
@@ -557,12 +613,16 @@ impl Segment {
         at: &SectorWinding,
         shaft: &Shaft,
         coupling: &Coupling,
-        (pair_v, idle_v): (f64, f64),
-        (x0, y0, w0): (f64, f64, f64),
+        loops: LoopVolts,
+        start: SegmentStart,
     ) -> Self {
+        let LoopVolts { pair_v, idle_v } = loops;
+        let (x0, y0, w0) = (start.positive_a, start.idle_a, start.speed_rad_per_s);
         let (a, b) = (&coupling.pair, &coupling.idle);
         let (j, c) = (&shaft.per_inertia, shaft.viscous_n_m_s_per_rad);
         let (cx, cxy, cy) = at.per_henry;
+        // As for a pair, with two loops: their inductances couple, so that the rates are those of
+        // the inverse of a symmetric matrix of two rows.
         let rates = |u: f64, v: f64, x: f64, y: f64, share: f64| {
             let u = u - at.pair_ohm * x - at.negative_ohm * y;
             let v = v - at.negative_ohm * x - at.idle_ohm * y;

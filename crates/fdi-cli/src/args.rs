@@ -1,5 +1,6 @@
 //! The command line.
 
+mod effects;
 mod evaluate;
 mod experiment;
 mod explain;
@@ -16,6 +17,7 @@ use fdi_core::{
 
 use crate::config::ResolvedSetting;
 
+pub use effects::EffectsArgs;
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
 pub use explain::{CalibrateArgs, ExplainArgs, ProposeArgs, RecordArgs};
@@ -184,6 +186,8 @@ pub enum Command {
     Explain(ExplainArgs),
     /// The recording to take next: which safe command tells open causes apart
     Propose(ProposeArgs),
+    /// The catalogue of effects: keys, units, what each is confounded with
+    Effects(EffectsArgs),
     /// What a recording holds, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording
@@ -471,6 +475,8 @@ pub enum SchemaArg {
     Calibration,
     /// The JSON of `propose`.
     Proposal,
+    /// The JSON of `effects`.
+    Effects,
     /// The JSON of the trends beside a report of `diagnose`.
     Fleet,
 }
@@ -485,6 +491,7 @@ impl SchemaArg {
             Self::Explanation => Schema::Explanation,
             Self::Calibration => Schema::Calibration,
             Self::Proposal => Schema::Proposal,
+            Self::Effects => Schema::Effects,
             Self::Fleet => Schema::Fleet,
         }
     }

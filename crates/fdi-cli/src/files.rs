@@ -61,7 +61,11 @@ impl Files {
             Command::Inspect(args) if args.file != Path::new("config") => {
                 files.read("a recording", [args.file.clone()]);
             }
-            Command::Inspect(_) | Command::Schema(_) | Command::Completions(_) | Command::Man => {}
+            Command::Inspect(_)
+            | Command::Effects(_)
+            | Command::Schema(_)
+            | Command::Completions(_)
+            | Command::Man => {}
         }
         files
     }

@@ -53,6 +53,7 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
         Command::Calibrate(args) => command::calibrate(args, &cli.global, streams),
         Command::Explain(args) => command::explain(args, &cli.global, streams),
         Command::Propose(args) => command::propose(args, &cli.global, streams),
+        Command::Effects(args) => command::effects(args, &cli.global, streams),
         Command::Schema(args) => command::schema(args, &cli.global, streams),
         Command::Completions(args) => command::completions(args, &cli.global, streams),
         Command::Man => command::man(&cli.global, streams),

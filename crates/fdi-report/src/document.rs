@@ -5,10 +5,12 @@
 //! finite; what is not determined is `null`.
 
 mod calibration;
+mod effects;
 mod explanation;
 mod proposal;
 
 pub use calibration::{CalibratedParameter, Calibration};
+pub use effects::{CatalogueEffect, CatalogueKey, CatalogueParameter, EffectCatalogue};
 pub use explanation::{
     CoordinateShare, CurveBin, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
     FaultBeforeAfter, Holdout, HypothesisOutcome, HypothesisRefit, NominalChange, RecordFit,

@@ -27,14 +27,15 @@ mod schema;
 pub use decision::{FALSE_ALARM_RATE, INCIPIENT_LEVEL};
 pub use diagnosis_figure::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
 pub use document::{
-    ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, Change, ConvergencePoint,
-    CoordinateShare, Covariance, CurveBin, DatasetSummary, DetectionPoint, Diagnosis,
-    EffectFinding, EffectNumber, EncodingSummary, Evaluation, EvaluationSettings, Explanation,
-    ExplanationVerdict, Failure, Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId,
-    Fidelity, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LeftOut, Method,
-    MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal, ProposedRecording,
-    Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION,
-    Sensitivity, Separation, Slope, Standing, Status, TrendPoint, Verdict,
+    ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, CatalogueEffect, CatalogueKey,
+    CatalogueParameter, Change, ConvergencePoint, CoordinateShare, Covariance, CurveBin,
+    DatasetSummary, DetectionPoint, Diagnosis, EffectCatalogue, EffectFinding, EffectNumber,
+    EncodingSummary, Evaluation, EvaluationSettings, Explanation, ExplanationVerdict, Failure,
+    Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, Fidelity, Fit, Fleet, Holdout,
+    HypothesisOutcome, HypothesisRefit, LeftOut, Method, MethodEvaluation, NoiseSource,
+    NominalChange, Notice, NoticeCode, Proposal, ProposedRecording, Quartiles, RecordDiagnosis,
+    RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation,
+    Slope, Standing, Status, TrendPoint, Verdict,
 };
 pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
 pub use explanation_figure::{

@@ -6,7 +6,8 @@ use recordings::{ChannelName, METADATA_KEYS, MetadataKey};
 use schemars::{JsonSchema, generate::SchemaSettings};
 
 use crate::document::{
-    BundleSummary, Calibration, Diagnosis, Evaluation, Explanation, Fleet, Proposal,
+    BundleSummary, Calibration, Diagnosis, EffectCatalogue, Evaluation, Explanation, Fleet,
+    Proposal,
 };
 
 /// A form that the tool reads or writes.
@@ -27,13 +28,15 @@ pub enum Schema {
     Calibration,
     /// The JSON of the recording to take next.
     Proposal,
+    /// The JSON of the catalogue of effects.
+    Effects,
     /// The JSON of the trends beside a report.
     Fleet,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Recording,
         Self::Diagnosis,
         Self::Bundle,
@@ -41,6 +44,7 @@ impl Schema {
         Self::Explanation,
         Self::Calibration,
         Self::Proposal,
+        Self::Effects,
         Self::Fleet,
     ];
 
@@ -54,6 +58,7 @@ impl Schema {
             Self::Explanation => "explanation",
             Self::Calibration => "calibration",
             Self::Proposal => "proposal",
+            Self::Effects => "effects",
             Self::Fleet => "fleet",
         }
     }
@@ -68,6 +73,7 @@ impl Schema {
             Self::Explanation => json_schema::<Explanation>(),
             Self::Calibration => json_schema::<Calibration>(),
             Self::Proposal => json_schema::<Proposal>(),
+            Self::Effects => json_schema::<EffectCatalogue>(),
             Self::Fleet => json_schema::<Fleet>(),
         }
     }

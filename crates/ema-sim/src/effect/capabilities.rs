@@ -56,6 +56,7 @@ pub(crate) enum WindingModel {
 
 /// A model of a machine, as far as effects depend on it.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(crate) struct ModelCapabilities {
     /// The model as errors call it.
     pub(crate) name: &'static str,
@@ -104,7 +105,7 @@ pub(crate) struct AdmissibleSize {
     pub(crate) output: f64,
 }
 
-/// What the admissible sizes of a machine follow from.
+/// Numbers of a machine from which its admissible sizes follow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SizingData {
     /// Torque of the motor at the controller's limit.

@@ -166,8 +166,13 @@ impl Curve {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
     use core::f64::consts::TAU;
+
+    /// Rounding of a turn taken off an angle, over the curve's slope.
+    const ROUNDING: f64 = 1e-12;
 
     #[test]
     fn a_curve_over_the_turn_closes() {
@@ -175,9 +180,9 @@ mod tests {
         let curve = Curve::new(Coordinate::MotorAngle, CurveKind::Torque, points).unwrap();
         for turn in -2..3 {
             let x = f64::from(turn) * TAU;
-            assert!((curve.around(x + 0.5) - 1.0).abs() < 1e-12);
+            assert_abs_diff_eq!(curve.around(x + 0.5), 1.0, epsilon = ROUNDING);
             let between = 5.0 + 0.5 * (TAU - 5.0);
-            assert!((curve.around(x + between) + 0.5).abs() < 1e-12);
+            assert_abs_diff_eq!(curve.around(x + between), -0.5, epsilon = ROUNDING);
         }
     }
 

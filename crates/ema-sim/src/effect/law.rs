@@ -18,7 +18,7 @@ pub(crate) struct Given<'a> {
     pub(crate) geometry: Geometry,
 }
 
-/// What one effect does, in every model.
+/// Law of one effect, in every model.
 ///
 /// The first four are decisions that each effect states. Of the last three an effect has those by
 /// which it acts; a test over the catalogue fails for a number that changes nothing.

@@ -200,6 +200,7 @@ impl EffectParameter {
 }
 
 /// Bounds of a size, and what a search and a machine make of it.
+#[derive(Clone, Copy)]
 pub(crate) struct Size {
     pub(crate) least: f64,
     pub(crate) most: f64,
@@ -209,6 +210,7 @@ pub(crate) struct Size {
 }
 
 /// Default and bounds of a number that is no size.
+#[derive(Clone, Copy)]
 pub(crate) struct Range {
     /// Default of a machine that turns, and of one that slides.
     pub(crate) defaults: [f64; 2],

@@ -5,11 +5,13 @@
 //! upper one when it flows out, until it is zero; then the terminal floats. A leg with current
 //! `i` so loses `V_dc·t_d·f_c·sgn i` on average.
 
-use super::{MOST_IN_A_HOLD, Run, Series, root, value};
+use super::{MOST_IN_A_HOLD, Run};
 use crate::{
-    patience::Patience,
+    event_limit::EventLimit,
     phase::{PerPhase, Sector},
     probe::Probe,
+    series::{Series, root, value},
+    winding::LegVolts,
 };
 
 /// How a leg stands.
@@ -49,11 +51,7 @@ fn edges<const N: usize>(duties: [f64; N], dead_s: f64, period_s: f64) -> [[Edge
 
 impl<P: Probe> Run<P> {
     /// One carrier period from seam to seam with all three legs connected.
-    pub(crate) fn three_leg_dead_period(
-        &mut self,
-        duties: &PerPhase,
-        (dead_s, period_s): (f64, f64),
-    ) {
+    pub(crate) fn three_leg_dead_period(&mut self, duties: &PerPhase, dead_s: f64, period_s: f64) {
         self.follow_rotor();
         let mut edges = edges(*duties, dead_s, period_s);
         let edges = edges.as_flattened_mut();
@@ -92,15 +90,16 @@ impl<P: Probe> Run<P> {
         match open {
             Some(phase) if self.whole_turn => {
                 self.enter(Sector::from_place(2 - phase));
-                let at = (self.at.positive, self.at.negative);
-                self.hold(span_s, (self.legs_v[at.0], self.legs_v[at.1]));
+                let (positive, negative) = (self.at.positive, self.at.negative);
+                let (positive_v, negative_v) = (self.legs_v[positive], self.legs_v[negative]);
+                self.hold(span_s, LegVolts { positive_v, negative_v });
             }
             _ => self.hold_connected(span_s),
         }
     }
 
     /// One carrier period from seam to seam of the legs of the positive and the negative phase.
-    pub(crate) fn pair_dead_period(&mut self, duty: f64, (dead_s, period_s): (f64, f64)) {
+    pub(crate) fn pair_dead_period(&mut self, duty: f64, dead_s: f64, period_s: f64) {
         self.follow_gap();
         let mut edges = edges([duty, -duty], dead_s, period_s);
         let edges = edges.as_flattened_mut();
@@ -117,18 +116,18 @@ impl<P: Probe> Run<P> {
 
     /// Holds the legs of the pair, cut where the current of an open one ends.
     fn hold_pair(&mut self, legs: [Leg; 2], span_s: f64) {
-        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
+        let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
-            let legs_v = self.pair_v(legs);
+            let volts = self.pair_v(legs);
             let step_s = left_s.min(self.longest_s);
             let mut at_s = step_s;
             if legs.contains(&Leg::Open) {
-                at_s = self.end_of_conduction_s(legs, legs_v, step_s);
+                at_s = self.end_of_conduction_s(legs, volts, step_s);
             }
             if at_s < step_s {
-                at_s = patience.put_off(at_s, step_s);
+                at_s = event_limit.put_off(at_s, step_s);
             }
-            self.hold(at_s, legs_v);
+            self.hold(at_s, volts);
             self.block(legs);
             left_s -= at_s;
         }
@@ -140,7 +139,7 @@ impl<P: Probe> Run<P> {
     }
 
     /// Potentials of the pair; an open leg without current floats with the other one.
-    fn pair_v(&self, legs: [Leg; 2]) -> (f64, f64) {
+    fn pair_v(&self, legs: [Leg; 2]) -> LegVolts {
         let currents_a = self.pair_a();
         let rail = |n: usize| match legs[n] {
             Leg::Low => Some(-self.half_bus_v),
@@ -150,20 +149,21 @@ impl<P: Probe> Run<P> {
         };
         let within = |v: f64| v.clamp(-self.half_bus_v, self.half_bus_v);
         let emf_v = self.pair_emf_v();
-        match (rail(0), rail(1)) {
+        let (positive_v, negative_v) = match (rail(0), rail(1)) {
             (Some(positive_v), Some(negative_v)) => (positive_v, negative_v),
             (None, Some(negative_v)) => (within(negative_v + emf_v), negative_v),
             (Some(positive_v), None) => (positive_v, within(positive_v - emf_v)),
             (None, None) => (within(0.5 * emf_v), within(-0.5 * emf_v)),
-        }
+        };
+        LegVolts { positive_v, negative_v }
     }
 
     /// When the current of an open leg comes to zero; the whole span if it does not.
-    fn end_of_conduction_s(&self, legs: [Leg; 2], legs_v: (f64, f64), span_s: f64) -> f64 {
+    fn end_of_conduction_s(&self, legs: [Leg; 2], volts: LegVolts, span_s: f64) -> f64 {
         let (step, _) = if self.own_circuit {
-            self.solve::<true>(span_s, legs_v)
+            self.solve::<true>(span_s, volts)
         } else {
-            self.solve::<false>(span_s, legs_v)
+            self.solve::<false>(span_s, volts)
         };
         let positive = step.segment.positive;
         let negative: Series = core::array::from_fn(|m| -(positive[m] + step.segment.idle[m]));

@@ -7,14 +7,22 @@
 //!
 //! A flank of the play pushes and never pulls: it takes hold where twist and torque are both
 //! beyond zero, and lets go where its torque comes to zero. Both are instants of the solution.
+//!
+//! # Source
+//!
+//! Two-mass mechanics of motulator, and `ElastoBacklash` of the Modelica Standard Library; see
+//! `docs/models/effects.md`.
 
-use super::{Event, Run, Step};
+use super::{Run, Step, event::Event};
 use crate::{
     drive_train::Direction,
     effect::part::elastic_shaft::ElasticShaft,
     probe::{Probe, SurfaceSegment},
     series::{RECIPROCALS, Series, less, root, value},
-    winding::{Coupling, CubicTerms, SectorWinding, Segment, Shaft, first, second, third},
+    winding::{
+        Coupling, CubicTerms, LoopVolts, SectorWinding, Segment, SegmentStart, Shaft, first,
+        second, third,
+    },
 };
 
 /// Which flank of the play holds the surface.
@@ -39,8 +47,8 @@ impl Flank {
 /// The circuit that a segment is solved for.
 pub(super) struct Loops {
     /// Voltages of the positive and the idle leg against the negative one.
-    pub(super) volts: (f64, f64),
-    /// Whether the idle phase is open.
+    pub(super) volts: LoopVolts,
+    /// True where the idle phase is open.
     pub(super) open: bool,
     pub(super) cubic: Option<CubicTerms>,
 }
@@ -131,11 +139,13 @@ impl Spring {
     /// Winding, motor and surface from now on.
     pub(super) fn solve(
         &self,
-        (at, shaft): (&SectorWinding, &Shaft),
+        at: &SectorWinding,
+        shaft: &Shaft,
         coupling: &Coupling,
         loops: &Loops,
-        (x0, y0, w0): (f64, f64, f64),
+        start: SegmentStart,
     ) -> Segment {
+        let (x0, y0, w0) = (start.positive_a, start.idle_a, start.speed_rad_per_s);
         let (mut x, mut y, mut w, mut turn) = ([0.0; 5], [0.0; 5], [0.0; 5], [0.0; 5]);
         (x[0], y[0], w[0]) = (x0, y0, w0);
         let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
@@ -155,15 +165,17 @@ impl Spring {
                 _ => third(k, cubic, &turn),
             };
             (a[m], b[m]) = (near(pair, bent_a), near(idle, bent_b));
-            let emf = (product(&a, &w, m), product(&b, &w, m));
-            let driven = (volts.0 - emf.0, volts.1 - emf.1);
-            (x[m + 1], y[m + 1]) = at.loop_rates(driven, (x[m], y[m]), (m, loops.open));
+            let driven = LoopVolts {
+                pair_v: volts.pair_v - product(&a, &w, m),
+                idle_v: volts.idle_v - product(&b, &w, m),
+            };
+            (x[m + 1], y[m + 1]) = at.loop_rates(driven, [x[m], y[m]], m, loops.open);
             let torque = product(&a, &x, m) + product(&b, &y, m) + external
                 - shaft.viscous_n_m_s_per_rad * w[m]
                 - felt * self.go_on(m, &mut motion, turn[m], w[m]);
             w[m + 1] = torque * shaft.per_inertia[m];
             turn[m + 1] = w[m] * RECIPROCALS[m];
-            (volts, external) = ((0.0, 0.0), 0.0);
+            (volts, external) = (LoopVolts { pair_v: 0.0, idle_v: 0.0 }, 0.0);
         }
         Segment { positive: x, idle: y, speed: w, turn }
     }

@@ -1,4 +1,4 @@
-//! What effects make of winding, supply, commutation and the current's sensor.
+//! Effects on winding, supply, commutation and the current's sensor.
 
 use super::{
     End, Run, Step,
@@ -10,10 +10,10 @@ use crate::{
     probe::Probe,
     series::value,
     waveform::Corners,
-    winding::{Coupling, Segment},
+    winding::{Coupling, LegVolts, LoopVolts, Segment},
 };
 
-/// What the current of an instant makes of the circuit.
+/// Changes of the circuit with the current of an instant.
 #[derive(Clone, Copy)]
 struct Shares {
     /// Torque constant over that without current.
@@ -22,7 +22,7 @@ struct Shares {
     supply_ratio: f64,
 }
 
-/// What the current loop sees of the currents.
+/// Currents as the current loop measures them.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen {
     pub(crate) feedback_a: f64,
@@ -82,7 +82,7 @@ impl<P: Probe> Run<P> {
     /// ```text
     /// V = V_dc − R_b·Σ d_j·i_j        d_j the leg's share of the upper rail
     /// ```
-    fn shares(&self, (positive_a, idle_a): (f64, f64), legs_v: [f64; 3]) -> Shares {
+    fn shares(&self, positive_a: f64, idle_a: f64, legs_v: [f64; 3]) -> Shares {
         let Some(extension) = &self.extension else {
             return Shares { coupling_ratio: 1.0, supply_ratio: 1.0 };
         };
@@ -99,12 +99,13 @@ impl<P: Probe> Run<P> {
 
     /// The solution with the circuit as the current in the middle of the span makes it.
     #[cold]
-    pub(super) fn solve_own_circuit(&self, span_s: f64, legs_v: (f64, f64)) -> (Step, End) {
+    pub(super) fn solve_own_circuit(&self, span_s: f64, legs: LegVolts) -> (Step, End) {
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
         let coupling = self.coupling(start_rad + angle_rad, self.along(angle_rad));
         let solve = |currents: (f64, f64)| {
             let idle_v = -self.half_bus_v * currents.1.signum() * f64::from(currents.1 != 0.0);
-            let shares = self.shares(currents, [legs_v.0, legs_v.1, idle_v]);
+            let legs_v = [legs.positive_v, legs.negative_v, idle_v];
+            let shares = self.shares(currents.0, currents.1, legs_v);
             let coupling = coupling.scaled(shares.coupling_ratio);
             let half_bus_v = shares.supply_ratio * self.half_bus_v;
             // a floating terminal is at no rail
@@ -112,10 +113,13 @@ impl<P: Probe> Run<P> {
                 let at_rail = leg_v.abs() >= (1.0 - 1e-12) * self.half_bus_v;
                 if at_rail { shares.supply_ratio * leg_v } else { leg_v }
             };
-            let legs_v = (on_rail(legs_v.0), on_rail(legs_v.1));
+            let legs = LegVolts {
+                positive_v: on_rail(legs.positive_v),
+                negative_v: on_rail(legs.negative_v),
+            };
             match self.spring() {
-                None => self.solve_with(coupling, half_bus_v, span_s, legs_v),
-                Some(spring) => self.solve_sprung(&spring, coupling, half_bus_v, span_s, legs_v),
+                None => self.solve_with(coupling, half_bus_v, span_s, legs),
+                Some(spring) => self.solve_sprung(&spring, coupling, half_bus_v, span_s, legs),
             }
         };
         let (first, _) = solve((self.positive_a, self.idle_a));
@@ -129,29 +133,29 @@ impl<P: Probe> Run<P> {
         coupling: Coupling,
         half_bus_v: f64,
         span_s: f64,
-        legs_v: (f64, f64),
+        legs: LegVolts,
     ) -> (Step, End) {
-        let diode = self.diode(&coupling, half_bus_v, legs_v);
+        let diode = self.diode(&coupling, half_bus_v, legs);
         let idle_v = -diode * half_bus_v;
-        let volts = (legs_v.0 - legs_v.1, idle_v - legs_v.1);
+        let volts = LoopVolts { pair_v: legs.pair_v(), idle_v: idle_v - legs.negative_v };
         let loops = Loops { volts, open: diode == 0.0, cubic: None };
         let segment = self.sprung_segment(spring, &coupling, &loops);
         let end = End::of(&segment, span_s);
-        (Step { segment, coupling, diode, pair_v: legs_v, idle_v }, end)
+        (Step { segment, coupling, diode, pair: legs, idle_v }, end)
     }
 
     fn sprung_segment(&self, spring: &Spring, coupling: &Coupling, loops: &Loops) -> Segment {
-        let state = (self.positive_a, self.idle_a, self.train.speed_rad_per_s);
-        spring.solve((&self.at, &self.shaft), coupling, loops, state)
+        spring.solve(&self.at, &self.shaft, coupling, loops, self.segment_start())
     }
 
-    /// The same with all three legs connected.
+    /// The solution with all three legs connected, as the current in the middle of the span makes
+    /// it.
     #[cold]
     pub(super) fn solve_own_connected(&self, span_s: f64) -> Step {
         let (coupling, cubic) = self.connected_coupling();
         let legs_v = [self.at.positive, self.at.negative, self.at.idle].map(|j| self.legs_v[j]);
         let solve = |currents: (f64, f64)| {
-            let shares = self.shares(currents, legs_v);
+            let shares = self.shares(currents.0, currents.1, legs_v);
             let cubic = cubic.map(|cubic| cubic.scaled(shares.coupling_ratio));
             let legs_v = self.legs_v.map(|v| shares.supply_ratio * v);
             let coupling = coupling.scaled(shares.coupling_ratio);
@@ -160,10 +164,11 @@ impl<P: Probe> Run<P> {
                 Some(spring) => {
                     let [pair_v, low_v, idle_v] =
                         [self.at.positive, self.at.negative, self.at.idle].map(|j| legs_v[j]);
-                    let volts = (pair_v - low_v, idle_v - low_v);
+                    let volts = LoopVolts { pair_v: pair_v - low_v, idle_v: idle_v - low_v };
                     let loops = Loops { volts, open: false, cubic };
                     let segment = self.sprung_segment(&spring, &coupling, &loops);
-                    Step { segment, coupling, diode: 0.0, pair_v: (pair_v, low_v), idle_v }
+                    let pair = LegVolts { positive_v: pair_v, negative_v: low_v };
+                    Step { segment, coupling, diode: 0.0, pair, idle_v }
                 }
             }
         };
@@ -211,7 +216,7 @@ impl<P: Probe> Run<P> {
         shown_a
     }
 
-    /// What the current loop sees.
+    /// Currents as the current loop measures them.
     #[inline]
     pub(crate) fn seen(&self) -> Seen {
         let (feedback_a, currents_a) = (self.sample.feedback_a, self.sample.currents_a);

@@ -1,7 +1,7 @@
 //! Carrier periods with all three legs connected.
 
-use super::{End, Event, MOST_IN_A_HOLD, Run};
-use crate::{patience::Patience, phase::PerPhase, probe::Probe};
+use super::{End, MOST_IN_A_HOLD, Run, event::Event};
+use crate::{event_limit::EventLimit, phase::PerPhase, probe::Probe};
 
 /// Length of the edges of a carrier period, in which all legs are at the lower rail.
 fn edge_s(duties: &PerPhase, period_s: f64) -> f64 {
@@ -94,7 +94,7 @@ impl<P: Probe> Run<P> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the path without effects pays nothing for them")]
     fn hold_connected_as<const OWN: bool>(&mut self, span_s: f64) {
-        let (mut left_s, mut patience) = (span_s, Patience::over(span_s, MOST_IN_A_HOLD));
+        let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_HOLD));
         while left_s > 0.0 {
             let span_s = self.take_effects_in(left_s.min(self.longest_s));
             let from = self.mark();
@@ -103,7 +103,7 @@ impl<P: Probe> Run<P> {
             let (mut event, mut at_s) = (Event::Switching, span_s);
             if self.interrupted::<OWN>(&step, &end, span_s) {
                 (event, at_s) = self.first_event(&step, &end, span_s);
-                at_s = patience.put_off(at_s, span_s);
+                at_s = event_limit.put_off(at_s, span_s);
                 end = End::of(&step.segment, at_s);
             }
             self.observe_connected::<OWN>(&step, at_s);

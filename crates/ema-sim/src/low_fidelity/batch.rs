@@ -78,11 +78,11 @@ impl LowFidelity {
         }
         let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let additions = Additions { effects: &self.effects, load: &self.load, finer: self.finer };
-        let plain = Cascade::new(&actuator, &self.scenario).plain()?;
+        let (law, integral_a) = Cascade::new(&actuator, &self.scenario).plain()?;
         let runs = core::array::from_fn(|lane| {
             Run::new(&actuator, &self.scenario, &faults[lane.min(last)], &additions)
         });
-        Lanes::of(runs, plain, 1.0 / actuator.controller.sample_hz)
+        Lanes::of(runs, law, integral_a, 1.0 / actuator.controller.sample_hz)
     }
 }
 

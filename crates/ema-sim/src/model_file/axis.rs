@@ -17,18 +17,18 @@ use crate::{
     servo_control::{AxisController, Drive, Feedback},
 };
 
-/// What a model file of a servo axis describes.
+/// Machine that a model file of a servo axis describes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisModel {
-    /// What its owner calls the machine.
+    /// The owner's name for the machine.
     pub name: Option<String>,
-    /// Its parameters.
+    /// Parameters of the axis.
     pub axis: ServoAxis,
     /// The faults that it can have: of `k1` and `k2`.
     pub faults: Vec<FaultId>,
-    /// What is known only roughly.
+    /// Numbers that are known only roughly.
     pub tolerance: Vec<AxisTolerance>,
-    /// What it does besides the base model.
+    /// Effects besides the base model.
     pub effects: Vec<EffectBlock>,
 }
 
@@ -61,7 +61,7 @@ pub enum MachineModel {
 }
 
 impl MachineModel {
-    /// What its owner calls the machine.
+    /// The owner's name for the machine.
     pub fn name(&self) -> Option<&str> {
         match self {
             Self::Actuator(model) => model.name.as_deref(),
@@ -85,7 +85,7 @@ impl MachineModel {
         }
     }
 
-    /// What it does besides the base model.
+    /// Effects besides the base model.
     pub fn effects(&self) -> &[EffectBlock] {
         match self {
             Self::Actuator(model) => &model.effects,
@@ -93,7 +93,7 @@ impl MachineModel {
         }
     }
 
-    /// The same, to be changed.
+    /// Effects besides the base model, to be changed.
     pub fn effects_mut(&mut self) -> &mut Vec<EffectBlock> {
         match self {
             Self::Actuator(model) => &mut model.effects,
@@ -106,7 +106,7 @@ impl MachineModel {
         self.effects().iter().map(|block| block.effect.clone()).collect()
     }
 
-    /// Its text, complete and without a base; [`parse_machine`] gives it back bit for bit.
+    /// Text of the model, complete and without a base; [`parse_machine`] gives it back bit for bit.
     pub fn write(&self) -> String {
         match self {
             Self::Actuator(model) => super::write(model),
@@ -231,7 +231,7 @@ impl Reader<'_> {
                         self.axis_tolerances(block.get_ref(), inner, &mut model)?;
                     }
                 }
-                block => self.axis_block((block, key), value, (&mut model.axis, &mut given))?,
+                _ => self.axis_block(key, value, &mut model.axis, &mut given)?,
             }
         }
         complete(&mut model.axis, &given, before.as_ref())?;
@@ -262,10 +262,12 @@ impl Reader<'_> {
 
     fn axis_block(
         &self,
-        (block, at): (&str, &Spanned<toml::de::DeString<'_>>),
+        at: &Spanned<toml::de::DeString<'_>>,
         value: &Spanned<DeValue<'_>>,
-        (axis, given): (&mut ServoAxis, &mut Vec<String>),
+        axis: &mut ServoAxis,
+        given: &mut Vec<String>,
     ) -> Result<(), ModelFileError> {
+        let block = at.get_ref().as_ref();
         if !["axis", "drive", "controller"].contains(&block) {
             return Err(self.unknown(block, at));
         }

@@ -15,14 +15,14 @@ use crate::{
 pub struct EffectBlock {
     /// The effect.
     pub effect: Effect,
-    /// What its owner calls it, where that differs from the catalogue.
+    /// The owner's name for it, where that differs from the catalogue.
     pub name: Option<String>,
     /// 95 % intervals of its numbers, by the key of the effect's parameter; of a key that comes
     /// twice the first is written.
     pub interval_95: Vec<(String, [f64; 2])>,
-    /// What else the file says, in order: `status`, `alternatives`, `valid-range`, `evidence`,
-    /// `faults`, `provenance`. It is kept and written back; of it only
-    /// [`valid_range`](Self::valid_range) is looked at.
+    /// Further statements of the file, in order: `status`, `alternatives`, `valid-range`,
+    /// `evidence`, `faults`, `provenance`. All are kept and written back;
+    /// [`valid_range`](Self::valid_range) alone is looked at.
     pub annotations: Vec<(String, Annotation)>,
 }
 
@@ -94,7 +94,7 @@ pub(super) fn sizes(effect: EffectId, geometry: Geometry) -> String {
     sizes.map(|parameter| written(parameter, geometry)).collect::<Vec<_>>().join(" or ")
 }
 
-/// Its other numbers, which have defaults.
+/// The effect's other numbers, which have defaults.
 pub(super) fn shapes(effect: EffectId, geometry: Geometry) -> String {
     let parameters = effect.info().parameters.iter();
     let others = parameters.filter(|parameter| parameter.role() != Role::Amplitude);

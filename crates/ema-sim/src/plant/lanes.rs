@@ -44,7 +44,7 @@ struct Moving<const N: usize> {
     integral_a: Wide<N>,
 }
 
-/// What lasts from event to event.
+/// State that lasts from event to event.
 #[derive(Clone, Debug)]
 struct Lasting<const N: usize> {
     /// `surface = (follows·angle + offset)/i_g`.
@@ -72,7 +72,7 @@ struct Lasting<const N: usize> {
     eccentricity_sin: Wide<N>,
 }
 
-/// What comes of a tick.
+/// Outcome of a tick.
 #[derive(Clone, Debug)]
 struct Outcome<const N: usize> {
     /// Set-points.
@@ -89,7 +89,7 @@ struct Outcome<const N: usize> {
     event: [u64; N],
 }
 
-/// What is the same in all lanes.
+/// Numbers that all lanes share.
 #[derive(Clone, Copy, Debug)]
 struct Common {
     law: Law,
@@ -99,7 +99,7 @@ struct Common {
     limit_v: f64,
     tick_s: f64,
     start_angle_rad: f64,
-    /// Of a field-oriented drive what its shape function is made of.
+    /// Numbers of a field-oriented drive's shape function.
     wave: Option<Wave>,
 }
 
@@ -117,7 +117,7 @@ pub(crate) struct Lanes<const N: usize> {
 
 impl<const N: usize> Lanes<N> {
     /// Runs of one test side by side; `None` where a tick is more than the lanes can do.
-    pub(crate) fn of(runs: [Run; N], (law, integral_a): (Law, f64), tick_s: f64) -> Option<Self> {
+    pub(crate) fn of(runs: [Run; N], law: Law, integral_a: f64, tick_s: f64) -> Option<Self> {
         let plain = |run: &Run| {
             run.extension.is_none()
                 && run.load.is_none()
@@ -166,8 +166,8 @@ impl<const N: usize> Lanes<N> {
                 mean: waves.map(|wave| wave.map_or(0.0, |wave| wave.mean)),
                 wave_cos: waves.map(|wave| wave.map_or(0.0, |wave| wave.amplitude.0)),
                 wave_sin: waves.map(|wave| wave.map_or(0.0, |wave| wave.amplitude.1)),
-                eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity().0),
-                eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity().1),
+                eccentricity_cos: core::array::from_fn(|lane| runs[lane].winding.eccentricity()[0]),
+                eccentricity_sin: core::array::from_fn(|lane| runs[lane].winding.eccentricity()[1]),
             },
             outcome: Outcome {
                 reference_a: zero,
@@ -204,9 +204,9 @@ impl<const N: usize> Lanes<N> {
         if let Some(wave) = self.common.wave {
             self.turn_waves(wave.rate);
             self.glide(|lasting, outcome, lane, gap| {
-                let shape = (lasting.mean[lane], (lasting.wave_cos[lane], lasting.wave_sin[lane]));
-                let sines = (outcome.wave_sin[lane], outcome.wave_cos[lane]);
-                let turns = turns_near(shape, wave.rate, sines);
+                let shape = [lasting.mean[lane], lasting.wave_cos[lane], lasting.wave_sin[lane]];
+                let (sin, cos) = (outcome.wave_sin[lane], outcome.wave_cos[lane]);
+                let turns = turns_near(shape, wave.rate, sin, cos);
                 let shape = turns.map(|f| wave.back_emf_v_s_per_rad * f);
                 (times(&shape, gap), wave.resistance_ohm * turns[0])
             });
@@ -293,7 +293,7 @@ impl<const N: usize> Lanes<N> {
         for lane in 0..N {
             let (reference_a, speed) = (outcome.reference_a[lane], moving.speed_rad_per_s[lane]);
             let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
-            let eccentricity = (lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]);
+            let eccentricity = [lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]];
             let gap = gap_of(eccentricity, &rotor);
             let (coupling, resistance_ohm) = equivalent(lasting, outcome, lane, &gap);
             // a shaft at rest has no inverse inertia, so that nothing moves

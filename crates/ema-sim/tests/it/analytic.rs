@@ -1,9 +1,19 @@
 //! Cases with a closed solution.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     Actuator, Command, HealthState, HighFidelity, HighFidelityTrace, LowFidelity, PhysicalFaults,
     Scenario, presets::EMA_48,
 };
+
+/// Current that segments of 25 µs miss, A: `(t/τ)⁵/120` of 23.7 A, over the thirteen that τ spans.
+const SEGMENT_A: f64 = 7e-6;
+/// Share of the speed that the ripple of a commutated current leaves open.
+const RIPPLE_REL: f64 = 1e-3;
+/// Rounding of an exponential's difference over 1000 rad/s.
+const EXPONENTIAL: f64 = 1e-9;
+/// Rounding of a turn at constant speed, rad, over 40 segments.
+const TURN_RAD: f64 = 1e-12;
 
 /// A step to an angle at the start, without load.
 fn step(angle_rad: f64, duration_s: f64) -> Scenario {
@@ -50,7 +60,7 @@ fn law_locked_rotor_current_rises_as_in_a_coil() {
         let time_s = (tick as f64 * 1e-4 - 50e-6).max(0.0);
         let wanted_a = 48.0 / ohm * (1.0 - libm::exp(-time_s * ohm / henry));
         // each 25 µs segment misses (t/τ)⁵/120 of 23.7 A, and τ remembers thirteen of them
-        assert!((current_a - wanted_a).abs() < 7e-6, "{tick}: {current_a} {wanted_a}");
+        assert_abs_diff_eq!(current_a, wanted_a, epsilon = SEGMENT_A);
         assert_eq!(trace.phase_currents_a[1][tick], -current_a);
         assert_eq!(trace.phase_currents_a[2][tick], 0.0);
     }
@@ -67,7 +77,7 @@ fn law_no_load_speed_is_supply_over_torque_constant() {
     let speed = trace.motor_speed_rad_per_s.last().copied().unwrap();
     let wanted = 48.0 / actuator.motor.torque_constant_n_m_per_a();
     // thirty mechanical time constants; commutation leaves a ripple of current
-    assert!((speed / wanted - 1.0).abs() < 1e-3, "{speed} {wanted}");
+    assert_abs_diff_eq!(speed / wanted, 1.0, epsilon = RIPPLE_REL);
 }
 
 #[test]
@@ -90,11 +100,11 @@ fn law_coasting_ends_where_friction_says() {
             0.0
         };
         // rounding of the exponential's difference over f/c = 1000 rad/s
-        assert!((speed - wanted).abs() < 1e-9, "{tick}: {speed} {wanted}");
+        assert_abs_diff_eq!(speed, wanted, epsilon = EXPONENTIAL);
     }
     let turned = low.motor_angle_rad.last().copied().unwrap();
     let wanted = j / c * (100.0 - f * stops_s / j);
-    assert!((turned - wanted).abs() < 1e-9, "{turned} {wanted}");
+    assert_abs_diff_eq!(turned, wanted, epsilon = EXPONENTIAL);
 }
 
 #[test]
@@ -126,7 +136,7 @@ fn a_flank_met_at_the_end_of_a_segment_costs_no_turn() {
     let trace = model.simulate_duties(&healthy(), &[[0.5; 3]; 80]).expect("within 0 to 1");
     for (tick, angle_rad) in trace.motor_angle_rad.iter().enumerate() {
         let wanted = 200.0 * 1e-4 * tick as f64;
-        assert!((angle_rad - wanted).abs() < 1e-12, "{tick}: {angle_rad} {wanted}");
+        assert_abs_diff_eq!(*angle_rad, wanted, epsilon = TURN_RAD);
     }
 }
 

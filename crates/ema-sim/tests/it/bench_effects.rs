@@ -1,6 +1,7 @@
 //! Effects and changing loads on the bench: no sectors, an encoder on the motor, a surface that
 //! rubs.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     Actuator, CurrentControl, Effect, EffectError, EffectId, Envelope, EnvelopeFilter, Geometry,
     HealthState, HighFidelity, Load, LowFidelity, PhysicalFaults, Role, Scenario, SimulationError,
@@ -118,7 +119,7 @@ fn both_fidelities_show_an_effect_alike() {
         let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
         let ratio = (dot(&a, &a) / dot(&b, &b)).sqrt();
         assert!(cosine > ALIKE_COSINE, "{id:?}: {cosine}");
-        assert!((ratio - 1.0).abs() < ALIKE_SIZE_REL, "{id:?}: {ratio}");
+        assert_abs_diff_eq!(ratio, 1.0, epsilon = ALIKE_SIZE_REL);
         compared += 1;
     }
     assert_eq!(compared, 18);

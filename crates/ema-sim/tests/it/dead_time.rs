@@ -1,5 +1,6 @@
 //! The dead time of the inverter.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     Actuator, Envelope, EnvelopeFilter, HealthState, HighFidelity, PhysicalFaults, Scenario,
     SimulationError,
@@ -38,7 +39,7 @@ fn law_a_leg_loses_dead_time_times_carrier_of_the_supply() {
         // while all legs are low the current falls by R·i/L; edges that move by a dead time move
         // the sample along that slope
         let slack_a = motor.resistance_ohm * none_a.abs() / motor.inductance_henry * DEAD_TIME_S;
-        assert!((none_a - dead_a - wanted_a).abs() < slack_a, "{none_a} {dead_a} {wanted_a}");
+        assert_abs_diff_eq!(none_a - dead_a, wanted_a, epsilon = slack_a);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The page of effects says truly where they act.
+//! The page of effects names them and says where they act as the code does.
 
 use std::{fs, path::Path};
 
@@ -121,4 +121,31 @@ fn the_table_of_effects_is_true() {
         }
     }
     assert_eq!(told, EffectId::ALL);
+}
+
+#[test]
+fn the_page_calls_each_effect_what_the_catalogue_does() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/models/effects.md");
+    let page = fs::read_to_string(page).unwrap();
+    let lines = page.lines().skip_while(|line| !line.starts_with("| id | effect | adds |"));
+    let rows: Vec<&str> = lines.skip(2).take_while(|line| line.starts_with('|')).collect();
+    assert_eq!(rows.len(), EffectId::ALL.len());
+    for (row, id) in rows.into_iter().zip(EffectId::ALL) {
+        let info = id.info();
+        let (start, end) =
+            (format!("| {} | {} | ", info.symbol, info.name), format!(" | {} |", info.mimics));
+        assert!(row.starts_with(&start) && row.ends_with(&end), "{row}\n{start}…{end}");
+    }
+}
+
+#[test]
+fn what_an_effect_is_confounded_with_is_in_the_catalogue() {
+    for id in EffectId::ALL {
+        for word in id.info().mimics.split(|c: char| !c.is_ascii_alphanumeric()) {
+            let digits = word.strip_prefix('E').filter(|rest| rest.len() == 2);
+            if digits.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit())) {
+                assert!(EffectId::find(word).is_some_and(|other| other != id), "{id:?}: {word}");
+            }
+        }
+    }
 }

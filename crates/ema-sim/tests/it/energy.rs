@@ -1,11 +1,15 @@
 //! Energy: everything that comes in goes somewhere.
 
 use super::effects::examples;
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     Command, CurrentControl, EffectId, Envelope, EnvelopeFilter, HealthState, HighFidelity,
     PhysicalFaults, Scenario,
     presets::{BENCH, EMA_48},
 };
+
+/// Rounding of the position held at a stop, rad.
+const STOP_RAD: f64 = 1e-12;
 
 /// What the fourth-order series may lose, over the energy dissipated.
 const BALANCE_REL: f64 = 1e-6;
@@ -46,7 +50,7 @@ fn law_energy_is_balanced_through_the_stops() {
     let model = HighFidelity::new(&actuator, &scenario).unwrap();
     let (trace, energy) = model.simulate_with_ledger(&worn());
     let most = trace.surface_angle_rad.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    assert!((most - 2e-3).abs() < 1e-12, "the stop is reached: {most}");
+    assert_abs_diff_eq!(most, 2e-3, epsilon = STOP_RAD);
     assert!(energy.impact_j > 1e-3, "{energy:?}");
     let off = energy.residual_j() / energy.dissipated_j();
     assert!(off.abs() < BALANCE_REL, "{off:e} {energy:?}");

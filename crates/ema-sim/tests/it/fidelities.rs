@@ -1,10 +1,14 @@
 //! EMA-48 against the bars that the two models have to meet.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     Actuator, Envelope, EnvelopeFilter, FaultCoordinates, HealthState, HighFidelity, Load,
     LowFidelity, PhysicalFaults, Scenario,
     presets::{BENCH, EMA_48},
 };
+
+/// Rounding of the replayed controller, A.
+const REPLAYED_A: f64 = 1e-9;
 
 /// Healthy gap of the filtered envelope, rms over rms.
 const HEALTHY_GAP: f64 = 0.01;
@@ -72,7 +76,7 @@ fn law_low_and_high_fidelity_agree_within_the_bars() {
         let dot = h.iter().zip(&l).map(|(a, b)| a * b).sum::<f64>() / h.len() as f64;
         let (cosine, magnitude) = (dot / (rms(&h) * rms(&l)), rms(&l) / rms(&h));
         assert!(cosine >= SIGNATURE_COSINE, "{name}: cosine {cosine}");
-        assert!((magnitude - 1.0).abs() <= SIGNATURE_MAGNITUDE, "{name}: magnitude {magnitude}");
+        assert_abs_diff_eq!(magnitude, 1.0, epsilon = SIGNATURE_MAGNITUDE);
     }
 }
 
@@ -159,8 +163,8 @@ fn a_controller_shown_its_own_trace_asks_for_the_current_of_the_next_tick() {
     let trace = model.simulate(&healthy());
     let asked_a = model.replayed_current_a(&trace);
     assert_eq!(asked_a.len(), trace.current_a.len());
-    for (tick, (asked, there)) in asked_a.iter().zip(&trace.current_a[1..]).enumerate() {
-        assert!((asked - there).abs() < 1e-9, "{tick}: {asked} {there}");
+    for (&asked, &there) in asked_a.iter().zip(&trace.current_a[1..]) {
+        assert_abs_diff_eq!(asked, there, epsilon = REPLAYED_A);
     }
 }
 

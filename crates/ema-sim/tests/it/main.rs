@@ -9,6 +9,7 @@ mod brute_force;
 mod dead_time;
 mod effect_table;
 mod effects;
+mod effects_high_fidelity;
 mod energy;
 mod fidelities;
 mod idle_effects;

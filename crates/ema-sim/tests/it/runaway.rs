@@ -1,5 +1,6 @@
 //! Effects that feed the motion end a run by name; nothing else does.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     AxisInput, AxisScenario, AxisStart, Command, Coordinate, Curve, CurveKind, Drive, Effect,
     EffectId, Geometry, HealthState, HighFidelity, LowFidelity, Runaway, Scenario,
@@ -8,6 +9,9 @@ use ema_sim::{
 };
 
 use super::effect_table::axis;
+
+/// Two ticks of the controller, within which a run ends, s.
+const TWO_TICKS_S: f64 = 2e-4;
 
 fn healthy() -> ema_sim::PhysicalFaults {
     (&HealthState::HEALTHY).into()
@@ -61,7 +65,7 @@ fn a_shaft_that_is_driven_away_ends_the_run_in_low_fidelity() {
         assert_eq!(trace.current_a.len(), 5000);
         let finite = trace.current_a.iter().take_while(|i| i.is_finite()).count();
         let runaway = trace.runaway.expect("driven away");
-        assert!((finite as f64 * 1e-4 - runaway.time_s).abs() < 2e-4);
+        assert_abs_diff_eq!(finite as f64 * 1e-4, runaway.time_s, epsilon = TWO_TICKS_S);
         let mut current_a = Vec::new();
         model.simulate_current(&healthy(), &mut current_a);
         assert!(current_a.len() == 5000 && current_a[4999].is_nan());

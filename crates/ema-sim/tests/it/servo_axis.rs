@@ -1,5 +1,6 @@
 //! The servo axis against closed solutions, and its model file.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     AxisController, AxisInput, AxisParameter, AxisScenario, AxisStart, AxisTrace, Command,
     Coordinate, Curve, CurveKind, Drive, Effect, EffectId, FaultId, FaultLevel, Feedback, Geometry,
@@ -8,6 +9,15 @@ use ema_sim::{
 };
 use libm::exp;
 use proptest::prelude::*;
+
+/// Share of the end speed that the series of a tick of 1 ms miss: `(c·t/J)⁵/120` each.
+const SERIES_REL: f64 = 1e-9;
+/// Error of the series over 2 s of an axis that is pushed to 190 rad/s, rad/s.
+const SERIES_SPEED: f64 = 1e-6;
+/// Rounding of sums over 2000 ticks, in A, rad/s or steps.
+const ROUNDING: f64 = 1e-9;
+/// Phase that the midpoint rule over a tick misses, `(ω·T)²/24` over 20 rad, of a swing of 0.4 rad.
+const SWING_RAD: f64 = 1e-4 * 0.4;
 
 fn axis(drive: Drive) -> ServoAxis {
     ServoAxis {
@@ -64,11 +74,15 @@ fn law_a_held_torque_brings_the_axis_to_its_end_speed() {
     for (n, speed) in trace.speed.iter().enumerate() {
         let wanted = end * (1.0 - exp(-rate * n as f64 * 1e-3));
         // each tick of 1 ms misses (c·t/J)⁵/120
-        assert!((speed - wanted).abs() < 1e-9 * end, "{n}: {speed} {wanted}");
+        assert_abs_diff_eq!(*speed, wanted, epsilon = SERIES_REL * end);
     }
     let pushed = run(&axis, &scenario(held(-2.0)), &[]);
     let end = (0.2 - 0.02 + 0.01) / axis.viscous;
-    assert!((pushed.speed[1999] + end * (1.0 - exp(-rate * 1.999))).abs() < 1e-6);
+    assert_abs_diff_eq!(
+        pushed.speed[1999],
+        -(end * (1.0 - exp(-rate * 1.999))),
+        epsilon = SERIES_SPEED
+    );
 }
 
 #[test]
@@ -79,11 +93,11 @@ fn law_a_winding_brakes_by_its_back_emf() {
     let (rate, end) = (drag / axis.inertia, (0.1 * 6.0 / 2.0 - 0.02) / drag);
     for (n, speed) in trace.speed.iter().enumerate() {
         let wanted = end * (1.0 - exp(-rate * n as f64 * 1e-3));
-        assert!((speed - wanted).abs() < 1e-9 * end, "{n}: {speed} {wanted}");
+        assert_abs_diff_eq!(*speed, wanted, epsilon = SERIES_REL * end);
         if n > 0 {
             // the current at the start of the last segment, a tick ago
             let before = trace.speed[n - 1];
-            assert!((trace.current[n] - (6.0 - 0.1 * before) / 2.0).abs() < 1e-9);
+            assert_abs_diff_eq!(trace.current[n], (6.0 - 0.1 * before) / 2.0, epsilon = ROUNDING);
         }
     }
 }
@@ -196,7 +210,7 @@ fn law_a_spring_pulls_to_the_origin_of_the_axis() {
     for (n, position) in trace.position.iter().enumerate() {
         let wanted = 0.4 * libm::cos(swing * n as f64 * 1e-3);
         // the midpoint rule over a tick: (ω·T)²/24 of the phase, 20 rad long
-        assert!((position - wanted).abs() < 1e-4 * 0.4, "{n}: {position} {wanted}");
+        assert_abs_diff_eq!(*position, wanted, epsilon = SWING_RAD);
     }
 }
 
@@ -217,7 +231,7 @@ fn law_effects_over_position_do_not_care_where_a_test_begins() {
     let (here, there) = (shifted(0.0), shifted(7.0));
     assert!(here.speed[1999] > 0.0);
     for (a, b) in here.speed.iter().zip(&there.speed) {
-        assert!((a - b).abs() < 1e-9, "{a} {b}");
+        assert_abs_diff_eq!(a, b, epsilon = ROUNDING);
     }
     // the curve acts: without the shift of its points the motion is another
     let start = AxisStart { position: 7.0, ..AxisStart::default() };
@@ -236,7 +250,7 @@ fn law_a_position_sensor_has_its_steps_where_zero_is() {
     let trace = run(&axis, &AxisScenario { start, ..scenario(held(0.5)) }, &[sensor]);
     for position in trace.position {
         let steps = position / step;
-        assert!((steps - libm::round(steps)).abs() < 1e-9, "{position}");
+        assert_abs_diff_eq!(steps, libm::round(steps), epsilon = ROUNDING);
     }
 }
 

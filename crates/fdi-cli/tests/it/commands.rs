@@ -37,7 +37,7 @@ pub(crate) fn output(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 /// All that a command came to.
-fn whole(output: &Output) -> String {
+pub(crate) fn whole(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
     let (code, out, err) =
         (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr));

@@ -13,6 +13,7 @@ mod bundle;
 mod commands;
 mod config;
 mod diagnosis;
+mod effects;
 mod explain;
 mod explained;
 mod files;

@@ -1,4 +1,4 @@
-//! Bristles in place of dry friction: the LuGre model.
+//! Bristles in place of dry friction: the model of Lund and Grenoble.
 //!
 //! ```text
 //! T = σ0·z + σ1·z'    z' = ω − |ω|·σ0·z/g(ω)    g = F_d + (F_s − F_d)·exp(−(ω/ω_s)²)

@@ -29,7 +29,7 @@ pub(crate) struct CurrentSensor {
     pub(crate) lag_s: f64,
     /// True where the current loop uses this sensor.
     pub(crate) in_loop: bool,
-    /// What it showed last.
+    /// Current shown last.
     pub(crate) shown_a: Option<f64>,
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct PositionSensor {
     pub(crate) eccentricity_sin_rad: f64,
     pub(crate) eccentricity_cos_rad: f64,
     pub(crate) step_rad: f64,
-    /// What it showed last, before its steps.
+    /// Position shown last, before its steps.
     pub(crate) lagged_rad: Option<f64>,
 }
 

@@ -8,13 +8,13 @@
 /// than a `most`-th of the span after the one before: the state has then gone a little past it,
 /// and the span ends after at most twice as many.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Patience {
+pub(crate) struct EventLimit {
     events: u32,
     most: u32,
     least_s: f64,
 }
 
-impl Patience {
+impl EventLimit {
     /// For a span, and the events that it may have.
     #[inline]
     pub(crate) fn over(span_s: f64, most: u32) -> Self {
@@ -35,9 +35,9 @@ mod tests {
 
     #[test]
     fn events_at_one_instant_come_to_an_end() {
-        let (mut patience, mut left_s, mut events) = (Patience::over(1.0, 64), 1.0, 0);
+        let (mut event_limit, mut left_s, mut events) = (EventLimit::over(1.0, 64), 1.0, 0);
         while left_s > 0.0 {
-            left_s -= patience.put_off(0.0, left_s);
+            left_s -= event_limit.put_off(0.0, left_s);
             events += 1;
         }
         assert_eq!(events, 128);
@@ -45,10 +45,10 @@ mod tests {
 
     #[test]
     fn what_happens_in_time_is_left_where_it_is() {
-        let mut patience = Patience::over(1.0, 64);
+        let mut event_limit = EventLimit::over(1.0, 64);
         for n in 0..64 {
             let at_s = 1e-3 * f64::from(n);
-            assert_eq!(patience.put_off(at_s, 1.0), at_s);
+            assert_eq!(event_limit.put_off(at_s, 1.0), at_s);
         }
     }
 }
