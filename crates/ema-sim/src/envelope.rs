@@ -23,6 +23,23 @@ pub enum Envelope {
 }
 
 impl Envelope {
+    /// Envelope of a recording of three phases with the angle of the motor, whose electrical angle
+    /// is `p·θ_m` with `p` pole pairs.
+    ///
+    /// # Panics
+    ///
+    /// When the channels differ in length: a programming error.
+    pub fn of_phases_at(
+        self,
+        phases_a: [&[f64]; 3],
+        motor_angle_rad: &[f64],
+        pole_pairs: u32,
+    ) -> Vec<f64> {
+        let electrical: Vec<f64> =
+            motor_angle_rad.iter().map(|theta| theta * f64::from(pole_pairs)).collect();
+        self.of_phases(phases_a, &electrical)
+    }
+
     /// The envelope of a recording of three phases with the rotor's electrical angle.
     ///
     /// # Panics

@@ -48,6 +48,8 @@ mod lane_sine;
 mod load;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
+mod machine_kind;
+#[cfg(feature = "model-file")]
 pub mod model_file;
 mod motion_term;
 mod noise;
@@ -90,6 +92,12 @@ pub use fault::{
 pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
+#[cfg(feature = "model-file")]
+pub use machine_kind::{
+    CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
+    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber, bandwidth_hz,
+    resolved_hz, shown_while_followed,
+};
 pub use motion_term::MotionTerm;
 pub use parameter::Parameter;
 pub use parameter_error::ParameterError;

@@ -48,9 +48,11 @@
 
 mod axis;
 mod effect_block;
+mod machine;
 
-pub use axis::{AxisModel, AxisTolerance, MachineModel, parse_machine, parse_machine_onto};
+pub use axis::{AxisModel, AxisTolerance};
 pub use effect_block::{Annotation, EffectBlock};
+pub use machine::{MachineModel, parse_machine, parse_machine_onto};
 
 use toml::{
     Spanned,

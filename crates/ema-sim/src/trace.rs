@@ -31,10 +31,8 @@ impl HighFidelityTrace {
 
     /// The envelope current at the trace's own rate, not yet filtered.
     pub fn envelope_a(&self, envelope: Envelope, pole_pairs: u32) -> Vec<f64> {
-        let electrical: Vec<f64> =
-            self.motor_angle_rad.iter().map(|theta| theta * f64::from(pole_pairs)).collect();
         let [a, b, c] = &self.phase_currents_a;
-        envelope.of_phases([a, b, c], &electrical)
+        envelope.of_phases_at([a, b, c], &self.motor_angle_rad, pole_pairs)
     }
 }
 

@@ -40,7 +40,6 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated>
     let (recording, visited) = match &machine {
         MachineModel::Actuator(model) => actuator(args, model, seed)?,
         MachineModel::ServoAxis(model) => axis(args, model, seed)?,
-        _ => bail!("{}: a machine that is not simulated", args.test.model),
     };
     let notices = departures(machine.effects(), machine.geometry(), &visited);
     Ok(Simulated { recording, format, notices })

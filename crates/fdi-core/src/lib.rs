@@ -94,10 +94,10 @@ pub use observation::ObservationError;
 pub use recorded_test::RecordedTestError;
 /// The recordings that are diagnosed.
 pub use recordings::{
-    self, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
-    CsvFormat, Current, EnvelopeKind, FileFormat, Metadata, OtherColumn, RecordError, Recording,
-    RecordingDate, Sampling, StatedUnit, WriteError, guess_columns, is_decoding, list_recordings,
-    nearest, recording_sha256,
+    self, AskedFor, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError,
+    CommandColumn, CommandSource, CsvFormat, Current, EnvelopeKind, FileFormat, Metadata,
+    OtherColumn, RecordError, Recording, RecordingDate, Sampling, StatedUnit, WriteError,
+    guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };
 pub use seed::{Purpose, RootSeed};
 pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};

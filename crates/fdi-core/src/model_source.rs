@@ -61,7 +61,7 @@ pub enum ReadModelError {
 pub fn read_model(source: &str) -> Result<Model, ReadModelError> {
     match read_machine(source)? {
         MachineModel::Actuator(model) => Ok(model),
-        _ => Err(ReadModelError::ServoAxis { path: source.into() }),
+        MachineModel::ServoAxis(_) => Err(ReadModelError::ServoAxis { path: source.into() }),
     }
 }
 
@@ -74,19 +74,8 @@ pub fn read_machine(source: &str) -> Result<MachineModel, ReadModelError> {
     let mut model = read(Path::new(source), 0)?;
     let stem = Path::new(source).file_stem();
     let fallback = stem.map_or_else(|| source.to_owned(), |stem| stem.to_string_lossy().into());
-    if let Some(name) = name_of(&mut model) {
-        name.get_or_insert(fallback);
-    }
+    model.kind_mut().name_mut().get_or_insert(fallback);
     Ok(model)
-}
-
-/// What the owner of a machine calls it.
-fn name_of(model: &mut MachineModel) -> Option<&mut Option<String>> {
-    match model {
-        MachineModel::Actuator(model) => Some(&mut model.name),
-        MachineModel::ServoAxis(model) => Some(&mut model.name),
-        _ => None,
-    }
 }
 
 fn read(path: &Path, depth: usize) -> Result<MachineModel, ReadModelError> {
@@ -106,9 +95,7 @@ fn read(path: &Path, depth: usize) -> Result<MachineModel, ReadModelError> {
             let beside = path.parent().unwrap_or(Path::new("")).join(base);
             let mut base = read(&beside, depth + 1)?;
             // what a machine is called is not inherited
-            if let Some(name) = name_of(&mut base) {
-                *name = None;
-            }
+            *base.kind_mut().name_mut() = None;
             model_file::parse_machine_onto(&text, &base)
         }
         _ => model_file::parse_machine(&text),

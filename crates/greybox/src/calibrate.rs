@@ -5,7 +5,7 @@ use ema_sim::model_file::MachineModel;
 use crate::{
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
-    floor::{Floor, NoiseSource, pairs},
+    floor::{Floor, NoiseFloor, pairs},
     machine::{Machine, State},
     noise::{Whitener, rms},
     problem::Problem,
@@ -15,6 +15,7 @@ use crate::{
 
 /// A number of the machine as the recordings have it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CalibratedNumber {
     /// Key of the model file: `axis.inertia-kg-m2`.
     pub key: String,
@@ -27,8 +28,17 @@ pub struct CalibratedNumber {
     /// Whether they say it: the standard deviation is below a fifth of the value and no bound
     /// was reached.
     pub determined: bool,
-    /// Another number that these recordings cannot tell it from, with the correlation.
-    pub tied_to: Option<(String, f64)>,
+    /// Another number that these recordings cannot tell it from.
+    pub tied_to: Option<Tie>,
+}
+
+/// A number that recordings cannot tell from another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tie {
+    /// Key of the model file.
+    pub key: String,
+    /// Correlation of the two.
+    pub correlation: f64,
 }
 
 impl CalibratedNumber {
@@ -40,13 +50,14 @@ impl CalibratedNumber {
 
 /// The answer of a calibration.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Calibrated {
     /// All numbers asked for.
     pub numbers: Vec<CalibratedNumber>,
     /// Root mean square of the residual of the recordings held out: nominal and calibrated.
     pub holdout_rms: Option<[f64; 2]>,
-    /// Root mean square of the noise and where that is from.
-    pub noise_floor: (f64, NoiseSource),
+    /// Level of the noise.
+    pub noise_floor: NoiseFloor,
     /// Unit of the signal compared, `a` or `v`.
     pub drive_unit: &'static str,
     /// The model with what was determined.
@@ -110,7 +121,7 @@ pub fn calibrate(
     Ok(Calibrated {
         numbers,
         holdout_rms,
-        noise_floor: (floor.rms, floor.source),
+        noise_floor: floor.level(),
         drive_unit: machine.drive_unit(),
         model: machine.with_rough(&found.rough),
     })
@@ -172,11 +183,13 @@ fn judged(
                 .max_by(|a, b| correlation(*a).abs().total_cmp(&correlation(*b).abs()));
             let tied_to = tied
                 .filter(|m| correlation(*m).abs() > TIED_CORRELATION)
-                .map(|m| (free[m].key.clone(), correlation(m)));
+                .map(|m| Tie { key: free[m].key.clone(), correlation: correlation(m) });
             let on_bound = value <= free[n].least || value >= free[n].most;
             CalibratedNumber {
                 key: free[n].key.clone(),
-                nominal: machine.nominal(&free[n].key),
+                nominal: machine
+                    .nominal(&free[n].key)
+                    .expect("a calibration frees numbers of the machine alone"),
                 value,
                 std: std_n,
                 determined: std_n > 0.0

@@ -17,6 +17,24 @@ pub enum GreyboxError {
         /// What is wrong, and what was expected.
         reason: String,
     },
+    /// A recording too short to be compared.
+    #[error("{record}: lasts {duration_s:.3} s, expected {least_s} s at least")]
+    Short {
+        /// Which.
+        record: String,
+        /// Its length.
+        duration_s: f64,
+        /// Least length.
+        least_s: f64,
+    },
+    /// One recording given for two uses.
+    #[error("{first} and {second} are one recording, expected one use of each")]
+    Twice {
+        /// The recording.
+        first: String,
+        /// The recording under its other name.
+        second: String,
+    },
     /// The rates of controller and recording do not fit.
     #[error(
         "{record}: sampled at {rate_hz} Hz, which the controller's {sample_hz} Hz is no multiple of"

@@ -2,18 +2,21 @@
 
 use core::cmp::Ordering;
 
-use ema_sim::{EffectId, model_file::MachineModel};
+use ema_sim::{EffectId, MachineSignals, model_file::MachineModel};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
-    explained::{Explained, FaultChange, FaultLevel, Finding, Use, Verdict},
+    explained::{
+        Explained, FaultChange, FaultLevel, Finding, NumberFit, NumberInterval, RecordChange,
+        SmallestNamed, Use, Verdict,
+    },
     fit::{Fitted, fit, fit_below},
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
-    machine::{Machine, Prediction},
+    machine::{Machine, Rough},
     noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
@@ -21,7 +24,7 @@ use crate::{
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
     scan::Scored,
     search::{Found, Round, Search},
-    show::{RecordFit, along_coordinates, record_fits, remainder},
+    show::{along_coordinates, record_fits, remainder},
     structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
     trial::Trial,
@@ -248,6 +251,11 @@ impl<'a> Session<'a> {
         let remainder =
             if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
         let rough = self.machine.rough().iter().zip(&state.rough);
+        let number = |(rough, fitted): (&Rough, &f64)| NumberFit {
+            key: rough.key.clone(),
+            nominal: rough.value,
+            fitted: *fitted,
+        };
         Ok(Explained {
             verdict,
             reason: None,
@@ -255,10 +263,10 @@ impl<'a> Session<'a> {
             alternatives,
             absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
             holdout_rms: Some([&nominal, &now].map(|seen| rms(&seen.held_out.concat()))),
-            noise_floor: Some((floor.rms, floor.source)),
+            noise_floor: Some(floor.level()),
             drive_unit: self.machine.drive_unit(),
             faults,
-            rough: rough.map(|(rough, value)| (rough.key.clone(), rough.value, *value)).collect(),
+            rough: rough.map(number).collect(),
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
             records: self.record_fits(&nominal, &now, whitener)?,
             remainder,
@@ -338,13 +346,13 @@ impl<'a> Session<'a> {
         before: &Seen<'_>,
         after: &Seen<'_>,
         whitener: &Whitener,
-    ) -> Result<Vec<(Use, RecordFit, RecordFit)>, GreyboxError> {
+    ) -> Result<Vec<RecordChange>, GreyboxError> {
         let mut fits = Vec::new();
         let mut add = |role: Use, problem: &Problem<'_>, nominal: &PerRecord, found: &PerRecord| {
             let pairs = record_fits(problem, nominal, whitener)
                 .into_iter()
                 .zip(record_fits(problem, found, whitener));
-            fits.extend(pairs.map(|(a, b)| (role, a, b)));
+            fits.extend(pairs.map(|(before, after)| RecordChange { role, before, after }));
         };
         add(
             Use::Train,
@@ -437,8 +445,8 @@ impl<'a> Session<'a> {
 
     pub(crate) fn scales(&self, fitted: &Fitted) -> Result<Scales, GreyboxError> {
         let state = fitted.structure.state(self.machine, &fitted.values);
-        let predictions: Vec<Prediction> = self.train.predictions(&state)?;
-        let all = |of: fn(&Prediction) -> &Vec<f64>| -> f64 {
+        let predictions: Vec<MachineSignals> = self.train.predictions(&state)?;
+        let all = |of: fn(&MachineSignals) -> &Vec<f64>| -> f64 {
             let squares: f64 = predictions.iter().flat_map(|p| of(p).iter().map(|x| x * x)).sum();
             let count: usize = predictions.iter().map(|p| of(p).len()).sum();
             libm::sqrt(squares / count.max(1) as f64)
@@ -466,16 +474,19 @@ impl<'a> Session<'a> {
         let covariance = judged.covariance(&self.train, whitener);
         let interval = |p: usize| {
             let (value, std) = (fitted.values[p], libm::sqrt(covariance[(p, p)].max(0.0)));
-            (fitted.structure.free[p].key.clone(), [value - Z_95 * std, value + Z_95 * std])
+            let interval_95 = [value - Z_95 * std, value + Z_95 * std];
+            NumberInterval { key: fitted.structure.free[p].key.clone(), interval_95 }
         };
+        // what differs between recordings has a key for each, of which the first is told
+        let mut intervals: Vec<NumberInterval> = Vec::new();
+        for one in fitted.structure.places_of_effect(place).into_iter().map(interval) {
+            if intervals.iter().all(|known| known.key != one.key) {
+                intervals.push(one);
+            }
+        }
         Finding {
             effect,
-            interval_95: fitted
-                .structure
-                .places_of_effect(place)
-                .into_iter()
-                .map(interval)
-                .collect(),
+            interval_95: intervals,
             p_familywise: found.p_familywise,
             holdout_gain_nats: found.rival.gain.nats,
             holdout_gain_se: found.rival.gain.std_error,
@@ -509,7 +520,7 @@ impl<'a> Session<'a> {
     /// The size at which an effect would have been named nine times in ten: the root of its
     /// projected energy exceeds that which the gates ask for by 1.28 standard deviations. The
     /// recordings held out are taken to show as much of it a sample as those fitted.
-    fn smallest(&self, round: &Round) -> Vec<(EffectId, String, f64)> {
+    fn smallest(&self, round: &Round) -> Vec<SmallestNamed> {
         let geometry = self.machine.geometry();
         let of = |scored: &Scored| {
             let (tried, family) = (&round.tried[scored.tried], &round.families[scored.family]);
@@ -521,7 +532,8 @@ impl<'a> Session<'a> {
             let key = id.info().parameters[place].key(geometry).to_owned();
             let numbers = tried.sizes.len() + family.free_shapes().len();
             let least = self.least_named(round, family.screened(), numbers);
-            Some((id, key, size.abs() * least / libm::sqrt(scored.energy)))
+            let size = size.abs() * least / libm::sqrt(scored.energy);
+            Some(SmallestNamed { id, key, size })
         };
         round.scan.scored.iter().filter_map(of).collect()
     }

@@ -7,9 +7,10 @@ use ema_sim::{
 
 use crate::{
     curve::{Hypothesis, ResidualCurve},
-    floor::NoiseSource,
+    floor::NoiseFloor,
     machine::Machine,
     show::{RecordFit, Remainder},
+    unexplained::unexplained_block,
 };
 
 /// The answer in a word.
@@ -31,13 +32,24 @@ pub enum Verdict {
     Inconclusive,
 }
 
+/// A 95 % interval of a number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NumberInterval {
+    /// Key of the number.
+    pub key: String,
+    /// Its ends, in the unit of the key.
+    pub interval_95: [f64; 2],
+}
+
 /// An effect that was found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Finding {
     /// With its numbers.
     pub effect: Effect,
-    /// 95 % intervals of the numbers that were fitted, by key.
-    pub interval_95: Vec<(String, [f64; 2])>,
+    /// 95 % intervals of the numbers that were fitted, each key once: of a number that differs
+    /// between recordings that of the first.
+    pub interval_95: Vec<NumberInterval>,
     /// Family-wise chance of such a score from noise alone.
     pub p_familywise: f64,
     /// Gain in log-likelihood on recordings not fitted, nats.
@@ -76,7 +88,40 @@ pub struct FaultChange {
     pub after: FaultLevel,
 }
 
-/// What a recording was used for.
+/// A number of the data sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NumberFit {
+    /// Key of the model file.
+    pub key: String,
+    /// Value in the model file.
+    pub nominal: f64,
+    /// Value fitted together with the effects.
+    pub fitted: f64,
+}
+
+/// Smallest size of an effect that would have been named nine times in ten.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SmallestNamed {
+    /// The effect.
+    pub id: EffectId,
+    /// Key of its first number.
+    pub key: String,
+    /// Size of that number, in the unit of the key.
+    pub size: f64,
+}
+
+/// How well a recording is explained without and with what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordChange {
+    /// Its use.
+    pub role: Use,
+    /// With the nominal model.
+    pub before: RecordFit,
+    /// With the effects found.
+    pub after: RecordFit,
+}
+
+/// Use that was made of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
     /// Fitted.
@@ -89,6 +134,7 @@ pub enum Use {
 
 /// The answer.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Explained {
     /// In a word.
     pub verdict: Verdict,
@@ -102,19 +148,19 @@ pub struct Explained {
     pub absorbed: Vec<EffectId>,
     /// Root mean square of the residual held out: nominal, and with the effects.
     pub holdout_rms: Option<[f64; 2]>,
-    /// Root mean square of the noise, and where that is from.
-    pub noise_floor: Option<(f64, NoiseSource)>,
+    /// Level of the noise.
+    pub noise_floor: Option<NoiseFloor>,
     /// Unit of the signal compared, `a` or `v`.
     pub drive_unit: &'static str,
     /// Fault levels.
     pub faults: Vec<FaultChange>,
-    /// Numbers of the data sheet: nominal and fitted with the effects.
-    pub rough: Vec<(String, f64, f64)>,
+    /// Numbers of the data sheet that are known only roughly.
+    pub rough: Vec<NumberFit>,
     /// Smallest size of each effect's first number that would have been named nine times in ten.
-    pub smallest_named_90: Vec<(EffectId, String, f64)>,
+    pub smallest_named_90: Vec<SmallestNamed>,
     /// How well each recording is explained: training, held out, repeated; nominal and with
     /// the effects.
-    pub records: Vec<(Use, RecordFit, RecordFit)>,
+    pub records: Vec<RecordChange>,
     /// What is left, where something is.
     pub remainder: Option<Remainder>,
     /// How each effect of the catalogue fared against the nominal model, best first.
@@ -149,16 +195,21 @@ impl Explained {
     }
 
     /// The model with the effects found and the rough numbers fitted beside them, to which their
-    /// sizes belong; without an effect it is the model given, bit for bit.
+    /// sizes belong. Where the verdict is [`Verdict::Unknown`] the curve of the coordinate that
+    /// what is left follows most is added to the model, marked as unknown, if it follows one.
+    /// Without either it is the model given, bit for bit.
     pub fn extend(&self, model: &MachineModel) -> MachineModel {
         if self.effects.is_empty() {
-            return model.clone();
+            let mut extended = model.clone();
+            extended.effects_mut().extend(unexplained_block(self, model));
+            return extended;
         }
-        let fitted: Vec<f64> = self.rough.iter().map(|(_, _, fitted)| *fitted).collect();
+        let fitted: Vec<f64> = self.rough.iter().map(|number| number.fitted).collect();
         let mut extended = Machine::new(model).with_rough(&fitted);
         for finding in &self.effects {
             let mut block = EffectBlock::from(finding.effect.clone());
-            block.interval_95.clone_from(&finding.interval_95);
+            let interval = |one: &NumberInterval| (one.key.clone(), one.interval_95);
+            block.interval_95 = finding.interval_95.iter().map(interval).collect();
             let text = |text: &str| Annotation::Text(text.to_owned());
             let id = finding.effect.id();
             let instead = self.alternatives.iter().filter(|one| one.instead_of == Some(id));
@@ -173,11 +224,10 @@ impl Explained {
                 ("holdout-gain-nats".to_owned(), Annotation::Number(finding.holdout_gain_nats)),
                 ("holdout-gain-se".to_owned(), Annotation::Number(finding.holdout_gain_se)),
             ];
-            if let (Some([before, after]), Some((floor, _))) = (self.holdout_rms, self.noise_floor)
-            {
+            if let (Some([before, after]), Some(floor)) = (self.holdout_rms, self.noise_floor) {
                 evidence.push(("holdout-rms-before".to_owned(), Annotation::Number(before)));
                 evidence.push(("holdout-rms-after".to_owned(), Annotation::Number(after)));
-                evidence.push(("noise-floor".to_owned(), Annotation::Number(floor)));
+                evidence.push(("noise-floor".to_owned(), Annotation::Number(floor.rms)));
             }
             block.annotations.push(("evidence".to_owned(), Annotation::Table(evidence)));
             extended.effects_mut().push(block);

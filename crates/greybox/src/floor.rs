@@ -20,6 +20,15 @@ pub enum NoiseSource {
     Saturated,
 }
 
+/// Level of the noise of the drive signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseFloor {
+    /// Root mean square, A or V.
+    pub rms: f64,
+    /// Where it is from.
+    pub source: NoiseSource,
+}
+
 /// Noise of the drive signal.
 #[derive(Clone, Debug)]
 pub(crate) struct Floor {
@@ -38,6 +47,11 @@ pub(crate) fn pairs(recordings: &Recordings) -> Vec<(usize, usize)> {
 }
 
 impl Floor {
+    /// Level and source.
+    pub(crate) fn level(&self) -> NoiseFloor {
+        NoiseFloor { rms: self.rms, source: self.source }
+    }
+
     /// From pairs of recordings; `None` without any.
     pub(crate) fn of_pairs(
         train: &Problem<'_>,

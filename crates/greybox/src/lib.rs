@@ -20,7 +20,6 @@ mod explain;
 mod explained;
 mod fit;
 mod floor;
-mod follow;
 mod gain;
 mod gram;
 mod hypothesis;
@@ -37,22 +36,26 @@ mod random;
 mod record;
 mod response;
 mod rival;
-mod run;
 mod scan;
 mod search;
 mod show;
 mod structure;
 mod through_plant;
 mod trial;
+mod unexplained;
 
-pub use calibrate::{Calibrated, CalibratedNumber, calibrate};
+pub use ema_sim::CommandKind;
+
+pub use calibrate::{Calibrated, CalibratedNumber, Tie, calibrate};
 pub use curve::{CurveBin, Hypothesis, Refit, ResidualCurve};
 pub use error::GreyboxError;
 pub use explain::{Options, explain};
-pub use explained::{Explained, FaultChange, FaultLevel, Finding, Use, Verdict};
-pub use floor::NoiseSource;
-pub use machine::Prediction;
+pub use explained::{
+    Explained, FaultChange, FaultLevel, Finding, NumberFit, NumberInterval, RecordChange,
+    SmallestNamed, Use, Verdict,
+};
+pub use floor::{NoiseFloor, NoiseSource};
 pub use noise::{Whitener, rms};
-pub use propose::{Proposal, Proposed, propose};
-pub use record::{CommandKind, Record, Recordings};
-pub use show::{RecordFit, Remainder};
+pub use propose::{Proposal, Proposed, Separation, propose};
+pub use record::{Record, Recordings};
+pub use show::{CoordinateShare, RecordFit, Remainder};

@@ -1,72 +1,44 @@
 //! The nominal machine with free numbers, damage and effects, run on the command of a recording.
 
 use ema_sim::{
-    AxisParameter, Drive, Effect, FaultCoordinates, FaultId, Geometry, MotionTerm, Parameter,
-    model_file::{AxisModel, AxisTolerance, MachineModel, Model, Tolerance},
+    CommandKind, Effect, FaultCoordinates, FaultId, Geometry, MachineKind, MachineNumber,
+    MachineRun, MachineSignals, MachineTestError, MotionTerm, NumberValue, PhysicalFaults,
+    PreparedTest, bandwidth_hz, model_file::MachineModel, resolved_hz, shown_while_followed,
 };
 
-use crate::{
-    error::GreyboxError,
-    follow::{self, followed, smoothed},
-    record::{CommandKind, Record},
-    run::{Run, finite},
-};
-
-/// Signals that the model gives for a recording, at its rate.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Prediction {
-    /// What drives the machine, as its sensor shows it: A, or V.
-    pub drive: Vec<f64>,
-    /// Angle of the motor, or position of the axis.
-    pub motor: Vec<f64>,
-    /// Speed of the same.
-    pub speed: Vec<f64>,
-    /// Position of the surface, or of the axis.
-    pub surface: Vec<f64>,
-}
+use crate::{error::GreyboxError, record::Record};
 
 /// A number of the machine that a data sheet knows only roughly.
 #[derive(Clone, Debug)]
 pub(crate) struct Rough {
     pub(crate) key: String,
+    /// Term of the equation of motion that it sets, if any.
+    pub(crate) motion_term: Option<MotionTerm>,
     pub(crate) value: f64,
     pub(crate) half_width: f64,
-    knob: Knob,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Knob {
-    Actuator(&'static Parameter),
-    Axis(&'static AxisParameter),
+    /// Least and largest value that any machine has.
+    pub(crate) least: f64,
+    pub(crate) most: f64,
+    /// Place among the numbers of the machine.
+    place: usize,
 }
 
 impl Rough {
-    fn of_actuator(parameter: &'static Parameter, model: &Model, half_width_frac: f64) -> Self {
-        let value = parameter.get(&model.actuator);
-        let half_width = half_width_frac * value.abs();
-        Self { key: parameter.key().to_owned(), value, half_width, knob: Knob::Actuator(parameter) }
-    }
-
-    fn of_axis(parameter: &'static AxisParameter, model: &AxisModel, half_width_frac: f64) -> Self {
-        let value = parameter.get(&model.axis);
-        let half_width = half_width_frac * value.abs();
-        let key = parameter.key(model.axis.geometry, model.axis.drive);
-        Self { key, value, half_width, knob: Knob::Axis(parameter) }
-    }
-
-    /// Term of the equation of motion that it sets, if any.
-    pub(crate) fn motion_term(&self) -> Option<MotionTerm> {
-        match self.knob {
-            Knob::Actuator(parameter) => parameter.motion_term(),
-            Knob::Axis(parameter) => parameter.motion_term(),
-        }
-    }
-
-    /// Least and largest value that any machine has.
-    pub(crate) fn bounds(&self) -> (f64, f64) {
-        match self.knob {
-            Knob::Actuator(parameter) => parameter.bounds(),
-            Knob::Axis(parameter) => parameter.bounds(),
+    fn new(
+        number: &MachineNumber,
+        place: usize,
+        machine: &dyn MachineKind,
+        half_width_frac: f64,
+    ) -> Self {
+        let value = machine.number(place);
+        Self {
+            key: number.key.clone(),
+            motion_term: number.motion_term,
+            value,
+            half_width: half_width_frac * value.abs(),
+            least: number.least,
+            most: number.most,
+            place,
         }
     }
 }
@@ -102,28 +74,25 @@ pub(crate) struct Machine {
 
 impl Machine {
     pub(crate) fn new(model: &MachineModel) -> Self {
-        let rough = match model {
-            MachineModel::Actuator(model) => {
-                let of = |t: &Tolerance| Rough::of_actuator(t.parameter, model, t.half_width_frac);
-                model.tolerance.iter().map(of).collect()
-            }
-            MachineModel::ServoAxis(model) => {
-                let of = |t: &AxisTolerance| Rough::of_axis(t.parameter, model, t.half_width_frac);
-                model.tolerance.iter().map(of).collect()
-            }
-            _ => Vec::new(),
-        };
-        Self { built_in: model.switched_on(), model: model.clone(), rough }
+        let kind = model.kind();
+        let numbers = kind.numbers();
+        let rough = kind.rough().into_iter();
+        let rough = rough.map(|r| Rough::new(&numbers[r.place], r.place, kind, r.half_width_frac));
+        Self { built_in: model.switched_on(), rough: rough.collect(), model: model.clone() }
+    }
+
+    fn kind(&self) -> &dyn MachineKind {
+        self.model.kind()
     }
 
     pub(crate) fn geometry(&self) -> Geometry {
-        self.model.geometry()
+        self.kind().geometry()
     }
 
     /// Coordinates of damage that it can have.
     pub(crate) fn fault_coordinates(&self) -> Vec<usize> {
         let mut places = Vec::new();
-        for fault in self.model.faults() {
+        for fault in self.kind().faults() {
             match fault {
                 FaultId::Eccentricity => places.extend([5, 6]),
                 FaultId::EccentricityPhase => {}
@@ -133,36 +102,24 @@ impl Machine {
         places
     }
 
-    /// What is known only roughly, in the order of the file.
+    /// Numbers known only roughly, in the order of the file.
     pub(crate) fn rough(&self) -> &[Rough] {
         &self.rough
     }
 
-    /// What the model file says of a number that is known roughly.
-    pub(crate) fn nominal(&self, key: &str) -> f64 {
-        self.rough.iter().find(|rough| rough.key == key).map_or(0.0, |rough| rough.value)
+    /// Value that the model file gives a number that is known roughly.
+    pub(crate) fn nominal(&self, key: &str) -> Option<f64> {
+        self.rough.iter().find(|rough| rough.key == key).map(|rough| rough.value)
     }
 
-    /// The same machine with what a calibration asks for known only roughly as well: inertia,
-    /// drag, dry friction and the constant of the motor.
+    /// Machine whose inertia, drag, dry friction and constant of the motor are known only roughly
+    /// as well: what a calibration asks for.
     pub(crate) fn to_calibrate(&self) -> Self {
         let mut machine = self.clone();
-        let more: Vec<Rough> = match &self.model {
-            MachineModel::Actuator(model) => Parameter::ALL
-                .iter()
-                .filter(|parameter| parameter.motion_term().is_some())
-                .map(|parameter| Rough::of_actuator(parameter, model, 0.0))
-                .collect(),
-            MachineModel::ServoAxis(model) => AxisParameter::ALL
-                .iter()
-                .filter(|parameter| parameter.motion_term().is_some())
-                .map(|parameter| Rough::of_axis(parameter, model, 0.0))
-                .collect(),
-            _ => Vec::new(),
-        };
-        for rough in more {
-            if machine.rough.iter().all(|known| known.key != rough.key) {
-                machine.rough.push(rough);
+        for (place, number) in self.kind().numbers().iter().enumerate() {
+            let is_known = self.rough.iter().any(|known| known.key == number.key);
+            if number.motion_term.is_some() && !is_known {
+                machine.rough.push(Rough::new(number, place, self.kind(), 0.0));
             }
         }
         machine
@@ -171,62 +128,27 @@ impl Machine {
     /// The model with its rough numbers replaced.
     pub(crate) fn with_rough(&self, values: &[f64]) -> MachineModel {
         let mut model = self.model.clone();
-        for (rough, value) in self.rough.iter().zip(values) {
-            match (&mut model, rough.knob) {
-                (MachineModel::Actuator(model), Knob::Actuator(parameter)) => {
-                    parameter.set(&mut model.actuator, *value);
-                }
-                (MachineModel::ServoAxis(model), Knob::Axis(parameter)) => {
-                    parameter.set(&mut model.axis, *value);
-                }
-                _ => {}
-            }
-        }
-        // a static friction keeps its ratio to the kinetic one; below it it is no machine's
-        match (&mut model, &self.model) {
-            (MachineModel::Actuator(model), MachineModel::Actuator(nominal)) => {
-                let (new, old) = (&mut model.actuator.transmission, &nominal.actuator.transmission);
-                new.static_friction_n_m = kept(
-                    old.static_friction_n_m,
-                    old.kinetic_friction_n_m,
-                    new.kinetic_friction_n_m,
-                );
-            }
-            (MachineModel::ServoAxis(model), MachineModel::ServoAxis(nominal)) => {
-                let (new, old) = (&mut model.axis, &nominal.axis);
-                new.static_friction =
-                    kept(old.static_friction, old.kinetic_friction, new.kinetic_friction);
-            }
-            _ => {}
-        }
+        let of = |(rough, value): (&Rough, &f64)| NumberValue { place: rough.place, value: *value };
+        let values: Vec<NumberValue> = self.rough.iter().zip(values).map(of).collect();
+        model.kind_mut().set_numbers(&values);
         model
     }
 
     /// Torque, or force, over the drive signal; for scales.
     pub(crate) fn constant(&self) -> f64 {
-        match &self.model {
-            MachineModel::Actuator(model) => 2.0 * model.actuator.motor.back_emf_v_s_per_rad,
-            MachineModel::ServoAxis(model) => model.axis.force_constant,
-            _ => 1.0,
-        }
+        self.kind().torque_per_drive()
     }
 
     /// Inertia or mass that the motor moves.
     pub(crate) fn inertia(&self) -> f64 {
-        match &self.model {
-            MachineModel::Actuator(model) => model.actuator.total_inertia_kg_m2(),
-            MachineModel::ServoAxis(model) => model.axis.inertia,
-            _ => 1.0,
-        }
+        self.kind().moved_inertia()
     }
 
     /// The drive signal of a recording as it is compared with predictions.
-    pub(crate) fn measured_drive(&self, record: &Record) -> Vec<f64> {
-        match &self.model {
-            MachineModel::ServoAxis(_) if record.kind == CommandKind::Motion => {
-                followed(&smoothed(&record.drive), record.rate_hz)
-            }
-            _ => record.drive.clone(),
+    pub(crate) fn measured_drive(record: &Record) -> Vec<f64> {
+        match record.kind {
+            CommandKind::Motion => shown_while_followed(&record.drive, record.rate_hz),
+            CommandKind::Position | CommandKind::Speed => record.drive.clone(),
         }
     }
 
@@ -235,68 +157,42 @@ impl Machine {
     /// single samples, and a delay of a part of a sample outweigh half of the friction.
     pub(crate) fn compared_hz(&self, record: &Record) -> f64 {
         if record.kind == CommandKind::Motion {
-            return follow::compared_hz(record.rate_hz);
+            return resolved_hz(record.rate_hz);
         }
-        let (least, most) = COMPARED_HZ;
+        let [least, most] = COMPARED_HZ;
         (COMPARED_OVER_BANDWIDTH * self.bandwidth_hz()).clamp(least, most)
     }
 
-    /// Bandwidth of the faster of the speed and the position loop, Hz: with gains `k_p` and `k_v`,
-    /// `max(k_p, k_v·constant/inertia)/2π`.
+    /// Bandwidth of the faster of the speed and the position loop, Hz.
     pub(crate) fn bandwidth_hz(&self) -> f64 {
-        let (position, speed) = match &self.model {
-            MachineModel::Actuator(model) => {
-                let controller = &model.actuator.controller;
-                (controller.position_gain_per_s, controller.speed_gain_a_s_per_rad)
-            }
-            MachineModel::ServoAxis(model) => {
-                (model.axis.controller.position_gain_per_s, model.axis.controller.speed_gain)
-            }
-            _ => (0.0, 0.0),
-        };
-        position.max(speed * self.constant() / self.inertia()) / core::f64::consts::TAU
+        bandwidth_hz(self.kind())
     }
 
-    /// Largest speed of the surface or axis that the controller allows, rad/s or m/s.
-    pub(crate) fn speed_limit(&self) -> f64 {
-        match &self.model {
-            MachineModel::Actuator(model) => {
-                let actuator = &model.actuator;
-                actuator.controller.speed_limit_rad_per_s / actuator.transmission.gear_ratio
-            }
-            MachineModel::ServoAxis(model) => model.axis.controller.speed_limit,
-            _ => f64::INFINITY,
-        }
+    /// Largest speed of the surface or axis that the controller allows, rad/s or m/s; `None` where
+    /// no limit is known.
+    pub(crate) fn speed_limit(&self) -> Option<f64> {
+        self.kind().speed_limit()
     }
 
     /// Largest drive signal that a proposed command may need: half of the controller's limit.
     pub(crate) fn safe_drive(&self) -> f64 {
-        0.5 * match &self.model {
-            MachineModel::Actuator(model) => model.actuator.controller.current_limit_a,
-            MachineModel::ServoAxis(model) => model.axis.controller.output_limit,
-            _ => f64::INFINITY,
-        }
+        0.5 * self.kind().drive_limit()
     }
 
-    /// Periods of the current in a turn of the motor.
-    pub(crate) fn pole_pairs(&self) -> f64 {
-        match &self.model {
-            MachineModel::Actuator(model) => f64::from(model.actuator.motor.pole_pairs),
-            _ => 1.0,
-        }
+    /// Angle of the motor in which the current has one period; a turn where it has no
+    /// commutation.
+    pub(crate) fn current_period_rad(&self) -> f64 {
+        core::f64::consts::TAU / self.kind().pole_pairs().map_or(1.0, f64::from)
     }
 
     /// Whether it is a machine with one shaft and no commutation.
     pub(crate) fn is_axis(&self) -> bool {
-        matches!(self.model, MachineModel::ServoAxis(_))
+        self.kind().pole_pairs().is_none()
     }
 
-    /// Whether its drive signal is a voltage.
+    /// Unit of its drive signal as keys are spelt: `a` or `v`.
     pub(crate) fn drive_unit(&self) -> &'static str {
-        match &self.model {
-            MachineModel::ServoAxis(model) if model.axis.drive == Drive::Amplifier => "v",
-            _ => "a",
-        }
+        self.kind().drive_unit().key()
     }
 
     /// Runs the command of a recording, by its place among those compared.
@@ -305,28 +201,95 @@ impl Machine {
         state: &State,
         record: &Record,
         place: usize,
-    ) -> Result<Prediction, GreyboxError> {
-        let mut prediction = match self.prepare(state, record, place)? {
-            Run::Actuator(run) => run.prediction(record),
-            Run::Axis(run) => run.prediction(record),
-            Run::None => Prediction::default(),
+    ) -> Result<MachineSignals, GreyboxError> {
+        let mut signals = self.run(state, record, place)?.signals();
+        signals.drive = finite(signals.drive, record)?;
+        Ok(signals)
+    }
+
+    /// Part of the drive signal that came about through the plant: the controller's answer to the
+    /// measured position less that to the position predicted, at the recording's rate. What is
+    /// left of a residual beside it entered after the controller, or in it.
+    ///
+    /// `None` for a recording without a position, or whose drive signal was filtered.
+    pub(crate) fn through_plant(
+        &self,
+        state: &State,
+        record: &Record,
+        place: usize,
+    ) -> Result<Option<Vec<f64>>, GreyboxError> {
+        let (Some(position), None) = (&record.position, record.filter_hz) else {
+            return Ok(None);
         };
-        prediction.drive = finite(prediction.drive, record)?;
-        Ok(prediction)
+        if record.kind == CommandKind::Motion {
+            return Ok(None);
+        }
+        Ok(Some(self.run(state, record, place)?.replayed_drive_change(position)))
+    }
+
+    /// The machine as its file says, without effects, made ready for the command of a recording.
+    pub(crate) fn prepared(&self, record: &Record) -> PreparedTest {
+        self.kind().prepare(&record.test())
+    }
+
+    /// The drive signal alone of a run on the command of a recording, for which the machine was
+    /// made [ready](Self::prepared).
+    pub(crate) fn drive(
+        &self,
+        state: &State,
+        record: &Record,
+        ready: &PreparedTest,
+        place: usize,
+    ) -> Result<Vec<f64>, GreyboxError> {
+        let (model, faults) = (self.with_rough(&state.rough), PhysicalFaults::from(&state.faults));
+        let effects = self.acting(state, place);
+        let drive = model.kind().drive(&record.test(), ready, &faults, &effects);
+        finite(drive.map_err(|reason| refused(record, reason))?, record)
+    }
+
+    fn run(
+        &self,
+        state: &State,
+        record: &Record,
+        place: usize,
+    ) -> Result<Box<dyn MachineRun>, GreyboxError> {
+        let (model, faults) = (self.with_rough(&state.rough), PhysicalFaults::from(&state.faults));
+        let effects = self.acting(state, place);
+        let run = model.kind().run(&record.test(), &faults, &effects);
+        run.map_err(|reason| refused(record, reason))
+    }
+
+    /// Effects that are built in and those that act in a recording.
+    fn acting(&self, state: &State, place: usize) -> Vec<Effect> {
+        let mut effects = self.built_in.clone();
+        effects.extend(state.in_record.get(place).unwrap_or(&state.effects).iter().cloned());
+        effects
     }
 }
 
 /// Rate of comparison over the bandwidth of the control, and its bounds, Hz.
 const COMPARED_OVER_BANDWIDTH: f64 = 8.0;
-const COMPARED_HZ: (f64, f64) = (50.0, 500.0);
+const COMPARED_HZ: [f64; 2] = [50.0, 500.0];
 
-/// A static friction for a new kinetic one, in the old ratio.
-fn kept(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {
-    if kinetic == old_kinetic {
-        return old_static;
+/// A drive signal that is a number throughout.
+fn finite(drive: Vec<f64>, record: &Record) -> Result<Vec<f64>, GreyboxError> {
+    if drive.iter().all(|x| x.is_finite()) {
+        Ok(drive)
+    } else {
+        Err(GreyboxError::NotFinite { record: record.name.clone() })
     }
-    let ratio = if old_kinetic > 0.0 { old_static / old_kinetic } else { 1.0 };
-    kinetic * ratio.max(1.0)
+}
+
+/// The reason why a machine cannot be run, with the recording.
+fn refused(record: &Record, reason: MachineTestError) -> GreyboxError {
+    let record = record.name.clone();
+    match reason {
+        MachineTestError::Simulation(reason) => GreyboxError::Simulation { record, reason },
+        MachineTestError::Rate { rate_hz, sample_hz } => {
+            GreyboxError::Rate { record, rate_hz, sample_hz }
+        }
+        other => GreyboxError::Record { record, reason: other.to_string() },
+    }
 }
 
 #[cfg(test)]
@@ -335,5 +298,38 @@ impl Machine {
     pub(crate) fn bench_top() -> Self {
         let text = include_str!("../tests/it/bench_top.toml");
         Self::new(&ema_sim::model_file::parse_machine(text).expect("the axis of the tests"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ema_sim::EffectId;
+
+    use super::*;
+    use crate::structure::Structure;
+
+    #[test]
+    fn a_wave_of_what_is_shown_holds_no_axis_off_a_command_that_has_not_begun() {
+        let machine = Machine::bench_top();
+        let nominal = Structure::nominal(&machine);
+        let healthy: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let mut state = nominal.state(&machine, &healthy);
+        let wave = Effect::new(EffectId::TransmissionError, Geometry::Rotary)
+            .with("order", 24.0)
+            .and_then(|wave| wave.with("error_cos_rad", 1e-3));
+        state.add(&wave.expect("numbers of the effect"));
+        let at_rest = Record {
+            name: "proposed".to_owned(),
+            rate_hz: 1000.0,
+            command: vec![0.7; 1000],
+            kind: CommandKind::Position,
+            drive: vec![0.0; 1000],
+            position: None,
+            load: None,
+            filter_hz: None,
+            start_rad: None,
+        };
+        let drive = machine.simulate(&state, &at_rest, 0).expect("a machine at rest").drive;
+        assert!(drive.iter().all(|ampere| ampere.abs() < 1e-6), "{:?}", drive.last());
     }
 }

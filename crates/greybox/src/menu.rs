@@ -3,9 +3,11 @@
 
 use core::f64::consts::TAU;
 
+use ema_sim::CommandKind;
+
 use crate::{
     machine::Machine,
-    record::{CommandKind, Record, Recordings},
+    record::{Record, Recordings},
 };
 
 /// Length of a command, s.
@@ -23,6 +25,9 @@ const SPEED_SHARE: f64 = 0.5;
 const SINES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 /// Shares of the amplitude that a sine's speed allows, largest first: fast ones need current.
 const AMPLITUDES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Multiple of the largest speed recorded that a command may ask for where no limit of speed is
+/// known: for rounding, and the same move on another grid.
+const PACE_MARGIN: f64 = 1.02;
 /// Frequency of a swinging load, Hz.
 const LOAD_HZ: f64 = 0.4;
 
@@ -72,6 +77,28 @@ fn fastest(record: &Record) -> f64 {
     pairs.map(|(a, b)| (b - a).abs() / span_s).fold(0.0, f64::max)
 }
 
+/// Fastest pace that a command may ask for, per s: that of the recordings where the machine's
+/// controller limits no speed, as where it is not known.
+pub(crate) struct PaceLimit(f64);
+
+impl PaceLimit {
+    pub(crate) fn new(machine: &Machine, recordings: &Recordings, kind: CommandKind) -> Self {
+        let is_limited = match kind {
+            CommandKind::Position => machine.speed_limit().is_some(),
+            // the speed itself is asked for
+            CommandKind::Speed => true,
+            CommandKind::Motion => false,
+        };
+        let recorded = recordings.all().map(fastest).fold(0.0, f64::max);
+        Self(if is_limited { f64::INFINITY } else { PACE_MARGIN * recorded })
+    }
+
+    /// Whether a command keeps to it.
+    pub(crate) fn allows(&self, record: &Record) -> bool {
+        fastest(record) <= self.0
+    }
+}
+
 /// Commands with what they do, as recordings to be taken.
 pub(crate) fn menu(machine: &Machine, recordings: &Recordings) -> Vec<Offer> {
     let Some(first) = recordings.train.first() else { return Vec::new() };
@@ -79,7 +106,7 @@ pub(crate) fn menu(machine: &Machine, recordings: &Recordings) -> Vec<Offer> {
     if span.most <= span.least {
         return Vec::new();
     }
-    let limit = SPEED_SHARE * machine.speed_limit();
+    let limit = machine.speed_limit().map_or(f64::INFINITY, |limit| SPEED_SHARE * limit);
     let mut moves = vec![("at rest".to_owned(), vec![vec![span.start; samples(&span)]])];
     for ratio in PACES {
         let pace = ratio * span.pace;
@@ -204,6 +231,8 @@ fn record(span: &Span, command: Vec<f64>, recordings: &Recordings, load: f64) ->
 
 #[cfg(test)]
 mod tests {
+    use ema_sim::model_file::parse_machine;
+
     use super::*;
 
     fn span() -> Span {
@@ -237,5 +266,32 @@ mod tests {
         assert!(command.iter().all(|x| (-1.0..=2.0).contains(x)));
         let range = command.iter().fold(0.0_f64, |most, x| most.max((x - 0.5).abs()));
         assert!((range - 1.5).abs() < 1e-3, "{range}");
+    }
+    #[test]
+    fn without_a_limit_of_speed_nothing_goes_faster_than_what_was_recorded() {
+        let ramp = |pace: f64, kind| Record {
+            name: String::new(),
+            rate_hz: 1000.0,
+            command: (0..1000).map(|n| pace * f64::from(n) / 1000.0).collect(),
+            kind,
+            drive: vec![0.0; 1000],
+            position: None,
+            load: None,
+            filter_hz: None,
+            start_rad: None,
+        };
+        let allowed = |text: &str, kind| {
+            let machine = Machine::new(&parse_machine(text).expect("a model"));
+            let train = vec![ramp(2.0, kind)];
+            let limit = PaceLimit::new(&machine, &Recordings { train, ..Default::default() }, kind);
+            [0.6, 2.0, 6.0].into_iter().filter(|pace| limit.allows(&ramp(*pace, kind))).count()
+        };
+        let limited = include_str!("../../../fixtures/models/axis.toml");
+        let free = limited.replace("speed-limit-rad-per-s = 80.0\n", "");
+        assert_ne!(free, limited);
+        assert_eq!(allowed(limited, CommandKind::Position), 3);
+        assert_eq!(allowed(&free, CommandKind::Position), 2);
+        assert_eq!(allowed(limited, CommandKind::Motion), 2);
+        assert_eq!(allowed(&free, CommandKind::Speed), 3);
     }
 }

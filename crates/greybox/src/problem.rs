@@ -1,10 +1,10 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
-use ema_sim::LowFidelity;
+use ema_sim::{MachineSignals, PreparedTest};
 
 use crate::{
     error::GreyboxError,
-    machine::{Machine, Prediction, State},
+    machine::{Machine, State},
     mains::Mains,
     parallel,
     record::Record,
@@ -28,8 +28,8 @@ pub(crate) struct Prepared<'a> {
     skip: usize,
     mains: Mains,
     pub(crate) measured: Vec<f64>,
-    /// The machine of the problem on its command.
-    test: Option<LowFidelity>,
+    /// What runs of its command have in common.
+    test: PreparedTest,
 }
 
 impl<'a> Prepared<'a> {
@@ -38,10 +38,10 @@ impl<'a> Prepared<'a> {
         let skip = (libm::ceil(SETTLING_S * record.rate_hz) as usize)
             .min(record.drive.len() / 4)
             .next_multiple_of(factor);
-        let drive = machine.measured_drive(record);
+        let drive = Machine::measured_drive(record);
         let samples = drive.len().saturating_sub(skip) / factor;
         let mains = Mains::new(record.rate_hz, factor, samples);
-        let (measured, test) = (Vec::new(), machine.actuator_test(record));
+        let (measured, test) = (Vec::new(), machine.prepared(record));
         let mut prepared = Self { record, place, factor, skip, mains, measured, test };
         prepared.measured = prepared.reduce(&drive);
         prepared
@@ -49,8 +49,7 @@ impl<'a> Prepared<'a> {
 
     /// The drive signal of a machine on its command, as it is compared.
     pub(crate) fn drive(&self, machine: &Machine, state: &State) -> Result<Vec<f64>, GreyboxError> {
-        let test = (self.record, self.test.as_ref());
-        Ok(self.reduce(&machine.drive(state, test, self.place)?))
+        Ok(self.reduce(&machine.drive(state, self.record, &self.test, self.place)?))
     }
 
     /// A drive signal at the recording's rate as it is compared: averaged, and without what hums
@@ -104,7 +103,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What the machine gives for each recording, unreduced.
-    pub(crate) fn predictions(&self, state: &State) -> Result<Vec<Prediction>, GreyboxError> {
+    pub(crate) fn predictions(&self, state: &State) -> Result<Vec<MachineSignals>, GreyboxError> {
         let of =
             |prepared: &Prepared<'_>| self.machine.simulate(state, prepared.record, prepared.place);
         parallel::map(&self.records, self.jobs, of).into_iter().collect()

@@ -1,7 +1,7 @@
 //! The recording to take next: of a menu of safe commands the one that tells apart what the
 //! recordings at hand leave open.
 
-use ema_sim::EffectId;
+use ema_sim::{CommandKind, EffectId};
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
@@ -11,15 +11,16 @@ use crate::{
     gram::{dot, solve},
     known::Known,
     machine::Machine,
-    menu::{Offer, menu},
+    menu::{Offer, PaceLimit, menu},
     noise::Whitener,
     problem::{PerRecord, Problem},
-    record::{CommandKind, Record, Recordings},
+    record::{Record, Recordings},
     structure::Free,
 };
 
 /// A recording that might be taken.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Proposed {
     /// What the machine does in it.
     pub description: String,
@@ -29,13 +30,22 @@ pub struct Proposed {
     pub load: Option<Vec<f64>>,
     /// For each pair of open causes twice the log-likelihood by which the recording is expected
     /// to speak against the wrong one: 9 is three standard deviations.
-    pub separations: Vec<(EffectId, EffectId, f64)>,
+    pub separations: Vec<Separation>,
+}
+
+/// How far a recording is expected to tell two causes apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// The two causes.
+    pub causes: [EffectId; 2],
+    /// Twice the log-likelihood by which it is expected to speak against the wrong one.
+    pub expected: f64,
 }
 
 impl Proposed {
     /// The least of the separations.
     pub fn separation(&self) -> f64 {
-        self.separations.iter().map(|(.., separation)| *separation).fold(f64::INFINITY, f64::min)
+        self.separations.iter().map(|pair| pair.expected).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -43,8 +53,9 @@ impl Proposed {
 /// `Φ((λ/2 − t)/√λ)` that it speaks for the right one by more than the limit `t` of ties, nats.
 /// One told apart for certain counts no more than another, however certain; a pair that no
 /// recording tells apart decides nothing.
-fn ties_broken(separations: &[(EffectId, EffectId, f64)], tie_nats: f64) -> f64 {
-    let chance = |(.., separation): &(EffectId, EffectId, f64)| {
+fn ties_broken(separations: &[Separation], tie_nats: f64) -> f64 {
+    let chance = |pair: &Separation| {
+        let separation = pair.expected;
         let deviations = (0.5 * separation - tie_nats) / libm::sqrt(separation.max(1e-9));
         0.5 * libm::erfc(-core::f64::consts::FRAC_1_SQRT_2 * deviations)
     };
@@ -56,6 +67,7 @@ const ALIKE_TIES: f64 = 0.01;
 
 /// What to record next.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Proposal {
     /// Causes that the recordings leave open, the likeliest first; fewer than two: nothing to
     /// tell apart.
@@ -106,6 +118,7 @@ pub fn propose(
         .map(|(id, fitted)| Cause { id: *id, known: Known::new(fitted, &whitener) })
         .collect();
     let mut served: Vec<(f64, Proposed)> = Vec::new();
+    let pace = PaceLimit::new(&machine, &recordings, first.kind);
     for Offer { description, sizes } in menu(&machine, &recordings) {
         // what the machine cannot do at any size is not on the menu
         for record in sizes {
@@ -114,6 +127,9 @@ pub fn propose(
             let Some(drives) = drives else { continue };
             let separations = separations(&machine, &problem, &causes, &drives, &whitener);
             let Some(separations) = if_run(separations)? else { continue };
+            if !pace.allows(&record) {
+                break;
+            }
             let told = ties_broken(&separations, options.tie_nats);
             let Record { command, load, .. } = record;
             let proposed = Proposed { description, command, load, separations };
@@ -191,7 +207,7 @@ fn separations(
     causes: &[Cause],
     drives: &[PerRecord],
     whitener: &Whitener,
-) -> Result<Vec<(EffectId, EffectId, f64)>, GreyboxError> {
+) -> Result<Vec<Separation>, GreyboxError> {
     let mut beside = Vec::new();
     for (cause, drive) in causes.iter().zip(drives) {
         beside.push(Beside::new(machine, problem, (cause, drive), whitener)?);
@@ -206,7 +222,7 @@ fn separations(
             };
             let unforeseen = beside[a].unforeseen.max(beside[b].unforeseen);
             let separation = at_least(of(a).min(of(b)), unforeseen);
-            pairs.push((causes[a].id, causes[b].id, separation));
+            pairs.push(Separation { causes: [causes[a].id, causes[b].id], expected: separation });
         }
     }
     Ok(pairs)
@@ -266,11 +282,11 @@ mod tests {
     fn of_three(separations: [f64; 3]) -> f64 {
         use EffectId::{Cogging, CurrentRipple, TransmissionError};
         let pairs = [
-            (Cogging, CurrentRipple),
-            (Cogging, TransmissionError),
-            (CurrentRipple, TransmissionError),
+            [Cogging, CurrentRipple],
+            [Cogging, TransmissionError],
+            [CurrentRipple, TransmissionError],
         ];
-        let of = |((a, b), separation)| (a, b, separation);
+        let of = |(causes, expected)| Separation { causes, expected };
         ties_broken(&pairs.into_iter().zip(separations).map(of).collect::<Vec<_>>(), 5.0)
     }
 

@@ -1,20 +1,8 @@
 //! Recordings as this crate takes them: equally long channels at one rate.
 
-use crate::error::GreyboxError;
+use ema_sim::{CommandKind, MachineTest};
 
-/// What the command of a recording asks for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CommandKind {
-    /// A position: rad, of a linear axis m.
-    #[default]
-    Position,
-    /// A speed: rad/s or m/s.
-    Speed,
-    /// Nothing that is known: the controller is another than the model's, and the command is the
-    /// measured position, which a controller of our own follows. Of a servo axis whose current,
-    /// or whose amplifier, is recorded.
-    Motion,
-}
+use crate::error::GreyboxError;
 
 /// One recording of a machine in closed loop.
 ///
@@ -42,6 +30,9 @@ pub struct Record {
     /// encoder's step: with damaged phases the current tells ten-thousandths of a turn apart.
     pub start_rad: Option<f64>,
 }
+
+/// Shortest recording, s: the first 0.3 s are not compared.
+const LEAST_S: f64 = 0.4;
 
 /// Fewest samples of a recording.
 const LEAST_SAMPLES: usize = 200;
@@ -87,6 +78,26 @@ impl Record {
         self.drive.len() as f64 / self.rate_hz
     }
 
+    /// Whether the measurements are those of another recording, to the last digit.
+    fn is_same(&self, other: &Self) -> bool {
+        self.drive == other.drive
+            && self.position == other.position
+            && self.command == other.command
+    }
+
+    /// Its command and load, as a machine is run on them.
+    pub(crate) fn test(&self) -> MachineTest<'_> {
+        MachineTest {
+            rate_hz: self.rate_hz,
+            command: &self.command,
+            asks_for: self.kind,
+            load: self.load.as_deref(),
+            filter_hz: self.filter_hz,
+            shown_start: self.position.as_ref().map(|position| position[0]),
+            start_rad: self.start_rad,
+        }
+    }
+
     /// Whether another recording is of the same command under the same load.
     pub(crate) fn repeats(&self, other: &Self) -> bool {
         let same = |a: &[f64], b: &[f64]| {
@@ -117,12 +128,25 @@ pub struct Recordings {
 }
 
 impl Recordings {
-    /// Refuses sets without a recording to fit, and recordings of no use.
+    /// Refuses sets without a recording to fit, recordings of no use or too short to be compared,
+    /// and one that is given twice, which would be judged on what it was fitted to.
     ///
     /// # Errors
     ///
     /// [`GreyboxError`].
     pub fn check(&self) -> Result<(), GreyboxError> {
+        let all: Vec<&Record> = self.all().collect();
+        for (place, one) in all.iter().enumerate() {
+            let duration_s = one.duration_s();
+            if duration_s < LEAST_S {
+                let record = one.name.clone();
+                return Err(GreyboxError::Short { record, duration_s, least_s: LEAST_S });
+            }
+            if let Some(twin) = all[..place].iter().find(|other| one.is_same(other)) {
+                let [first, second] = [twin, one].map(|record| record.name.clone());
+                return Err(GreyboxError::Twice { first, second });
+            }
+        }
         if self.train.is_empty() {
             return Err(GreyboxError::NoTraining);
         }

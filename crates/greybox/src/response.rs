@@ -3,7 +3,7 @@
 
 use core::f64::consts::TAU;
 
-use ema_sim::{Coordinate, Curve, CurveKind, Effect};
+use ema_sim::{CommandKind, Coordinate, Curve, CurveKind, Effect, MachineSignals};
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use crate::{
@@ -11,11 +11,10 @@ use crate::{
     fit::whitened,
     gram::{Gram, dot},
     hypothesis::{Leads, Scales},
-    machine::{Prediction, State},
+    machine::State,
     noise::Whitener,
     problem::{PerRecord, Prepared, Problem},
     random::normal,
-    record::CommandKind,
 };
 
 /// Taps of the loop's answer to a torque.
@@ -146,8 +145,8 @@ impl Screen<'_> {
 
     /// Energy that a torque of an order of the motor's angle explains, a ripple of torque, and an
     /// error of the position, where it is controlled.
-    fn energies_of_order(&self, predictions: &[Prediction], order: f64) -> [f64; 3] {
-        let waves = |p: &Prediction| p.motor.iter().map(|x| libm::sincos(order * x)).collect();
+    fn energies_of_order(&self, predictions: &[MachineSignals], order: f64) -> [f64; 3] {
+        let waves = |p: &MachineSignals| p.motor.iter().map(|x| libm::sincos(order * x)).collect();
         let waves: Vec<Vec<(f64, f64)>> = predictions.iter().map(waves).collect();
         let constant = self.problem.machine.constant();
         let motor = |record: usize, n: usize| constant * predictions[record].drive[n];
@@ -166,7 +165,11 @@ impl Screen<'_> {
     }
 
     /// A torque at each sample of each recording, averaged as the signals are.
-    fn torque(&self, predictions: &[Prediction], of: impl Fn(usize, usize) -> f64) -> PerRecord {
+    fn torque(
+        &self,
+        predictions: &[MachineSignals],
+        of: impl Fn(usize, usize) -> f64,
+    ) -> PerRecord {
         let reduced = |(record, prepared): (usize, &Prepared<'_>)| {
             let samples = predictions[record].drive.len();
             prepared.averaged(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
@@ -318,7 +321,7 @@ fn best_of<T: Copy>(items: &[T], keep: usize, scores: &[f64]) -> Vec<T> {
 
 /// Orders whose period is resolved: whole numbers of periods a turn; of a linear axis wave
 /// numbers of whole periods over the travel.
-fn orders(problem: &Problem<'_>, predictions: &[Prediction]) -> Vec<f64> {
+fn orders(problem: &Problem<'_>, predictions: &[MachineSignals]) -> Vec<f64> {
     // of an axis one period a turn is an imbalance
     let least = if problem.machine.is_axis() { 2 } else { 1 };
     let whole = (least..=MOST_ORDER).map(f64::from);
@@ -331,8 +334,8 @@ fn orders(problem: &Problem<'_>, predictions: &[Prediction]) -> Vec<f64> {
 
 /// Middle and half of the way that something went.
 pub(crate) fn travel(
-    predictions: &[Prediction],
-    of: impl Fn(&Prediction) -> &Vec<f64>,
+    predictions: &[MachineSignals],
+    of: impl Fn(&MachineSignals) -> &Vec<f64>,
 ) -> (f64, f64) {
     let all = || predictions.iter().flat_map(|p| of(p).iter().copied());
     let (least, most) =
@@ -340,7 +343,7 @@ pub(crate) fn travel(
     (0.5 * (least + most), 0.5 * (most - least))
 }
 
-fn candidate_regions(predictions: &[Prediction]) -> Vec<(f64, f64)> {
+fn candidate_regions(predictions: &[MachineSignals]) -> Vec<(f64, f64)> {
     let (middle, half) = travel(predictions, |p| &p.surface);
     let mut regions = Vec::new();
     for width in [0.05, 0.12, 0.3] {

@@ -1,6 +1,6 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
-use ema_sim::{EffectId, Repetition};
+use ema_sim::{CommandKind, EffectId, Repetition};
 
 use crate::{
     curve::{Hypothesis, hypotheses},
@@ -10,7 +10,6 @@ use crate::{
     floor::Floor,
     hypothesis::{Family, Leads, Scales, differs_by_record, families, is_stiff},
     noise::Whitener,
-    record::CommandKind,
     response::leads,
     rival::{Judged, Rival},
     scan::{Scan, log_tail, score},

@@ -1,8 +1,10 @@
 //! What is left of a recording, described: fit, whiteness, and which coordinate it follows.
 
+use ema_sim::MachineSignals;
+
 use crate::{
     error::GreyboxError,
-    machine::{Machine, Prediction, State},
+    machine::{Machine, State},
     noise::{Whitener, rms},
     problem::{PerRecord, Prepared, Problem},
     scan::log_tail,
@@ -60,12 +62,23 @@ fn whiteness(white: &[f64]) -> f64 {
     libm::exp(log_tail(statistic, LAGS))
 }
 
-/// What a residual looks like.
+/// Share of a residual that follows a coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CoordinateShare {
+    /// `time`, `speed`, `motor-angle`, `position`, `drive` or `load`.
+    pub coordinate: &'static str,
+    /// Share of the variance, beyond chance, that means over bins of the coordinate explain.
+    pub share: f64,
+}
+
+/// Description of what is left of the recordings fitted.
+#[non_exhaustive]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remainder {
     /// Share of the residual's variance beyond chance that each coordinate explains alone,
     /// largest first.
-    pub shares: Vec<(&'static str, f64)>,
+    pub shares: Vec<CoordinateShare>,
     /// Mean residual over bins of the leading coordinate.
     pub curve: Vec<[f64; 2]>,
     /// Fourth moment over the square of the second: 3 for normal noise.
@@ -104,7 +117,11 @@ pub(crate) fn remainder(
         .collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let curve = shares.first().map_or_else(Vec::new, |(_, _, curve)| curve.clone());
-    let shares = shares.iter().map(|(place, share, _)| (coordinates[*place].0, *share)).collect();
+    let share = |(place, share, _): &(usize, f64, Vec<[f64; 2]>)| CoordinateShare {
+        coordinate: coordinates[*place].0,
+        share: *share,
+    };
+    let shares = shares.iter().map(share).collect();
     let second = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
     let fourth = residual.iter().map(|x| x * x * x * x).sum::<f64>() / residual.len().max(1) as f64;
     Ok(Remainder { shares, curve, kurtosis: fourth / (second * second).max(f64::MIN_POSITIVE) })
@@ -132,11 +149,11 @@ pub(crate) fn along_coordinates(
 fn coordinates_of(
     machine: &Machine,
     prepared: &Prepared<'_>,
-    prediction: &Prediction,
+    prediction: &MachineSignals,
 ) -> [Vec<f64>; NAMES.len()] {
     let samples = prediction.drive.len();
     let time: Vec<f64> = (0..samples).map(|n| n as f64 / prepared.record.rate_hz).collect();
-    let turn = core::f64::consts::TAU / machine.pole_pairs();
+    let turn = machine.current_period_rad();
     let angle: Vec<f64> =
         prediction.motor.iter().map(|a| a - turn * libm::floor(a / turn)).collect();
     let none = vec![0.0; samples];

@@ -99,18 +99,17 @@ impl Structure {
         let free = machine.rough().iter().enumerate().map(|(place, rough)| {
             let scale = if rough.value != 0.0 {
                 rough.value.abs()
-            } else if rough.motion_term() == Some(MotionTerm::Drag) {
+            } else if rough.motion_term == Some(MotionTerm::Drag) {
                 0.3 * torque / speed.max(1e-12)
             } else {
                 0.3 * torque
             };
-            let (least, most) = rough.bounds();
             Free {
                 target: Target::Rough(place),
                 key: rough.key.clone(),
                 start: rough.value,
-                least: least.max(rough.value - FARTHEST * scale),
-                most: most.min(rough.value + FARTHEST * scale),
+                least: rough.least.max(rough.value - FARTHEST * scale),
+                most: rough.most.min(rough.value + FARTHEST * scale),
                 step: 0.02 * scale,
                 reach: f64::INFINITY,
                 prior: None,

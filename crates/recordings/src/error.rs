@@ -414,6 +414,33 @@ pub enum RecordError {
         /// The sample, from 0.
         index: usize,
     },
+    /// A sample stands off the grid of its channel.
+    #[error(
+        "column `{}` is sampled irregularly: a sample is {deviation_s:.2e} s off its grid, expected \
+         at most {most_s:.2e} s",
+        .channel.column()
+    )]
+    OffGrid {
+        /// The channel.
+        channel: ChannelName,
+        /// Largest distance of a sample from the grid.
+        deviation_s: f64,
+        /// Largest distance that is compared.
+        most_s: f64,
+    },
+    /// The metadata and the column disagree on where the motor starts.
+    #[error(
+        "`start-angle-rad` is {told_rad}, but `motor_angle_rad` begins at {first_rad}: expected \
+         the same angle within {most_rad} rad"
+    )]
+    StartAngle {
+        /// Angle in the metadata.
+        told_rad: f64,
+        /// First sample of the column.
+        first_rad: f64,
+        /// Largest difference, whole turns apart.
+        most_rad: f64,
+    },
     /// The times of a channel made in memory do not increase.
     #[error("time of `{channel}` does not increase at sample {index}")]
     ChannelTime {

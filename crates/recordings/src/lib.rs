@@ -20,6 +20,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod align;
 mod channel;
 mod column_map;
 mod error;
@@ -36,6 +37,7 @@ mod source;
 mod unit;
 mod writer;
 
+pub use align::{AskedFor, CommandColumn};
 pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub use error::RecordError;

@@ -84,7 +84,6 @@ fn simulated(run: &NominalRun) -> Result<Vec<f64>> {
             let simulation = ServoAxisSimulation::new(&model.axis, &scenario)?.with_load(load)?;
             Ok(simulation.simulate(&faults).current)
         }
-        _ => bail!("a machine of another kind"),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{f64::consts::TAU, fmt::Write as _};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use ema_sim::{
     AxisInput, AxisScenario, AxisStart, Command, Effect, EffectId, Geometry, HealthState, Load,
     LowFidelity, PhaseSensors, PhysicalFaults, Scenario, ServoAxisSimulation,
@@ -114,7 +114,6 @@ impl Machine {
                 let trace = simulation.simulate(&healthy);
                 (trace.rate_hz, trace.current_a, trace.motor_angle_rad)
             }
-            _ => bail!("neither an actuator nor an axis"),
         };
         let step = (rate_hz / RATE_HZ).round() as usize;
         Ok([current, position].map(|values| values.into_iter().step_by(step).collect()))
@@ -176,7 +175,7 @@ pub(super) fn text() -> Result<String> {
         let (one, one_s) = machine.explained(&recordings, 1)?;
         let (two, two_s) = machine.explained(&recordings, 2)?;
         let [before, after] = two.holdout_rms.context("recordings held out")?;
-        let (floor, _) = two.noise_floor.context("a floor")?;
+        let floor = two.noise_floor.context("a floor")?.rms;
         let size = |effect: &Effect| {
             let number = |key: &str| effect.get(key).unwrap_or_default();
             let size_n_m = number("cogging_sin_n_m").hypot(number("cogging_cos_n_m"));

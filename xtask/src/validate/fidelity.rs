@@ -124,7 +124,7 @@ fn explained(electronics: Imperfections) -> Result<Explained> {
 fn extended(explained: &Explained) -> Result<Model> {
     match explained.extend(&MachineModel::Actuator(Model::from(EMA_48))) {
         MachineModel::Actuator(model) => Ok(model),
-        _ => bail!("an actuator stays one"),
+        MachineModel::ServoAxis(_) => bail!("an actuator stays one"),
     }
 }
 
@@ -239,7 +239,7 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
     page.push_str(include_str!("fidelity/found.md"));
     for (name, _, explained, _) in &found {
         let [before, after] = explained.holdout_rms.context("recordings held out")?;
-        let (floor, _) = explained.noise_floor.context("a floor")?;
+        let floor = explained.noise_floor.context("a floor")?.rms;
         let named: Vec<String> = explained.effects.iter().map(|f| in_words(&f.effect)).collect();
         let named = if named.is_empty() { "nothing".to_owned() } else { named.join(", ") };
         writeln!(

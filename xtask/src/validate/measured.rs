@@ -14,7 +14,9 @@ use ema_sim::{
     Effect, EffectId,
     model_file::{AxisModel, MachineModel},
 };
-use greybox::{Calibrated, CalibratedNumber, Explained, Finding, Options, Use, Verdict};
+use greybox::{
+    Calibrated, CalibratedNumber, Explained, Finding, Options, RecordChange, Use, Verdict,
+};
 
 use super::Figure;
 use crate::ci::clock;
@@ -88,7 +90,7 @@ pub(super) fn text(_: &[Figure]) -> Result<String> {
 fn axis(model: MachineModel) -> Result<AxisModel> {
     match model {
         MachineModel::ServoAxis(model) => Ok(model),
-        _ => bail!("a servo axis"),
+        MachineModel::Actuator(_) => bail!("a servo axis"),
     }
 }
 
@@ -139,11 +141,13 @@ fn findings(page: &mut String, explained: &Explained) -> Result<()> {
         let mut numbers = Vec::new();
         for (parameter, value) in info.parameters.iter().zip(finding.effect.values()) {
             let key = parameter.key(geometry);
-            let own = finding.interval_95.iter().filter(|(k, [least, most])| {
-                k.as_str() == key && least <= value && value <= most && most > least
+            let mut own = finding.interval_95.iter().filter(|one| {
+                let [least, most] = one.interval_95;
+                one.key == key && least <= *value && *value <= most && most > least
             });
+            let [least, most] = own.next().map_or_else(Default::default, |one| one.interval_95);
             let interval =
-                own.map(|(_, [a, b])| format!(" ({} to {})", short(*a), short(*b))).next();
+                (most > least).then(|| format!(" ({} to {})", short(least), short(most)));
             if *value != 0.0 {
                 let interval = interval.unwrap_or_default();
                 numbers.push(format!("`{key}` {}{interval}", short(*value)));
@@ -367,7 +371,8 @@ fn laas_records(page: &mut String, explained: &Explained) -> Result<()> {
         page,
         "\n| recording | used for | before, A | after, A |\n| --- | --- | ---: | ---: |"
     )?;
-    for (role, before, after) in &explained.records {
+    for change in &explained.records {
+        let RecordChange { role, before, after } = change;
         let role = if *role == Use::Train { "fitted" } else { "held out" };
         writeln!(page, "| {} | {role} | {:.4} | {:.4} |", before.record, before.rms, after.rms)?;
     }

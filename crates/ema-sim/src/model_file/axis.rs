@@ -1,4 +1,4 @@
-//! Model files of servo axes, and of either machine.
+//! Model files of servo axes.
 
 use toml::{
     Spanned,
@@ -6,12 +6,12 @@ use toml::{
 };
 
 use super::{
-    EffectBlock, Model, ModelFileError, Reader, document, effect_block, entry, faults_line,
-    line_of, name_line, string,
+    EffectBlock, ModelFileError, Reader, effect_block, entry, faults_line, line_of, name_line,
+    string,
 };
 use crate::{
     axis_parameter::AxisParameter,
-    effect::{Effect, Geometry},
+    effect::Geometry,
     fault::FaultId,
     servo_axis::ServoAxis,
     servo_control::{AxisController, Drive, Feedback},
@@ -49,124 +49,12 @@ impl PartialEq for AxisTolerance {
     }
 }
 
-/// A model of either kind.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-#[expect(clippy::large_enum_variant, reason = "one is read at a time")]
-pub enum MachineModel {
-    /// An actuator with three phases.
-    Actuator(Model),
-    /// A servo axis.
-    ServoAxis(AxisModel),
-}
-
-impl MachineModel {
-    /// The owner's name for the machine.
-    pub fn name(&self) -> Option<&str> {
-        match self {
-            Self::Actuator(model) => model.name.as_deref(),
-            Self::ServoAxis(model) => model.name.as_deref(),
-        }
-    }
-
-    /// The faults that it can have.
-    pub fn faults(&self) -> &[FaultId] {
-        match self {
-            Self::Actuator(model) => &model.faults,
-            Self::ServoAxis(model) => &model.faults,
-        }
-    }
-
-    /// The units of its effects.
-    pub fn geometry(&self) -> Geometry {
-        match self {
-            Self::Actuator(_) => Geometry::Rotary,
-            Self::ServoAxis(model) => model.axis.geometry,
-        }
-    }
-
-    /// Effects besides the base model.
-    pub fn effects(&self) -> &[EffectBlock] {
-        match self {
-            Self::Actuator(model) => &model.effects,
-            Self::ServoAxis(model) => &model.effects,
-        }
-    }
-
-    /// Effects besides the base model, to be changed.
-    pub fn effects_mut(&mut self) -> &mut Vec<EffectBlock> {
-        match self {
-            Self::Actuator(model) => &mut model.effects,
-            Self::ServoAxis(model) => &mut model.effects,
-        }
-    }
-
-    /// The effects that are switched on.
-    pub fn switched_on(&self) -> Vec<Effect> {
-        self.effects().iter().map(|block| block.effect.clone()).collect()
-    }
-
-    /// Text of the model, complete and without a base; [`parse_machine`] gives it back bit for bit.
-    pub fn write(&self) -> String {
-        match self {
-            Self::Actuator(model) => super::write(model),
-            Self::ServoAxis(model) => model.write(),
-        }
-    }
-}
-
 /// Names of the geometries, of what the output drives, and of where the position is measured.
 const GEOMETRIES: [(&str, Geometry); 2] =
     [("rotary", Geometry::Rotary), ("linear", Geometry::Linear)];
 const DRIVES: [(&str, Drive); 3] =
     [("current", Drive::Current), ("amplifier", Drive::Amplifier), ("winding", Drive::Winding)];
 const FEEDBACKS: [(&str, Feedback); 2] = [("motor", Feedback::Motor), ("load", Feedback::Load)];
-
-/// Reads a model of either kind.
-///
-/// # Errors
-///
-/// [`ModelFileError`] naming line and key.
-///
-/// # Examples
-///
-/// ```
-/// use ema_sim::model_file::{MachineModel, parse_machine};
-///
-/// let model = parse_machine("base = \"ema-48\"\n")?;
-/// assert!(matches!(model, MachineModel::Actuator(_)));
-/// # Ok::<_, ema_sim::model_file::ModelFileError>(())
-/// ```
-pub fn parse_machine(text: &str) -> Result<MachineModel, ModelFileError> {
-    if is_axis(text)? {
-        let reader = Reader { text, complete: false };
-        return Ok(MachineModel::ServoAxis(reader.axis(&document(text)?, None)?));
-    }
-    super::parse(text).map(MachineModel::Actuator)
-}
-
-/// Reads a model whose `base` is another model; what the key says is not looked at.
-///
-/// # Errors
-///
-/// [`ModelFileError`] naming line and key.
-pub fn parse_machine_onto(text: &str, base: &MachineModel) -> Result<MachineModel, ModelFileError> {
-    match base {
-        MachineModel::Actuator(model) => super::parse_onto(text, model).map(MachineModel::Actuator),
-        MachineModel::ServoAxis(model) => {
-            let reader = Reader { text, complete: true };
-            let axis = reader.axis(&document(text)?, Some(model.clone()))?;
-            Ok(MachineModel::ServoAxis(axis))
-        }
-    }
-}
-
-fn is_axis(text: &str) -> Result<bool, ModelFileError> {
-    match entry(&document(text)?, "kind") {
-        Some(kind) => Ok(string(text, "kind", kind)? == "servo-axis"),
-        None => Ok(false),
-    }
-}
 
 /// The axis that a file without a base fills in: each number is given, or its default.
 const BLANK: ServoAxis = ServoAxis {
@@ -196,7 +84,7 @@ const BLANK: ServoAxis = ServoAxis {
 };
 
 impl Reader<'_> {
-    fn axis(
+    pub(super) fn axis(
         &self,
         table: &DeTable<'_>,
         base: Option<AxisModel>,
@@ -354,7 +242,7 @@ fn complete(
 const STATIC_FRICTION: &str = "axis.static-friction-";
 
 impl AxisModel {
-    fn write(&self) -> String {
+    pub(crate) fn write(&self) -> String {
         let (axis, mut lines) = (&self.axis, vec!["kind = \"servo-axis\"".to_owned()]);
         let (geometry, drive) = (axis.geometry, axis.drive);
         lines.push(format!("geometry = \"{}\"", named(&GEOMETRIES, geometry)));
@@ -404,6 +292,7 @@ fn named<T: Copy + PartialEq>(names: &[(&'static str, T)], choice: T) -> &'stati
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model_file::{parse_machine, parse_machine_onto};
 
     const EMPS: &str = include_str!("../../../../fixtures/models/emps.toml");
 

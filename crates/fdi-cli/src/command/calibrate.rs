@@ -51,11 +51,11 @@ fn document(
             std: number.std,
             interval_95: number.interval_95(),
             determined: number.determined,
-            tied_to: number.tied_to.as_ref().map(|(key, _)| key.clone()),
+            tied_to: number.tied_to.as_ref().map(|tie| tie.key.clone()),
         };
         (number.key.clone(), parameter)
     };
-    let judged = |rms| holdout(rms, calibrated.noise_floor.0, calibrated.drive_unit);
+    let judged = |rms| holdout(rms, calibrated.noise_floor.rms, calibrated.drive_unit);
     Calibration {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),

@@ -4,7 +4,6 @@ mod compared;
 mod document;
 mod evidence;
 mod sentences;
-mod unexplained;
 
 use compared::Asked;
 pub(crate) use compared::{lacks, says_its_command};
@@ -70,10 +69,8 @@ pub(crate) fn explain(
     let text = in_form(global.output_format, &answer, sentences::human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
-        let mut extended = explained.extend(&model);
-        if let Some(block) = unexplained::block(&explained, &model) {
-            extended.effects_mut().push(block);
-        } else if explained.effects.is_empty() {
+        let extended = explained.extend(&model);
+        if extended == model {
             let name = path.display();
             streams.say(format_args!("{name}: nothing is found, the model as it was is written"));
         }
@@ -156,30 +153,6 @@ fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordin
     if let Some(reason) = missing {
         return Ok(Err(reason));
     }
-    check_roles(&recordings)?;
+    recordings.check()?;
     Ok(Ok(recordings))
-}
-
-/// Shortest recording, s: the first 0.3 s are not compared.
-const LEAST_S: f64 = 0.4;
-
-/// Refuses a recording that is given twice, which would be judged on what it was fitted to, and
-/// one too short to be compared.
-fn check_roles(recordings: &Recordings) -> Result<()> {
-    let all: Vec<&Record> = recordings.all().collect();
-    for (place, one) in all.iter().enumerate() {
-        let duration_s = one.duration_s();
-        if duration_s < LEAST_S {
-            bail!("{}: lasts {duration_s:.3} s, expected {LEAST_S} s at least", one.name);
-        }
-        if let Some(twin) = all[..place].iter().find(|other| is_same(one, other)) {
-            bail!("{} and {} are one recording, expected one use of each", twin.name, one.name);
-        }
-    }
-    Ok(())
-}
-
-/// Whether the measurements are the same to the last digit.
-fn is_same(one: &Record, other: &Record) -> bool {
-    one.drive == other.drive && one.position == other.position && one.command == other.command
 }

@@ -30,10 +30,8 @@ pub(crate) fn propose(
         ..Options::default()
     };
     let what = stage("looking for causes in", &recordings);
-    let mut proposal =
+    let proposal =
         watched(streams, global.quiet, &what, || greybox::propose(&model, &recordings, &options))?;
-    let paces = recordings.all().map(|record| fastest(&record.command, record.rate_hz));
-    keep_pace(&mut proposal, &model, paces.fold(0.0, f64::max));
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&proposal, &model, global, elapsed_s);
     let text = in_form(global.output_format, &answer, human)?;
@@ -52,33 +50,6 @@ pub(crate) fn propose(
     Ok(ExitStatus::Done)
 }
 
-/// Takes commands off the menu that go faster than the fastest pace recorded, where no limit of
-/// speed is known.
-fn keep_pace(proposal: &mut greybox::Proposal, model: &MachineModel, recorded: f64) {
-    let is_limited = match (proposal.kind, model) {
-        (CommandKind::Speed, _) => true,
-        (CommandKind::Position, MachineModel::ServoAxis(model)) => {
-            model.axis.controller.speed_limit < f64::MAX
-        }
-        (kind, _) => kind == CommandKind::Position,
-    };
-    if is_limited {
-        return;
-    }
-    let most = PACE_MARGIN * recorded;
-    proposal.menu.retain(|proposed| fastest(&proposed.command, proposal.rate_hz) <= most);
-}
-
-/// For rounding, and the same move on another grid.
-const PACE_MARGIN: f64 = 1.02;
-
-/// Fastest change over a twentieth of a second, per s: a step is no speed.
-fn fastest(command: &[f64], rate_hz: f64) -> f64 {
-    let lag = ((0.05 * rate_hz).round() as usize).max(1);
-    let pairs = command.iter().zip(command.iter().skip(lag));
-    pairs.map(|(a, b)| (b - a).abs()).fold(0.0, f64::max) * rate_hz / lag as f64
-}
-
 fn document(
     proposal: &greybox::Proposal,
     model: &MachineModel,
@@ -93,9 +64,9 @@ fn document(
         separations: proposed
             .separations
             .iter()
-            .map(|(a, b, separation)| Separation {
-                causes: [symbol(a), symbol(b)],
-                separation: *separation,
+            .map(|pair| Separation {
+                causes: pair.causes.each_ref().map(symbol),
+                separation: pair.expected,
             })
             .collect(),
     };
@@ -162,44 +133,4 @@ fn command(proposed: &Proposed, proposal: &greybox::Proposal, unit: &str) -> Str
         text.push('\n');
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use fdi_core::ema_sim::model_file::parse_machine;
-
-    use super::*;
-
-    /// A ramp of so many rad/s.
-    fn ramp(pace: f64) -> Vec<f64> {
-        (0..1000).map(|n| pace * f64::from(n) / 1000.0).collect()
-    }
-
-    #[test]
-    fn without_a_limit_of_speed_nothing_goes_faster_than_what_was_recorded() {
-        let recorded = fastest(&ramp(2.0), 1000.0);
-        assert!((recorded - 2.0).abs() < 1e-9);
-        let offered = |kind| {
-            let proposed = |pace| Proposed {
-                description: format!("{pace}"),
-                command: ramp(pace),
-                load: None,
-                separations: Vec::new(),
-            };
-            let menu = [0.6, 2.0, 6.0].map(proposed).into();
-            greybox::Proposal { open: Vec::new(), menu, rate_hz: 1000.0, kind }
-        };
-        let left = |text: &str, kind| {
-            let mut proposal = offered(kind);
-            keep_pace(&mut proposal, &parse_machine(text).unwrap(), recorded);
-            proposal.menu.len()
-        };
-        let limited = include_str!("../../../../fixtures/models/axis.toml");
-        let line = "speed-limit-rad-per-s = 80.0\n";
-        let free = limited.replace(line, "");
-        assert_ne!(free, limited);
-        assert_eq!(left(limited, CommandKind::Position), 3);
-        assert_eq!(left(&free, CommandKind::Position), 2);
-        assert_eq!(left(limited, CommandKind::Motion), 2);
-    }
 }

@@ -21,7 +21,7 @@ fn inertia_and_drag_are_found_within_their_intervals() {
         assert!((found.value - value).abs() < 4.0 * found.std, "{found:?}");
     }
     let [before, after] = calibrated.holdout_rms.expect("a recording was held out");
-    assert!(after < before && after < 1.05 * calibrated.noise_floor.0, "{before} {after}");
+    assert!(after < before && after < 1.05 * calibrated.noise_floor.rms, "{before} {after}");
     let MachineModel::ServoAxis(found) = &calibrated.model else { panic!("another machine") };
     assert_eq!(found.axis.inertia, number("axis.inertia").value);
 }

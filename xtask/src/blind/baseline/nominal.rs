@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use ema_sim::model_file::{MachineModel, parse_machine};
 
 /// Numbers of the nominal machine, at the motor's shaft.
@@ -56,7 +56,6 @@ impl Nominal {
                     pole_pairs: None,
                 }
             }
-            _ => bail!("neither an actuator nor a servo axis"),
         })
     }
 }

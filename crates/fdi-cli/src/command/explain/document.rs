@@ -10,7 +10,7 @@ use fdi_core::{
         Sensitivity,
     },
 };
-use greybox::{Explained, Finding, Use, Verdict};
+use greybox::{Explained, Finding, NoiseFloor, NumberFit, RecordChange, Use, Verdict};
 
 use super::{evidence, sentences};
 use crate::{GlobalArgs, stamp};
@@ -30,7 +30,8 @@ pub(super) fn document(
         Verdict::Absorbed => ExplanationVerdict::Absorbed,
         Verdict::Inconclusive => ExplanationVerdict::Inconclusive,
     };
-    let judged = |(rms, (floor, _))| holdout(rms, floor, explained.drive_unit);
+    let judged =
+        |(rms, floor): ([f64; 2], NoiseFloor)| holdout(rms, floor.rms, explained.drive_unit);
     let mut answer = Explanation {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
@@ -61,7 +62,8 @@ pub(super) fn document(
         nominal: explained
             .rough
             .iter()
-            .map(|(key, nominal, fitted)| {
+            .map(|number| {
+                let NumberFit { key, nominal, fitted } = number;
                 (key.clone(), NominalChange { nominal: *nominal, fitted: *fitted })
             })
             .collect(),
@@ -70,9 +72,9 @@ pub(super) fn document(
             shares: remainder
                 .shares
                 .iter()
-                .map(|(coordinate, share)| CoordinateShare {
-                    coordinate: (*coordinate).to_owned(),
-                    share: *share,
+                .map(|one| CoordinateShare {
+                    coordinate: one.coordinate.to_owned(),
+                    share: one.share,
                 })
                 .collect(),
             curve: remainder.curve.clone(),
@@ -81,11 +83,11 @@ pub(super) fn document(
         sensitivity: explained
             .smallest_named_90
             .iter()
-            .map(|(id, key, size)| Sensitivity {
-                id: id.info().symbol.to_owned(),
-                parameter: key.clone(),
-                smallest_named_90: *size,
-                unit: unit_of(key).to_owned(),
+            .map(|smallest| Sensitivity {
+                id: smallest.id.info().symbol.to_owned(),
+                parameter: smallest.key.clone(),
+                smallest_named_90: smallest.size,
+                unit: unit_of(&smallest.key).to_owned(),
             })
             .collect(),
         hypotheses: evidence::hypotheses(explained),
@@ -118,7 +120,8 @@ pub(crate) fn holdout([rms_before, rms_after]: [f64; 2], noise_floor: f64, unit:
     }
 }
 
-fn record((role, before, after): &(Use, greybox::RecordFit, greybox::RecordFit)) -> RecordFit {
+fn record(change: &RecordChange) -> RecordFit {
+    let RecordChange { role, before, after } = change;
     let role = match role {
         Use::Train => "train",
         Use::Holdout => "holdout",
@@ -140,8 +143,9 @@ fn finding(finding: &Finding) -> EffectFinding {
     let mut parameters = BTreeMap::new();
     for (parameter, value) in info.parameters.iter().zip(effect.values()) {
         let key = parameter.key(effect.geometry());
-        let interval = finding.interval_95.iter().find(|(fitted, _)| fitted == key);
-        let number = EffectNumber { value: *value, interval_95: interval.map(|(_, i)| *i) };
+        let interval = finding.interval_95.iter().find(|fitted| fitted.key == key);
+        let interval_95 = interval.map(|interval| interval.interval_95);
+        let number = EffectNumber { value: *value, interval_95 };
         parameters.insert(key.to_owned(), number);
     }
     EffectFinding {

@@ -8,12 +8,9 @@ use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict};
 pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
         let unit = holdout.unit.to_uppercase();
-        let [before, after, floor] =
-            [holdout.rms_before, holdout.rms_after, holdout.noise_floor].map(rounded);
-        format!(
-            "; on recordings it has not seen the residual falls from {before} to {after} {unit} \
-             (noise {floor} {unit})"
-        )
+        let floor = rounded(holdout.noise_floor);
+        let moves = moves(holdout.rms_before, holdout.rms_after, &unit);
+        format!("; on recordings it has not seen the residual {moves} (noise {floor} {unit})")
     });
     match answer.verdict {
         ExplanationVerdict::Adequate => {
@@ -63,6 +60,17 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
         ExplanationVerdict::Inconclusive => {
             format!("No conclusion: {}.", reason.unwrap_or("the recordings do not suffice"))
         }
+    }
+}
+
+/// Which way a size goes, as it is shown.
+fn moves(before: f64, after: f64, unit: &str) -> String {
+    let [from, to] = [before, after].map(rounded);
+    if from == to {
+        format!("stays at {from} {unit}")
+    } else {
+        let verb = if after < before { "falls" } else { "rises" };
+        format!("{verb} from {from} to {to} {unit}")
     }
 }
 
@@ -200,4 +208,16 @@ pub(super) fn human(answer: &Explanation) -> String {
         ));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moves;
+
+    #[test]
+    fn a_residual_falls_only_where_it_does() {
+        assert_eq!(moves(0.025_59, 0.006_372, "A"), "falls from 0.02559 to 0.006372 A");
+        assert_eq!(moves(0.006_372, 0.025_59, "V"), "rises from 0.006372 to 0.02559 V");
+        assert_eq!(moves(0.025_590_01, 0.025_59, "A"), "stays at 0.02559 A");
+    }
 }

@@ -1,10 +1,14 @@
 //! What nothing in the catalogue explains, as a curve that a model file can hold.
 
-use fdi_core::ema_sim::{
-    Coordinate, Curve, CurveKind, Drive, Effect, Geometry,
+use ema_sim::{
+    Coordinate, Curve, CurveKind, Effect, Geometry,
     model_file::{Annotation, EffectBlock, MachineModel},
 };
-use greybox::{Explained, ResidualCurve, Verdict};
+
+use crate::{
+    curve::ResidualCurve,
+    explained::{Explained, Verdict},
+};
 
 /// Fewest samples behind a point of the curve.
 const LEAST_SAMPLES: usize = 10;
@@ -17,7 +21,10 @@ const LEAST_SHARE: f64 = 0.05;
 /// That is what it takes where the loops follow slowly; far above their bandwidth the drive does
 /// not answer to a torque, and the curve is too small. None where the residual follows nothing that
 /// a curve can be over, as the drive, the load or chance.
-pub(super) fn block(explained: &Explained, model: &MachineModel) -> Option<EffectBlock> {
+pub(crate) fn unexplained_block(
+    explained: &Explained,
+    model: &MachineModel,
+) -> Option<EffectBlock> {
     if explained.verdict != Verdict::Unknown {
         return None;
     }
@@ -44,18 +51,14 @@ pub(super) fn block(explained: &Explained, model: &MachineModel) -> Option<Effec
 
 /// Coordinate and torque or force.
 fn points(best: &ResidualCurve, over: Coordinate, model: &MachineModel) -> Option<Vec<[f64; 2]>> {
-    let (constant, periods) = match model {
-        // two phases conduct
-        MachineModel::Actuator(model) => {
-            let motor = &model.actuator.motor;
-            (2.0 * motor.back_emf_v_s_per_rad, motor.pole_pairs)
-        }
-        MachineModel::ServoAxis(model) if model.axis.drive == Drive::Winding => return None,
-        MachineModel::ServoAxis(model) => (model.axis.force_constant, 1),
-        _ => return None,
-    };
+    let machine = model.kind();
+    if !machine.controls_its_drive() {
+        return None;
+    }
+    let constant = machine.torque_per_drive();
+    let periods = machine.pole_pairs().unwrap_or(1);
     let periods = if over == Coordinate::MotorAngle { periods } else { 1 };
-    let period = std::f64::consts::TAU / f64::from(periods);
+    let period = core::f64::consts::TAU / f64::from(periods);
     let bins = || best.bins.iter().filter(|bin| bin.samples >= LEAST_SAMPLES);
     let at = |turn: u32| {
         let shift = f64::from(turn) * period;

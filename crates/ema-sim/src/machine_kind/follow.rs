@@ -2,7 +2,11 @@
 //! on the measured position, and what it needs for that is compared with what was measured. These
 //! are the inverse dynamics of the machine, without derivatives of a measured signal.
 
-use ema_sim::{AxisController, Command, Feedback, ServoAxis};
+use crate::{
+    scenario::Command,
+    servo_axis::ServoAxis,
+    servo_control::{AxisController, Feedback},
+};
 
 /// Ticks of the follower in a sample of the recording.
 const TICKS_PER_SAMPLE: f64 = 10.0;
@@ -17,14 +21,21 @@ const DERIVATIVE_RATIO: f64 = 1e4;
 /// position is not to pass for torque.
 const SMOOTHED_SAMPLES: f64 = 15.0;
 
-/// Rate that what passes the averages is worth, Hz: a tenth of their power is left at its half.
-pub(crate) fn compared_hz(rate_hz: f64) -> f64 {
+/// Rate that a signal is worth after the averages of a followed motion, Hz: a tenth of the power
+/// is left at its half.
+pub fn resolved_hz(rate_hz: f64) -> f64 {
     0.9 * rate_hz / SMOOTHED_SAMPLES
+}
+
+/// A measured drive signal as the run of a followed motion would show it: averaged as the motion
+/// is, and through the loop of the follower.
+pub fn shown_while_followed(drive: &[f64], rate_hz: f64) -> Vec<f64> {
+    followed(&smoothed(drive), rate_hz)
 }
 
 /// A signal averaged over the time around each sample, three times over: without a delay. Over
 /// less at the ends.
-pub(crate) fn smoothed(signal: &[f64]) -> Vec<f64> {
+fn smoothed(signal: &[f64]) -> Vec<f64> {
     let reach = (0.5 * SMOOTHED_SAMPLES) as usize;
     (0..3).fold(signal.to_vec(), |signal, _| averaged(&signal, reach))
 }
@@ -41,7 +52,7 @@ fn averaged(signal: &[f64], reach: usize) -> Vec<f64> {
 }
 
 /// The motion to follow at the ticks of the follower, without kinks in it.
-pub(crate) fn motion(position: &[f64], rate_hz: f64) -> Command {
+pub(super) fn motion(position: &[f64], rate_hz: f64) -> Command {
     let position = smoothed(position);
     let ticks = TICKS_PER_SAMPLE as usize;
     let between = |n: usize| {
@@ -63,7 +74,7 @@ fn bandwidth(rate_hz: f64) -> f64 {
 
 /// The controller that follows a position recorded at a rate with an axis, by the error and its
 /// rate: `u = (M·ω/k)·(ė + ω·e/4)`.
-pub(crate) fn follower(axis: &ServoAxis, rate_hz: f64) -> AxisController {
+pub(super) fn follower(axis: &ServoAxis, rate_hz: f64) -> AxisController {
     let bandwidth = bandwidth(rate_hz);
     AxisController {
         sample_hz: TICKS_PER_SAMPLE * rate_hz,
@@ -87,7 +98,7 @@ pub(crate) fn follower(axis: &ServoAxis, rate_hz: f64) -> AxisController {
 /// ```
 ///
 /// sampled as in the simulation, with the signal held between its samples.
-pub(crate) fn followed(drive: &[f64], rate_hz: f64) -> Vec<f64> {
+fn followed(drive: &[f64], rate_hz: f64) -> Vec<f64> {
     let bandwidth = bandwidth(rate_hz);
     let tick_s = 1.0 / (TICKS_PER_SAMPLE * rate_hz);
     let (mut angle, mut speed) = (0.0, 0.0);
@@ -109,12 +120,11 @@ pub(crate) fn followed(drive: &[f64], rate_hz: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use ema_sim::{
+    use super::*;
+    use crate::{
         AxisInput, AxisScenario, AxisStart, Drive, Geometry, HealthState, PhysicalFaults,
         ServoAxisSimulation,
     };
-
-    use super::*;
 
     /// Of a motion whose inertia and drag are known the follower needs what passes its loop.
     #[test]

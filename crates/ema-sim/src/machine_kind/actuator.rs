@@ -1,0 +1,251 @@
+//! Actuators with three phases as a kind of machine.
+
+use super::{
+    CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
+    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber,
+    run::{Departure, delayed, difference, every},
+    static_friction,
+};
+use crate::{
+    effect::{Effect, Geometry},
+    envelope::EnvelopeFilter,
+    fault::{FaultId, PhysicalFaults},
+    low_fidelity::LowFidelity,
+    model_file::{self, EffectBlock, Model},
+    parameter::Parameter,
+    scenario::{Command, ControlMode, Scenario},
+    trace::LowFidelityTrace,
+};
+
+impl MachineKind for Model {
+    fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    fn name_mut(&mut self) -> &mut Option<String> {
+        &mut self.name
+    }
+
+    fn faults(&self) -> &[FaultId] {
+        &self.faults
+    }
+
+    fn effects(&self) -> &[EffectBlock] {
+        &self.effects
+    }
+
+    fn effects_mut(&mut self) -> &mut Vec<EffectBlock> {
+        &mut self.effects
+    }
+
+    fn write(&self) -> String {
+        model_file::write(self)
+    }
+
+    fn geometry(&self) -> Geometry {
+        Geometry::Rotary
+    }
+
+    fn drive_unit(&self) -> DriveUnit {
+        DriveUnit::Ampere
+    }
+
+    fn controls_its_drive(&self) -> bool {
+        true
+    }
+
+    fn torque_per_drive(&self) -> f64 {
+        // two phases conduct
+        2.0 * self.actuator.motor.back_emf_v_s_per_rad
+    }
+
+    fn moved_inertia(&self) -> f64 {
+        self.actuator.total_inertia_kg_m2()
+    }
+
+    fn pole_pairs(&self) -> Option<u32> {
+        Some(self.actuator.motor.pole_pairs)
+    }
+
+    fn loop_gains(&self) -> LoopGains {
+        let controller = &self.actuator.controller;
+        LoopGains {
+            position_per_s: controller.position_gain_per_s,
+            speed: controller.speed_gain_a_s_per_rad,
+        }
+    }
+
+    fn speed_limit(&self) -> Option<f64> {
+        let limit_rad_per_s = self.actuator.controller.speed_limit_rad_per_s;
+        Some(limit_rad_per_s / self.actuator.transmission.gear_ratio)
+    }
+
+    fn drive_limit(&self) -> f64 {
+        self.actuator.controller.current_limit_a
+    }
+
+    fn numbers(&self) -> Vec<MachineNumber> {
+        let of = |parameter: &Parameter| {
+            let (least, most) = parameter.bounds();
+            let key = parameter.key().to_owned();
+            MachineNumber { key, motion_term: parameter.motion_term(), least, most }
+        };
+        Parameter::ALL.iter().map(of).collect()
+    }
+
+    fn number(&self, place: usize) -> f64 {
+        Parameter::ALL[place].get(&self.actuator)
+    }
+
+    fn set_numbers(&mut self, values: &[NumberValue]) {
+        let old = self.actuator.transmission;
+        for NumberValue { place, value } in values {
+            Parameter::ALL[*place].set(&mut self.actuator, *value);
+        }
+        let new = &mut self.actuator.transmission;
+        new.static_friction_n_m = static_friction(
+            old.static_friction_n_m,
+            old.kinetic_friction_n_m,
+            new.kinetic_friction_n_m,
+        );
+    }
+
+    fn rough(&self) -> Vec<RoughNumber> {
+        let place = |key| Parameter::ALL.iter().position(|parameter| parameter.key() == key);
+        let known = self.tolerance.iter().filter_map(|tolerance| {
+            let place = place(tolerance.parameter.key())?;
+            Some(RoughNumber { place, half_width_frac: tolerance.half_width_frac })
+        });
+        known.collect()
+    }
+
+    fn can_follow_motion(&self) -> bool {
+        false
+    }
+
+    fn run(
+        &self,
+        test: &MachineTest<'_>,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) -> Result<Box<dyn MachineRun>, MachineTestError> {
+        let ticks_per_sample = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
+        let simulation = low_fidelity(self, effects, test)?;
+        let trace = simulation.simulate(faults);
+        Ok(Box::new(ActuatorRun {
+            trace,
+            simulation,
+            ticks_per_sample,
+            samples: test.command.len(),
+            gear_ratio: self.actuator.transmission.gear_ratio,
+            filter: filter(test),
+        }))
+    }
+
+    fn prepare(&self, test: &MachineTest<'_>) -> PreparedTest {
+        let is_run = test.ticks_per_sample(self.actuator.controller.sample_hz).is_ok();
+        PreparedTest { low_fidelity: is_run.then(|| low_fidelity(self, &[], test).ok()).flatten() }
+    }
+
+    fn drive(
+        &self,
+        test: &MachineTest<'_>,
+        prepared: &PreparedTest,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) -> Result<Vec<f64>, MachineTestError> {
+        let sample_hz = self.actuator.controller.sample_hz;
+        let (simulation, step) = match &prepared.low_fidelity {
+            Some(ready) => {
+                let simulation = ready.on_actuator(&self.actuator)?.with_effects(effects)?;
+                (simulation, test.ticks_per_sample(sample_hz)?)
+            }
+            None => {
+                let step = test.ticks_per_sample(sample_hz)?;
+                (low_fidelity(self, effects, test)?, step)
+            }
+        };
+        let mut current_a = Vec::new();
+        simulation.simulate_current(faults, &mut current_a);
+        Ok(shown(&current_a, sample_hz, step, test.command.len(), filter(test)))
+    }
+}
+
+/// Filter behind the current of a test.
+fn filter(test: &MachineTest<'_>) -> Option<EnvelopeFilter> {
+    test.filter_hz.map(|corner_hz| EnvelopeFilter { corner_hz, output_hz: test.rate_hz })
+}
+
+/// The drive signal at the rate of a test, given the current at each tick of the controller.
+fn shown(
+    current_a: &[f64],
+    rate_hz: f64,
+    step: usize,
+    samples: usize,
+    filter: Option<EnvelopeFilter>,
+) -> Vec<f64> {
+    match filter {
+        Some(filter) => filter.apply(current_a, rate_hz),
+        None => every(current_a, step, samples),
+    }
+}
+
+/// An actuator on the command of a test.
+fn low_fidelity(
+    model: &Model,
+    effects: &[Effect],
+    test: &MachineTest<'_>,
+) -> Result<LowFidelity, MachineTestError> {
+    let scenario = Scenario {
+        command: Command::Recorded { values_rad: test.command.to_vec(), rate_hz: test.rate_hz },
+        mode: match test.asks_for {
+            CommandKind::Position => ControlMode::Position,
+            CommandKind::Speed => ControlMode::Speed,
+            CommandKind::Motion => return Err(MachineTestError::Motion),
+        },
+        load_n_m: 0.0,
+        duration_s: test.duration_s(),
+        start_angle_rad: test.start_rad.or(test.shown_start).unwrap_or(0.0),
+        ..Scenario::chirp()
+    };
+    let simulation = LowFidelity::new(&model.actuator, &scenario)?.with_effects(effects)?;
+    Ok(simulation.with_load(test.recorded_load())?)
+}
+
+/// An actuator in a test, with all that it did.
+struct ActuatorRun {
+    simulation: LowFidelity,
+    trace: LowFidelityTrace,
+    ticks_per_sample: usize,
+    samples: usize,
+    gear_ratio: f64,
+    filter: Option<EnvelopeFilter>,
+}
+
+impl MachineRun for ActuatorRun {
+    fn signals(&self) -> MachineSignals {
+        let (trace, step, samples) = (&self.trace, self.ticks_per_sample, self.samples);
+        MachineSignals {
+            drive: shown(&trace.current_a, trace.rate_hz, step, samples, self.filter),
+            motor: every(&trace.motor_angle_rad, step, samples),
+            speed: every(&trace.motor_speed_rad_per_s, step, samples),
+            surface: every(&trace.surface_angle_rad, step, samples),
+        }
+    }
+
+    fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64> {
+        let (step, samples) = (self.ticks_per_sample, self.samples);
+        let predicted = every(&self.trace.motor_angle_rad, step, samples);
+        let off = Departure::new(&predicted, position, step, 1.0 / self.trace.rate_hz);
+        let mut seen = self.trace.clone();
+        off.add_angle(&mut seen.motor_angle_rad, 1.0);
+        off.add_angle(&mut seen.surface_angle_rad, 1.0 / self.gear_ratio);
+        off.add_speed(&mut seen.motor_speed_rad_per_s);
+        let difference = difference(
+            &self.simulation.replayed_current_a(&seen),
+            &self.simulation.replayed_current_a(&self.trace),
+        );
+        // asked for in one tick, the current is there in the next
+        every(&delayed(difference), step, samples)
+    }
+}

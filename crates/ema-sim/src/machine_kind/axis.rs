@@ -1,0 +1,241 @@
+//! Servo axes as a kind of machine.
+
+use super::{
+    CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
+    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber,
+    follow::{follower, motion},
+    run::{Departure, delayed, difference, every},
+    static_friction,
+};
+use crate::{
+    axis_parameter::AxisParameter,
+    effect::{Effect, EffectId, Geometry},
+    fault::{FaultId, PhysicalFaults},
+    model_file::{AxisModel, EffectBlock},
+    scenario::Command,
+    servo_axis::{AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation},
+    servo_control::Drive,
+};
+
+impl MachineKind for AxisModel {
+    fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    fn name_mut(&mut self) -> &mut Option<String> {
+        &mut self.name
+    }
+
+    fn faults(&self) -> &[FaultId] {
+        &self.faults
+    }
+
+    fn effects(&self) -> &[EffectBlock] {
+        &self.effects
+    }
+
+    fn effects_mut(&mut self) -> &mut Vec<EffectBlock> {
+        &mut self.effects
+    }
+
+    fn write(&self) -> String {
+        Self::write(self)
+    }
+
+    fn geometry(&self) -> Geometry {
+        self.axis.geometry
+    }
+
+    fn drive_unit(&self) -> DriveUnit {
+        match self.axis.drive {
+            Drive::Amplifier => DriveUnit::Volt,
+            Drive::Current | Drive::Winding => DriveUnit::Ampere,
+        }
+    }
+
+    fn controls_its_drive(&self) -> bool {
+        self.axis.drive != Drive::Winding
+    }
+
+    fn torque_per_drive(&self) -> f64 {
+        self.axis.force_constant
+    }
+
+    fn moved_inertia(&self) -> f64 {
+        self.axis.inertia
+    }
+
+    fn pole_pairs(&self) -> Option<u32> {
+        None
+    }
+
+    fn loop_gains(&self) -> LoopGains {
+        let controller = &self.axis.controller;
+        LoopGains { position_per_s: controller.position_gain_per_s, speed: controller.speed_gain }
+    }
+
+    fn speed_limit(&self) -> Option<f64> {
+        Some(self.axis.controller.speed_limit).filter(|limit| *limit < f64::MAX)
+    }
+
+    fn drive_limit(&self) -> f64 {
+        self.axis.controller.output_limit
+    }
+
+    fn numbers(&self) -> Vec<MachineNumber> {
+        let of = |parameter: &AxisParameter| {
+            let (least, most) = parameter.bounds();
+            let key = parameter.key(self.axis.geometry, self.axis.drive);
+            MachineNumber { key, motion_term: parameter.motion_term(), least, most }
+        };
+        AxisParameter::ALL.iter().map(of).collect()
+    }
+
+    fn number(&self, place: usize) -> f64 {
+        AxisParameter::ALL[place].get(&self.axis)
+    }
+
+    fn set_numbers(&mut self, values: &[NumberValue]) {
+        let old = self.axis;
+        for NumberValue { place, value } in values {
+            AxisParameter::ALL[*place].set(&mut self.axis, *value);
+        }
+        let new = &mut self.axis;
+        new.static_friction =
+            static_friction(old.static_friction, old.kinetic_friction, new.kinetic_friction);
+    }
+
+    fn rough(&self) -> Vec<RoughNumber> {
+        let (geometry, drive) = (self.axis.geometry, self.axis.drive);
+        let known = self.tolerance.iter().filter_map(|tolerance| {
+            let key = tolerance.parameter.key(geometry, drive);
+            let place = AxisParameter::ALL.iter().position(|p| p.key(geometry, drive) == key)?;
+            Some(RoughNumber { place, half_width_frac: tolerance.half_width_frac })
+        });
+        known.collect()
+    }
+
+    fn can_follow_motion(&self) -> bool {
+        self.axis.drive != Drive::Winding
+    }
+
+    fn run(
+        &self,
+        test: &MachineTest<'_>,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) -> Result<Box<dyn MachineRun>, MachineTestError> {
+        let is_followed = test.asks_for == CommandKind::Motion;
+        if is_followed && !self.can_follow_motion() {
+            return Err(MachineTestError::Motion);
+        }
+        let axis = if is_followed {
+            ServoAxis { controller: follower(&self.axis, test.rate_hz), ..self.axis }
+        } else {
+            self.axis
+        };
+        let ticks_per_sample = test.ticks_per_sample(axis.controller.sample_hz)?;
+        let scenario = scenario(test, effects);
+        let simulation = ServoAxisSimulation::new(&axis, &scenario)?
+            .with_effects(effects)?
+            .with_load(test.recorded_load())?;
+        let (trace, samples) = (simulation.simulate(faults), test.command.len());
+        Ok(Box::new(AxisRun { simulation, trace, ticks_per_sample, samples, drive: axis.drive }))
+    }
+
+    /// Nothing: an axis has no test that costs more than its run.
+    fn prepare(&self, _: &MachineTest<'_>) -> PreparedTest {
+        PreparedTest::default()
+    }
+
+    fn drive(
+        &self,
+        test: &MachineTest<'_>,
+        _: &PreparedTest,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) -> Result<Vec<f64>, MachineTestError> {
+        Ok(self.run(test, faults, effects)?.signals().drive)
+    }
+}
+
+/// The scenario of a test, begun where the first sample shows the axis.
+fn scenario(test: &MachineTest<'_>, effects: &[Effect]) -> AxisScenario {
+    let recorded =
+        || Command::Recorded { values_rad: test.command.to_vec(), rate_hz: test.rate_hz };
+    let shown = test.shown_start.unwrap_or(test.command[0]);
+    AxisScenario {
+        input: match test.asks_for {
+            CommandKind::Position => AxisInput::Position(recorded()),
+            CommandKind::Motion => AxisInput::Position(motion(test.command, test.rate_hz)),
+            CommandKind::Speed => AxisInput::Speed(recorded()),
+        },
+        load: 0.0,
+        duration_s: test.duration_s(),
+        start: AxisStart { position: stands_at(shown, effects), ..AxisStart::default() },
+    }
+}
+
+/// Where an axis is whose sensor, with the errors that it has, shows a position.
+fn stands_at(shown: f64, effects: &[Effect]) -> f64 {
+    let wave = |effect: &Effect, position: f64| match (effect.id(), effect.values()) {
+        (EffectId::TransmissionError, &[a, b, order, ..]) => {
+            let (sin, cos) = libm::sincos(order * position);
+            a * sin + b * cos
+        }
+        (EffectId::PositionSensor, &[_, a, b, ..]) => {
+            let (sin, cos) = libm::sincos(position);
+            a * sin + b * cos
+        }
+        _ => 0.0,
+    };
+    let error = |position: f64| effects.iter().map(|effect| wave(effect, position)).sum::<f64>();
+    // an error changes over turns that are long against itself
+    (0..STAND_STEPS).fold(shown, |position, _| shown - error(position))
+}
+
+/// Steps to where a small error is accounted for.
+const STAND_STEPS: usize = 4;
+
+/// A servo axis in a test, with all that it did.
+struct AxisRun {
+    simulation: ServoAxisSimulation,
+    trace: AxisTrace,
+    ticks_per_sample: usize,
+    samples: usize,
+    drive: Drive,
+}
+
+impl AxisRun {
+    fn shown(&self) -> &[f64] {
+        match self.drive {
+            Drive::Amplifier => &self.trace.output,
+            Drive::Current | Drive::Winding => &self.trace.current,
+        }
+    }
+}
+
+impl MachineRun for AxisRun {
+    fn signals(&self) -> MachineSignals {
+        let (step, samples) = (self.ticks_per_sample, self.samples);
+        MachineSignals {
+            drive: every(self.shown(), step, samples),
+            motor: every(&self.trace.position, step, samples),
+            speed: every(&self.trace.speed, step, samples),
+            surface: every(&self.trace.position, step, samples),
+        }
+    }
+
+    fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64> {
+        let (step, samples) = (self.ticks_per_sample, self.samples);
+        let predicted = every(&self.trace.position, step, samples);
+        let off = Departure::new(&predicted, position, step, 1.0 / self.trace.rate_hz);
+        let mut seen = self.trace.clone();
+        off.add_angle(&mut seen.position, 1.0);
+        off.add_speed(&mut seen.speed);
+        // of its own trace the controller makes its own output
+        let difference = difference(&self.simulation.replayed_output(&seen), &self.trace.output);
+        let shown = if self.drive == Drive::Amplifier { difference } else { delayed(difference) };
+        every(&shown, step, samples)
+    }
+}

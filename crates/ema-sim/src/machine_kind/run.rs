@@ -1,0 +1,178 @@
+//! A test of a machine on a recorded command, and the signals that it gives.
+
+use crate::{load::Load, low_fidelity::LowFidelity, simulation_error::SimulationError};
+
+/// Quantity that a command asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CommandKind {
+    /// A position: rad, of a linear axis m.
+    #[default]
+    Position,
+    /// A speed: rad/s or m/s.
+    Speed,
+    /// Nothing that is known: the controller is another than the model's, and the command is the
+    /// measured position, which a controller of our own follows. Of a servo axis whose current,
+    /// or whose amplifier, is recorded.
+    Motion,
+}
+
+/// A test: command and load, with one sample at each multiple of `1/rate_hz`, beginning at zero.
+#[derive(Clone, Copy, Debug)]
+pub struct MachineTest<'a> {
+    /// Rate of all samples.
+    pub rate_hz: f64,
+    /// The command: rad or rad/s, m or m/s.
+    pub command: &'a [f64],
+    /// Quantity that it asks for.
+    pub asks_for: CommandKind,
+    /// Load against positive motion, as long as the command: N·m or N.
+    pub load: Option<&'a [f64]>,
+    /// Corner of the two first-order low-passes behind the drive signal, Hz, where it is filtered.
+    pub filter_hz: Option<f64>,
+    /// First position that the sensor of motor or axis shows.
+    pub shown_start: Option<f64>,
+    /// Angle of the motor at the first sample, rad, where it is known better than the sensor
+    /// shows it.
+    pub start_rad: Option<f64>,
+}
+
+impl MachineTest<'_> {
+    /// Length in seconds.
+    pub(super) fn duration_s(&self) -> f64 {
+        self.command.len() as f64 / self.rate_hz
+    }
+
+    /// Ticks of a controller for a sample.
+    pub(super) fn ticks_per_sample(&self, sample_hz: f64) -> Result<usize, MachineTestError> {
+        let ratio = sample_hz / self.rate_hz;
+        let whole = libm::round(ratio);
+        if whole >= 1.0 && (ratio - whole).abs() < 1e-4 * whole {
+            return Ok(whole as usize);
+        }
+        Err(MachineTestError::Rate { rate_hz: self.rate_hz, sample_hz })
+    }
+
+    pub(super) fn recorded_load(&self) -> Load {
+        match self.load {
+            Some(values) => Load::Recorded { values_n_m: values.to_vec(), rate_hz: self.rate_hz },
+            None => Load::None,
+        }
+    }
+}
+
+/// Reason why a machine cannot be run on a test.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MachineTestError {
+    /// The simulation refuses numbers, effects or command.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The rates of controller and test do not fit.
+    #[error("sampled at {rate_hz} Hz, which the controller's {sample_hz} Hz is no multiple of")]
+    Rate {
+        /// Rate of the test.
+        rate_hz: f64,
+        /// Rate of the controller.
+        sample_hz: f64,
+    },
+    /// The machine cannot follow a motion.
+    #[error(
+        "its motion can be followed on a servo axis whose current or amplifier is recorded, on no \
+         other machine"
+    )]
+    Motion,
+}
+
+/// Signals that a machine gives in a test, at its rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineSignals {
+    /// Drive signal as its sensor shows it: A, or V.
+    pub drive: Vec<f64>,
+    /// Angle of the motor, or position of the axis: rad or m.
+    pub motor: Vec<f64>,
+    /// Speed of the motor, or of the axis: rad/s or m/s.
+    pub speed: Vec<f64>,
+    /// Position of the surface, or of the axis: rad or m.
+    pub surface: Vec<f64>,
+}
+
+/// A machine in a test, with all that it did.
+pub trait MachineRun {
+    /// The signals, at the rate of the test.
+    fn signals(&self) -> MachineSignals;
+
+    /// Change of the drive signal when the controller is run again on a measured position of
+    /// motor or axis instead of the simulated one: the controller replay. One value for each
+    /// sample of the test, in A or V.
+    fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64>;
+}
+
+/// Work that several runs of one test share.
+#[derive(Clone, Debug, Default)]
+pub struct PreparedTest {
+    /// Of an actuator: command and load at its ticks.
+    pub(super) low_fidelity: Option<LowFidelity>,
+}
+
+/// Measured less predicted position, and its rate, at the ticks of the controller.
+pub(super) struct Departure {
+    angle: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+impl Departure {
+    pub(super) fn new(
+        predicted: &[f64],
+        measured: &[f64],
+        ticks_per_sample: usize,
+        tick_s: f64,
+    ) -> Self {
+        let off = difference(measured, predicted);
+        let last = off.len().saturating_sub(1);
+        let sample_s = tick_s * ticks_per_sample as f64;
+        let rate = |n: usize| {
+            let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
+            (off[after] - off[before]) / ((after - before).max(1) as f64 * sample_s)
+        };
+        let rates: Vec<f64> = (0..off.len()).map(rate).collect();
+        let at_ticks = |values: &[f64]| -> Vec<f64> {
+            (0..values.len() * ticks_per_sample)
+                .map(|tick| {
+                    let (n, part) = (tick / ticks_per_sample, tick % ticks_per_sample);
+                    let next = values[(n + 1).min(last)];
+                    values[n] + (next - values[n]) * part as f64 / ticks_per_sample as f64
+                })
+                .collect()
+        };
+        Self { angle: at_ticks(&off), speed: at_ticks(&rates) }
+    }
+
+    pub(super) fn add_angle(&self, to: &mut [f64], share: f64) {
+        for (x, off) in to.iter_mut().zip(&self.angle) {
+            *x += share * off;
+        }
+    }
+
+    pub(super) fn add_speed(&self, to: &mut [f64]) {
+        for (x, off) in to.iter_mut().zip(&self.speed) {
+            *x += off;
+        }
+    }
+}
+
+/// First signal less the second.
+pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// A signal one tick later.
+pub(super) fn delayed(mut values: Vec<f64>) -> Vec<f64> {
+    values.pop();
+    values.insert(0, 0.0);
+    values
+}
+
+/// Samples of a signal at ticks.
+pub(super) fn every(values: &[f64], step: usize, samples: usize) -> Vec<f64> {
+    values.iter().step_by(step).take(samples).copied().collect()
+}
