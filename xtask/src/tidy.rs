@@ -16,7 +16,7 @@ const JOINED: [&str; 5] = ["recordings", "fdi-report", "ema-sim", "reduction", "
 
 /// What each crate of the workspace may use of the workspace; a new edge comes with
 /// a page in `docs/decisions/`.
-const EDGES: [(&str, &[&str]); 9] = [
+const EDGES: [(&str, &[&str]); 10] = [
     ("recordings", &[]),
     ("fdi-report", &["recordings"]),
     ("ema-sim", &[]),
@@ -24,7 +24,8 @@ const EDGES: [(&str, &[&str]); 9] = [
     ("gp-bayesopt", &[]),
     ("fdi-core", &JOINED),
     ("greybox", &["ema-sim"]),
-    ("fdi-cli", &["fdi-core", "fdi-report", "greybox", "recordings"]),
+    ("experiments", &["fdi-core", "gp-bayesopt"]),
+    ("fdi-cli", &["experiments", "fdi-core", "fdi-report", "greybox", "recordings"]),
     // hides effects, and so knows nothing of the catalogue
     ("greybox-blind", &[]),
 ];

@@ -3,11 +3,10 @@
 use std::{fmt::Write as _, thread, time::Instant};
 
 use anyhow::{Context, Result};
+use experiments::{Contender, EvaluationRequest, EvaluationSetting, Protocol, evaluate};
 use fdi_core::{
-    Contender, EvaluationRequest, EvaluationSetting, Protocol, convergence_figure_svg,
-    detection_figure_svg,
+    convergence_figure_svg, detection_figure_svg,
     ema_sim::Imperfections,
-    evaluate,
     report::{Evaluation, FaultEvaluation, MethodEvaluation},
 };
 

@@ -4,10 +4,11 @@
 use std::{fmt::Write as _, thread};
 
 use anyhow::{Context, Result};
-use fdi_core::{
-    Beforehand, Beginning, BeginningRequest, BeginningScore, DiagnoseOptions, EvaluationSetting,
-    ReferenceRequest, ema_sim::presets::BENCH, evaluate_beginnings, evaluate_references,
+use experiments::{
+    Beforehand, Beginning, BeginningRequest, BeginningScore, EvaluationSetting, ReferenceRequest,
+    evaluate_beginnings, evaluate_references,
 };
+use fdi_core::{DiagnoseOptions, ema_sim::presets::BENCH};
 
 use super::Figure;
 

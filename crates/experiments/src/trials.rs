@@ -1,122 +1,31 @@
-//! What searches, and the experiments of the paper's Tables 2-8.
+//! The searches of the paper's Tables 2-8, one for each method and condition.
 
 use std::convert::Infallible;
 
-use ema_sim::FAULT_COUNT;
-use gp_bayesopt::{Bounds, Criterion, Population, PopulationOptions};
-
-use super::{
-    EvaluationError, EvaluationRequest, Protocol,
-    convergence::{History, Recorder, curve},
-    high::HighTrial,
-    in_parallel,
-    score::Trial,
-    score::{fault_scores, levels_of, median},
-    test_conditions,
+use fdi_core::{
+    Condition, DiagnoseError, DiagnoseOptions, Diagnoser, Emulator, Experiment, HighFidelitySearch,
+    HighFidelitySettings, Monitor, Purpose, RootSeed, ScalarSearch, ema_sim::FAULT_COUNT,
+    in_parallel, report::MethodEvaluation,
 };
+use gp_bayesopt::{Bounds, Population, PopulationOptions};
+
 use crate::{
-    dataset::Condition,
-    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, coordinates_of},
-    emulator::Emulator,
-    experiment::Experiment,
-    report::{Method, MethodEvaluation},
-    scalar_search,
-    seed::{Purpose, RootSeed},
+    contender::Contender,
+    convergence::{History, Recorder, curve},
+    protocol::Protocol,
+    request::{EvaluationError, EvaluationRequest, test_conditions},
+    score::{Trial, fault_scores, levels_of, median},
 };
-
-/// What searches in an experiment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Contender {
-    /// The default method: generalised least squares with the learnt error of the monitor.
-    Composite,
-    /// The emulator of the reference signal; no simulation.
-    Emulator,
-    /// Expected improvement on the mask's scalar discrepancy.
-    Ei,
-    /// Upper confidence bound on it.
-    Ucb,
-    /// Two-step lookahead expected improvement on it.
-    TwoStepEi,
-    /// Genetic algorithm on it.
-    Genetic,
-    /// Particle swarm on it.
-    Swarm,
-    /// Differential evolution on it.
-    DifferentialEvolution,
-    /// Grey wolf optimiser on it.
-    GreyWolves,
-    /// CMA-ES on it.
-    CmaEs,
-}
-
-impl Contender {
-    /// Every contender.
-    pub const ALL: [Self; 10] = [
-        Self::Composite,
-        Self::Emulator,
-        Self::Ei,
-        Self::Ucb,
-        Self::TwoStepEi,
-        Self::Genetic,
-        Self::Swarm,
-        Self::DifferentialEvolution,
-        Self::GreyWolves,
-        Self::CmaEs,
-    ];
-
-    /// Its name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Composite => "composite",
-            Self::Emulator => "emulator",
-            Self::Ei => "ei",
-            Self::Ucb => "ucb",
-            Self::TwoStepEi => "two-step-ei",
-            Self::Genetic => "ga",
-            Self::Swarm => "pso",
-            Self::DifferentialEvolution => "de",
-            Self::GreyWolves => "gwo",
-            Self::CmaEs => "cma-es",
-        }
-    }
-
-    /// The contender of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|contender| contender.name() == name)
-    }
-
-    fn method(self) -> Option<Method> {
-        match self {
-            Self::Composite => Some(Method::Composite),
-            Self::Ei => Some(Method::Ei),
-            Self::Ucb => Some(Method::Ucb),
-            Self::TwoStepEi => Some(Method::TwoStepEi),
-            _ => None,
-        }
-    }
-
-    fn population(self) -> Option<Population> {
-        match self {
-            Self::Genetic => Some(Population::Genetic),
-            Self::Swarm => Some(Population::Swarm),
-            Self::DifferentialEvolution => Some(Population::DifferentialEvolution),
-            Self::GreyWolves => Some(Population::GreyWolves),
-            Self::CmaEs => Some(Population::CmaEs),
-            _ => None,
-        }
-    }
-}
 
 /// Evaluations that a population method may make unless told otherwise.
 const POPULATION_EVALUATIONS: usize = 5000;
 
-/// What an experiment is run with: made once, shared by the conditions.
+/// The prepared parts of an experiment, made once and shared by the conditions.
 struct Arena<'a> {
     request: &'a EvaluationRequest<'a>,
     diagnoser: Diagnoser,
     emulator: Option<Emulator>,
-    high: Option<HighTrial>,
+    high: Option<HighFidelitySearch>,
 }
 
 /// A condition with its signal.
@@ -125,19 +34,19 @@ struct Test {
     signal_a: Vec<f64>,
 }
 
-/// What one search found, before it is scored.
-pub(super) struct Found {
+/// The end of one search, before it is scored.
+struct Found {
     /// Coordinates looked for, free of bounds.
-    pub(super) estimate: Vec<f64>,
-    pub(super) discrepancy: f64,
-    pub(super) evaluations: u64,
-    pub(super) history: History,
+    estimate: Vec<f64>,
+    discrepancy: f64,
+    evaluations: u64,
+    history: History,
     /// Stated standard deviation of each level looked for, where there is one.
-    pub(super) std: Vec<f64>,
+    std: Vec<f64>,
 }
 
 /// Runs every contender on every condition.
-pub(super) fn run(
+pub(crate) fn run(
     request: &EvaluationRequest<'_>,
 ) -> Result<Vec<MethodEvaluation>, EvaluationError> {
     let experiment = request.protocol.experiment();
@@ -151,7 +60,13 @@ pub(super) fn run(
     let emulator = emulator.transpose()?;
     let high = match &emulator {
         Some(emulator) if high => {
-            Some(HighTrial::learn(&bundle, emulator, &request.setting, request.jobs)?)
+            let settings = HighFidelitySettings {
+                imperfections: request.setting.imperfections,
+                phase_rate_hz: request.setting.phase_rate_hz,
+                noise_a,
+                jobs: request.jobs,
+            };
+            Some(HighFidelitySearch::learn(&bundle, emulator, &settings)?)
         }
         _ => None,
     };
@@ -167,7 +82,7 @@ fn tests(
     let conditions = test_conditions(experiment, request)?;
     in_parallel(&conditions, request.jobs, |index, condition| {
         let seed = RootSeed(request.seed).derive(Purpose::SensorNoise, index as u64);
-        let sensors = request.setting.sensors().map(|sensors| (sensors, seed));
+        let sensors = request.setting.seeded_sensors(seed);
         let signal_a = request.setting.signal(experiment, condition, sensors)?;
         Ok(Test { condition: *condition, signal_a })
     })
@@ -247,16 +162,23 @@ impl Arena<'_> {
             return self.search_population(population, &test.signal_a, seed);
         }
         let Some(method) = contender.method() else { return Err(self.no_such(contender)) };
-        if let Some(criterion) = scalar_search::criterion(method, seed) {
-            return self.search_scalar(criterion, &test.signal_a, seed);
+        if let Some(search) = ScalarSearch::of(method, self.request.max_evaluations, seed) {
+            return self.search_scalar(search, &test.signal_a);
         }
         let now = || self.now_s();
         let recorder = Recorder::new(&now);
         if let (Some(high), Some(emulator)) = (&self.high, &self.emulator) {
             let found = high.diagnose(emulator, &test.signal_a, &|residual| {
                 recorder.note(self.norm_on_mask(residual));
-            })?;
-            return Ok(Found { history: recorder.finish(), ..found });
+            });
+            let found = found.ok_or(DiagnoseError::Undetermined)?;
+            return Ok(Found {
+                discrepancy: self.norm_on_mask(&found.residual_a),
+                estimate: found.estimate,
+                evaluations: found.evaluations,
+                history: recorder.finish(),
+                std: Vec::new(),
+            });
         }
         let noise_a = Some(self.request.setting.noise_a());
         let max_evaluations = self.request.max_evaluations;
@@ -267,16 +189,16 @@ impl Arena<'_> {
             seed,
             ..DiagnoseOptions::default()
         };
-        let observation = self.request.setting.observation(test.signal_a.clone());
-        let (answer, posterior) =
-            self.diagnoser.diagnose_watched(&observation, &options, &|residual| {
-                recorder.note(self.norm_on_mask(residual));
-            })?;
+        let signal = self.request.setting.observed(test.signal_a.clone());
+        let found = self.diagnoser.diagnose_signal(&signal, &options, &|residual| {
+            recorder.note(self.norm_on_mask(residual));
+        })?;
+        let answer = found.answer;
         let sought = self.experiment().sought_indices();
         let std = sought.iter().map(|&fault| answer.faults[fault].std.unwrap_or(f64::NAN));
         Ok(Found {
             std: std.collect(),
-            estimate: posterior.estimate,
+            estimate: found.estimate,
             discrepancy: answer.discrepancy,
             evaluations: answer.evaluations,
             history: recorder.finish(),
@@ -321,6 +243,12 @@ impl Arena<'_> {
         sought.iter().zip(unit).map(|(&fault, u)| scale(fault) * u).collect()
     }
 
+    /// The monitor's signal at levels looked for.
+    fn monitored(&self, monitor: &mut Monitor, levels: &[f64]) -> Vec<f64> {
+        let point = self.experiment().sought_coordinates(levels);
+        self.diagnoser.monitored_signal(monitor, &point)
+    }
+
     /// The discrepancy as a function of a point of the unit box, each evaluation noted.
     fn discrepancy<'r>(
         &'r self,
@@ -332,8 +260,8 @@ impl Arena<'_> {
         Ok(move |unit: &[f64]| {
             let levels = self.levels(&sought, unit);
             let modelled = match &self.high {
-                Some(high) => high.signal(&coordinates_of(&sought, &levels)),
-                None => self.diagnoser.monitored(&mut monitor, &levels),
+                Some(high) => high.signal_a(&self.experiment().sought_coordinates(&levels)),
+                None => self.monitored(&mut monitor, &levels),
             };
             let value = self.on_mask(signal_a, &modelled);
             recorder.note(value);
@@ -345,24 +273,23 @@ impl Arena<'_> {
     /// off.
     fn search_scalar(
         &self,
-        criterion: Criterion,
+        search: ScalarSearch,
         signal_a: &[f64],
-        seed: u64,
     ) -> Result<Found, EvaluationError> {
         let sought = self.experiment().sought_indices();
-        let budget =
-            self.request.max_evaluations.unwrap_or(scalar_search::default_budget(sought.len()));
         let now = || self.now_s();
         let recorder = Recorder::new(&now);
         let mut value = self.discrepancy(signal_a, &recorder)?;
-        let (best, evaluations) =
-            scalar_search::minimise(criterion, &sought, budget, seed, &mut value)
-                .map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
+        let found = search
+            .minimise(&sought, &mut value)
+            .map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
         drop(value);
         let history = recorder.finish();
         let discrepancy = history.least();
-        let estimate = coordinates_of(&sought, &self.levels(&sought, &best));
-        Ok(Found { estimate, discrepancy, evaluations, history, std: Vec::new() })
+        let levels = self.levels(&sought, &found.levels);
+        let estimate = self.experiment().sought_coordinates(&levels);
+        let (evaluations, std) = (found.evaluations, Vec::new());
+        Ok(Found { estimate, discrepancy, evaluations, history, std })
     }
 
     /// A population method on the same scalar and the same box as the paper's search, with the
@@ -389,8 +316,9 @@ impl Arena<'_> {
             .minimise(value, &bounds, &options)
             .map_err(|error| failed(error.to_string()))?;
         drop(discrepancy);
+        let levels = self.levels(&sought, &solution.point);
         Ok(Found {
-            estimate: coordinates_of(&sought, &self.levels(&sought, &solution.point)),
+            estimate: self.experiment().sought_coordinates(&levels),
             discrepancy: solution.value,
             evaluations: solution.evaluations as u64,
             history: recorder.finish(),
@@ -411,8 +339,8 @@ impl Arena<'_> {
         for _ in 0..REPEATS {
             let start_s = clock();
             let signal = match &self.high {
-                Some(high) => high.signal(&middle),
-                None => self.diagnoser.monitored(&mut monitor, &middle),
+                Some(high) => high.signal_a(&middle),
+                None => self.monitored(&mut monitor, &middle),
             };
             let taken_s = clock() - start_s;
             if !signal.is_empty() {

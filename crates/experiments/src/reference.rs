@@ -1,20 +1,18 @@
 //! Recordings of the bench, diagnosed with what its data sheet tells and with recordings of it as
 //! new.
 
-use ema_sim::{Actuator, HealthState, Imperfections, model_file::Model, presets::BENCH};
-
-use super::{
-    EvaluationError, EvaluationSetting, in_parallel,
-    score::{Trial, fault_scores, levels_of, median},
+use fdi_core::{
+    Bundle, Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser, EnvelopeSignal,
+    Experiment, ExperimentError, Purpose, ReferenceDesign, RootSeed, SignalDiagnosis,
+    ema_sim::{Actuator, HealthState, Imperfections, model_file::Model, presets::BENCH},
+    in_parallel,
+    report::FaultEvaluation,
 };
+
 use crate::{
-    bundle::Bundle,
-    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
-    diagnose::{DiagnoseOptions, Diagnoser},
-    experiment::{Experiment, ExperimentError},
-    observation::Observation,
-    report::{FaultEvaluation, RecordDiagnosis},
-    seed::{Purpose, RootSeed},
+    request::EvaluationError,
+    score::{Trial, fault_scores, levels_of, median},
+    setting::EvaluationSetting,
 };
 
 /// Streams of the reference recordings and of the healthy ones.
@@ -102,9 +100,9 @@ pub fn evaluate_references(
         let diagnoser = Diagnoser::new(bundle.clone())?;
         let diagnoser = match count {
             0 => diagnoser,
-            _ => diagnoser.referred_to(&references[..count])?,
+            _ => diagnoser.referred_to_signals(&references[..count])?,
         };
-        let of = |observed: &[Observation]| {
+        let of = |observed: &[EnvelopeSignal]| {
             in_parallel(observed, request.jobs, |_, one| diagnose(&diagnoser, one))
         };
         Ok(scored(&machine, count, &conditions, &of(&observed)?, &of(&quiet)?))
@@ -118,7 +116,7 @@ fn as_new(
     experiment: &Experiment,
     first_stream: u64,
     count: usize,
-) -> Result<Vec<Observation>, EvaluationError> {
+) -> Result<Vec<EnvelopeSignal>, EvaluationError> {
     let streams: Vec<u64> = (0..count as u64).map(|index| first_stream + index).collect();
     in_parallel(&streams, request.jobs, |_, &stream| {
         observe(request, experiment, stream, &healthy(request, stream))
@@ -155,20 +153,18 @@ fn observe(
     experiment: &Experiment,
     stream: u64,
     condition: &Condition,
-) -> Result<Observation, EvaluationError> {
+) -> Result<EnvelopeSignal, EvaluationError> {
     let seed = RootSeed(request.seed).derive(Purpose::SensorNoise, stream);
-    let sensors = request.setting.sensors().map(|sensors| (sensors, seed));
+    let sensors = request.setting.seeded_sensors(seed);
     let signal_a = request.setting.signal(experiment, condition, sensors)?;
-    Ok(request.setting.observation(signal_a))
+    Ok(request.setting.observed(signal_a))
 }
 
 fn diagnose(
     diagnoser: &Diagnoser,
-    observation: &Observation,
-) -> Result<(RecordDiagnosis, Vec<f64>), EvaluationError> {
-    let (answer, posterior) =
-        diagnoser.diagnose_observation(observation, &DiagnoseOptions::default())?;
-    Ok((answer, posterior.estimate))
+    observation: &EnvelopeSignal,
+) -> Result<SignalDiagnosis, EvaluationError> {
+    Ok(diagnoser.diagnose_signal(observation, &DiagnoseOptions::default(), &|_| {})?)
 }
 
 /// A bundle whose signals are those of the low-fidelity model with the noise of the electronics:
@@ -200,14 +196,14 @@ fn scored(
     experiment: &Experiment,
     references: usize,
     conditions: &[Condition],
-    diagnosed: &[(RecordDiagnosis, Vec<f64>)],
-    quiet: &[(RecordDiagnosis, Vec<f64>)],
+    diagnosed: &[SignalDiagnosis],
+    quiet: &[SignalDiagnosis],
 ) -> ReferenceScore {
     let sought = experiment.sought_indices();
     let trials: Vec<Trial> = diagnosed
         .iter()
         .zip(conditions)
-        .map(|((answer, estimate), condition)| Trial {
+        .map(|(SignalDiagnosis { answer, estimate, .. }, condition)| Trial {
             truth: condition.levels,
             found: levels_of(&sought, estimate),
             discrepancy: answer.discrepancy,
@@ -217,16 +213,16 @@ fn scored(
         .collect();
     let mut faults = fault_scores(&sought, &trials);
     for (fault, &index) in faults.iter_mut().zip(&sought) {
-        let held = diagnosed.iter().zip(conditions).filter(|((answer, _), condition)| {
-            let interval = answer.faults[index].interval_95;
+        let held = diagnosed.iter().zip(conditions).filter(|(one, condition)| {
+            let interval = one.answer.faults[index].interval_95;
             interval.is_some_and(|[low, high]| (low..=high).contains(&condition.levels[index]))
         });
         fault.coverage_95 = Some(held.count() as f64 / diagnosed.len().max(1) as f64);
-        let alarms = quiet.iter().filter(|(answer, _)| answer.faults[index].detected == Some(true));
+        let alarms = quiet.iter().filter(|one| one.answer.faults[index].detected == Some(true));
         fault.false_alarms = Some(alarms.count() as u64);
     }
     let all = diagnosed.iter().chain(quiet);
-    let adequate = all.clone().filter(|(answer, _)| answer.fit.adequate).count();
+    let adequate = all.clone().filter(|one| one.answer.fit.adequate).count();
     ReferenceScore {
         references,
         faults,

@@ -1,24 +1,25 @@
 //! Scores: eq. 20 of the FREEDOM paper and its statistics.
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates};
-
-use crate::report::{FaultEvaluation, FaultId, Quartiles};
+use fdi_core::{
+    ema_sim::{FAULT_COUNT, FaultCoordinates},
+    report::{FaultEvaluation, FaultId, Quartiles},
+};
 
 /// One search, ended.
 #[derive(Clone, Debug)]
-pub(super) struct Trial {
+pub(crate) struct Trial {
     /// `k1..k7` that were there.
-    pub(super) truth: [f64; FAULT_COUNT],
+    pub(crate) truth: [f64; FAULT_COUNT],
     /// `k1..k7` that were found.
-    pub(super) found: [f64; FAULT_COUNT],
+    pub(crate) found: [f64; FAULT_COUNT],
     /// `δ*`, eq. 21: norm of the residual on the mask, A.
-    pub(super) discrepancy: f64,
-    pub(super) evaluations: u64,
-    pub(super) wall_time_s: f64,
+    pub(crate) discrepancy: f64,
+    pub(crate) evaluations: u64,
+    pub(crate) wall_time_s: f64,
 }
 
 /// The levels of an estimate that is free of bounds, cut to those that exist.
-pub(super) fn levels_of(sought: &[usize], estimate: &[f64]) -> [f64; FAULT_COUNT] {
+pub(crate) fn levels_of(sought: &[usize], estimate: &[f64]) -> [f64; FAULT_COUNT] {
     let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
     for (&index, &value) in sought.iter().zip(estimate) {
         all.0[index] = if index < 5 { value.clamp(0.0, 1.0) } else { value };
@@ -32,13 +33,13 @@ pub(super) fn levels_of(sought: &[usize], estimate: &[f64]) -> [f64; FAULT_COUNT
 }
 
 /// `|k − k̃|`, on the circle for `k7`.
-pub(super) fn absolute_error(fault: usize, truth: f64, found: f64) -> f64 {
+pub(crate) fn absolute_error(fault: usize, truth: f64, found: f64) -> f64 {
     let error = (found - truth).abs();
     if fault == FAULT_COUNT - 1 { error.min(1.0 - error) } else { error }
 }
 
 /// Errors of the faults looked for, over trials.
-pub(super) fn fault_scores(sought: &[usize], trials: &[Trial]) -> Vec<FaultEvaluation> {
+pub(crate) fn fault_scores(sought: &[usize], trials: &[Trial]) -> Vec<FaultEvaluation> {
     sought
         .iter()
         .map(|&fault| {
@@ -57,14 +58,14 @@ pub(super) fn fault_scores(sought: &[usize], trials: &[Trial]) -> Vec<FaultEvalu
 }
 
 /// Quartiles and maximum.
-pub(super) fn quartiles(mut values: Vec<f64>) -> Quartiles {
+pub(crate) fn quartiles(mut values: Vec<f64>) -> Quartiles {
     values.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| quantile(&values, share);
     Quartiles { median: at(0.5), p25: at(0.25), p75: at(0.75), max: at(1.0) }
 }
 
 /// The median; 0 of nothing.
-pub(super) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     quartiles(values.into_iter().collect()).median
 }
 

@@ -1,19 +1,18 @@
 //! Recordings that begin otherwise than the bundle's test, diagnosed as if they did not and with
 //! the start estimated.
 
-use ema_sim::{Imperfections, InitialState, Scenario};
-
-use super::{
-    EvaluationError, EvaluationSetting, in_parallel,
-    score::{Trial, fault_scores, levels_of, median},
+use fdi_core::{
+    Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser, Experiment, Purpose,
+    ReferenceDesign, RootSeed,
+    ema_sim::{Imperfections, InitialState, Scenario},
+    in_parallel,
+    report::{FaultEvaluation, NoticeCode, RecordDiagnosis},
 };
+
 use crate::{
-    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
-    diagnose::{DiagnoseOptions, Diagnoser},
-    experiment::Experiment,
-    observation::{Observation, filtered},
-    report::{FaultEvaluation, NoticeCode},
-    seed::{Purpose, RootSeed},
+    request::EvaluationError,
+    score::{Trial, fault_scores, levels_of, median},
+    setting::EvaluationSetting,
 };
 
 /// How a recording begins.
@@ -91,24 +90,37 @@ pub fn evaluate_beginnings(
         },
     )?;
     let mut scores = Vec::new();
-    for (name, beginning) in request.beginnings {
-        let envelopes = in_parallel(&conditions, request.jobs, |index, condition| {
-            envelope(request, &experiment, (index, condition), beginning)
-        })?;
+    for &(name, beginning) in request.beginnings {
+        let recorded = record(request, &experiment, &conditions, &beginning)?;
         for estimated in [false, true] {
-            scores.push(score(request, &diagnoser, &conditions, &envelopes, (name, estimated))?);
+            let results = diagnose(request, &diagnoser, &recorded, estimated)?;
+            scores.push(score(&experiment.sought_indices(), name, estimated, &results));
         }
     }
     Ok(scores)
 }
 
-/// What the sensors show of a condition that begins in a way.
-fn envelope(
+/// A condition with the envelope that the sensors show of it.
+struct Recorded<'a> {
+    condition: &'a Condition,
+    envelope_a: Vec<f64>,
+}
+
+/// A diagnosis, judged by the truth.
+struct Judged {
+    trial: Trial,
+    /// Mean squared error over stated variance.
+    chi2: f64,
+    answer: RecordDiagnosis,
+}
+
+/// Simulates every condition, begun in one way.
+fn record<'a>(
     request: &BeginningRequest<'_>,
     experiment: &Experiment,
-    (index, condition): (usize, &Condition),
+    conditions: &'a [Condition],
     beginning: &Beginning,
-) -> Result<Vec<f64>, EvaluationError> {
+) -> Result<Vec<Recorded<'a>>, EvaluationError> {
     let scenario = Scenario {
         backlash_side_ratio: beginning.side_ratio,
         initial: InitialState {
@@ -119,57 +131,60 @@ fn envelope(
         ..experiment.scenario.clone()
     };
     let begun = Experiment { scenario, ..experiment.clone() };
-    let seed = RootSeed(request.seed).derive(Purpose::SensorNoise, index as u64);
-    let sensors = request.setting.sensors().map(|sensors| (sensors, seed));
-    Ok(request.setting.delayed_envelope(&begun, condition, sensors, beginning.delay_s)?)
+    let indexed: Vec<(usize, &Condition)> = conditions.iter().enumerate().collect();
+    in_parallel(&indexed, request.jobs, |_, &(index, condition)| {
+        let seed = RootSeed(request.seed).derive(Purpose::SensorNoise, index as u64);
+        let sensors = request.setting.seeded_sensors(seed);
+        let delay_s = beginning.delay_s;
+        let envelope_a = request.setting.delayed_envelope(&begun, condition, sensors, delay_s)?;
+        Ok(Recorded { condition, envelope_a })
+    })
 }
 
-fn score(
+/// Diagnoses the recordings, the start taken as the bundle's or estimated.
+fn diagnose(
     request: &BeginningRequest<'_>,
     diagnoser: &Diagnoser,
-    conditions: &[Condition],
-    envelopes: &[Vec<f64>],
-    (name, estimated): (&str, bool),
-) -> Result<BeginningScore, EvaluationError> {
+    recorded: &[Recorded<'_>],
+    estimated: bool,
+) -> Result<Vec<Judged>, EvaluationError> {
     let noise_a = Some(request.setting.noise_a());
     let options = if estimated { request.estimated.clone() } else { DiagnoseOptions::default() };
     let options = DiagnoseOptions { noise_a, ..options };
     let rate_hz = request.setting.phase_rate_hz;
-    let results = in_parallel(envelopes, request.jobs, |index, envelope_a| {
-        let signal_a = filtered(envelope_a, rate_hz, &diagnoser.bundle().experiment);
-        let envelope_a = Some(envelope_a.clone());
-        let observation = Observation { envelope_a, ..request.setting.observation(signal_a) };
-        let (answer, posterior) = diagnoser.diagnose_observation(&observation, &options)?;
-        let truth = conditions[index].coordinates();
-        let squares = posterior.indices.iter().enumerate().map(|(place, &fault)| {
-            let error = posterior.estimate[place] - truth.0[fault];
-            error * error / posterior.covariance[(place, place)]
+    in_parallel(recorded, request.jobs, |_, Recorded { condition, envelope_a }| {
+        let signal_a = diagnoser.bundle().experiment.filtered_envelope(envelope_a, rate_hz);
+        let observed = request.setting.observed(signal_a).with_envelope(envelope_a.clone());
+        let found = diagnoser.diagnose_signal(&observed, &options, &|_| {})?;
+        let truth = condition.coordinates();
+        let squares = found.indices.iter().enumerate().map(|(place, &fault)| {
+            let error = found.estimate[place] - truth.0[fault];
+            error * error / found.covariance[place][place]
         });
-        let chi2 = squares.sum::<f64>() / posterior.indices.len() as f64;
+        let chi2 = squares.sum::<f64>() / found.indices.len() as f64;
         let trial = Trial {
-            truth: conditions[index].levels,
-            found: levels_of(&posterior.indices, &posterior.estimate),
-            discrepancy: answer.discrepancy,
-            evaluations: answer.evaluations,
+            truth: condition.levels,
+            found: levels_of(&found.indices, &found.estimate),
+            discrepancy: found.answer.discrepancy,
+            evaluations: found.answer.evaluations,
             wall_time_s: 0.0,
         };
-        Ok::<_, EvaluationError>((trial, chi2, answer))
-    })?;
+        Ok(Judged { trial, chi2, answer: found.answer })
+    })
+}
+
+fn score(sought: &[usize], name: &str, estimated: bool, results: &[Judged]) -> BeginningScore {
     let count = results.len().max(1) as f64;
-    let share = |holds: &dyn Fn(&crate::report::RecordDiagnosis) -> bool| {
-        results.iter().filter(|(_, _, answer)| holds(answer)).count() as f64 / count
+    let share = |holds: &dyn Fn(&RecordDiagnosis) -> bool| {
+        results.iter().filter(|one| holds(&one.answer)).count() as f64 / count
     };
-    let believed: Vec<f64> = results
-        .iter()
-        .filter(|(_, _, answer)| answer.fit.adequate)
-        .map(|(_, chi2, _)| *chi2)
-        .collect();
-    let trials: Vec<Trial> = results.iter().map(|(trial, ..)| trial.clone()).collect();
-    let sought = diagnoser.bundle().experiment.sought_indices();
-    Ok(BeginningScore {
+    let adequate = results.iter().filter(|one| one.answer.fit.adequate);
+    let believed: Vec<f64> = adequate.map(|one| one.chi2).collect();
+    let trials: Vec<Trial> = results.iter().map(|one| one.trial.clone()).collect();
+    BeginningScore {
         name: name.to_owned(),
         estimated,
-        faults: fault_scores(&sought, &trials),
+        faults: fault_scores(sought, &trials),
         chi2_median: (!believed.is_empty()).then(|| median(believed.iter().copied())),
         chi2_mean: (!believed.is_empty())
             .then(|| believed.iter().sum::<f64>() / believed.len() as f64),
@@ -178,7 +193,7 @@ fn score(
             answer.notices.iter().any(|notice| notice.code == NoticeCode::OutsideTraining)
         }),
         evaluations_median: median(trials.iter().map(|trial| trial.evaluations as f64)),
-    })
+    }
 }
 
 /// The setting of recordings with real electronics and noise of the sensors.

@@ -1,9 +1,7 @@
 //! A small seeded part of `docs/validation/experiments.md`.
 
-use fdi_core::{
-    Contender, EvaluationRequest, EvaluationSetting, Protocol, ema_sim::Imperfections, evaluate,
-    report::Evaluation,
-};
+use experiments::{Contender, EvaluationRequest, EvaluationSetting, Protocol, evaluate};
+use fdi_core::{ema_sim::Imperfections, report::Evaluation};
 
 fn run(protocol: Protocol, contenders: &[Contender], jobs: usize, seed: u64) -> Evaluation {
     evaluate(&EvaluationRequest {

@@ -2,44 +2,45 @@
 
 use std::cell::RefCell;
 
-use super::score::{median, quartiles};
-use crate::report::ConvergencePoint;
+use fdi_core::report::ConvergencePoint;
+
+use crate::score::{median, quartiles};
 
 /// Least discrepancy so far at each evaluation of one search.
 #[derive(Clone, Debug, Default)]
-pub(super) struct History {
+pub(crate) struct History {
     /// One entry an evaluation: seconds from the start, least discrepancy so far, A.
     steps: Vec<(f64, f64)>,
 }
 
 /// Writes a history while a search runs.
-pub(super) struct Recorder<'a> {
+pub(crate) struct Recorder<'a> {
     clock: &'a dyn Fn() -> f64,
     start_s: f64,
     history: RefCell<History>,
 }
 
 impl<'a> Recorder<'a> {
-    pub(super) fn new(clock: &'a dyn Fn() -> f64) -> Self {
+    pub(crate) fn new(clock: &'a dyn Fn() -> f64) -> Self {
         Self { clock, start_s: clock(), history: RefCell::default() }
     }
 
     /// Notes the discrepancy of an evaluation.
-    pub(super) fn note(&self, discrepancy: f64) {
+    pub(crate) fn note(&self, discrepancy: f64) {
         let time_s = (self.clock)() - self.start_s;
         let steps = &mut self.history.borrow_mut().steps;
         let least = steps.last().map_or(discrepancy, |(_, least)| least.min(discrepancy));
         steps.push((time_s, least));
     }
 
-    pub(super) fn finish(self) -> History {
+    pub(crate) fn finish(self) -> History {
         self.history.into_inner()
     }
 }
 
 impl History {
     /// The least discrepancy of all.
-    pub(super) fn least(&self) -> f64 {
+    pub(crate) fn least(&self) -> f64 {
         self.steps.last().map_or(f64::NAN, |(_, least)| *least)
     }
 
@@ -50,7 +51,7 @@ impl History {
 }
 
 /// Quartiles over searches after 1, 2, 3, 4, 6, 8, 12, 16, … evaluations, up to the longest.
-pub(super) fn curve(histories: &[History], timed: bool) -> Vec<ConvergencePoint> {
+pub(crate) fn curve(histories: &[History], timed: bool) -> Vec<ConvergencePoint> {
     let longest = histories.iter().map(|history| history.steps.len()).max().unwrap_or(0);
     checkpoints(longest)
         .into_iter()

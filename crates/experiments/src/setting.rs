@@ -1,16 +1,20 @@
 //! What an experiment's recordings are like, and the bundle that is learnt for them.
 
-use ema_sim::{Converter, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError};
-
-use super::{EvaluationError, in_parallel};
-use crate::{
-    bundle::Bundle,
-    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
-    experiment::Experiment,
-    observation::{Observation, filtered},
-    seed::RootSeed,
-    simulated::resampled,
+use fdi_core::{
+    Bundle, Condition, Dataset, DatasetRequest, EnvelopeSignal, Experiment, ReferenceDesign,
+    RootSeed,
+    ema_sim::{Converter, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError},
+    in_parallel, resampled,
 };
+
+use crate::request::EvaluationError;
+
+/// Sensors of the phase currents with the seed of their noise in one recording.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeededSensors {
+    sensors: PhaseSensors,
+    seed: u64,
+}
 
 /// Electronics, sensors and what is known beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,31 +39,37 @@ impl EvaluationSetting {
         self.sensors().map_or(0.0, |sensors| sensors.variance_a2().sqrt())
     }
 
-    pub(super) fn sensors(&self) -> Option<PhaseSensors> {
+    pub(crate) fn sensors(&self) -> Option<PhaseSensors> {
         (self.sensor_noise_a > 0.0).then_some(PhaseSensors {
             noise_a: self.sensor_noise_a,
             converter: Some(Converter::DEFAULT),
         })
     }
 
+    /// The sensors with the noise of one recording; `None` where there is neither noise nor
+    /// converter.
+    pub(crate) fn seeded_sensors(&self, seed: u64) -> Option<SeededSensors> {
+        self.sensors().map(|sensors| SeededSensors { sensors, seed })
+    }
+
     /// The signal of a condition as the sensors show it.
-    pub(super) fn signal(
+    pub(crate) fn signal(
         &self,
         experiment: &Experiment,
         condition: &Condition,
-        sensors: Option<(PhaseSensors, u64)>,
+        sensors: Option<SeededSensors>,
     ) -> Result<Vec<f64>, SimulationError> {
         let envelope_a = self.delayed_envelope(experiment, condition, sensors, 0.0)?;
-        Ok(filtered(&envelope_a, self.phase_rate_hz, experiment))
+        Ok(experiment.filtered_envelope(&envelope_a, self.phase_rate_hz))
     }
 
     /// Its envelope before the filter, in a recording in which the command comes late by some time, to the nearest phase
     /// sample; before it all stands as at its start.
-    pub(super) fn delayed_envelope(
+    pub(crate) fn delayed_envelope(
         &self,
         experiment: &Experiment,
         condition: &Condition,
-        sensors: Option<(PhaseSensors, u64)>,
+        sensors: Option<SeededSensors>,
         delay_s: f64,
     ) -> Result<Vec<f64>, SimulationError> {
         let duration_s = experiment.scenario.duration_s + (-delay_s).max(0.0);
@@ -79,7 +89,7 @@ impl EvaluationSetting {
         for channel in trace.phase_currents_a.iter_mut().chain([&mut trace.motor_angle_rad]) {
             *channel = later(channel, late);
         }
-        if let Some((sensors, seed)) = sensors {
+        if let Some(SeededSensors { sensors, seed }) = sensors {
             let [a, b, c] = &trace.phase_currents_a;
             trace.phase_currents_a = sensors.measure([a, b, c], seed);
         }
@@ -88,27 +98,18 @@ impl EvaluationSetting {
     }
 
     /// The experiment with the monitor sampled as the phases are.
-    pub(super) fn experiment(&self, experiment: &Experiment) -> Experiment {
+    pub(crate) fn experiment(&self, experiment: &Experiment) -> Experiment {
         Experiment { phase_rate_hz: Some(self.phase_rate_hz), ..experiment.clone() }
     }
 
     /// What a diagnosis is given of a signal.
-    pub(super) fn observation(&self, signal_a: Vec<f64>) -> Observation {
-        Observation {
-            signal_a,
-            envelope_a: None,
-            start_angle_rad: Some(0.0),
-            commutation: None,
-            phase_rate_hz: self.phase_rate_hz,
-            measured_noise_a: None,
-            stated_noise_a: Some(self.noise_a()),
-            notices: Vec::new(),
-        }
+    pub(crate) fn observed(&self, signal_a: Vec<f64>) -> EnvelopeSignal {
+        EnvelopeSignal::new(signal_a, self.phase_rate_hz, self.noise_a())
     }
 
     /// The bundle learnt in this setting: reference signals at the rate of the phases, without
     /// noise of the sensors.
-    pub(super) fn bundle(
+    pub(crate) fn bundle(
         &self,
         experiment: &Experiment,
         seed: u64,

@@ -1,34 +1,21 @@
 //! Sensor noise: errors against the Cramér-Rao bound, coverage, false alarms, detection.
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates, HealthState, PhaseSensors, PhysicalFaults};
-use nalgebra::{DMatrix, Vector2};
-
-use super::{
-    EvaluationError, EvaluationRequest, in_parallel,
-    score::Trial,
-    score::{fault_scores, levels_of, median},
-    setting::EvaluationSetting,
-    test_conditions,
+use fdi_core::{
+    Condition, DiagnoseOptions, Diagnoser, ErrorBound, ErrorBounds, Experiment, Purpose, RootSeed,
+    SignalDiagnosis,
+    ema_sim::{FAULT_COUNT, HealthState},
+    in_parallel,
+    report::{DetectionPoint, FaultEvaluation, MethodEvaluation},
 };
+
 use crate::{
-    central,
-    dataset::Condition,
-    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
-    encoding::Factor,
-    experiment::Experiment,
-    likelihood::{Likelihood, information},
-    posterior::Posterior,
-    report::{DetectionPoint, FaultEvaluation, MethodEvaluation, RecordDiagnosis},
-    seed::{Purpose, RootSeed},
-    simulated::resampled,
+    request::{EvaluationError, EvaluationRequest, test_conditions},
+    score::{Trial, fault_scores, levels_of, median},
+    setting::EvaluationSetting,
 };
 
-/// Differences for the bound's derivatives.
-const STEP: f64 = 1e-3;
 /// Quantile of χ² with two degrees of freedom at 95 %.
 const REGION_95: f64 = 5.991_464_547_107_979;
-/// Phases that carry the current at any time, each with noise of its own.
-const CONDUCTING_PHASES: f64 = 2.0;
 /// Parts that the range of levels is cut into for the curves of detection.
 const DETECTION_BINS: usize = 12;
 /// Largest level of a test condition.
@@ -41,25 +28,14 @@ const ECCENTRICITY: [usize; 2] = [5, 6];
 /// What one recording gave.
 struct Sample {
     trial: Trial,
-    answer: RecordDiagnosis,
-    posterior: Posterior,
+    found: SignalDiagnosis,
     /// Error of each coordinate looked for.
     error: Vec<f64>,
-    bounds: Bounds3,
-}
-
-/// Bounds of each coordinate looked for.
-struct Bounds3 {
-    /// Sensor noise and the monitor's error.
-    whole: Vec<f64>,
-    /// Sensor noise on the filtered envelope.
-    sensor: Vec<f64>,
-    /// Sensor noise on the raw phase currents.
-    phase: Vec<f64>,
+    bounds: ErrorBound,
 }
 
 /// Runs the test conditions and the healthy recordings.
-pub(super) fn run(
+pub(crate) fn run(
     request: &EvaluationRequest<'_>,
 ) -> Result<Vec<MethodEvaluation>, EvaluationError> {
     let experiment = request.protocol.experiment();
@@ -79,9 +55,7 @@ struct NoisyTrial<'a> {
     setting: EvaluationSetting,
     root: RootSeed,
     diagnoser: &'a Diagnoser,
-    sensors: PhaseSensors,
-    likelihood: std::sync::Arc<Likelihood>,
-    sensor_factor: Factor,
+    bounds: ErrorBounds<'a>,
 }
 
 impl<'a> NoisyTrial<'a> {
@@ -90,16 +64,9 @@ impl<'a> NoisyTrial<'a> {
         diagnoser: &'a Diagnoser,
     ) -> Result<Self, EvaluationError> {
         let setting = request.setting;
-        let sensors = setting.sensors().ok_or(EvaluationError::NoNoise)?;
-        let noise_a = setting.noise_a();
-        let likelihood = diagnoser
-            .likelihood(diagnoser.incipient(), setting.phase_rate_hz, noise_a)
-            .map_err(DiagnoseError::from)?;
-        let unit = diagnoser.unit_noise(setting.phase_rate_hz);
-        let sensor_factor =
-            Factor::new(unit.scaled(noise_a * noise_a), None).map_err(DiagnoseError::from)?;
-        let root = RootSeed(request.seed);
-        Ok(Self { setting, root, diagnoser, sensors, likelihood, sensor_factor })
+        setting.seeded_sensors(0).ok_or(EvaluationError::NoNoise)?;
+        let bounds = ErrorBounds::new(diagnoser, setting.phase_rate_hz, setting.noise_a())?;
+        Ok(Self { setting, root: RootSeed(request.seed), diagnoser, bounds })
     }
 
     fn experiment(&self) -> &Experiment {
@@ -108,19 +75,19 @@ impl<'a> NoisyTrial<'a> {
 
     /// A recording with faults.
     fn sample(&self, index: u64, condition: &Condition) -> Result<Sample, EvaluationError> {
-        let (answer, posterior) = self.diagnose(index, condition)?;
+        let found = self.diagnose(index, condition)?;
         let truth = condition.coordinates();
-        let sought = &posterior.indices;
-        let error = posterior.estimate.iter().zip(sought).map(|(e, &i)| e - truth.0[i]).collect();
-        let bounds = self.bounds(&truth)?;
+        let sought = &found.indices;
+        let error = found.estimate.iter().zip(sought).map(|(e, &i)| e - truth.0[i]).collect();
+        let bounds = self.bounds.at(&truth)?;
         let trial = Trial {
             truth: condition.levels,
-            found: levels_of(sought, &posterior.estimate),
-            discrepancy: answer.discrepancy,
-            evaluations: answer.evaluations,
+            found: levels_of(sought, &found.estimate),
+            discrepancy: found.answer.discrepancy,
+            evaluations: found.answer.evaluations,
             wall_time_s: 0.0,
         };
-        Ok(Sample { trial, answer, posterior, error, bounds })
+        Ok(Sample { trial, found, error, bounds })
     }
 
     /// Which faults are called detected on a healthy recording.
@@ -131,58 +98,22 @@ impl<'a> NoisyTrial<'a> {
             start_angle_rad: 0.0,
             noise_seed: self.root.derive(Purpose::ControllerNoise, stream),
         };
-        let (answer, _) = self.diagnose(stream, &condition)?;
-        Ok(std::array::from_fn(|fault| answer.faults[fault].detected == Some(true)))
+        let found = self.diagnose(stream, &condition)?;
+        Ok(std::array::from_fn(|fault| found.answer.faults[fault].detected == Some(true)))
     }
 
     fn diagnose(
         &self,
         stream: u64,
         condition: &Condition,
-    ) -> Result<(RecordDiagnosis, Posterior), EvaluationError> {
+    ) -> Result<SignalDiagnosis, EvaluationError> {
         let seed = self.root.derive(Purpose::SensorNoise, stream);
-        let sensors = Some((self.sensors, seed));
+        let sensors = self.setting.seeded_sensors(seed);
         let signal_a = self.setting.signal(self.experiment(), condition, sensors)?;
-        let observation = self.setting.observation(signal_a);
+        let signal = self.setting.observed(signal_a);
         let noise_a = Some(self.setting.noise_a());
         let options = DiagnoseOptions { noise_a, ..DiagnoseOptions::default() };
-        Ok(self.diagnoser.diagnose_observation(&observation, &options)?)
-    }
-
-    /// The bounds at the truth.
-    fn bounds(&self, truth: &FaultCoordinates) -> Result<Bounds3, EvaluationError> {
-        let experiment = self.experiment();
-        let sought = experiment.sought_indices();
-        let centre: Vec<f64> = sought.iter().map(|&i| truth.0[i]).collect();
-        let mut monitor = experiment.monitor(0.0)?;
-        let raw = experiment.low_fidelity(&experiment.scenario)?;
-        let raw_hz = experiment.actuator.controller.sample_hz;
-        let mut signal = |point: &[f64]| self.diagnoser.monitored_at(&mut monitor, point);
-        let jacobian = central::differences(&centre, STEP, &mut signal);
-        let mut current = |point: &[f64]| {
-            let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
-            for (&index, &value) in sought.iter().zip(point) {
-                all.0[index] = value;
-            }
-            let mut current_a = Vec::new();
-            raw.simulate_current(&PhysicalFaults::from(&all), &mut current_a);
-            resampled(&current_a, raw_hz, self.setting.phase_rate_hz)
-        };
-        let phases = central::differences(&centre, STEP, &mut current);
-        let noise_a = self.setting.noise_a();
-        let order = sought.len();
-        let phase = DMatrix::from_fn(order, order, |i, j| {
-            CONDUCTING_PHASES * crate::banded::dot(&phases[i], &phases[j]) / (noise_a * noise_a)
-        });
-        let std = |covariance: Option<DMatrix<f64>>| -> Result<Vec<f64>, EvaluationError> {
-            let covariance = covariance.ok_or(DiagnoseError::Undetermined)?;
-            Ok(covariance.diagonal().iter().map(|v| v.sqrt()).collect())
-        };
-        Ok(Bounds3 {
-            whole: std(self.likelihood.bound(&jacobian))?,
-            sensor: std(information(&self.sensor_factor, &jacobian).try_inverse())?,
-            phase: std(phase.try_inverse())?,
-        })
+        Ok(self.diagnoser.diagnose_signal(&signal, &options, &|_| {})?)
     }
 }
 
@@ -228,40 +159,45 @@ fn summary(
 fn describe(fault: &mut FaultEvaluation, place: usize, index: usize, samples: &[Sample]) {
     let places = if index == ECCENTRICITY[0] { place..place + 2 } else { place..place + 1 };
     let of =
-        |pick: fn(&Bounds3) -> &Vec<f64>| median(samples.iter().map(|s| pick(&s.bounds)[place]));
-    let ratio = |pick: fn(&Bounds3) -> &Vec<f64>| {
+        |pick: fn(&ErrorBound) -> &Vec<f64>| median(samples.iter().map(|s| pick(&s.bounds)[place]));
+    let ratio = |pick: fn(&ErrorBound) -> &Vec<f64>| {
         let squares = samples
             .iter()
             .flat_map(|s| places.clone().map(move |p| (s.error[p] / pick(&s.bounds)[p]).powi(2)));
         (squares.sum::<f64>() / (samples.len() * places.len()).max(1) as f64).sqrt()
     };
-    fault.bound_std = Some(of(|bounds| &bounds.whole));
-    fault.sensor_bound_std = Some(of(|bounds| &bounds.sensor));
-    fault.phase_bound_std = Some(of(|bounds| &bounds.phase));
-    fault.rmse_over_bound = Some(ratio(|bounds| &bounds.whole));
-    fault.rmse_over_sensor_bound = Some(ratio(|bounds| &bounds.sensor));
+    fault.bound_std = Some(of(|bounds| &bounds.whole_std));
+    fault.sensor_bound_std = Some(of(|bounds| &bounds.sensor_std));
+    fault.phase_bound_std = Some(of(|bounds| &bounds.phase_std));
+    fault.rmse_over_bound = Some(ratio(|bounds| &bounds.whole_std));
+    fault.rmse_over_sensor_bound = Some(ratio(|bounds| &bounds.sensor_std));
 }
 
 impl Sample {
-    /// Whether the fault's 95 % interval holds the truth; for `k6` its region with `k7`.
+    /// Says if the fault's 95 % interval holds the truth; for `k6` its region with `k7`.
     fn holds(&self, index: usize) -> bool {
         if index != ECCENTRICITY[0] {
             let truth = self.trial.truth[index];
-            return self.answer.faults[index]
+            return self.found.answer.faults[index]
                 .interval_95
                 .is_some_and(|[low, high]| (low..=high).contains(&truth));
         }
-        let places = ECCENTRICITY.map(|e| self.posterior.indices.iter().position(|&i| i == e));
+        let places = ECCENTRICITY.map(|e| self.found.indices.iter().position(|&i| i == e));
         let [Some(x), Some(y)] = places else { return false };
-        let covariance = self.posterior.covariance.select_rows(&[x, y]).select_columns(&[x, y]);
-        let error = Vector2::new(self.error[x], self.error[y]);
-        covariance.try_inverse().is_some_and(|inverse| {
-            let distance2 = error.dot(&Vector2::new(
-                inverse[(0, 0)] * error.x + inverse[(0, 1)] * error.y,
-                inverse[(1, 0)] * error.x + inverse[(1, 1)] * error.y,
-            ));
-            distance2 <= REGION_95
-        })
+        self.distance2(x, y).is_some_and(|distance2| distance2 <= REGION_95)
+    }
+
+    /// `eᵀC⁻¹e` of the errors of two estimates; `None` where their covariance has no inverse.
+    fn distance2(&self, x: usize, y: usize) -> Option<f64> {
+        let c = |row: usize, column: usize| self.found.covariance[row][column];
+        let determinant = c(x, x) * c(y, y) - c(y, x) * c(x, y);
+        if determinant == 0.0 {
+            return None;
+        }
+        let (xx, xy) = (c(y, y) / determinant, -c(x, y) / determinant);
+        let (yx, yy) = (-c(y, x) / determinant, c(x, x) / determinant);
+        let (ex, ey) = (self.error[x], self.error[y]);
+        Some(ex * (xx * ex + xy * ey) + ey * (yx * ex + yy * ey))
     }
 }
 
@@ -273,8 +209,10 @@ fn detection(index: usize, samples: &[Sample]) -> Vec<DetectionPoint> {
             let range = bin as f64 * width..(bin + 1) as f64 * width;
             let inside: Vec<&Sample> =
                 samples.iter().filter(|s| range.contains(&s.trial.truth[index])).collect();
-            let found =
-                inside.iter().filter(|s| s.answer.faults[index].detected == Some(true)).count();
+            let found = inside
+                .iter()
+                .filter(|s| s.found.answer.faults[index].detected == Some(true))
+                .count();
             (!inside.is_empty()).then(|| DetectionPoint {
                 level: (bin as f64 + 0.5) * width,
                 conditions: inside.len() as u64,
