@@ -17,7 +17,7 @@ use ema_sim::{
 use greybox::{Calibrated, CalibratedNumber, Explained, Finding, Options, Use, Verdict};
 
 use super::Figure;
-use crate::ci::clock;
+use crate::terminal::clock;
 
 /// Threads.
 const JOBS: usize = 2;

@@ -21,7 +21,7 @@ const LEVELS: [(&str, Level); 4] = [
 /// Methods that need more evaluations than this run on the first ten seeds.
 const EXPENSIVE: usize = 10_000;
 
-const TRAIN: &str = include_str!("../../../fixtures/references/sklearn/train.csv");
+const TRAIN: &str = include_str!("../../../../fixtures/references/sklearn/train.csv");
 
 /// Median with failures as infinite, smallest and largest success, successes.
 struct Spread {
@@ -265,14 +265,14 @@ fn stored_timings(text: &str) -> Result<Vec<Timing>> {
 
 /// The stored timings, this crate's against its targets.
 fn times(page: &mut String) -> Result<()> {
-    let machine = include_str!("../../../benches/peers/bayesopt/machine.txt");
+    let machine = include_str!("../../../../benches/peers/bayesopt/machine.txt");
     writeln!(page, "{}.\n", machine.lines().collect::<Vec<_>>().join("; "))?;
     writeln!(
         page,
         "| job | peer | wall ms, least | CPU ms, least | quality | target, wall ms | |\n\
          |---|---|--:|--:|--:|--:|---|"
     )?;
-    for t in stored_timings(include_str!("../../../benches/peers/bayesopt/results.csv"))? {
+    for t in stored_timings(include_str!("../../../../benches/peers/bayesopt/results.csv"))? {
         let target = TARGETS.iter().find(|(job, _)| t.peer == "gp-bayesopt" && *job == t.job);
         let verdict = target.map_or(String::from(" | "), |(_, limit)| {
             let met = if t.wall_ms <= *limit { "met" } else { "**missed**" };

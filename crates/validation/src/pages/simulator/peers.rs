@@ -23,7 +23,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "progpy-locked-rotor",
         what: "ProgPy, locked rotor",
-        csv: include_str!("../../../../fixtures/references/progpy/locked-rotor.progpy.csv"),
+        csv: include_str!("../../../../../fixtures/references/progpy/locked-rotor.progpy.csv"),
         viscous: 3e-5,
         load_n_m: 0.0,
         locked: true,
@@ -31,7 +31,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "progpy-run-up",
         what: "ProgPy, run-up at full voltage",
-        csv: include_str!("../../../../fixtures/references/progpy/run-up.progpy.csv"),
+        csv: include_str!("../../../../../fixtures/references/progpy/run-up.progpy.csv"),
         viscous: 3e-5,
         load_n_m: 0.0,
         locked: false,
@@ -39,7 +39,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "progpy-run-up-viscous",
         what: "ProgPy, run-up against ten times the drag",
-        csv: include_str!("../../../../fixtures/references/progpy/run-up-viscous.progpy.csv"),
+        csv: include_str!("../../../../../fixtures/references/progpy/run-up-viscous.progpy.csv"),
         viscous: 3e-4,
         load_n_m: 0.0,
         locked: false,
@@ -47,7 +47,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "progpy-run-up-load",
         what: "ProgPy, run-up against a load of 0.2 N·m",
-        csv: include_str!("../../../../fixtures/references/progpy/run-up-load.progpy.csv"),
+        csv: include_str!("../../../../../fixtures/references/progpy/run-up-load.progpy.csv"),
         viscous: 3e-5,
         load_n_m: 0.2,
         locked: false,

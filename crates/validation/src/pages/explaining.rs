@@ -12,7 +12,7 @@ use ema_sim::{
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain};
 
 use super::{Figure, measured::verdict};
-use crate::ci::clock;
+use crate::terminal::clock;
 
 /// Rate and length of the recordings.
 const RATE_HZ: f64 = 4e3;

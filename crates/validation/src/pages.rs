@@ -93,7 +93,11 @@ const PAGES: &[Page] = &[
 ];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
-pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
+///
+/// # Errors
+///
+/// When there is no such page, a figure cannot be computed, or one is not what the page stores.
+pub fn validate_pages(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
     let folder = root.join("docs/validation");
     if let Some(name) = only
         && !PAGES.iter().any(|page| page.name == name)
@@ -106,7 +110,7 @@ pub(crate) fn run(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
             if only.is_some() {
                 bail!("page `{}`: {lacks}", page.name);
             }
-            crate::ci::say(&format!("page `{}` left as it is: {lacks}", page.name));
+            crate::terminal::say(&format!("page `{}` left as it is: {lacks}", page.name));
             continue;
         }
         let figures = (page.quick)().with_context(|| format!("figures of `{}`", page.name))?;

@@ -35,7 +35,7 @@ use self::{
     page::Origin,
     plan::{Planned, Set},
 };
-use crate::ci::say;
+use crate::terminal::say;
 
 /// How the task is called.
 const USAGE: &str = "\
@@ -98,8 +98,12 @@ impl Options {
     }
 }
 
-/// Runs the task.
-pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<()> {
+/// Draws the blind cases, has them explained, and writes their page.
+///
+/// # Errors
+///
+/// When a flag is unknown, a generator check fails, or a file cannot be read or written.
+pub fn score_blind_cases(root: &Path, arguments: &[&str]) -> Result<()> {
     let options = Options::parse(arguments)?;
     let checks = null_check::run()?;
     null_check::judge(&checks)?;

@@ -14,7 +14,7 @@ use super::{
     case_file::{Answer, Line, Truth},
     plan::Planned,
 };
-use crate::ci::clock;
+use crate::terminal::clock;
 
 /// Draws a case, seals it, has it explained by another process on recordings and nominal model
 /// alone, and opens the truth.

@@ -133,8 +133,8 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
          `fixtures/references/minisom` ({}). Rank rules: the energy ranks at 0.5, 0.9, 0.99 and\n\
          0.9999 and the optimal hard threshold equal PyDMD's on the same matrix\n\
          (`versus_pydmd_rank_rules`).",
-        versions(include_str!("../../../fixtures/references/pydmd/versions.txt")),
-        versions(include_str!("../../../fixtures/references/minisom/versions.txt")),
+        versions(include_str!("../../../../fixtures/references/pydmd/versions.txt")),
+        versions(include_str!("../../../../fixtures/references/minisom/versions.txt")),
     )?;
     speed(&mut page)?;
     streaming(&mut page)?;
@@ -206,7 +206,7 @@ const SPEED: [(&str, &str, &str, f64); 6] = [
 ];
 
 fn speed(page: &mut String) -> Result<()> {
-    let recorded = include_str!("../../../benches/peers/reduction/recorded.txt");
+    let recorded = include_str!("../../../../benches/peers/reduction/recorded.txt");
     let timings = timings(recorded)?;
     let comments: Vec<&str> = recorded.lines().filter_map(|line| line.strip_prefix("# ")).collect();
     writeln!(
@@ -241,7 +241,7 @@ fn speed(page: &mut String) -> Result<()> {
 }
 
 fn streaming(page: &mut String) -> Result<()> {
-    let recorded = include_str!("../../../benches/peers/reduction/stream.txt");
+    let recorded = include_str!("../../../../benches/peers/reduction/stream.txt");
     let value = |key: &str| -> Result<&str> {
         recorded
             .lines()
@@ -501,7 +501,7 @@ fn pydmd_field() -> Result<Snapshots> {
 }
 
 fn numpy_difference() -> Result<f64> {
-    let table = numbers(include_str!("../../../fixtures/references/pydmd/singular-values.txt"))?;
+    let table = numbers(include_str!("../../../../fixtures/references/pydmd/singular-values.txt"))?;
     let svd = thin_svd(&pydmd_field()?)?;
     let pairs = svd.singular_values().iter().zip(&table);
     Ok(pairs.map(|(found, line)| (found - line[0]).abs()).fold(0.0, f64::max) / table[0][0])
@@ -509,15 +509,15 @@ fn numpy_difference() -> Result<f64> {
 
 fn pydmd_differences() -> Result<Vec<f64>> {
     let tables = [
-        (DmdKind::Exact, include_str!("../../../fixtures/references/pydmd/exact-rank-4.txt")),
-        (DmdKind::Exact, include_str!("../../../fixtures/references/pydmd/exact-rank-9.txt")),
+        (DmdKind::Exact, include_str!("../../../../fixtures/references/pydmd/exact-rank-4.txt")),
+        (DmdKind::Exact, include_str!("../../../../fixtures/references/pydmd/exact-rank-9.txt")),
         (
             DmdKind::Projected,
-            include_str!("../../../fixtures/references/pydmd/projected-rank-4.txt"),
+            include_str!("../../../../fixtures/references/pydmd/projected-rank-4.txt"),
         ),
         (
             DmdKind::Projected,
-            include_str!("../../../fixtures/references/pydmd/projected-rank-9.txt"),
+            include_str!("../../../../fixtures/references/pydmd/projected-rank-9.txt"),
         ),
     ];
     let (mut eigenvalues, mut modes) = (0.0_f64, 0.0_f64);
@@ -542,19 +542,19 @@ fn minisom_differences() -> Result<Vec<f64>> {
     let square = minisom_difference(
         Grid::rectangular(4, 3),
         online,
-        include_str!("../../../fixtures/references/minisom/online-rectangular-4x3.txt"),
+        include_str!("../../../../fixtures/references/minisom/online-rectangular-4x3.txt"),
         |theirs| theirs,
     )?;
     let hexagonal = minisom_difference(
         Grid::hexagonal(5, 3),
         online,
-        include_str!("../../../fixtures/references/minisom/online-hexagonal-3x5.txt"),
+        include_str!("../../../../fixtures/references/minisom/online-hexagonal-3x5.txt"),
         |theirs| theirs % 5 * 3 + theirs / 5,
     )?;
     let batch = minisom_difference(
         Grid::rectangular(4, 3),
         Training::Batch,
-        include_str!("../../../fixtures/references/minisom/batch-rectangular-4x3.txt"),
+        include_str!("../../../../fixtures/references/minisom/batch-rectangular-4x3.txt"),
         |theirs| theirs,
     )?;
     Ok(vec![square.max(hexagonal), batch])

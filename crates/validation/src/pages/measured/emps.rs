@@ -24,7 +24,7 @@ pub(super) const DELAY_S: f64 = 5e-4;
 
 /// The published structure without its offset.
 pub(super) fn model() -> Result<AxisModel> {
-    let text = include_str!("../../../../fixtures/models/emps.toml");
+    let text = include_str!("../../../../../fixtures/models/emps.toml");
     let MachineModel::ServoAxis(mut model) = parse_machine(text)? else {
         bail!("`emps.toml` is a servo axis");
     };

@@ -49,7 +49,7 @@ mod tests {
     /// its variants and a truth of its class.
     #[test]
     fn kept_answers_are_read() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let kept = kept(&root).unwrap();
         assert_eq!((kept[0].version.as_str(), kept[0].set.as_str()), ("2.1.0", "score"));
         assert_eq!((kept[0].variants.len(), kept[0].lines.len()), (2, 1900));

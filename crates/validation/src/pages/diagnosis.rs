@@ -43,7 +43,7 @@ struct Tally {
 
 /// Diagnoses every committed recording with the embedded bundles and a method.
 fn cases(method: Method) -> Result<Vec<Case>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/recordings");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/recordings");
     let diagnosers = EMBEDDED_BUNDLES
         .iter()
         .map(|embedded| Ok(Diagnoser::new(Bundle::from_bytes(embedded.bytes)?)?))

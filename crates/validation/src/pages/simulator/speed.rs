@@ -168,7 +168,7 @@ fn events_percent(model: &LowFidelity, faults: &[PhysicalFaults]) -> f64 {
 fn peers_text(page: &mut String, chirp_ms: f64) -> Result<()> {
     let script = "benches/peers/simulate/time_peers.py";
     let python = std::env::var("PEERS_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let output = Command::new(&python)
         .args([script, "--runs", "1", "--tsv"])
         .current_dir(root)

@@ -16,7 +16,7 @@ use super::{
 
 macro_rules! fixture {
     ($name:literal) => {
-        include_str!(concat!("../../../../fixtures/references/motulator/", $name, ".csv"))
+        include_str!(concat!("../../../../../fixtures/references/motulator/", $name, ".csv"))
     };
 }
 

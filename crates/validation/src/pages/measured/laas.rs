@@ -28,7 +28,7 @@ const PACE_SWINGS: f64 = 2.0;
 const BINS: usize = 1440;
 
 pub(super) fn model() -> Result<MachineModel> {
-    Ok(parse_machine(include_str!("../../../../fixtures/models/laas.toml"))?)
+    Ok(parse_machine(include_str!("../../../../../fixtures/models/laas.toml"))?)
 }
 
 /// Angle and current at equal times.

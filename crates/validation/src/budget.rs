@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use fdi_benches::diagnose::{BUDGETS, Budget};
 use fdi_core::report::RecordDiagnosis;
 
-use crate::ci::{clock, say};
+use crate::terminal::{clock, say};
 
 /// Runs a figure is the least of.
 const RUNS: usize = 3;
@@ -13,7 +13,11 @@ const RUNS: usize = 3;
 const SHORT_RUNS: usize = 20;
 
 /// Measures every budget on this machine and fails at the end when one is exceeded.
-pub(crate) fn run() -> Result<()> {
+///
+/// # Errors
+///
+/// When a recording cannot be made or diagnosed, or a budget is exceeded.
+pub fn check_budgets() -> Result<()> {
     say(&format!(
         "{:<28} {:>6} {:>10} {:>9} {:>7}  levels found",
         "setting", "runs", "time/s", "limit/s", "share"
