@@ -1,12 +1,9 @@
 //! All that must pass, one step after another.
 
-use std::{
-    path::Path,
-    process::Command,
-    time::{Duration, Instant},
-};
+use std::{path::Path, process::Command, time::Duration};
 
 use anyhow::{Context, Result, bail};
+use validation::{clock, say};
 
 /// A step: its name, the command after `cargo`, and environment it needs.
 struct Step {
@@ -62,14 +59,4 @@ pub(crate) fn run(root: &Path) -> Result<()> {
 
 fn words(step: &Step) -> String {
     step.cargo.join(" ")
-}
-
-#[expect(clippy::print_stderr, reason = "a task for people at a terminal")]
-pub(crate) fn say(line: &str) {
-    eprintln!("{line}");
-}
-
-#[expect(clippy::disallowed_methods, reason = "tells how long each step takes")]
-pub(crate) fn clock() -> Instant {
-    Instant::now()
 }

@@ -1,13 +1,9 @@
 //! Development tasks of the workspace: `cargo xtask …`.
 
-mod blind;
-mod budget;
 mod ci;
 mod docs;
 mod gen_dataset;
-mod median;
 mod tidy;
-mod validate;
 
 use anyhow::{Result, bail};
 
@@ -29,17 +25,17 @@ fn main() -> Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize()?;
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-        ["blind", flags @ ..] => blind::run(&root, flags),
-        ["budget"] => budget::run(),
+        ["blind", flags @ ..] => validation::score_blind_cases(&root, flags),
+        ["budget"] => validation::check_budgets(),
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),
         ["docs", "--check"] => docs::run(&root, true),
         ["gen-dataset"] => gen_dataset::run(&root, false),
         ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
         ["tidy"] => tidy::run(&root),
-        ["validate"] => validate::run(&root, None, false),
-        ["validate", "--check"] => validate::run(&root, None, true),
-        ["validate", page] => validate::run(&root, Some(page), false),
+        ["validate"] => validation::validate_pages(&root, None, false),
+        ["validate", "--check"] => validation::validate_pages(&root, None, true),
+        ["validate", page] => validation::validate_pages(&root, Some(page), false),
         other => bail!("unknown task {other:?}; the tasks are\n{TASKS}"),
     }
 }

@@ -14,9 +14,23 @@ const LEAVES: [&str; 3] = ["ema-sim", "reduction", "gp-bayesopt"];
 /// What `fdi-core` joins.
 const JOINED: [&str; 5] = ["recordings", "fdi-report", "ema-sim", "reduction", "gp-bayesopt"];
 
+/// Crates that `validation` measures: everything but the program, which it runs.
+const VALIDATED: [&str; 10] = [
+    "experiments",
+    "fdi-benches",
+    "fdi-core",
+    "fdi-report",
+    "ema-sim",
+    "gp-bayesopt",
+    "greybox",
+    "greybox-blind",
+    "recordings",
+    "reduction",
+];
+
 /// What each crate of the workspace may use of the workspace; a new edge comes with
 /// a page in `docs/decisions/`.
-const EDGES: [(&str, &[&str]); 9] = [
+const EDGES: [(&str, &[&str]); 11] = [
     ("recordings", &[]),
     ("fdi-report", &["recordings"]),
     ("ema-sim", &[]),
@@ -24,7 +38,9 @@ const EDGES: [(&str, &[&str]); 9] = [
     ("gp-bayesopt", &[]),
     ("fdi-core", &JOINED),
     ("greybox", &["ema-sim"]),
-    ("fdi-cli", &["fdi-core", "fdi-report", "greybox", "recordings"]),
+    ("experiments", &["fdi-core", "gp-bayesopt"]),
+    ("fdi-cli", &["experiments", "fdi-core", "fdi-report", "greybox", "recordings"]),
+    ("validation", &VALIDATED),
     // hides effects, and so knows nothing of the catalogue
     ("greybox-blind", &[]),
 ];

@@ -350,16 +350,8 @@ impl Diagnoser {
         Ok(answer)
     }
 
-    /// Diagnoses what was read off a recording; beside the answer what it was made from.
-    pub(crate) fn diagnose_observation(
-        &self,
-        observation: &Observation,
-        options: &DiagnoseOptions,
-    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
-        self.diagnose_watched(observation, options, &|_| {})
-    }
-
-    /// The same, showing the residual of every evaluation of the monitor as it is made.
+    /// Diagnoses what was read off a recording, showing the residual of every evaluation of the
+    /// monitor as it is made; beside the answer what it was made from.
     pub(crate) fn diagnose_watched(
         &self,
         observation: &Observation,
@@ -462,15 +454,8 @@ impl Diagnoser {
         Ok(Some(prepared))
     }
 
-    /// The monitor's signal at levels of the faults looked for, start angle zero, with the mean
-    /// of its error added.
-    pub(crate) fn monitored(&self, monitor: &mut Monitor, levels: &[f64]) -> Vec<f64> {
-        let sought = self.bundle.experiment.sought_indices();
-        let point = coordinates_of(&sought, levels);
-        self.monitored_at(monitor, &point)
-    }
-
-    /// The same at coordinates.
+    /// The monitor's signal at coordinates looked for, start angle zero, with the mean of its error
+    /// added.
     pub(crate) fn monitored_at(&self, monitor: &mut Monitor, point: &[f64]) -> Vec<f64> {
         let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
         for (index, &value) in self.bundle.experiment.sought_indices().into_iter().zip(point) {

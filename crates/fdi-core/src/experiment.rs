@@ -205,8 +205,12 @@ impl Experiment {
         self.noisy_monitor(start_angle_rad, Imperfections::NONE, 0)
     }
 
-    /// The monitor with imperfect electronics in its loops.
-    pub(crate) fn noisy_monitor(
+    /// The monitor with imperfect electronics in its loops, their noise by a seed.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError`] for parameters or a test that cannot be simulated.
+    pub fn noisy_monitor(
         &self,
         start_angle_rad: f64,
         imperfections: Imperfections,

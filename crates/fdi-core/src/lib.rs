@@ -40,20 +40,23 @@ mod embedded;
 mod emulator;
 mod encoding;
 mod encoding_bounds;
+mod error_bounds;
 mod error_choice;
 mod error_model;
-mod evaluate;
 mod experiment;
 mod high_monitor;
+mod high_search;
 mod likelihood;
 mod mode_figure;
 mod model_source;
 mod noise_covariance;
 mod observation;
+mod parallel;
 mod posterior;
 mod recorded_test;
 mod scalar_search;
 mod seed;
+mod signal_diagnosis;
 mod signals;
 mod simulated;
 mod simulated_axis;
@@ -72,12 +75,8 @@ pub use ema_sim;
 pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
 pub use emulator::{Emulated, Emulator};
 pub use encoding::Encoding;
+pub use error_bounds::{ErrorBound, ErrorBounds};
 pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
-pub use evaluate::{
-    Beforehand, Beginning, BeginningRequest, BeginningScore, Clock, Contender, EvaluationError,
-    EvaluationRequest, EvaluationSetting, Protocol, ReferenceRequest, ReferenceScore, evaluate,
-    evaluate_beginnings, evaluate_references,
-};
 pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 /// The published forms that answers have.
 pub use fdi_report as report;
@@ -87,10 +86,12 @@ pub use fdi_report::{
     held_out_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg,
     trend_figure_svg,
 };
+pub use high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
 pub use mode_figure::mode_figure_svg;
 pub use model_source::{ReadModelError, read_machine, read_model};
 pub use noise_covariance::unit_noise_covariance;
 pub use observation::ObservationError;
+pub use parallel::in_parallel;
 pub use recorded_test::RecordedTestError;
 /// The recordings that are diagnosed.
 pub use recordings::{
@@ -99,6 +100,8 @@ pub use recordings::{
     OtherColumn, RecordError, Recording, RecordingDate, Sampling, StatedUnit, WriteError,
     guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };
+pub use scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use seed::{Purpose, RootSeed};
-pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
+pub use signal_diagnosis::{EnvelopeSignal, SignalDiagnosis};
+pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError, resampled};
 pub use simulated_axis::AxisTest;

@@ -15,13 +15,59 @@ const DRAWS: usize = 16;
 
 /// Why a scalar search failed.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum ScalarSearchError {
+#[non_exhaustive]
+pub enum ScalarSearchError {
+    /// The faults looked for do not form a domain.
     #[error(transparent)]
     Bounds(#[from] BoundsError),
+    /// The study cannot be made.
     #[error(transparent)]
     Study(#[from] StudyError),
+    /// The study stopped with an error.
     #[error(transparent)]
     Run(#[from] RunError<Infallible>),
+}
+
+/// The paper's search for one signal.
+#[derive(Clone, Debug)]
+pub struct ScalarSearch {
+    criterion: Criterion,
+    max_evaluations: Option<usize>,
+    seed: u64,
+}
+
+/// The end of a [`ScalarSearch`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScalarMinimum {
+    /// Levels of the faults looked for, each in `[0, 1]`.
+    pub levels: Vec<f64>,
+    /// Evaluations of the discrepancy.
+    pub evaluations: u64,
+}
+
+impl ScalarSearch {
+    /// The search of a method; `None` for a method that does not minimise the scalar discrepancy.
+    ///
+    /// Without `max_evaluations` it makes 20 for each fault looked for and 10.
+    pub fn of(method: Method, max_evaluations: Option<usize>, seed: u64) -> Option<Self> {
+        criterion(method, seed).map(|criterion| Self { criterion, max_evaluations, seed })
+    }
+
+    /// Minimises a discrepancy over the levels of the faults looked for, places in `k1..k7`.
+    ///
+    /// # Errors
+    ///
+    /// [`ScalarSearchError`] when there are no faults, or a discrepancy is not finite.
+    pub fn minimise(
+        self,
+        sought: &[usize],
+        discrepancy: impl FnMut(&[f64]) -> f64,
+    ) -> Result<ScalarMinimum, ScalarSearchError> {
+        let budget = self.max_evaluations.unwrap_or(default_budget(sought.len()));
+        let (levels, evaluations) =
+            minimise(self.criterion, sought, budget, self.seed, discrepancy)?;
+        Ok(ScalarMinimum { levels, evaluations })
+    }
 }
 
 /// Evaluations that a method may make unless told otherwise: 150 for seven faults (20 initial,

@@ -228,7 +228,7 @@ fn command_source(experiment: &Experiment) -> CommandSource {
 }
 
 /// A signal at another rate, straight between its samples.
-pub(crate) fn resampled(signal: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
+pub fn resampled(signal: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     if from_hz == to_hz {
         return signal.to_vec();
     }

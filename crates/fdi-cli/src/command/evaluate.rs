@@ -3,10 +3,8 @@
 use std::{fmt::Write, num::NonZeroUsize, time::Instant};
 
 use anyhow::{Context, Result, bail};
-use fdi_core::{
-    Contender, EvaluationRequest, EvaluationSetting, Protocol, ema_sim::Imperfections, evaluate,
-    nearest, report::Evaluation,
-};
+use experiments::{Contender, EvaluationRequest, EvaluationSetting, Protocol, evaluate};
+use fdi_core::{ema_sim::Imperfections, nearest, report::Evaluation};
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,

@@ -9,7 +9,6 @@
 mod beginning;
 mod budget;
 mod encoding;
-mod evaluation;
 mod fuzz;
 mod outside;
 mod properties;

@@ -1,0 +1,30 @@
+//! Experiments that score the diagnosis of electromechanical actuators.
+//!
+//! The conditions are those of the FREEDOM paper, and of ours with noise. The reference is the
+//! high-fidelity model at conditions of the design [`ReferenceDesign::Test`](fdi_core::ReferenceDesign::Test);
+//! what a diagnosis knows beforehand is learnt from other conditions, in the same setting. Errors are
+//! deterministic by seed, at any number of threads; times come from the clock that the caller passes in.
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+mod contender;
+mod convergence;
+mod evaluation;
+mod noisy;
+mod protocol;
+mod reference;
+mod request;
+mod score;
+mod setting;
+mod start;
+mod trials;
+
+pub use contender::Contender;
+pub use evaluation::evaluate;
+pub use protocol::Protocol;
+pub use reference::{Beforehand, ReferenceRequest, ReferenceScore, evaluate_references};
+pub use request::{Clock, EvaluationError, EvaluationRequest};
+pub use setting::EvaluationSetting;
+pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};

@@ -1,0 +1,5 @@
+//! Integration tests of `experiments`: what a user of the crate can see.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail by panicking")]
+
+mod evaluation;

@@ -1,0 +1,16 @@
+//! Proof that the workspace does what it says: pages of figures, scored blind cases, budgets.
+//!
+//! Every function is a task of `cargo xtask` and takes the root of the repository. The figures come from
+//! simulation and from recordings of other laboratories; the answers of other programs that they are
+//! compared with stand in `fixtures/references` and `benches/peers`.
+
+mod blind;
+mod budget;
+mod median;
+mod pages;
+mod terminal;
+
+pub use blind::score_blind_cases;
+pub use budget::check_budgets;
+pub use pages::validate_pages;
+pub use terminal::{clock, say};

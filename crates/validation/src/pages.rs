@@ -1,0 +1,161 @@
+//! The generated pages under `docs/validation/`.
+//!
+//! A page is one file in this folder with two functions: `quick`, figures that
+//! anyone can recompute in seconds (deterministic, compared by `--check`), and
+//! `text`, the whole page as Markdown.
+
+mod bayesopt;
+mod diagnosis;
+mod experiments;
+mod explaining;
+mod fidelity;
+mod measured;
+mod real_recordings;
+mod reduction;
+mod simulator;
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+
+/// One recomputable figure of a page.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(crate) struct Figure {
+    /// What the page calls it.
+    pub(crate) id: String,
+    /// Its value.
+    pub(crate) value: f64,
+    /// Relative difference that a recomputation may show.
+    pub(crate) tolerance_rel: f64,
+    /// Unit, `1` for a pure number.
+    pub(crate) unit: String,
+}
+
+/// The quick figures of a page as they are stored beside it.
+#[derive(Debug, Serialize, Deserialize)]
+struct Stored {
+    figure: Vec<Figure>,
+}
+
+/// A generated page.
+struct Page {
+    name: &'static str,
+    quick: fn() -> Result<Vec<Figure>>,
+    text: fn(&[Figure]) -> Result<Rendered>,
+}
+
+/// A page with its drawings.
+struct Rendered {
+    markdown: String,
+    /// File names in `figures/`, and what they hold.
+    drawings: Vec<(String, String)>,
+}
+
+impl From<String> for Rendered {
+    fn from(markdown: String) -> Self {
+        Self { markdown, drawings: Vec::new() }
+    }
+}
+
+/// Every page, in the order of the paper's pipeline.
+const PAGES: &[Page] = &[
+    Page {
+        name: "simulator",
+        quick: simulator::quick,
+        text: |f| simulator::text(f).map(Into::into),
+    },
+    Page {
+        name: "reduction",
+        quick: reduction::quick,
+        text: |f| reduction::text(f).map(Into::into),
+    },
+    Page { name: "bayesopt", quick: bayesopt::quick, text: |f| bayesopt::text(f).map(Into::into) },
+    Page {
+        name: "diagnosis",
+        quick: diagnosis::quick,
+        text: |f| diagnosis::text(f).map(Into::into),
+    },
+    Page { name: "experiments", quick: experiments::quick, text: experiments::text },
+    Page {
+        name: "real-recordings",
+        quick: real_recordings::quick,
+        text: |f| real_recordings::text(f).map(Into::into),
+    },
+    Page {
+        name: "explaining",
+        quick: explaining::quick,
+        text: |_| explaining::text().map(Into::into),
+    },
+    Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
+    Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
+];
+
+/// Rebuilds the pages, or with `check` recomputes their quick figures.
+///
+/// # Errors
+///
+/// When there is no such page, a figure cannot be computed, or one is not what the page stores.
+pub fn validate_pages(root: &Path, only: Option<&str>, check: bool) -> Result<()> {
+    let folder = root.join("docs/validation");
+    if let Some(name) = only
+        && !PAGES.iter().any(|page| page.name == name)
+    {
+        let known: Vec<_> = PAGES.iter().map(|page| page.name).collect();
+        bail!("no page `{name}`; the pages are {}", known.join(", "));
+    }
+    for page in PAGES.iter().filter(|page| only.is_none_or(|name| name == page.name)) {
+        if let Some(lacks) = lacks(page) {
+            if only.is_some() {
+                bail!("page `{}`: {lacks}", page.name);
+            }
+            crate::terminal::say(&format!("page `{}` left as it is: {lacks}", page.name));
+            continue;
+        }
+        let figures = (page.quick)().with_context(|| format!("figures of `{}`", page.name))?;
+        let beside = folder.join(page.name).with_extension("toml");
+        if check {
+            compare(page.name, &figures, &beside)?;
+            continue;
+        }
+        fs::create_dir_all(&folder)?;
+        let rendered = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
+        fs::write(folder.join(page.name).with_extension("md"), rendered.markdown)?;
+        for (name, svg) in rendered.drawings {
+            fs::write(folder.join("figures").join(name), svg)?;
+        }
+        fs::write(&beside, toml::to_string_pretty(&Stored { figure: figures })?)?;
+    }
+    Ok(())
+}
+
+/// What a page needs and does not have here.
+fn lacks(page: &Page) -> Option<&'static str> {
+    (page.name == "measured" && measured::is_without_data())
+        .then_some("`FDI_MEASURED_DATA` does not name the folder of measured recordings")
+}
+
+/// Compares recomputed figures with the stored ones.
+fn compare(page: &str, now: &[Figure], beside: &Path) -> Result<()> {
+    let text = fs::read_to_string(beside)
+        .with_context(|| format!("{}: run `cargo xtask validate {page}`", beside.display()))?;
+    let stored: Stored = toml::from_str(&text)?;
+    if stored.figure.len() != now.len() {
+        bail!("page `{page}` stores {} figures, {} recomputed", stored.figure.len(), now.len());
+    }
+    for (was, is) in stored.figure.iter().zip(now) {
+        let agree = (was.value - is.value).abs() <= was.tolerance_rel * was.value.abs();
+        if was.id != is.id || !agree {
+            bail!(
+                "page `{page}`: `{}` was {} and is {} {} (tolerance {} relative)",
+                was.id,
+                was.value,
+                is.value,
+                is.unit,
+                was.tolerance_rel
+            );
+        }
+    }
+    Ok(())
+}

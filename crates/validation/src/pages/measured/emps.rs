@@ -1,0 +1,194 @@
+//! The EMPS rig: what its published structure without the offset leaves out.
+
+use anyhow::{Result, bail};
+use ema_sim::{
+    AxisInput, AxisScenario, AxisStart, Command, Effect, EffectId, HealthState, Load,
+    ServoAxisSimulation,
+    model_file::{AxisModel, MachineModel, parse_machine},
+};
+use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
+
+use super::{
+    JOBS,
+    benchmark::{Motion, Refit, Term, refit},
+    recording::columns,
+};
+
+const RATE_HZ: f64 = 1000.0;
+/// The recording moves there and back four times; here the second two begin.
+const HALF: usize = 12_464;
+/// Left out of a simulation: the start of a recording that is under way.
+const SETTLED: usize = 300;
+/// A delay of the voltage, s: what the benchmark's residual would gain from, for comparison.
+pub(super) const DELAY_S: f64 = 5e-4;
+
+/// The published structure without its offset.
+pub(super) fn model() -> Result<AxisModel> {
+    let text = include_str!("../../../../../fixtures/models/emps.toml");
+    let MachineModel::ServoAxis(mut model) = parse_machine(text)? else {
+        bail!("`emps.toml` is a servo axis");
+    };
+    model.axis.offset = 0.0;
+    Ok(model)
+}
+
+/// The two recordings, by columns.
+pub(super) struct Data {
+    train: Vec<Vec<f64>>,
+    test: Vec<Vec<f64>>,
+}
+
+impl Data {
+    pub(super) fn read() -> Result<Self> {
+        Ok(Self {
+            train: columns("emps/emps_train.csv.gz")?,
+            test: columns("emps/emps_pulses_test.csv.gz")?,
+        })
+    }
+
+    fn record(&self, name: &str, samples: core::ops::Range<usize>) -> Record {
+        let of = |place: usize| self.train[place][samples.clone()].to_vec();
+        let time_s = of(0);
+        let last = time_s.len() - 1;
+        Record {
+            name: name.to_owned(),
+            rate_hz: last as f64 / (time_s[last] - time_s[0]),
+            command: of(1),
+            kind: CommandKind::Position,
+            drive: of(3),
+            position: Some(of(2)),
+            load: None,
+            filter_hz: None,
+            start_rad: None,
+        }
+    }
+
+    /// The training recording alone: its first half fitted, its second held out.
+    /// Each begins `later` samples on.
+    pub(super) fn explained(&self, later: usize) -> Result<Explained> {
+        let recordings = Recordings {
+            train: vec![self.record("first half", later..HALF)],
+            holdout: vec![self.record("second half", HALF + later..self.train[0].len())],
+            repeat: Vec::new(),
+        };
+        let options = Options { jobs: JOBS, ..Options::default() };
+        Ok(explain(&MachineModel::ServoAxis(model()?), &recordings, &options)?)
+    }
+
+    /// Rows of the benchmark's residual that need no explanation: the structure without and with
+    /// the offset, and a drag that differs between the directions, without and with a delay.
+    pub(super) fn known(&self) -> Result<Vec<(&'static str, Refit)>> {
+        let with = |more: &[Term]| [&[Term::Mass, Term::Viscous, Term::Dry], more].concat();
+        let asymmetry = with(&[Term::ViscousAsymmetry]);
+        Ok(vec![
+            ("structure without offset", self.refit(&with(&[]), 0.0)?),
+            ("with the offset", self.refit(&with(&[Term::Offset]), 0.0)?),
+            ("with the viscous asymmetry", self.refit(&asymmetry, 0.0)?),
+            ("with it and a delay of 0.5 ms", self.refit(&asymmetry, DELAY_S)?),
+        ])
+    }
+
+    /// The structure with effects at the shapes in which they were found.
+    pub(super) fn with_effects(&self, effects: &[&Effect]) -> Result<Refit> {
+        self.refit(&terms(effects), 0.0)
+    }
+
+    fn refit(&self, terms: &[Term], delay_s: f64) -> Result<Refit> {
+        refit((&Motion::of(&self.train), &Motion::of(&self.test)), terms, delay_s)
+    }
+
+    /// Root mean square of measured less simulated voltage in closed loop, V, training and test.
+    pub(super) fn closed_loop(&self, model: &AxisModel) -> Result<[f64; 2]> {
+        Ok([closed_loop(model, &self.train)?, closed_loop(model, &self.test)?])
+    }
+}
+
+/// The forces of the structure with these effects in it.
+fn terms(effects: &[&Effect]) -> Vec<Term> {
+    let mut terms = vec![Term::Mass, Term::Viscous, Term::Dry];
+    for effect in effects {
+        let value = |key: &str| effect.get(key).unwrap_or(0.0);
+        match effect.id() {
+            EffectId::DirectionalFriction => {
+                if value("viscous_asymmetry_n_s_per_m") != 0.0 {
+                    terms.push(Term::ViscousAsymmetry);
+                }
+                if value("coulomb_asymmetry_n") != 0.0 {
+                    terms.push(Term::Offset);
+                }
+            }
+            EffectId::NonlinearViscous => terms.push(Term::Power {
+                reference: value("reference_speed_m_per_s"),
+                exponent: value("viscous_exponent"),
+            }),
+            EffectId::Presliding => {
+                terms[2] = Term::Bristle { deflection: value("presliding_m") };
+            }
+            EffectId::Vibration => {
+                let hz = value("frequency_hz");
+                terms.extend([Term::Sine { hz }, Term::Cosine { hz }]);
+            }
+            _ => {}
+        }
+    }
+    terms
+}
+
+/// A model whose friction is raised by what was fitted as wear.
+pub(super) fn worn(explained: &Explained, extended: &AxisModel) -> AxisModel {
+    let mut model = extended.clone();
+    for fault in explained.faults.iter().filter(|fault| fault.key == "k1") {
+        let worn = 1.0 + 2.0 * fault.after.value;
+        model.axis.kinetic_friction *= worn;
+        model.axis.static_friction *= worn;
+    }
+    model
+}
+
+/// The rig's reference through its own controller, from its first position and speed. The voltage
+/// of the test recording has pulses added behind the controller: they push the simulated carriage
+/// and are in the voltage compared.
+fn closed_loop(model: &AxisModel, columns: &[Vec<f64>]) -> Result<f64> {
+    let (reference, position, voltage) = (&columns[1], &columns[2], &columns[3]);
+    let pulses = columns.get(4).map(|flag| pulses(model, columns, flag));
+    let scenario = AxisScenario {
+        input: AxisInput::Position(Command::Recorded {
+            values_rad: reference.clone(),
+            rate_hz: RATE_HZ,
+        }),
+        load: 0.0,
+        duration_s: reference.len() as f64 / RATE_HZ,
+        start: AxisStart {
+            position: position[0],
+            speed: (position[10] - position[0]) * RATE_HZ / 10.0,
+            ..AxisStart::default()
+        },
+    };
+    let effects: Vec<Effect> = model.effects.iter().map(|block| block.effect.clone()).collect();
+    let mut simulation =
+        ServoAxisSimulation::new(&model.axis, &scenario)?.with_effects(&effects)?;
+    if let Some(pulses) = &pulses {
+        let values_n_m = pulses.iter().map(|u| -model.axis.force_constant * u).collect();
+        simulation = simulation.with_load(Load::Recorded { values_n_m, rate_hz: RATE_HZ })?;
+    }
+    let trace = simulation.try_simulate(&(&HealthState::HEALTHY).into())?;
+    let added = |n: usize| pulses.as_ref().map_or(0.0, |pulses| pulses[n]);
+    let left = |n: usize| voltage[n] - trace.output[n] - added(n);
+    Ok(rms(&(SETTLED..voltage.len()).map(left).collect::<Vec<f64>>()))
+}
+
+/// The pulses: recorded voltage less what the controller makes of reference and position, its
+/// median over the samples whose flag is set.
+fn pulses(model: &AxisModel, columns: &[Vec<f64>], flag: &[f64]) -> Vec<f64> {
+    let (reference, position, voltage) = (&columns[1], &columns[2], &columns[3]);
+    let controller = &model.axis.controller;
+    let (kp, kv) = (controller.position_gain_per_s, controller.speed_gain);
+    let added = |n: usize| {
+        let speed = 0.5 * RATE_HZ * (position[n] - position[n - 2]);
+        voltage[n] - kv * (kp * (reference[n] - position[n]) - speed)
+    };
+    let mut all: Vec<f64> = (2..flag.len()).filter(|n| flag[*n] != 0.0).map(added).collect();
+    all.sort_by(f64::total_cmp);
+    let size = all.get(all.len() / 2).copied().unwrap_or(0.0);
+    flag.iter().map(|flag| if *flag == 0.0 { 0.0 } else { size }).collect()
+}
