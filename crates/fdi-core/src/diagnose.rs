@@ -14,25 +14,31 @@ use recordings::Recording;
 
 use self::{reference::References, start::Began};
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite},
-    bundle::{Bundle, BundleError, StartAngle, differences, sought_coordinates},
-    central,
-    commutation::Commutation,
-    dataset::ReferenceDesign,
-    emulator::Emulator,
-    encoding::{Encoder, Encoding},
-    error_model::ErrorModel,
-    experiment::Monitor,
-    high_monitor::{HighFit, HighMonitor},
-    likelihood::{Likelihood, Slopes, misfit},
-    noise_covariance::unit_noise_at_rate,
-    observation::{Observation, ObservationError, forget_direction},
-    posterior::Posterior,
+    offline::{
+        bundle::{Bundle, BundleError, StartAngle, differences},
+        dataset::{ReferenceDesign, sought_coordinates},
+        encoding::{Encoder, Encoding},
+        error_model::ErrorModel,
+    },
+    online::{
+        commutation::Commutation,
+        emulator::Emulator,
+        high_monitor::HighFit,
+        likelihood::{Likelihood, Slopes, misfit},
+        observation::{Observation, ObservationError, forget_direction},
+        posterior::Posterior,
+        scalar_search,
+    },
     report::{
         Fault, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status,
         Verdict,
     },
-    scalar_search,
+    simulation::{experiment::Monitor, high_fidelity_signal::HighFidelitySignal},
+    statistics::{
+        banded::{BandedMatrix, NotPositiveDefinite},
+        central,
+        noise_covariance::unit_noise_at_rate,
+    },
 };
 
 /// Why a recording could not be diagnosed.
@@ -747,8 +753,9 @@ impl Run<'_> {
         let likelihood = self.diagnoser.likelihood(error, *phase_rate_hz, noise.level_a)?;
         let electronics = bundle.datasets.first().map_or(Imperfections::NONE, |d| d.imperfections);
         let start_rad = hypothesis.start_angle_rad;
-        let monitor = HighMonitor::new(&bundle.experiment, start_rad, electronics, *phase_rate_hz)
-            .map_err(BundleError::from)?;
+        let monitor =
+            HighFidelitySignal::new(&bundle.experiment, start_rad, electronics, *phase_rate_hz)
+                .map_err(BundleError::from)?;
         let offset_a = error.mean_at(&low.posterior.estimate);
         let seen_a: Vec<f64> = signal_a.iter().zip(&offset_a).map(|(y, m)| y - m).collect();
         let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);

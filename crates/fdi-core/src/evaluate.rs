@@ -17,13 +17,15 @@ mod start;
 use std::{fmt, thread};
 
 use crate::{
-    banded::NotPositiveDefinite,
-    bundle::BundleError,
-    dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign},
     diagnose::DiagnoseError,
-    error_model::ErrorModelError,
-    experiment::{Experiment, ExperimentError},
+    offline::{
+        bundle::BundleError,
+        dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign},
+        error_model::ErrorModelError,
+    },
     report::{Evaluation, EvaluationSettings, SCHEMA_VERSION},
+    simulation::experiment::{Experiment, ExperimentError},
+    statistics::banded::NotPositiveDefinite,
 };
 pub use contender::Contender;
 pub use reference::{Beforehand, ReferenceRequest, ReferenceScore, evaluate_references};

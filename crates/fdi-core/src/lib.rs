@@ -27,58 +27,22 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-mod artefact;
-mod banded;
-mod bound;
-mod bundle;
-mod central;
-mod commutation;
-mod dataset;
 mod diagnose;
-mod electronics;
-mod embedded;
-mod emulator;
-mod encoding;
-mod encoding_bounds;
-mod error_choice;
-mod error_model;
 mod evaluate;
-mod experiment;
-mod high_monitor;
-mod likelihood;
-mod mode_figure;
-mod model_source;
-mod noise_covariance;
-mod observation;
-mod posterior;
-mod recorded_test;
-mod scalar_search;
+mod offline;
+mod online;
 mod seed;
-mod signals;
-mod simulated;
-mod simulated_axis;
-pub mod store;
+mod simulation;
+mod statistics;
 
-pub use artefact::{dataset_from_bytes, dataset_to_bytes};
-pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
-pub use bound::sensor_bound_std;
-pub use bundle::{
-    Bundle, BundleError, MASK_POINTS, ModelChoice, Modelled, StartAngle, default_noise_a,
-};
-pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
 pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
-pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
-pub use emulator::{Emulated, Emulator};
-pub use encoding::Encoding;
-pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
 pub use evaluate::{
     Beforehand, Beginning, BeginningRequest, BeginningScore, Clock, Contender, EvaluationError,
     EvaluationRequest, EvaluationSetting, Protocol, ReferenceRequest, ReferenceScore, evaluate,
     evaluate_beginnings, evaluate_references,
 };
-pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 /// The published forms that answers have.
 pub use fdi_report as report;
 pub use fdi_report::{
@@ -87,11 +51,19 @@ pub use fdi_report::{
     held_out_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg,
     trend_figure_svg,
 };
-pub use mode_figure::mode_figure_svg;
-pub use model_source::{ReadModelError, read_machine, read_model};
-pub use noise_covariance::unit_noise_covariance;
-pub use observation::ObservationError;
-pub use recorded_test::RecordedTestError;
+pub use offline::artefact::{dataset_from_bytes, dataset_to_bytes};
+pub use offline::bound::sensor_bound_std;
+pub use offline::bundle::{
+    Bundle, BundleError, ModelChoice, Modelled, StartAngle, default_noise_a,
+};
+pub use offline::dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
+pub use offline::embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
+pub use offline::encoding::Encoding;
+pub use offline::error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
+pub use offline::mode_figure::mode_figure_svg;
+pub use offline::store;
+pub use online::emulator::{Emulated, Emulator};
+pub use online::observation::ObservationError;
 /// The recordings that are diagnosed.
 pub use recordings::{
     self, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,
@@ -100,5 +72,10 @@ pub use recordings::{
     nearest, recording_sha256,
 };
 pub use seed::{Purpose, RootSeed};
-pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
-pub use simulated_axis::AxisTest;
+pub use simulation::experiment::{Experiment, ExperimentError, MASK_POINTS, Monitor, RECORDED};
+pub use simulation::model_source::{ReadModelError, read_machine, read_model};
+pub use simulation::recorded_test::RecordedTestError;
+pub use simulation::simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
+pub use simulation::simulated_axis::AxisTest;
+pub use statistics::banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+pub use statistics::noise_covariance::unit_noise_covariance;

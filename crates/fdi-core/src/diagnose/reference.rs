@@ -17,10 +17,12 @@ use super::{DiagnoseError, DiagnoseOptions, Diagnoser, ELECTRICAL_TOLERANCE_RAD}
 use recordings::Recording;
 
 use crate::{
-    bundle::{Bundle, BundleError},
-    encoding::Encoding,
-    error_model::ErrorModel,
-    observation::{Observation, ObservationError},
+    offline::{
+        bundle::{Bundle, BundleError},
+        encoding::Encoding,
+        error_model::ErrorModel,
+    },
+    online::observation::{Observation, ObservationError},
     report::{Fidelity, Method, Notice, NoticeCode},
 };
 

@@ -22,13 +22,11 @@ use super::{
     MISFIT_DEVIATIONS, Run, START, STEP_TOLERANCE, within_training,
 };
 use crate::{
-    banded::dot,
-    bundle::BundleError,
-    central,
-    experiment::Experiment,
-    high_monitor::HighMonitor,
-    likelihood::{Likelihood, misfit},
+    offline::bundle::BundleError,
+    online::likelihood::{Likelihood, misfit},
     report::{Fidelity, Method, Notice, NoticeCode},
+    simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
+    statistics::{banded::dot, central},
 };
 
 /// Longest delay that is looked for, s: a search finds it from delays in even steps.
@@ -276,7 +274,7 @@ impl FreeFit<'_> {
         let faults = FaultCoordinates(self.run.all_coordinates(point));
         let error = |start: &Start| -> Result<Vec<f64>, SimulationError> {
             let begun = start.of(&bundle.experiment);
-            let high = HighMonitor::new(&begun, angle_rad, electronics, rate_hz)?;
+            let high = HighFidelitySignal::new(&begun, angle_rad, electronics, rate_hz)?;
             Ok(high.residual(&begun.monitor(angle_rad)?.signal(&faults), point))
         };
         let (own, other) = (error(&Start::default())?, error(&self.freedom.start(units))?);

@@ -15,13 +15,12 @@ use super::{
     test_conditions,
 };
 use crate::{
-    dataset::Condition,
     diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, coordinates_of},
-    emulator::Emulator,
-    experiment::Experiment,
+    offline::dataset::Condition,
+    online::{emulator::Emulator, scalar_search},
     report::{Method, MethodEvaluation},
-    scalar_search,
     seed::{Purpose, RootSeed},
+    simulation::experiment::Experiment,
 };
 
 /// What searches in an experiment.

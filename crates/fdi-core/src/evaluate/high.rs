@@ -4,19 +4,21 @@ use super::{
     EvaluationError, EvaluationSetting, contender::Found, convergence::History, in_parallel,
 };
 use crate::{
-    bundle::{Bundle, StartAngle, sought_coordinates},
     diagnose::DiagnoseError,
-    emulator::Emulator,
-    error_choice::{self, References},
-    error_model::Trend,
-    high_monitor::{HighFit, HighMonitor},
-    likelihood::Likelihood,
-    noise_covariance::unit_noise_at_rate,
+    offline::{
+        bundle::{Bundle, StartAngle},
+        dataset::sought_coordinates,
+        error_choice::{self, References},
+        error_model::Trend,
+    },
+    online::{emulator::Emulator, high_monitor::HighFit, likelihood::Likelihood},
+    simulation::high_fidelity_signal::HighFidelitySignal,
+    statistics::noise_covariance::unit_noise_at_rate,
 };
 
 /// The high-fidelity model without noise, and what noise does to its signal.
 pub(super) struct HighTrial {
-    monitor: HighMonitor,
+    monitor: HighFidelitySignal,
     mask: Vec<usize>,
     likelihood: Likelihood,
 }
@@ -32,7 +34,8 @@ impl HighTrial {
     ) -> Result<Self, EvaluationError> {
         let experiment = bundle.experiment.clone();
         let phase_rate_hz = setting.phase_rate_hz;
-        let monitor = HighMonitor::new(&experiment, 0.0, setting.imperfections, phase_rate_hz)?;
+        let monitor =
+            HighFidelitySignal::new(&experiment, 0.0, setting.imperfections, phase_rate_hz)?;
         let (mut differences, mut coordinates) = (Vec::new(), Vec::new());
         for dataset in bundle.datasets.iter().filter(|d| StartAngle::Zero.has(d.design)) {
             let points = sought_coordinates(&experiment, dataset);
@@ -64,7 +67,7 @@ impl HighTrial {
         self.monitor.signal(point)
     }
 
-    /// The search of [`HighMonitor::search`].
+    /// The search of [`HighFidelitySignal::search`].
     pub(super) fn diagnose(
         &self,
         emulator: &Emulator,

@@ -11,16 +11,13 @@ use super::{
     test_conditions,
 };
 use crate::{
-    central,
-    dataset::Condition,
     diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
-    encoding::Factor,
-    experiment::Experiment,
-    likelihood::{Likelihood, information},
-    posterior::Posterior,
+    offline::{dataset::Condition, estimator::information, factor::Factor},
+    online::{likelihood::Likelihood, posterior::Posterior},
     report::{DetectionPoint, FaultEvaluation, MethodEvaluation, RecordDiagnosis},
     seed::{Purpose, RootSeed},
-    simulated::resampled,
+    simulation::{experiment::Experiment, resampling::resampled},
+    statistics::central,
 };
 
 /// Differences for the bound's derivatives.
@@ -172,7 +169,8 @@ impl<'a> NoisyTrial<'a> {
         let noise_a = self.setting.noise_a();
         let order = sought.len();
         let phase = DMatrix::from_fn(order, order, |i, j| {
-            CONDUCTING_PHASES * crate::banded::dot(&phases[i], &phases[j]) / (noise_a * noise_a)
+            CONDUCTING_PHASES * crate::statistics::banded::dot(&phases[i], &phases[j])
+                / (noise_a * noise_a)
         });
         let std = |covariance: Option<DMatrix<f64>>| -> Result<Vec<f64>, EvaluationError> {
             let covariance = covariance.ok_or(DiagnoseError::Undetermined)?;

@@ -8,13 +8,15 @@ use super::{
     score::{Trial, fault_scores, levels_of, median},
 };
 use crate::{
-    bundle::Bundle,
-    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
     diagnose::{DiagnoseOptions, Diagnoser},
-    experiment::{Experiment, ExperimentError},
-    observation::Observation,
+    offline::{
+        bundle::Bundle,
+        dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
+    },
+    online::observation::Observation,
     report::{FaultEvaluation, RecordDiagnosis},
     seed::{Purpose, RootSeed},
+    simulation::experiment::{Experiment, ExperimentError},
 };
 
 /// Streams of the reference recordings and of the healthy ones.

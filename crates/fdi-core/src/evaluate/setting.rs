@@ -4,12 +4,13 @@ use ema_sim::{Converter, Imperfections, PhaseSensors, PhysicalFaults, Scenario, 
 
 use super::{EvaluationError, in_parallel};
 use crate::{
-    bundle::Bundle,
-    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
-    experiment::Experiment,
-    observation::{Observation, filtered},
+    offline::{
+        bundle::Bundle,
+        dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
+    },
+    online::observation::Observation,
     seed::RootSeed,
-    simulated::resampled,
+    simulation::{envelope::filtered, experiment::Experiment, resampling::resampled},
 };
 
 /// Electronics, sensors and what is known beforehand.

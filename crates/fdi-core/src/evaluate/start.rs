@@ -8,12 +8,12 @@ use super::{
     score::{Trial, fault_scores, levels_of, median},
 };
 use crate::{
-    dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
     diagnose::{DiagnoseOptions, Diagnoser},
-    experiment::Experiment,
-    observation::{Observation, filtered},
+    offline::dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
+    online::observation::Observation,
     report::{FaultEvaluation, NoticeCode},
     seed::{Purpose, RootSeed},
+    simulation::{envelope::filtered, experiment::Experiment},
 };
 
 /// How a recording begins.

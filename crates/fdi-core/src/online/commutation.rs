@@ -19,7 +19,7 @@ use core::f64::consts::{FRAC_PI_3, TAU};
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates, PhysicalFaults, Sector, SimulationError};
 
-use crate::{experiment::Experiment, simulated::resampled};
+use crate::simulation::{experiment::Experiment, resampling::resampled};
 
 /// The commutation that a recording shows.
 #[derive(Clone, Debug)]

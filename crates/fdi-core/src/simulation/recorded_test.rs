@@ -2,7 +2,7 @@
 
 use recordings::{Channel, ChannelName, RecordError, Recording};
 
-use crate::experiment::Experiment;
+use crate::simulation::experiment::Experiment;
 
 /// Why a recording does not say what was commanded.
 #[derive(Debug, thiserror::Error)]

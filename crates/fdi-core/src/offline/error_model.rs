@@ -17,7 +17,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 
-use crate::{
+use crate::statistics::{
     banded::{BandedMatrix, NotPositiveDefinite},
     central,
 };
@@ -353,7 +353,7 @@ pub(crate) fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usiz
     for i in 0..samples {
         for j in i.saturating_sub(covariance.half_band())..=i {
             *covariance.at_mut(i, j) =
-                taper[i - j] * crate::banded::dot(&by_sample[i], &by_sample[j]);
+                taper[i - j] * crate::statistics::banded::dot(&by_sample[i], &by_sample[j]);
         }
     }
     covariance

@@ -3,16 +3,17 @@
 
 use core::f64::consts::PI;
 
-use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
+use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
-use recordings::{
-    Channel, ChannelName, CommandSource, Current, EnvelopeKind, RecordError, Recording, Sampling,
-};
+use recordings::{Channel, ChannelName, CommandSource, Current, RecordError, Recording, Sampling};
 
 use crate::{
-    commutation::{Commutation, MOST_DEVIATION_RAD},
-    experiment::Experiment,
+    online::commutation::{Commutation, MOST_DEVIATION_RAD},
     report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
+    simulation::{
+        envelope::{envelope_kind, filtered},
+        experiment::Experiment,
+    },
 };
 
 /// The diagnosed signal of a recording, with what the recording says of itself.
@@ -454,32 +455,6 @@ fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Filters an envelope at its own rate and takes it at the experiment's.
-///
-/// A rate that is no whole multiple of the output's is first brought to the next one, straight
-/// between samples: the filter is exact for such a signal.
-pub(crate) fn filtered(envelope_a: &[f64], rate_hz: f64, experiment: &Experiment) -> Vec<f64> {
-    let filter = experiment.filter;
-    let multiple = rate_hz / filter.output_hz;
-    let mut signal = if (multiple - multiple.round()).abs() < 1e-6 {
-        filter.apply(envelope_a, rate_hz)
-    } else {
-        let fine_hz = multiple.ceil() * filter.output_hz;
-        let count = ((envelope_a.len() - 1) as f64 * fine_hz / rate_hz).floor() as usize + 1;
-        let fine: Vec<f64> = (0..count)
-            .map(|n| {
-                let place = n as f64 * rate_hz / fine_hz;
-                let before = (place.floor() as usize).min(envelope_a.len() - 2);
-                let share = place - before as f64;
-                envelope_a[before] + share * (envelope_a[before + 1] - envelope_a[before])
-            })
-            .collect();
-        filter.apply(&fine, fine_hz)
-    };
-    signal.truncate(experiment.samples());
-    signal
-}
-
 /// Noise of one phase from the sum of the three currents, which a star connection keeps at zero:
 /// whatever the model does, this is noise (offsets removed), quantisation included.
 fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
@@ -561,16 +536,6 @@ pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
              turn: the direction of an eccentricity (k7) stays open; record `motor_angle_rad`"
         ),
     });
-}
-
-/// The name in metadata of an envelope of the simulation.
-pub(crate) fn envelope_kind(envelope: Envelope) -> EnvelopeKind {
-    match envelope {
-        Envelope::HalfAbsSum => EnvelopeKind::HalfAbsSum,
-        Envelope::SignedProjection => EnvelopeKind::SignedProjection,
-        Envelope::QAxis => EnvelopeKind::QAxis,
-        _ => EnvelopeKind::ConductingPhase,
-    }
 }
 
 #[cfg(test)]

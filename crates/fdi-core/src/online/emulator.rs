@@ -15,11 +15,12 @@ use ema_sim::FAULT_COUNT;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    banded::dot,
-    bundle::{Bundle, BundleError},
-    error_model::ErrorModel,
-    likelihood::Likelihood,
-    noise_covariance::unit_noise_at_rate,
+    offline::{
+        bundle::{Bundle, BundleError},
+        error_model::ErrorModel,
+    },
+    online::likelihood::Likelihood,
+    statistics::{banded::dot, noise_covariance::unit_noise_at_rate},
 };
 
 /// Damage in the middle of the incipient range, where a search starts.

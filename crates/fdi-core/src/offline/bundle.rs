@@ -8,24 +8,21 @@ use reduction::{
 };
 
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite},
-    dataset::{Dataset, ReferenceDesign},
-    electronics::electronics_covariance,
-    encoding::Encoding,
-    encoding_bounds::encoding_summaries,
-    error_choice::{self, References},
-    error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
-    experiment::Experiment,
-    high_monitor::electronics_noise,
-    noise_covariance::unit_noise_at_rate,
-    observation::envelope_kind,
-    report::{BundleSummary, DatasetSummary, SCHEMA_VERSION},
+    offline::{
+        dataset::{Dataset, ReferenceDesign, sought_coordinates},
+        electronics::{electronics_covariance, electronics_noise},
+        error_choice::{self, References},
+        error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
+        store::StoreError,
+    },
     seed::{Purpose, RootSeed},
-    store::StoreError,
+    simulation::experiment::{Experiment, MASK_POINTS},
+    statistics::{
+        banded::{BandedMatrix, NotPositiveDefinite},
+        noise_covariance::unit_noise_at_rate,
+    },
 };
 
-/// Points of the paper's mask, section IV.
-pub const MASK_POINTS: usize = 30;
 /// Drive's current limit over the noise that a bundle expects on each phase sample when a
 /// recording tells none: 20 mA for 20 A.
 const CURRENT_LIMIT_OVER_NOISE: f64 = 1000.0;
@@ -318,38 +315,6 @@ impl Bundle {
     pub(crate) fn electronics(&self, start: StartAngle) -> Electronics {
         electronics_of(&self.experiment, &of_start(&self.datasets, start))
     }
-
-    /// What the bundle holds, for people and scripts, with what each encoding costs against the
-    /// whole envelope: the median over the incipient conditions of the Cramér-Rao bounds' ratio.
-    ///
-    /// # Errors
-    ///
-    /// [`BundleError`] without an incipient dataset, or when nothing can be learnt from it.
-    pub fn summary(&self, sha256: String) -> Result<BundleSummary, BundleError> {
-        let experiment = &self.experiment;
-        Ok(BundleSummary {
-            schema_version: SCHEMA_VERSION,
-            sha256,
-            model: experiment.model_name.clone(),
-            command: experiment.name.clone(),
-            envelope: envelope_kind(experiment.envelope).name().to_owned(),
-            rate_hz: experiment.filter.output_hz,
-            filter_hz: experiment.filter.corner_hz,
-            datasets: self
-                .datasets
-                .iter()
-                .zip(&self.dataset_sha256)
-                .map(|(dataset, sha256)| DatasetSummary {
-                    name: dataset.design.name().to_owned(),
-                    conditions: dataset.conditions.len() as u64,
-                    seed: dataset.seed,
-                    sha256: sha256.clone(),
-                })
-                .collect(),
-            default_encoding: Encoding::Full.name().to_owned(),
-            encodings: encoding_summaries(self)?,
-        })
-    }
 }
 
 /// Noise that a bundle expects on each phase sample of a drive when a recording tells none, A: a
@@ -418,16 +383,6 @@ pub(crate) fn differences(
             difference
         })
         .collect())
-}
-
-/// The coordinates looked for, of every condition.
-pub(crate) fn sought_coordinates(experiment: &Experiment, dataset: &Dataset) -> Vec<Vec<f64>> {
-    let indices = experiment.sought_indices();
-    dataset
-        .conditions
-        .iter()
-        .map(|condition| indices.iter().map(|&i| condition.coordinates().0[i]).collect())
-        .collect()
 }
 
 /// The datasets that tell the error for a start of the rotor.

@@ -14,6 +14,6 @@ pub struct EmbeddedBundle {
 
 /// All of them, the default one first.
 pub const EMBEDDED_BUNDLES: [EmbeddedBundle; 2] = [
-    EmbeddedBundle { command: "chirp", bytes: include_bytes!("../bundles/chirp.fdi-bundle") },
-    EmbeddedBundle { command: "sine", bytes: include_bytes!("../bundles/sine.fdi-bundle") },
+    EmbeddedBundle { command: "chirp", bytes: include_bytes!("../../bundles/chirp.fdi-bundle") },
+    EmbeddedBundle { command: "sine", bytes: include_bytes!("../../bundles/sine.fdi-bundle") },
 ];

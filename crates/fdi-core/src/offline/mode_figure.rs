@@ -3,7 +3,7 @@
 use fdi_report::DrawnMode;
 use reduction::{CompressionError, Dmd, DmdConfig, ModeFigure, Snapshots};
 
-use crate::{
+use crate::offline::{
     bundle::{Bundle, BundleError},
     dataset::ReferenceDesign,
 };
@@ -37,7 +37,7 @@ pub fn mode_figure_svg(bundle: &Bundle) -> Result<String, BundleError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::embedded::EMBEDDED_BUNDLES;
+    use crate::offline::embedded::EMBEDDED_BUNDLES;
 
     #[test]
     fn the_drawing_has_every_point_of_the_mask() {

@@ -3,8 +3,9 @@
 use ema_sim::{FAULT_COUNT, FaultCoordinates};
 
 use crate::{
-    banded::NotPositiveDefinite, bundle::BundleError, encoding::Factor, experiment::Experiment,
-    likelihood::information, noise_covariance::unit_noise_covariance,
+    offline::{bundle::BundleError, estimator::information, factor::Factor},
+    simulation::experiment::Experiment,
+    statistics::{banded::NotPositiveDefinite, noise_covariance::unit_noise_covariance},
 };
 
 /// Differences for the bound's derivatives.

@@ -9,12 +9,13 @@ use ema_sim::{
 use recordings::EnvelopeKind;
 
 use crate::{
-    bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
-    dataset::{Condition, Dataset, ReferenceDesign},
-    error_model::{CovarianceShape, Trend},
-    experiment::Experiment,
-    observation::envelope_kind,
-    store::{self, ArtefactKind, Decode, Encode},
+    offline::{
+        bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
+        dataset::{Condition, Dataset, ReferenceDesign},
+        error_model::{CovarianceShape, Trend},
+        store::{self, ArtefactKind, Decode, Encode},
+    },
+    simulation::{envelope::envelope_kind, experiment::Experiment},
 };
 
 /// Layout of a bundle.

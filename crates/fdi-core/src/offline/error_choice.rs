@@ -17,10 +17,12 @@
 use std::{sync::Arc, thread};
 
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite, dot},
-    encoding::Factor,
-    error_model::{CovarianceShape, ErrorModel, ErrorModelError, FOLDS, Trend},
-    likelihood::{Estimator, joined},
+    offline::{
+        error_model::{CovarianceShape, ErrorModel, ErrorModelError, FOLDS, Trend},
+        estimator::Estimator,
+        factor::{Factor, joined},
+    },
+    statistics::banded::{BandedMatrix, NotPositiveDefinite, dot},
 };
 
 /// Shares of the electronics' covariance that are tried.

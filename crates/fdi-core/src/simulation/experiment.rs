@@ -6,7 +6,10 @@ use ema_sim::{
     model_file::Model, presets::EMA_48,
 };
 
-use crate::{bundle::MASK_POINTS, central};
+use crate::statistics::central;
+
+/// Points of the paper's mask, section IV.
+pub const MASK_POINTS: usize = 30;
 
 /// An actuator in a test, with the envelope that is diagnosed and the faults looked for.
 #[derive(Clone, Debug, PartialEq)]

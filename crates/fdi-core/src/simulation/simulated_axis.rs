@@ -7,7 +7,7 @@ use ema_sim::{
 
 use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
 
-use crate::{
+use crate::simulation::{
     experiment::RECORDED, recorded_test::RecordedTestError, simulated::SimulatedRecordingError,
 };
 
@@ -43,7 +43,7 @@ impl AxisTest {
             position: position.column(),
             speed: speed.column(),
         })?;
-        let rate_hz = crate::recorded_test::even_rate_hz(channel)?;
+        let rate_hz = crate::simulation::recorded_test::even_rate_hz(channel)?;
         let values_rad = channel.values().to_vec();
         let (first, samples) = (values_rad[0], values_rad.len());
         let command = Command::Recorded { values_rad, rate_hz };

@@ -14,11 +14,12 @@
 use ema_sim::{Imperfections, SimulationError};
 
 use crate::{
-    banded::BandedMatrix,
-    dataset::{Condition, Dataset},
-    error_model::tapered_covariance,
-    experiment::Experiment,
-    noise_covariance::unit_noise_at_rate,
+    offline::{
+        dataset::{Condition, Dataset, sought_coordinates},
+        error_model::tapered_covariance,
+    },
+    simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
+    statistics::{banded::BandedMatrix, noise_covariance::unit_noise_at_rate},
 };
 
 /// Samples of all runs together; a run of the chirp has a thousand.
@@ -93,6 +94,24 @@ fn noise_of_loops(
     }
     centre(&mut scatter);
     Ok(Some(scatter))
+}
+
+/// What the noise of the electronics adds to the reference signals of a dataset: these less the
+/// model without noise at the same conditions.
+pub(crate) fn electronics_noise(
+    experiment: &Experiment,
+    dataset: &Dataset,
+) -> Result<Vec<Vec<f64>>, SimulationError> {
+    let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
+    let points = sought_coordinates(experiment, dataset);
+    let conditions = dataset.conditions.iter().zip(&dataset.signals_a).zip(points);
+    conditions
+        .map(|((condition, reference), point)| {
+            let (start_rad, electronics) = (condition.start_angle_rad, dataset.imperfections);
+            let monitor = HighFidelitySignal::new(experiment, start_rad, electronics, rate_hz)?;
+            Ok(monitor.residual(reference, &point))
+        })
+        .collect()
 }
 
 /// Takes the mean over the runs off each of them.

@@ -3,13 +3,18 @@
 use nalgebra::DMatrix;
 
 use crate::{
-    banded::{BandedMatrix, NotPositiveDefinite},
-    bundle::{Bundle, BundleError},
-    dataset::ReferenceDesign,
-    encoding::{Encoder, Encoding, Factor},
-    likelihood::information,
-    noise_covariance::unit_noise_covariance,
+    offline::{
+        bundle::{Bundle, BundleError},
+        dataset::ReferenceDesign,
+        encoding::{Encoder, Encoding},
+        estimator::information,
+        factor::Factor,
+    },
     report::{EncodingSummary, FaultId},
+    statistics::{
+        banded::{BandedMatrix, NotPositiveDefinite},
+        noise_covariance::unit_noise_covariance,
+    },
 };
 
 /// Differences for the derivatives of the monitor, as for
@@ -129,7 +134,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::embedded::EMBEDDED_BUNDLES;
+    use crate::offline::embedded::EMBEDDED_BUNDLES;
 
     #[test]
     fn the_whole_costs_nothing_and_few_numbers_cost_something() {

@@ -2,7 +2,7 @@
 
 use ema_sim::EnvelopeFilter;
 
-use crate::banded::{BandedMatrix, dot};
+use crate::statistics::banded::{BandedMatrix, dot};
 
 /// Covariance of the filtered envelope for white noise of unit variance on each phase sample.
 ///

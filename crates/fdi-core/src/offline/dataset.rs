@@ -9,9 +9,9 @@ use gp_bayesopt::{Bounds, Design, DesignError};
 use sha2::{Digest, Sha256};
 
 use crate::{
-    experiment::Experiment,
+    offline::store,
     seed::{Purpose, RootSeed},
-    store,
+    simulation::experiment::Experiment,
 };
 
 /// Which fault conditions a dataset holds.
@@ -263,6 +263,16 @@ fn signal(
         .high_fidelity(condition.start_angle_rad, imperfections)?
         .with_seed(condition.noise_seed);
     Ok(experiment.high_fidelity_signal(&model, &PhysicalFaults::from(&condition.coordinates())))
+}
+
+/// The coordinates looked for, of every condition.
+pub(crate) fn sought_coordinates(experiment: &Experiment, dataset: &Dataset) -> Vec<Vec<f64>> {
+    let indices = experiment.sought_indices();
+    dataset
+        .conditions
+        .iter()
+        .map(|condition| indices.iter().map(|&i| condition.coordinates().0[i]).collect())
+        .collect()
 }
 
 #[cfg(test)]
