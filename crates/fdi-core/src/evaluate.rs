@@ -17,12 +17,12 @@ mod start;
 use std::{fmt, thread};
 
 use crate::{
-    diagnose::DiagnoseError,
     offline::{
         bundle::BundleError,
         dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign},
         error_model::ErrorModelError,
     },
+    online::error::DiagnoseError,
     report::{Evaluation, EvaluationSettings, SCHEMA_VERSION},
     simulation::experiment::{Experiment, ExperimentError},
     statistics::banded::NotPositiveDefinite,

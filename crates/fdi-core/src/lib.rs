@@ -32,10 +32,11 @@ mod evaluate;
 mod offline;
 mod online;
 mod seed;
+mod signals;
 mod simulation;
 mod statistics;
 
-pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
+pub use diagnose::Diagnoser;
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
 pub use evaluate::{
@@ -64,6 +65,7 @@ pub use offline::mode_figure::mode_figure_svg;
 pub use offline::store;
 pub use online::emulator::{Emulated, Emulator};
 pub use online::observation::ObservationError;
+pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{
     self, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError, CommandSource,

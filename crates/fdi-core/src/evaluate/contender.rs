@@ -15,9 +15,12 @@ use super::{
     test_conditions,
 };
 use crate::{
-    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, coordinates_of},
+    diagnose::Diagnoser,
     offline::dataset::Condition,
-    online::{emulator::Emulator, scalar_search},
+    online::{
+        damage::coordinates_of, emulator::Emulator, error::DiagnoseError,
+        method::scalar as scalar_search, options::DiagnoseOptions,
+    },
     report::{Method, MethodEvaluation},
     seed::{Purpose, RootSeed},
     simulation::experiment::Experiment,
@@ -332,7 +335,9 @@ impl Arena<'_> {
             let levels = self.levels(&sought, unit);
             let modelled = match &self.high {
                 Some(high) => high.signal(&coordinates_of(&sought, &levels)),
-                None => self.diagnoser.monitored(&mut monitor, &levels),
+                None => {
+                    self.diagnoser.learnt.monitored(&mut monitor, &coordinates_of(&sought, &levels))
+                }
             };
             let value = self.on_mask(signal_a, &modelled);
             recorder.note(value);
@@ -411,7 +416,10 @@ impl Arena<'_> {
             let start_s = clock();
             let signal = match &self.high {
                 Some(high) => high.signal(&middle),
-                None => self.diagnoser.monitored(&mut monitor, &middle),
+                None => self.diagnoser.learnt.monitored(
+                    &mut monitor,
+                    &coordinates_of(&self.experiment().sought_indices(), &middle),
+                ),
             };
             let taken_s = clock() - start_s;
             if !signal.is_empty() {

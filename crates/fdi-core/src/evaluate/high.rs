@@ -4,14 +4,16 @@ use super::{
     EvaluationError, EvaluationSetting, contender::Found, convergence::History, in_parallel,
 };
 use crate::{
-    diagnose::DiagnoseError,
     offline::{
         bundle::{Bundle, StartAngle},
         dataset::sought_coordinates,
         error_choice::{self, References},
         error_model::Trend,
     },
-    online::{emulator::Emulator, high_monitor::HighFit, likelihood::Likelihood},
+    online::{
+        emulator::Emulator, error::DiagnoseError, likelihood::Likelihood,
+        method::high_fidelity::HighFit,
+    },
     simulation::high_fidelity_signal::HighFidelitySignal,
     statistics::noise_covariance::unit_noise_at_rate,
 };

@@ -11,8 +11,11 @@ use super::{
     test_conditions,
 };
 use crate::{
-    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser},
+    diagnose::Diagnoser,
     offline::{dataset::Condition, estimator::information, factor::Factor},
+    online::cache::ErrorId,
+    online::error::DiagnoseError,
+    online::options::DiagnoseOptions,
     online::{likelihood::Likelihood, posterior::Posterior},
     report::{DetectionPoint, FaultEvaluation, MethodEvaluation, RecordDiagnosis},
     seed::{Purpose, RootSeed},
@@ -89,10 +92,9 @@ impl<'a> NoisyTrial<'a> {
         let setting = request.setting;
         let sensors = setting.sensors().ok_or(EvaluationError::NoNoise)?;
         let noise_a = setting.noise_a();
-        let likelihood = diagnoser
-            .likelihood(diagnoser.incipient(), setting.phase_rate_hz, noise_a)
-            .map_err(DiagnoseError::from)?;
-        let unit = diagnoser.unit_noise(setting.phase_rate_hz);
+        let likelihood =
+            diagnoser.learnt.likelihood(ErrorId::Incipient, setting.phase_rate_hz, noise_a)?;
+        let unit = diagnoser.learnt.unit_noise(setting.phase_rate_hz);
         let sensor_factor =
             Factor::new(unit.scaled(noise_a * noise_a), None).map_err(DiagnoseError::from)?;
         let root = RootSeed(request.seed);
@@ -154,7 +156,7 @@ impl<'a> NoisyTrial<'a> {
         let mut monitor = experiment.monitor(0.0)?;
         let raw = experiment.low_fidelity(&experiment.scenario)?;
         let raw_hz = experiment.actuator.controller.sample_hz;
-        let mut signal = |point: &[f64]| self.diagnoser.monitored_at(&mut monitor, point);
+        let mut signal = |point: &[f64]| self.diagnoser.learnt.monitored(&mut monitor, point);
         let jacobian = central::differences(&centre, STEP, &mut signal);
         let mut current = |point: &[f64]| {
             let mut all = FaultCoordinates([0.0; FAULT_COUNT]);

@@ -8,12 +8,13 @@ use super::{
     score::{Trial, fault_scores, levels_of, median},
 };
 use crate::{
-    diagnose::{DiagnoseOptions, Diagnoser},
+    diagnose::Diagnoser,
     offline::{
         bundle::Bundle,
         dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
     },
     online::observation::Observation,
+    online::options::DiagnoseOptions,
     report::{FaultEvaluation, RecordDiagnosis},
     seed::{Purpose, RootSeed},
     simulation::experiment::{Experiment, ExperimentError},

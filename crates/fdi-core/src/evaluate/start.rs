@@ -8,9 +8,10 @@ use super::{
     score::{Trial, fault_scores, levels_of, median},
 };
 use crate::{
-    diagnose::{DiagnoseOptions, Diagnoser},
+    diagnose::Diagnoser,
     offline::dataset::{Condition, Dataset, DatasetRequest, ReferenceDesign},
     online::observation::Observation,
+    online::options::DiagnoseOptions,
     report::{FaultEvaluation, NoticeCode},
     seed::{Purpose, RootSeed},
     simulation::{envelope::filtered, experiment::Experiment},

@@ -18,25 +18,23 @@ use crate::{
     statistics::noise_covariance::unit_noise_covariance,
 };
 
-impl Encoder {
-    /// Learns the rows from a bundle; `None` for the whole signal.
-    ///
-    /// The noise is the bundle's, white on phases sampled at the controller's rate; the map of
-    /// cluster means is seeded by the dataset's seed. The same bundle gives the same rows.
-    pub(crate) fn of(
-        bundle: &Bundle,
-        encoding: Encoding,
-    ) -> Result<Option<Arc<Self>>, BundleError> {
-        let samples = bundle.experiment.samples();
-        let rows = match encoding {
-            Encoding::Full => return Ok(None),
-            Encoding::Points => picked(&bundle.mask, samples),
-            Encoding::ClusterMeans => fitted(bundle, Kept::ClusterMeans)?,
-            Encoding::Modes => fitted(bundle, Kept::Modes)?,
-            Encoding::Sensitivities => fitted(bundle, Kept::Sensitivities)?,
-        };
-        Ok(Some(Arc::new(Self::new(encoding, rows))))
-    }
+/// Encoder with rows learnt from a bundle; `None` for the whole signal.
+///
+/// The noise is the bundle's, white on phases sampled at the controller's rate; the map of
+/// cluster means is seeded by the dataset's seed. The same bundle gives the same rows.
+pub(crate) fn fitted_encoder(
+    bundle: &Bundle,
+    encoding: Encoding,
+) -> Result<Option<Arc<Encoder>>, BundleError> {
+    let samples = bundle.experiment.samples();
+    let rows = match encoding {
+        Encoding::Full => return Ok(None),
+        Encoding::Points => picked(&bundle.mask, samples),
+        Encoding::ClusterMeans => fitted(bundle, Kept::ClusterMeans)?,
+        Encoding::Modes => fitted(bundle, Kept::Modes)?,
+        Encoding::Sensitivities => fitted(bundle, Kept::Sensitivities)?,
+    };
+    Ok(Some(Arc::new(Encoder::new(encoding, rows))))
 }
 
 /// Rows that pick samples.

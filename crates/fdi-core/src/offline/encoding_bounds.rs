@@ -6,7 +6,8 @@ use crate::{
     offline::{
         bundle::{Bundle, BundleError},
         dataset::ReferenceDesign,
-        encoding::{Encoder, Encoding},
+        encoder_fit::fitted_encoder,
+        encoding::Encoding,
         estimator::information,
         factor::Factor,
     },
@@ -35,7 +36,7 @@ pub(crate) fn encoding_summaries(bundle: &Bundle) -> Result<Vec<EncodingSummary>
     Encoding::ALL
         .into_iter()
         .map(|encoding| {
-            let encoder = Encoder::of(bundle, encoding)?;
+            let encoder = fitted_encoder(bundle, encoding)?;
             let factor = Factor::new(noise.clone(), encoder.as_ref())?;
             let kept = deviations(&factor, &cases)?;
             let bound_inflation = FaultId::ALL

@@ -8,62 +8,26 @@
 //! What the model file has wrong of the machine is in `δ`, as far as it does not depend on the
 //! damage; an error of the monitor that is known already is counted twice, once in the recording
 //! and once in the references.
-
-use std::{f64::consts::TAU, sync::OnceLock};
+//!
+//! # Source
+//!
+//! `docs/decisions/0068-references.md`.
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates};
 
-use super::{DiagnoseError, DiagnoseOptions, Diagnoser, ELECTRICAL_TOLERANCE_RAD};
-use recordings::Recording;
-
 use crate::{
-    offline::{
-        bundle::{Bundle, BundleError},
-        encoding::Encoding,
-        error_model::ErrorModel,
+    offline::{bundle::BundleError, error_model::ErrorModel},
+    online::{
+        error::DiagnoseError,
+        learnt::{Learnt, References},
+        observation::Observation,
+        plan::Plan,
     },
-    online::observation::{Observation, ObservationError},
-    report::{Fidelity, Method, Notice, NoticeCode},
+    report::{Fidelity, Notice, NoticeCode},
 };
 
-/// References that a diagnosis rests on.
-#[derive(Debug)]
-pub(super) struct References {
-    /// Recordings.
-    count: usize,
-    /// Where they start.
-    start_angle_rad: f64,
-    /// Share of their noise in the mean, as a level on each phase sample, A.
-    noise_a: f64,
-    /// Root mean square of `δ`, A.
-    rms_a: f64,
-    /// The error model that the references have not changed.
-    pub(super) learnt: ErrorModel,
-}
-
-impl Diagnoser {
-    /// Prepares a bundle with recordings of the machine as new, all from one start angle.
-    ///
-    /// The answer to a recording from another start angle, by the method `emulator` or with the
-    /// high-fidelity model is refused.
-    ///
-    /// # Errors
-    ///
-    /// [`DiagnoseError`] for references that do not fit the bundle or that do not say where the
-    /// rotor starts.
-    pub fn with_references(
-        bundle: Bundle,
-        encoding: Encoding,
-        references: &[Recording],
-    ) -> Result<Self, DiagnoseError> {
-        let plain = Self::with_encoding(bundle, encoding)?;
-        let experiment = &plain.bundle.experiment;
-        let observed = references.iter().map(|one| Observation::of(one, experiment, 0.0));
-        let observed = observed.collect::<Result<Vec<_>, ObservationError>>()?;
-        plain.referred_to(&observed)
-    }
-
-    /// The same with what was read off the references.
+impl Learnt {
+    /// Corrects the learnt error with what was read off references.
     pub(crate) fn referred_to(mut self, references: &[Observation]) -> Result<Self, DiagnoseError> {
         let Some(start_rad) = references.first().and_then(|one| one.start_angle_rad) else {
             return Err(DiagnoseError::ReferenceStart { found_rad: None, expected_rad: None });
@@ -77,8 +41,8 @@ impl Diagnoser {
         }
         let own = self.same_start(start_rad, self.bundle.experiment.scenario.start_angle_rad);
         let learnt = match self.turned()? {
-            Some(turned) if !own => turned.clone(),
-            _ => self.incipient.clone(),
+            Some(turned) if !own => ErrorModel::clone(&turned),
+            _ => ErrorModel::clone(&self.incipient),
         };
         let offset_a = self.offset(references, start_rad, &learnt)?;
         let count = references.len();
@@ -95,9 +59,9 @@ impl Diagnoser {
         self.references = Some(references);
         if own {
             self.surface = self.surface.map(|surface| surface.corrected(&offset_a, 1.0).into());
-            self.incipient = corrected;
+            self.incipient = corrected.into();
         } else {
-            self.turned = OnceLock::from(Some(corrected));
+            self.correct_turned(corrected);
         }
         Ok(self)
     }
@@ -129,29 +93,17 @@ impl Diagnoser {
         told.unwrap_or(self.bundle.noise_a)
     }
 
-    /// Whether two start angles count as one.
-    pub(super) fn same_start(&self, a_rad: f64, b_rad: f64) -> bool {
-        let pole_pairs = f64::from(self.bundle.experiment.actuator.motor.pole_pairs);
-        let turn = (a_rad - b_rad).rem_euclid(TAU);
-        turn.min(TAU - turn) < ELECTRICAL_TOLERANCE_RAD / pole_pairs
-    }
-
-    /// Noise of recording and references together, A.
-    pub(super) fn with_reference_noise(&self, noise_a: f64) -> f64 {
-        self.references.as_ref().map_or(noise_a, |references| noise_a.hypot(references.noise_a))
-    }
-
     /// Refuses what the references say nothing of; else the notice that they were used.
-    pub(super) fn reference_notice(
+    pub(crate) fn reference_notice(
         &self,
         start_angle_rad: Option<f64>,
-        options: &DiagnoseOptions,
+        plan: &Plan,
     ) -> Result<Option<Notice>, DiagnoseError> {
         let Some(References { count, start_angle_rad: own_rad, rms_a, .. }) = &self.references
         else {
             return Ok(None);
         };
-        if options.method == Method::Emulator || options.fidelity == Fidelity::High {
+        if plan.emulates() || plan.fidelity == Fidelity::High {
             return Err(DiagnoseError::ReferenceMethod);
         }
         if !start_angle_rad.is_some_and(|rad| self.same_start(rad, *own_rad)) {
