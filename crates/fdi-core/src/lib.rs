@@ -27,57 +27,18 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-mod artefact;
-mod banded;
-mod bound;
-mod bundle;
-mod central;
-mod commutation;
-mod dataset;
 mod diagnose;
-mod electronics;
-mod embedded;
-mod emulator;
-mod encoding;
-mod encoding_bounds;
-mod error_bounds;
-mod error_choice;
-mod error_model;
-mod experiment;
-mod high_monitor;
-mod high_search;
-mod likelihood;
-mod mode_figure;
-mod model_source;
-mod noise_covariance;
-mod observation;
-mod parallel;
-mod posterior;
-mod recorded_test;
-mod scalar_search;
+mod offline;
+mod online;
 mod seed;
 mod signal_diagnosis;
 mod signals;
-mod simulated;
-mod simulated_axis;
-pub mod store;
+mod simulation;
+mod statistics;
 
-pub use artefact::{dataset_from_bytes, dataset_to_bytes};
-pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
-pub use bound::sensor_bound_std;
-pub use bundle::{
-    Bundle, BundleError, MASK_POINTS, ModelChoice, Modelled, StartAngle, default_noise_a,
-};
-pub use dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
-pub use diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser};
+pub use diagnose::Diagnoser;
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
-pub use embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
-pub use emulator::{Emulated, Emulator};
-pub use encoding::Encoding;
-pub use error_bounds::{ErrorBound, ErrorBounds};
-pub use error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
-pub use experiment::{Experiment, ExperimentError, Monitor, RECORDED};
 /// The published forms that answers have.
 pub use fdi_report as report;
 pub use fdi_report::{
@@ -86,13 +47,23 @@ pub use fdi_report::{
     held_out_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg,
     trend_figure_svg,
 };
-pub use high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
-pub use mode_figure::mode_figure_svg;
-pub use model_source::{ReadModelError, read_machine, read_model};
-pub use noise_covariance::unit_noise_covariance;
-pub use observation::ObservationError;
-pub use parallel::in_parallel;
-pub use recorded_test::RecordedTestError;
+pub use offline::artefact::{dataset_from_bytes, dataset_to_bytes};
+pub use offline::bound::sensor_bound_std;
+pub use offline::bundle::{
+    Bundle, BundleError, ModelChoice, Modelled, StartAngle, default_noise_a,
+};
+pub use offline::dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
+pub use offline::embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
+pub use offline::encoding::Encoding;
+pub use offline::error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
+pub use offline::mode_figure::mode_figure_svg;
+pub use offline::store;
+pub use online::emulator::{Emulated, Emulator};
+pub use online::error_bounds::{ErrorBound, ErrorBounds};
+pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
+pub use online::method::scalar::{ScalarMinimum, ScalarSearch, ScalarSearchError};
+pub use online::observation::ObservationError;
+pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{
     self, AskedFor, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError,
@@ -100,8 +71,14 @@ pub use recordings::{
     OtherColumn, RecordError, Recording, RecordingDate, Sampling, StatedUnit, WriteError,
     guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };
-pub use scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use seed::{Purpose, RootSeed};
 pub use signal_diagnosis::{EnvelopeSignal, SignalDiagnosis};
-pub use simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError, resampled};
-pub use simulated_axis::AxisTest;
+pub use simulation::experiment::{Experiment, ExperimentError, MASK_POINTS, Monitor, RECORDED};
+pub use simulation::model_source::{ReadModelError, read_machine, read_model};
+pub use simulation::recorded_test::RecordedTestError;
+pub use simulation::resampling::resampled;
+pub use simulation::simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
+pub use simulation::simulated_axis::AxisTest;
+pub use statistics::banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+pub use statistics::noise_covariance::unit_noise_covariance;
+pub use statistics::parallel::in_parallel;

@@ -1,8 +1,16 @@
 //! Diagnosis of a filtered envelope that is at hand as numbers, without a recording.
 
 use crate::{
-    DiagnoseError, DiagnoseOptions, Diagnoser, Experiment, Monitor, diagnose::coordinates_of,
-    observation::Observation, observation::filtered, report::RecordDiagnosis,
+    Diagnoser,
+    online::{
+        damage::coordinates_of, error::DiagnoseError, observation::Observation,
+        options::DiagnoseOptions,
+    },
+    report::RecordDiagnosis,
+    simulation::{
+        envelope::filtered,
+        experiment::{Experiment, Monitor},
+    },
 };
 
 /// A filtered stator envelope of a machine whose rotor started at angle 0.
@@ -88,7 +96,7 @@ impl Diagnoser {
     /// The monitor's signal at coordinates looked for, start angle 0, with the mean of its error
     /// added, A.
     pub fn monitored_signal(&self, monitor: &mut Monitor, coordinates: &[f64]) -> Vec<f64> {
-        self.monitored_at(monitor, coordinates)
+        self.learnt.monitored(monitor, coordinates)
     }
 }
 

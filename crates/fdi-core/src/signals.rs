@@ -7,7 +7,8 @@ use fdi_report::FitSignals;
 use recordings::Recording;
 
 use crate::{
-    diagnose::{DiagnoseError, DiagnoseOptions, Diagnoser, Watch},
+    diagnose::Diagnoser,
+    online::{error::DiagnoseError, options::DiagnoseOptions, watch::Watch},
     report::RecordDiagnosis,
 };
 

@@ -1,0 +1,469 @@
+//! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
+
+use ema_sim::{
+    Actuator, Command, ControlMode, Envelope, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections,
+    Scenario,
+    model_file::{self, Model},
+};
+
+use recordings::EnvelopeKind;
+
+use crate::{
+    offline::{
+        bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
+        dataset::{Condition, Dataset, ReferenceDesign},
+        error_model::{CovarianceShape, Trend},
+        store::{self, ArtefactKind, Decode, Encode},
+    },
+    simulation::{envelope::envelope_kind, experiment::Experiment},
+};
+
+/// Layout of a bundle.
+#[derive(Encode, Decode)]
+struct BundleData {
+    experiment: ExperimentData,
+    datasets: Vec<DatasetData>,
+    mask: Vec<u32>,
+    choices: Vec<ChoiceData>,
+    noise_a: f64,
+}
+
+/// Layout of a dataset file.
+#[derive(Encode, Decode)]
+struct DatasetFileData {
+    experiment: ExperimentData,
+    datasets: Vec<FullDatasetData>,
+}
+
+#[derive(Encode, Decode)]
+struct FullDatasetData {
+    dataset: DatasetData,
+    /// Signals in full, where the dataset's own are rounded.
+    signals_a: Vec<f64>,
+}
+
+#[derive(Encode, Decode)]
+struct ExperimentData {
+    name: String,
+    model_name: String,
+    model: String,
+    scenario: ScenarioData,
+    envelope: String,
+    filter_hz: f64,
+    rate_hz: f64,
+    sought: Vec<bool>,
+}
+
+#[derive(Encode, Decode)]
+struct ScenarioData {
+    command: CommandData,
+    /// Whether the command is a speed.
+    speed_mode: bool,
+    load_n_m: f64,
+    brake_n_m: f64,
+    duration_s: f64,
+}
+
+#[derive(Encode, Decode)]
+enum CommandData {
+    Chirp { amplitude_rad: f64, start_hz: f64, end_hz: f64, sweep_s: f64 },
+    Sine { amplitude_rad: f64, frequency_hz: f64 },
+    Recorded { values_rad: Vec<f64>, rate_hz: f64 },
+}
+
+#[derive(Encode, Decode)]
+struct DatasetData {
+    design: String,
+    seed: u64,
+    controller_noise: bool,
+    digitisation: bool,
+    sha256: String,
+    levels: Vec<f64>,
+    start_angles_rad: Vec<f64>,
+    noise_seeds: Vec<u64>,
+    /// Largest absolute value of each signal, A.
+    ranges_a: Vec<f64>,
+    /// Signals over their range, in steps of 1/32767.
+    signals: Vec<i16>,
+}
+
+#[derive(Encode, Decode)]
+struct ChoiceData {
+    /// 0: error of the monitor at start angle zero, 1: at any, 2: the signal itself.
+    of: u8,
+    trend: u8,
+    taper_support_samples: u32,
+    electronics_share: f64,
+}
+
+impl Bundle {
+    /// The bytes of the artefact.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let data = BundleData {
+            experiment: ExperimentData::of(&self.experiment),
+            datasets: self
+                .datasets
+                .iter()
+                .zip(&self.dataset_sha256)
+                .map(|(dataset, sha256)| DatasetData::of(dataset, sha256))
+                .collect(),
+            mask: self.mask.iter().map(|&point| point as u32).collect(),
+            choices: self
+                .choices
+                .iter()
+                .map(|choice| ChoiceData {
+                    of: match choice.of {
+                        Modelled::Error(StartAngle::Zero) => 0,
+                        Modelled::Error(StartAngle::Any) => 1,
+                        Modelled::Signal => 2,
+                    },
+                    trend: choice.trend as u8,
+                    taper_support_samples: choice.shape.taper_support_samples as u32,
+                    electronics_share: choice.shape.electronics_share,
+                })
+                .collect(),
+            noise_a: self.noise_a,
+        };
+        store::encode(ArtefactKind::Bundle, &data)
+    }
+
+    /// Reads an artefact.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError::Store`] for bytes that are no bundle, [`BundleError::Content`] for a bundle
+    /// that contradicts itself.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, BundleError> {
+        store::decode::<BundleData>(bytes, ArtefactKind::Bundle)?.into_bundle()
+    }
+}
+
+/// The bytes of a file of datasets of one experiment, signals in full.
+pub fn dataset_to_bytes(experiment: &Experiment, datasets: &[Dataset]) -> Vec<u8> {
+    let full = |dataset: &Dataset| FullDatasetData {
+        dataset: DatasetData::of(dataset, &dataset.sha256()),
+        signals_a: dataset.signals_a.iter().flatten().copied().collect(),
+    };
+    let data = DatasetFileData {
+        experiment: ExperimentData::of(experiment),
+        datasets: datasets.iter().map(full).collect(),
+    };
+    store::encode(ArtefactKind::Dataset, &data)
+}
+
+/// Reads a file of datasets.
+///
+/// The experiment starts where the datasets do that do not start anywhere; at zero where there
+/// is none.
+///
+/// # Errors
+///
+/// As [`Bundle::from_bytes`].
+pub fn dataset_from_bytes(bytes: &[u8]) -> Result<(Experiment, Vec<Dataset>), BundleError> {
+    let data = store::decode::<DatasetFileData>(bytes, ArtefactKind::Dataset)?;
+    let mut experiment = data.experiment.into_experiment()?;
+    let samples = experiment.samples();
+    let datasets = data
+        .datasets
+        .into_iter()
+        .map(|full| full.into_dataset(samples))
+        .collect::<Result<Vec<_>, _>>()?;
+    start_with(&mut experiment, &datasets);
+    Ok((experiment, datasets))
+}
+
+/// Lets an experiment start where its datasets do.
+fn start_with(experiment: &mut Experiment, datasets: &[Dataset]) {
+    let start_angle_rad = datasets.iter().find_map(Dataset::start_angle_rad).unwrap_or(0.0);
+    experiment.scenario.start_angle_rad = start_angle_rad;
+}
+
+impl FullDatasetData {
+    fn into_dataset(self, samples: usize) -> Result<Dataset, BundleError> {
+        let mut dataset = self.dataset.into_dataset(samples)?;
+        let fits = self.signals_a.len() == dataset.conditions.len() * samples
+            && self.signals_a.iter().all(|value| value.is_finite());
+        if !fits {
+            return Err(content("signals of the wrong size".to_owned()));
+        }
+        dataset.signals_a = self.signals_a.chunks_exact(samples).map(<[f64]>::to_vec).collect();
+        Ok(dataset)
+    }
+}
+
+impl BundleData {
+    fn into_bundle(self) -> Result<Bundle, BundleError> {
+        let mut experiment = self.experiment.into_experiment()?;
+        let samples = experiment.samples();
+        if let Some(point) = self.mask.iter().find(|&&point| point as usize >= samples) {
+            return Err(content(format!("a mask point {point} beyond {samples} samples")));
+        }
+        let dataset_sha256 = self.datasets.iter().map(|data| data.sha256.clone()).collect();
+        let datasets = self
+            .datasets
+            .into_iter()
+            .map(|data| data.into_dataset(samples))
+            .collect::<Result<Vec<_>, _>>()?;
+        start_with(&mut experiment, &datasets);
+        let choices = self
+            .choices
+            .into_iter()
+            .map(|choice| {
+                Ok(ModelChoice {
+                    of: match choice.of {
+                        0 => Modelled::Error(StartAngle::Zero),
+                        1 => Modelled::Error(StartAngle::Any),
+                        2 => Modelled::Signal,
+                        other => return Err(content(format!("an unknown model {other}"))),
+                    },
+                    trend: *Trend::ALL
+                        .get(usize::from(choice.trend))
+                        .ok_or_else(|| content(format!("an unknown trend {}", choice.trend)))?,
+                    shape: CovarianceShape {
+                        taper_support_samples: (choice.taper_support_samples as usize)
+                            .clamp(1, samples),
+                        electronics_share: share(choice.electronics_share)?,
+                    },
+                })
+            })
+            .collect::<Result<Vec<_>, BundleError>>()?;
+        if !(self.noise_a.is_finite() && self.noise_a > 0.0) {
+            return Err(content(format!("a noise level of {} A", self.noise_a)));
+        }
+        Ok(Bundle {
+            experiment,
+            datasets,
+            dataset_sha256,
+            mask: self.mask.into_iter().map(|point| point as usize).collect(),
+            choices,
+            noise_a: self.noise_a,
+        })
+    }
+}
+
+/// A share of the electronics' covariance.
+fn share(value: f64) -> Result<f64, BundleError> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(content(format!("a share {value} of the electronics, expected 0 to 1")))
+    }
+}
+
+impl ExperimentData {
+    fn of(experiment: &Experiment) -> Self {
+        Self {
+            name: experiment.name.clone(),
+            model_name: experiment.model_name.clone(),
+            model: model_text(experiment),
+            scenario: ScenarioData::of(&experiment.scenario, &experiment.actuator),
+            envelope: envelope_kind(experiment.envelope).name().to_owned(),
+            filter_hz: experiment.filter.corner_hz,
+            rate_hz: experiment.filter.output_hz,
+            sought: experiment.sought.to_vec(),
+        }
+    }
+
+    fn into_experiment(self) -> Result<Experiment, BundleError> {
+        let envelope = EnvelopeKind::from_name(&self.envelope)
+            .ok_or_else(|| content(format!("an unknown envelope `{}`", self.envelope)))?;
+        let sought = self
+            .sought
+            .try_into()
+            .map_err(|found: Vec<bool>| content(format!("{} fault flags", found.len())))?;
+        let model = model_of(&self.model)?;
+        let experiment = Experiment {
+            name: self.name,
+            model_name: self.model_name,
+            actuator: model.actuator,
+            effects: model.switched_on(),
+            scenario: self.scenario.into_scenario(),
+            envelope: envelope_of(envelope),
+            filter: EnvelopeFilter { corner_hz: self.filter_hz, output_hz: self.rate_hz },
+            sought,
+            phase_rate_hz: None,
+        };
+        // refuses durations and rates that would claim unbounded memory
+        experiment.monitor(0.0)?;
+        let EnvelopeFilter { corner_hz, output_hz } = experiment.filter;
+        let sample_hz = experiment.actuator.controller.sample_hz;
+        let usable = corner_hz.is_finite()
+            && corner_hz > 0.0
+            && output_hz > 0.0
+            && output_hz <= sample_hz
+            && experiment.samples() > 0;
+        if !usable {
+            return Err(content(format!(
+                "a filter of {corner_hz} Hz at {output_hz} Hz for a drive of {sample_hz} Hz"
+            )));
+        }
+        Ok(experiment)
+    }
+}
+
+impl ScenarioData {
+    fn of(scenario: &Scenario, actuator: &Actuator) -> Self {
+        let command = match &scenario.command {
+            Command::Chirp { amplitude_rad, start_hz, end_hz, sweep_s } => CommandData::Chirp {
+                amplitude_rad: *amplitude_rad,
+                start_hz: *start_hz,
+                end_hz: *end_hz,
+                sweep_s: *sweep_s,
+            },
+            Command::Sine { amplitude_rad, frequency_hz } => {
+                CommandData::Sine { amplitude_rad: *amplitude_rad, frequency_hz: *frequency_hz }
+            }
+            Command::Recorded { values_rad, rate_hz } => {
+                CommandData::Recorded { values_rad: values_rad.clone(), rate_hz: *rate_hz }
+            }
+            other => {
+                // any other command is a curve, of which the controller sees its ticks
+                let rate_hz = actuator.controller.sample_hz;
+                let count = (scenario.duration_s * rate_hz).ceil() as usize + 1;
+                let values_rad = (0..count).map(|n| other.at(n as f64 / rate_hz)).collect();
+                CommandData::Recorded { values_rad, rate_hz }
+            }
+        };
+        Self {
+            command,
+            speed_mode: scenario.mode == ControlMode::Speed,
+            load_n_m: scenario.load_n_m,
+            brake_n_m: scenario.brake_n_m,
+            duration_s: scenario.duration_s,
+        }
+    }
+
+    fn into_scenario(self) -> Scenario {
+        let command = match self.command {
+            CommandData::Chirp { amplitude_rad, start_hz, end_hz, sweep_s } => {
+                Command::Chirp { amplitude_rad, start_hz, end_hz, sweep_s }
+            }
+            CommandData::Sine { amplitude_rad, frequency_hz } => {
+                Command::Sine { amplitude_rad, frequency_hz }
+            }
+            CommandData::Recorded { values_rad, rate_hz } => {
+                Command::Recorded { values_rad, rate_hz }
+            }
+        };
+        Scenario {
+            command,
+            mode: if self.speed_mode { ControlMode::Speed } else { ControlMode::Position },
+            load_n_m: self.load_n_m,
+            brake_n_m: self.brake_n_m,
+            duration_s: self.duration_s,
+            ..Scenario::chirp()
+        }
+    }
+}
+
+impl DatasetData {
+    fn of(dataset: &Dataset, sha256: &str) -> Self {
+        Self {
+            design: dataset.design.name().to_owned(),
+            seed: dataset.seed,
+            controller_noise: dataset.imperfections.controller_noise,
+            digitisation: dataset.imperfections.digitisation,
+            sha256: sha256.to_owned(),
+            levels: dataset.conditions.iter().flat_map(|c| c.levels).collect(),
+            start_angles_rad: dataset.conditions.iter().map(|c| c.start_angle_rad).collect(),
+            noise_seeds: dataset.conditions.iter().map(|c| c.noise_seed).collect(),
+            ranges_a: dataset.signals_a.iter().map(|signal| range_of(signal)).collect(),
+            signals: dataset.signals_a.iter().flat_map(|signal| coded(signal)).collect(),
+        }
+    }
+
+    fn into_dataset(self, samples: usize) -> Result<Dataset, BundleError> {
+        let design = design_of(&self.design)?;
+        let count = self.noise_seeds.len();
+        let fits = self.start_angles_rad.len() == count
+            && self.levels.len() == count * FAULT_COUNT
+            && self.ranges_a.len() == count
+            && self.signals.len() == count * samples
+            && self.ranges_a.iter().all(|range| range.is_finite())
+            && self.start_angles_rad.iter().all(|angle| angle.is_finite());
+        if !fits {
+            return Err(content(format!("a dataset `{}` of the wrong size", self.design)));
+        }
+        let conditions = self
+            .levels
+            .chunks_exact(FAULT_COUNT)
+            .zip(&self.start_angles_rad)
+            .zip(&self.noise_seeds)
+            .map(|((levels, &start_angle_rad), &noise_seed)| Condition {
+                levels: levels.try_into().expect("a chunk has one level a fault"),
+                start_angle_rad,
+                noise_seed,
+            })
+            .collect();
+        Ok(Dataset {
+            design,
+            seed: self.seed,
+            imperfections: Imperfections {
+                controller_noise: self.controller_noise,
+                digitisation: self.digitisation,
+            },
+            conditions,
+            signals_a: self
+                .signals
+                .chunks_exact(samples)
+                .zip(&self.ranges_a)
+                .map(|(codes, range_a)| decoded(codes, *range_a))
+                .collect(),
+        })
+    }
+}
+
+/// Steps of a stored signal to either side of zero.
+const CODE_STEPS: f64 = 32767.0;
+
+/// Largest absolute value of a signal.
+fn range_of(signal: &[f64]) -> f64 {
+    signal.iter().fold(0.0, |range: f64, value| range.max(value.abs()))
+}
+
+/// A signal in steps of its range.
+fn coded(signal: &[f64]) -> impl Iterator<Item = i16> {
+    let scale = CODE_STEPS / range_of(signal).max(f64::MIN_POSITIVE);
+    signal.iter().map(move |value| (value * scale).round() as i16)
+}
+
+/// A signal from its steps.
+fn decoded(codes: &[i16], range_a: f64) -> Vec<f64> {
+    codes.iter().map(|&code| f64::from(code) * range_a / CODE_STEPS).collect()
+}
+
+fn design_of(name: &str) -> Result<ReferenceDesign, BundleError> {
+    ReferenceDesign::from_name(name)
+        .ok_or_else(|| content(format!("a dataset of an unknown design `{name}`")))
+}
+
+fn content(what: String) -> BundleError {
+    BundleError::Content { what }
+}
+
+/// The envelope of the simulation by its name in metadata.
+fn envelope_of(kind: EnvelopeKind) -> Envelope {
+    match kind {
+        EnvelopeKind::HalfAbsSum => Envelope::HalfAbsSum,
+        EnvelopeKind::SignedProjection => Envelope::SignedProjection,
+        EnvelopeKind::QAxis => Envelope::QAxis,
+        EnvelopeKind::ConductingPhase => Envelope::ConductingPhase,
+    }
+}
+
+/// The model as text, complete.
+fn model_text(experiment: &Experiment) -> String {
+    model_file::write(&Model {
+        name: Some(experiment.model_name.clone()),
+        actuator: experiment.actuator,
+        faults: FaultId::ALL.into_iter().filter(|id| experiment.sought[id.index()]).collect(),
+        tolerance: Vec::new(),
+        effects: experiment.effects.iter().cloned().map(Into::into).collect(),
+    })
+}
+
+/// The model from text.
+fn model_of(text: &str) -> Result<Model, BundleError> {
+    model_file::parse(text)
+        .map_err(|error| content(format!("a model that cannot be read: {error}")))
+}

@@ -1,0 +1,473 @@
+//! The offline bundle: an experiment, its reference signals, and what was chosen on them.
+
+use std::sync::Arc;
+
+use ema_sim::Actuator;
+use reduction::{
+    CompressionConfig, CompressionError, CompressionMap, MatrixError, Snapshots, SomConfig,
+};
+
+use crate::{
+    offline::{
+        dataset::{Dataset, ReferenceDesign, sought_coordinates},
+        electronics::{electronics_covariance, electronics_noise},
+        error_choice::{self, References},
+        error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
+        store::StoreError,
+    },
+    seed::{Purpose, RootSeed},
+    simulation::experiment::{Experiment, MASK_POINTS},
+    statistics::{
+        banded::{BandedMatrix, NotPositiveDefinite},
+        noise_covariance::unit_noise_at_rate,
+    },
+};
+
+/// Drive's current limit over the noise that a bundle expects on each phase sample when a
+/// recording tells none: 20 mA for 20 A.
+const CURRENT_LIMIT_OVER_NOISE: f64 = 1000.0;
+/// Reference signals needed for each term of a linear trend: with fewer than two the mean leverage
+/// exceeds one half, and leave-one-out residuals tell more of the fit than of the error.
+const SIGNALS_PER_TERM: usize = 2;
+/// Most faults whose surface is quartic: fifteen terms for two, 330 would be needed for seven.
+const QUARTIC_FAULTS: usize = 2;
+/// Signals that a quartic surface needs: four a term.
+const QUARTIC_SIGNALS: usize = 60;
+/// Steps of the slopes that error models are chosen with.
+const SLOPE_STEP: f64 = 1e-3;
+
+/// Why a bundle cannot be made or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BundleError {
+    /// Not a bundle, or a damaged one.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The content contradicts itself.
+    #[error("the bundle holds {what}")]
+    Content {
+        /// What is wrong.
+        what: String,
+    },
+    /// The design that everything is learnt on is missing.
+    #[error("no dataset of the design `incipient`: offset and discrepancy are learnt on it")]
+    NoIncipient,
+    /// The bundle has no model of the signal.
+    #[error("no emulator; build the bundle anew")]
+    NoEmulator,
+    /// Too few reference signals for one start of the rotor.
+    #[error("{found} conditions of {designs}, expected at least {needed} for {faults} faults")]
+    TooFewConditions {
+        /// Conditions given.
+        found: usize,
+        /// Least number.
+        needed: usize,
+        /// Designs that count together.
+        designs: &'static str,
+        /// Faults looked for.
+        faults: usize,
+    },
+    /// A dataset whose conditions start elsewhere than the experiment.
+    #[error(
+        "the dataset of the design `{design}` starts at {found_rad} rad, expected {expected_rad} \
+         rad as the others do"
+    )]
+    OtherStartAngle {
+        /// Design of the dataset.
+        design: &'static str,
+        /// Where its conditions start.
+        found_rad: f64,
+        /// Where the experiment does.
+        expected_rad: f64,
+    },
+    /// The same reference signals twice.
+    #[error("the dataset of the design `{design}`, seed {seed}, is given twice")]
+    Repeated {
+        /// Design of the dataset.
+        design: &'static str,
+        /// Its seed.
+        seed: u64,
+    },
+    /// The error model cannot be learnt.
+    #[error(transparent)]
+    ErrorModel(#[from] ErrorModelError),
+    /// No taper gives a covariance with a factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+    /// The signals cannot be compressed.
+    #[error(transparent)]
+    Compression(#[from] CompressionError),
+    /// The signals do not form snapshots.
+    #[error(transparent)]
+    Snapshots(#[from] MatrixError),
+    /// The experiment cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] ema_sim::SimulationError),
+}
+
+/// Where the rotor starts: which reference signals tell the monitor's error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StartAngle {
+    /// Where the experiment does, by default at zero: designs `incipient` and `sparse`.
+    Zero,
+    /// Anywhere: designs `turned` and `turned-sparse`.
+    Any,
+}
+
+impl StartAngle {
+    /// The designs that tell the error for this start, in words.
+    fn designs(self) -> &'static str {
+        match self {
+            Self::Zero => "the designs `incipient` and `sparse`",
+            Self::Any => "the designs `turned` and `turned-sparse`",
+        }
+    }
+
+    /// Whether a design tells the error for this start.
+    pub(crate) fn has(self, design: ReferenceDesign) -> bool {
+        match self {
+            Self::Zero => {
+                matches!(design, ReferenceDesign::Incipient | ReferenceDesign::Sparse)
+            }
+            Self::Any => design.is_turned(),
+        }
+    }
+}
+
+/// What is modelled as a function of damage with a covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modelled {
+    /// The error of the monitor, for a start of the rotor.
+    Error(StartAngle),
+    /// The reference signal itself, for start angle zero: the emulator.
+    Signal,
+}
+
+/// How something is modelled, chosen on the reference signals alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelChoice {
+    /// What.
+    pub of: Modelled,
+    /// How the mean depends on the damage.
+    pub trend: Trend,
+    /// How the covariance is made.
+    pub shape: CovarianceShape,
+}
+
+/// What the offline stage learnt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bundle {
+    /// The actuator and its test.
+    pub experiment: Experiment,
+    /// Reference signals.
+    pub datasets: Vec<Dataset>,
+    /// SHA-256 of the datasets as they were made; an artefact keeps their signals to 16 bits.
+    pub dataset_sha256: Vec<String>,
+    /// The paper's mask: samples kept by DMD and the self-organising map, ascending.
+    pub mask: Vec<usize>,
+    /// How errors and signal are modelled.
+    pub choices: Vec<ModelChoice>,
+    /// Noise expected on each phase sample, A.
+    pub noise_a: f64,
+}
+
+impl Bundle {
+    /// Learns a bundle from datasets of an experiment.
+    ///
+    /// Trend and covariance of the error model are those with which reference signals that were
+    /// left out are diagnosed best, with noise of `noise_a` on each phase sample; no test
+    /// recording takes part.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] without an incipient dataset, for datasets that do not go together, or for
+    /// signals that nothing can be learnt from.
+    pub fn build(
+        experiment: &Experiment,
+        datasets: Vec<Dataset>,
+        noise_a: f64,
+        root: RootSeed,
+    ) -> Result<Self, BundleError> {
+        Self::build_told(experiment, datasets, noise_a, root, &|_| {})
+    }
+
+    /// The same, with what is done next told in words: minutes can pass on a long test.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
+    pub fn build_told(
+        experiment: &Experiment,
+        datasets: Vec<Dataset>,
+        noise_a: f64,
+        root: RootSeed,
+        tell: &dyn Fn(&str),
+    ) -> Result<Self, BundleError> {
+        let incipient = datasets
+            .iter()
+            .find(|dataset| dataset.design == ReferenceDesign::Incipient)
+            .ok_or(BundleError::NoIncipient)?;
+        go_together(experiment, &datasets)?;
+        tell("placing the points of the mask");
+        let mask = informative_points(incipient, root)?;
+        let mut choices = Vec::new();
+        for start in [StartAngle::Zero, StartAngle::Any] {
+            let at_start = of_start(&datasets, start);
+            if !at_start.is_empty() {
+                tell(&format!("learning the error of the monitor on {}", start.designs()));
+                choices.push(choose(experiment, &at_start, Modelled::Error(start), noise_a)?);
+            }
+        }
+        tell("learning the emulator");
+        let at_zero = of_start(&datasets, StartAngle::Zero);
+        choices.push(choose(experiment, &at_zero, Modelled::Signal, noise_a)?);
+        let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
+        let experiment = experiment.clone();
+        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a })
+    }
+
+    /// The dataset of a design, where the bundle has it.
+    pub fn dataset(&self, design: ReferenceDesign) -> Option<&Dataset> {
+        self.datasets.iter().find(|dataset| dataset.design == design)
+    }
+
+    /// The error model for a start of the rotor, learnt afresh from the reference signals;
+    /// `None` where the bundle has none.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] when the monitor cannot be run or nothing can be learnt.
+    pub fn error_model(&self, start: StartAngle) -> Result<Option<ErrorModel>, BundleError> {
+        self.model_of(Modelled::Error(start))
+    }
+
+    /// The model of the reference signal itself, learnt afresh; `None` where the bundle has none.
+    pub(crate) fn signal_model(&self) -> Result<Option<ErrorModel>, BundleError> {
+        self.model_of(Modelled::Signal)
+    }
+
+    /// The monitor's own signal with the mean of its error, as a quadratic function of damage at
+    /// the experiment's start angle, quartic for two faults; linear, or `None`, where there are
+    /// too few conditions.
+    pub(crate) fn monitor_surface(
+        &self,
+        error: &ErrorModel,
+    ) -> Result<Option<ErrorModel>, BundleError> {
+        let datasets = of_start(&self.datasets, StartAngle::Zero);
+        let (mut signals, coordinates) =
+            Modelled::Error(StartAngle::Zero).signals(&self.experiment, &datasets)?;
+        let references = datasets.iter().flat_map(|dataset| &dataset.signals_a);
+        for ((signal, reference), point) in signals.iter_mut().zip(references).zip(&coordinates) {
+            for ((value, reference), mean) in
+                signal.iter_mut().zip(reference).zip(error.mean_at(point))
+            {
+                *value = reference - *value + mean;
+            }
+        }
+        let shape = CovarianceShape::tapered(1);
+        let faults = self.experiment.sought_indices().len();
+        let surfaces = if faults <= QUARTIC_FAULTS && signals.len() >= QUARTIC_SIGNALS {
+            &[Trend::Quartic, Trend::Quadratic, Trend::Linear][..]
+        } else {
+            &[Trend::Quadratic, Trend::Linear]
+        };
+        let learnt =
+            |&trend: &Trend| ErrorModel::learn(&signals, &coordinates, trend, shape, None).ok();
+        Ok(surfaces.iter().find_map(learnt))
+    }
+
+    /// What is left between the reference signals and the high-fidelity model without noise: a
+    /// constant, and the noise of the electronics, with the covariance shaped as that of the
+    /// monitor's error for the same start is; `None` where the bundle has none.
+    pub(crate) fn high_error_model(
+        &self,
+        start: StartAngle,
+        error: &ErrorModel,
+    ) -> Result<Option<ErrorModel>, BundleError> {
+        let (mut noise, mut coordinates) = (Vec::new(), Vec::new());
+        for dataset in of_start(&self.datasets, start) {
+            noise.extend(electronics_noise(&self.experiment, dataset)?);
+            coordinates.extend(sought_coordinates(&self.experiment, dataset));
+        }
+        if noise.is_empty() {
+            return Ok(None);
+        }
+        let (shape, electronics) = (error.shape(), error.electronics().cloned());
+        let trend = Trend::Constant;
+        Ok(Some(ErrorModel::learn(&noise, &coordinates, trend, shape, electronics)?))
+    }
+
+    fn model_of(&self, of: Modelled) -> Result<Option<ErrorModel>, BundleError> {
+        let Some(choice) = self.choices.iter().find(|choice| choice.of == of) else {
+            return Ok(None);
+        };
+        let datasets = of_start(&self.datasets, of.start());
+        let (signals, coordinates) = of.signals(&self.experiment, &datasets)?;
+        let electronics = match choice.shape.electronics_share {
+            0.0 => None,
+            _ => electronics_of(&self.experiment, &datasets)?,
+        };
+        let (trend, shape) = (choice.trend, choice.shape);
+        Ok(Some(ErrorModel::learn(&signals, &coordinates, trend, shape, electronics)?))
+    }
+
+    /// The covariance of the noise of the electronics.
+    pub(crate) fn electronics(&self, start: StartAngle) -> Electronics {
+        electronics_of(&self.experiment, &of_start(&self.datasets, start))
+    }
+}
+
+/// Noise that a bundle expects on each phase sample of a drive when a recording tells none, A: a
+/// thousandth of its current limit.
+pub fn default_noise_a(actuator: &Actuator) -> f64 {
+    actuator.controller.current_limit_a / CURRENT_LIMIT_OVER_NOISE
+}
+
+/// Refuses datasets that nothing can be learnt from together.
+fn go_together(experiment: &Experiment, datasets: &[Dataset]) -> Result<(), BundleError> {
+    let expected_rad = experiment.scenario.start_angle_rad;
+    let mut seen: Vec<String> = Vec::new();
+    for dataset in datasets {
+        let design = dataset.design.name();
+        if let Some(found_rad) = dataset.start_angle_rad()
+            && found_rad != expected_rad
+        {
+            return Err(BundleError::OtherStartAngle { design, found_rad, expected_rad });
+        }
+        let sha256 = dataset.sha256();
+        if seen.contains(&sha256) {
+            return Err(BundleError::Repeated { design, seed: dataset.seed });
+        }
+        seen.push(sha256);
+    }
+    let faults = experiment.sought_indices().len();
+    let needed = SIGNALS_PER_TERM * (faults + 1);
+    for start in [StartAngle::Zero, StartAngle::Any] {
+        let of_start = datasets.iter().filter(|dataset| start.has(dataset.design));
+        let found: usize = of_start.map(|dataset| dataset.conditions.len()).sum();
+        if (1..needed).contains(&found) {
+            let designs = start.designs();
+            return Err(BundleError::TooFewConditions { found, needed, designs, faults });
+        }
+    }
+    Ok(())
+}
+
+/// The 30 informative points of the incipient signals: DMD, then a self-organising map.
+fn informative_points(dataset: &Dataset, root: RootSeed) -> Result<Vec<usize>, BundleError> {
+    let snapshots = Snapshots::from_columns(&dataset.signals_a)?;
+    let som = SomConfig { seed: root.derive(Purpose::Map, 0), ..SomConfig::default() };
+    let config = CompressionConfig { count: MASK_POINTS, som, ..CompressionConfig::default() };
+    let map = CompressionMap::fit(&(&snapshots).into(), &config)?;
+    let mut points = map.locations().map(<[usize]>::to_vec).unwrap_or_default();
+    points.sort_unstable();
+    Ok(points)
+}
+
+/// Reference less monitor, for every condition.
+pub(crate) fn differences(
+    experiment: &Experiment,
+    dataset: &Dataset,
+) -> Result<Vec<Vec<f64>>, ema_sim::SimulationError> {
+    let mut monitor = experiment.monitor(0.0)?;
+    Ok(dataset
+        .conditions
+        .iter()
+        .zip(&dataset.signals_a)
+        .map(|(condition, reference)| {
+            monitor.turn_to(condition.start_angle_rad);
+            let mut difference = monitor.signal(&condition.coordinates());
+            for (value, reference) in difference.iter_mut().zip(reference) {
+                *value = reference - *value;
+            }
+            difference
+        })
+        .collect())
+}
+
+/// The datasets that tell the error for a start of the rotor.
+fn of_start(datasets: &[Dataset], start: StartAngle) -> Vec<&Dataset> {
+    datasets.iter().filter(|dataset| start.has(dataset.design)).collect()
+}
+
+/// A covariance of the electronics' noise, where there is any.
+type Electronics = Result<Option<Arc<BandedMatrix>>, ema_sim::SimulationError>;
+
+fn electronics_of(experiment: &Experiment, datasets: &[&Dataset]) -> Electronics {
+    let longest = error_choice::longest_support(experiment.filter.output_hz);
+    Ok(electronics_covariance(experiment, datasets, longest)?.map(Arc::new))
+}
+
+/// Signals with the coordinates looked for, one row a condition.
+type Signals = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
+impl Modelled {
+    fn start(self) -> StartAngle {
+        match self {
+            Self::Error(start) => start,
+            Self::Signal => StartAngle::Zero,
+        }
+    }
+
+    /// What is to be modelled, at every condition of some datasets.
+    fn signals(
+        self,
+        experiment: &Experiment,
+        datasets: &[&Dataset],
+    ) -> Result<Signals, ema_sim::SimulationError> {
+        let (mut signals, mut coordinates) = (Vec::new(), Vec::new());
+        for dataset in datasets {
+            match self {
+                Self::Error(_) => signals.extend(differences(experiment, dataset)?),
+                Self::Signal => signals.extend(dataset.signals_a.iter().cloned()),
+            }
+            coordinates.extend(sought_coordinates(experiment, dataset));
+        }
+        Ok((signals, coordinates))
+    }
+
+    /// Trends that are tried.
+    fn trends(self) -> &'static [Trend] {
+        match self {
+            Self::Error(_) => &Trend::ALL,
+            Self::Signal => &[Trend::Linear, Trend::Quadratic],
+        }
+    }
+}
+
+/// How something is modelled: trend and covariance with which left-out signals are diagnosed best.
+fn choose(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+    of: Modelled,
+    noise_a: f64,
+) -> Result<ModelChoice, BundleError> {
+    let (differences, coordinates) = of.signals(experiment, datasets)?;
+    let jacobians = match of {
+        Modelled::Error(_) => monitor_jacobians(experiment, datasets)?,
+        Modelled::Signal => Vec::new(),
+    };
+    let electronics = electronics_of(experiment, datasets)?;
+    let references = References { differences, coordinates, jacobians, electronics };
+    let (filter, samples) = (&experiment.filter, experiment.samples());
+    let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
+    let noise = unit_noise_at_rate(filter, rate_hz, samples).scaled(noise_a * noise_a);
+    let (trend, shape) = error_choice::choose(&references, of.trends(), filter.output_hz, &noise)?;
+    Ok(ModelChoice { of, trend, shape })
+}
+
+/// Slopes of the monitor at every condition.
+fn monitor_jacobians(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+) -> Result<Vec<Vec<Vec<f64>>>, ema_sim::SimulationError> {
+    let sought = experiment.sought_indices();
+    let mut monitor = experiment.monitor(0.0)?;
+    let conditions = datasets.iter().flat_map(|dataset| &dataset.conditions);
+    Ok(conditions
+        .map(|condition| {
+            monitor.turn_to(condition.start_angle_rad);
+            monitor.jacobian(&condition.coordinates(), &sought, SLOPE_STEP)
+        })
+        .collect())
+}

@@ -1,0 +1,126 @@
+//! What the drive's own noise does to the diagnosed signal, from the monitor with that noise in
+//! its loops.
+//!
+//! ```text
+//! S_e = cov(y_LF(c, electronics) − y_LF(c)) + w²/3·C
+//! ```
+//!
+//! The first term is the scatter of runs of the low-fidelity model with noise on its speed and
+//! steps in its encoder and set-point, at the conditions of the reference signals; the second
+//! the uniform noise of half width `w` on the current feedback, which the current follows well
+//! beyond the envelope's filter. No reference signal takes part: it says which shape the noise
+//! has, and costs a fraction of a millisecond a run where a reference signal costs several.
+
+use ema_sim::{Imperfections, SimulationError};
+
+use crate::{
+    offline::{
+        dataset::{Condition, Dataset, sought_coordinates},
+        error_model::tapered_covariance,
+    },
+    simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
+    statistics::{banded::BandedMatrix, noise_covariance::unit_noise_at_rate},
+};
+
+/// Samples of all runs together; a run of the chirp has a thousand.
+const SAMPLES: usize = 400_000;
+/// Runs at least.
+const LEAST_RUNS: usize = 100;
+/// Keeps the monitor's noise apart from that of the reference signals.
+const STREAM: u64 = 0x6a09_e667_f3bc_c909;
+
+/// The covariance of the drive's noise, tapered; `None` where all reference signals are of ideal
+/// electronics.
+///
+/// # Errors
+///
+/// [`SimulationError`] when the monitor cannot be run.
+pub(crate) fn electronics_covariance(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+    support_samples: usize,
+) -> Result<Option<BandedMatrix>, SimulationError> {
+    let scatter = noise_of_loops(experiment, datasets)?;
+    Ok(scatter.map(|scatter| joined(experiment, datasets, &scatter, support_samples)))
+}
+
+/// Tapered scatter of the loops' noise, and the noise of the current feedback.
+fn joined(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+    scatter: &[Vec<f64>],
+    support_samples: usize,
+) -> BandedMatrix {
+    let carrier_hz = experiment.actuator.inverter.carrier_hz;
+    let half_width_a = experiment.actuator.sensing.current_noise_half_width_a;
+    let loops = tapered_covariance(scatter, support_samples);
+    let feedback = unit_noise_at_rate(&experiment.filter, carrier_hz, experiment.samples());
+    if datasets.iter().any(|dataset| dataset.imperfections.controller_noise) {
+        loops.plus(&feedback.scaled(half_width_a * half_width_a / 3.0))
+    } else {
+        loops
+    }
+}
+
+/// Runs of the monitor with noise less those without, centred; `None` where all reference signals
+/// are of ideal electronics.
+fn noise_of_loops(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+) -> Result<Option<Vec<Vec<f64>>>, SimulationError> {
+    let conditions: Vec<(&Condition, &Dataset)> = datasets
+        .iter()
+        .filter(|dataset| dataset.imperfections != Imperfections::NONE)
+        .flat_map(|dataset| dataset.conditions.iter().map(move |c| (c, *dataset)))
+        .collect();
+    if conditions.is_empty() {
+        return Ok(None);
+    }
+    let runs = (SAMPLES / experiment.samples().max(1)).max(LEAST_RUNS);
+    let mut ideal = experiment.monitor(0.0)?;
+    let mut scatter = Vec::with_capacity(runs);
+    for run in 0..runs {
+        let (condition, dataset) = conditions[run * conditions.len() / runs];
+        let seed = condition.noise_seed ^ STREAM.wrapping_mul(run as u64 + 1);
+        let angle_rad = condition.start_angle_rad;
+        let mut noisy = experiment.noisy_monitor(angle_rad, dataset.imperfections, seed)?;
+        ideal.turn_to(angle_rad);
+        let coordinates = condition.coordinates();
+        let mut difference = noisy.signal(&coordinates);
+        for (value, ideal) in difference.iter_mut().zip(ideal.signal(&coordinates)) {
+            *value -= ideal;
+        }
+        scatter.push(difference);
+    }
+    centre(&mut scatter);
+    Ok(Some(scatter))
+}
+
+/// What the noise of the electronics adds to the reference signals of a dataset: these less the
+/// model without noise at the same conditions.
+pub(crate) fn electronics_noise(
+    experiment: &Experiment,
+    dataset: &Dataset,
+) -> Result<Vec<Vec<f64>>, SimulationError> {
+    let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
+    let points = sought_coordinates(experiment, dataset);
+    let conditions = dataset.conditions.iter().zip(&dataset.signals_a).zip(points);
+    conditions
+        .map(|((condition, reference), point)| {
+            let (start_rad, electronics) = (condition.start_angle_rad, dataset.imperfections);
+            let monitor = HighFidelitySignal::new(experiment, start_rad, electronics, rate_hz)?;
+            Ok(monitor.residual(reference, &point))
+        })
+        .collect()
+}
+
+/// Takes the mean over the runs off each of them.
+fn centre(runs: &mut [Vec<f64>]) {
+    let samples = runs.first().map_or(0, Vec::len);
+    for sample in 0..samples {
+        let mean = runs.iter().map(|run| run[sample]).sum::<f64>() / runs.len() as f64;
+        for run in runs.iter_mut() {
+            run[sample] -= mean;
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Few numbers in place of a whole signal: the likelihood on an encoded residual.
+//!
+//! ```text
+//! z = E·r,   z ~ N(0, E·Σ·Eᵀ)
+//! ```
+//!
+//! with the rows of `E` learnt on the bundle's incipient signals. Everything that is asked of
+//! the whole signal's covariance is asked of the smaller one in the same way.
+
+use crate::{
+    report::{Notice, NoticeCode},
+    statistics::banded::{BandedMatrix, dot},
+};
+
+/// What of the filtered envelope a diagnosis looks at.
+///
+/// # Source
+///
+/// [`Points`](Self::Points) is the FREEDOM paper's, section II.A; what each of the others costs
+/// in accuracy is compared in `docs/validation/reduction.md`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// Every sample.
+    #[default]
+    Full,
+    /// The samples of the bundle's mask.
+    Points,
+    /// Means over the clusters of the self-organising map that places the points.
+    ClusterMeans,
+    /// Projection on the leading modes of the signals in units of the sensors' noise.
+    Modes,
+    /// Projection on the sensitivities that a linear regression of the signals on the damage
+    /// gives, in units of the sensors' noise.
+    Sensitivities,
+}
+
+impl Encoding {
+    /// Every encoding, the default first.
+    pub const ALL: [Self; 5] =
+        [Self::Full, Self::Points, Self::ClusterMeans, Self::Modes, Self::Sensitivities];
+
+    /// Its name on the command line and in answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Points => "points",
+            Self::ClusterMeans => "cluster-means",
+            Self::Modes => "modes",
+            Self::Sensitivities => "sensitivities",
+        }
+    }
+}
+
+/// Rows `E` that make few numbers of a signal.
+#[derive(Debug)]
+pub(crate) struct Encoder {
+    pub(crate) encoding: Encoding,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Encoder {
+    /// An encoder of given rows.
+    pub(crate) fn new(encoding: Encoding, rows: Vec<Vec<f64>>) -> Self {
+        Self { encoding, rows }
+    }
+
+    /// Numbers made of a signal.
+    pub(crate) fn size(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// What an answer says of it.
+    pub(crate) fn notice(&self) -> Notice {
+        let (name, size) = (self.encoding.name(), self.size());
+        let message = format!("`{name}`: {size} numbers were looked at, not the whole signal");
+        Notice { code: NoticeCode::Encoded, message }
+    }
+
+    /// `E·r`.
+    pub(crate) fn encode(&self, signal: &[f64]) -> Vec<f64> {
+        self.rows.iter().map(|row| dot(row, signal)).collect()
+    }
+
+    /// `Eᵀ·z`.
+    pub(crate) fn spread(&self, encoded: &[f64], samples: usize) -> Vec<f64> {
+        let mut signal = vec![0.0; samples];
+        for (row, part) in self.rows.iter().zip(encoded) {
+            for (value, weight) in signal.iter_mut().zip(row) {
+                *value += part * weight;
+            }
+        }
+        signal
+    }
+
+    /// `E·Σ·Eᵀ`, dense: its band is as wide as it is.
+    pub(crate) fn covariance(&self, whole: &BandedMatrix) -> BandedMatrix {
+        let mut covariance = BandedMatrix::zeros(self.size(), self.size());
+        for (i, row) in self.rows.iter().enumerate() {
+            let image = whole.times(row);
+            for (j, other) in self.rows[..=i].iter().enumerate() {
+                *covariance.at_mut(i, j) = dot(&image, other);
+            }
+        }
+        covariance
+    }
+}

@@ -1,0 +1,418 @@
+//! What the monitor gets wrong, learnt from reference signals: offset, trend and covariance.
+//!
+//! ```text
+//! y_HF(k) − y_LF(k) = m + B·(c − c̄) + r,    r ~ N(0, S)
+//! S = (1 − λ)·T + λ·S_e
+//! T_ij = mean of the leave-one-out residuals r_i·r_j, times a taper in |t_i − t_j|
+//! ```
+//!
+//! Without `m` healthy actuators show faults that they do not have; without `S` the stated
+//! intervals are too narrow. The taper keeps what a hundred snapshots can tell, the covariance of
+//! neighbouring samples, and drops what they cannot. `S_e` is what the monitor itself says of the
+//! noise of its electronics (`electronics`), from as many runs as are wanted: the scatter of a
+//! hundred signals is drawn towards it. What is best is chosen on the reference signals
+//! (`error_choice`).
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::DMatrix;
+
+use crate::statistics::{
+    banded::{BandedMatrix, NotPositiveDefinite},
+    central,
+};
+
+/// How the mean of the error depends on the damage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trend {
+    /// Not at all.
+    Constant,
+    /// Linearly, in the coordinates.
+    Linear,
+    /// With squares and products of the coordinates too.
+    Quadratic,
+    /// With all products of up to four coordinates; of a monitor's signal, not of its error.
+    Quartic,
+}
+
+impl Trend {
+    /// Every trend of an error, from the simplest on.
+    pub const ALL: [Self; 3] = [Self::Constant, Self::Linear, Self::Quadratic];
+
+    /// The terms of the trend at a point away from the centre, the constant first.
+    fn terms(self, away: &[f64]) -> Vec<f64> {
+        let degree = match self {
+            Self::Constant => 0,
+            Self::Linear => 1,
+            Self::Quadratic => 2,
+            Self::Quartic => 4,
+        };
+        let mut terms = vec![1.0];
+        // products of one degree, each with the place of its last factor
+        let mut products = vec![(0, 1.0)];
+        for _ in 0..degree {
+            products = products
+                .iter()
+                .flat_map(|&(last, product)| {
+                    away.iter().enumerate().skip(last).map(move |(i, a)| (i, product * a))
+                })
+                .collect();
+            terms.extend(products.iter().map(|(_, product)| product));
+        }
+        terms
+    }
+}
+
+/// Why an error model could not be learnt.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ErrorModelError {
+    /// Too few reference signals for the trend.
+    #[error("{found} reference signals cannot determine {needed} trend terms and a covariance")]
+    TooFewSignals {
+        /// Signals given.
+        found: usize,
+        /// Terms of the trend.
+        needed: usize,
+    },
+    /// The conditions do not span the coordinates.
+    #[error("the reference conditions do not span the damage coordinates")]
+    DegenerateConditions,
+    /// The tapered covariance has no factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+}
+
+/// How the covariance is made of few residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CovarianceShape {
+    /// Samples that the taper reaches.
+    pub taper_support_samples: usize,
+    /// Share of the electronics' covariance, `λ`, 0 to 1.
+    pub electronics_share: f64,
+}
+
+impl CovarianceShape {
+    /// A taper alone.
+    pub fn tapered(taper_support_samples: usize) -> Self {
+        Self { taper_support_samples, electronics_share: 0.0 }
+    }
+
+    /// `S` of residuals.
+    pub(crate) fn covariance<R: AsRef<[f64]>>(
+        self,
+        residuals: &[R],
+        electronics: Option<&BandedMatrix>,
+    ) -> BandedMatrix {
+        let tapered = tapered_covariance(residuals, self.taper_support_samples);
+        let share = self.electronics_share;
+        match electronics {
+            Some(electronics) if share > 0.0 => {
+                tapered.scaled(1.0 - share).plus(&electronics.scaled(share))
+            }
+            _ => tapered,
+        }
+    }
+}
+
+/// The learnt error of a monitor.
+#[derive(Clone, Debug)]
+pub struct ErrorModel {
+    trend: Trend,
+    /// One row a term of the trend.
+    coefficients: Vec<Vec<f64>>,
+    centre: Vec<f64>,
+    /// Spread of the conditions in each coordinate, the unit that terms are formed in.
+    spread: Vec<f64>,
+    residuals: Vec<Vec<f64>>,
+    shape: CovarianceShape,
+    electronics: Option<Arc<BandedMatrix>>,
+    /// Formed once, when first asked for.
+    covariances: OnceLock<Covariances>,
+}
+
+/// The covariance of all residuals, and those without each fold.
+#[derive(Clone, Debug)]
+struct Covariances {
+    whole: BandedMatrix,
+    without_fold: Vec<BandedMatrix>,
+}
+
+impl ErrorModel {
+    /// Learns from differences "reference less monitor" (one a condition, equal lengths) at
+    /// damage coordinates (one row a condition), with the covariance of the electronics where the
+    /// shape has a share of it.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorModelError`] for too few or degenerate conditions.
+    pub(crate) fn learn(
+        differences: &[Vec<f64>],
+        coordinates: &[Vec<f64>],
+        trend: Trend,
+        shape: CovarianceShape,
+        electronics: Option<Arc<BandedMatrix>>,
+    ) -> Result<Self, ErrorModelError> {
+        let count = differences.len();
+        let dimension = coordinates.first().map_or(0, Vec::len);
+        let moment = |power: i32, shift: &[f64]| -> Vec<f64> {
+            (0..dimension)
+                .map(|d| {
+                    let sum: f64 = coordinates.iter().map(|c| (c[d] - shift[d]).powi(power)).sum();
+                    sum / count.max(1) as f64
+                })
+                .collect()
+        };
+        let centre = moment(1, &vec![0.0; dimension]);
+        let spread: Vec<f64> =
+            moment(2, &centre).iter().map(|v| v.sqrt().max(f64::MIN_POSITIVE)).collect();
+        let rows: Vec<Vec<f64>> =
+            coordinates.iter().map(|c| trend.terms(&away(c, &centre, &spread))).collect();
+        let terms = rows.first().map_or(1, Vec::len);
+        if count < terms + 2 {
+            return Err(ErrorModelError::TooFewSignals { found: count, needed: terms });
+        }
+        let design = DMatrix::from_fn(count, terms, |row, term| rows[row][term]);
+        let gram = design.tr_mul(&design);
+        let inverse = gram.cholesky().ok_or(ErrorModelError::DegenerateConditions)?.inverse();
+        let pseudo = &inverse * design.transpose();
+        let leverage: Vec<f64> =
+            (0..count).map(|row| design.row(row).transpose().dot(&pseudo.column(row))).collect();
+        let samples = differences[0].len();
+        let mut fitted = vec![vec![0.0; samples]; terms];
+        for (term, row) in fitted.iter_mut().enumerate() {
+            for (weight, difference) in pseudo.row(term).iter().zip(differences) {
+                add_scaled(row, *weight, difference);
+            }
+        }
+        let residuals = differences
+            .iter()
+            .enumerate()
+            .map(|(row, difference)| {
+                let mut residual = difference.clone();
+                for (term, values) in fitted.iter().enumerate() {
+                    add_scaled(&mut residual, -design[(row, term)], values);
+                }
+                let left_out = 1.0 / (1.0 - leverage[row]).max(f64::EPSILON);
+                for value in &mut residual {
+                    *value *= left_out;
+                }
+                residual
+            })
+            .collect();
+        let coefficients = fitted;
+        let covariances = OnceLock::new();
+        Ok(Self { trend, coefficients, centre, spread, residuals, shape, electronics, covariances })
+    }
+
+    /// The mean error at a point of the sought coordinates.
+    pub fn mean_at(&self, coordinates: &[f64]) -> Vec<f64> {
+        let terms = self.trend.terms(&away(coordinates, &self.centre, &self.spread));
+        let mut mean = vec![0.0; self.coefficients[0].len()];
+        for (coefficient, term) in self.coefficients.iter().zip(terms) {
+            add_scaled(&mut mean, term, coefficient);
+        }
+        mean
+    }
+
+    /// The same mean with other residuals, as learnt elsewhere; the taper reaches less far where
+    /// there are fewer of them.
+    #[must_use]
+    pub(crate) fn with_residuals(&self, residuals: Vec<Vec<f64>>) -> Self {
+        let reach = self.shape.taper_support_samples;
+        let share = residuals.len() as f64 / self.residuals.len().max(1) as f64;
+        let shorter = (reach as f64 * share.min(1.0)).round() as usize;
+        Self {
+            trend: self.trend,
+            coefficients: self.coefficients.clone(),
+            centre: self.centre.clone(),
+            spread: self.spread.clone(),
+            residuals,
+            shape: CovarianceShape::tapered(shorter.max(2)),
+            electronics: None,
+            covariances: OnceLock::new(),
+        }
+    }
+
+    /// The same with an offset added to the mean, and a covariance larger by a factor.
+    #[must_use]
+    pub(crate) fn corrected(&self, offset: &[f64], factor: f64) -> Self {
+        let mut corrected = self.clone();
+        corrected.covariances = OnceLock::new();
+        // the first term is the constant one
+        add_scaled(&mut corrected.coefficients[0], 1.0, offset);
+        for value in corrected.residuals.iter_mut().flatten() {
+            *value *= factor.sqrt();
+        }
+        corrected.electronics =
+            self.electronics.as_ref().map(|electronics| Arc::new(electronics.scaled(factor)));
+        corrected
+    }
+
+    /// The covariance of the electronics, where the shape has a share of it.
+    pub(crate) fn electronics(&self) -> Option<&Arc<BandedMatrix>> {
+        self.electronics.as_ref()
+    }
+
+    /// Leave-one-out residuals, one a reference signal.
+    pub fn residuals(&self) -> &[Vec<f64>] {
+        &self.residuals
+    }
+
+    /// How the covariance is made.
+    pub fn shape(&self) -> CovarianceShape {
+        self.shape
+    }
+
+    /// The covariance `S`.
+    pub fn covariance(&self) -> BandedMatrix {
+        self.covariances().whole.clone()
+    }
+
+    /// Deals the residuals into folds: for each fold the covariance learnt without it, and the
+    /// residuals in it.
+    pub fn folds(&self) -> Vec<(BandedMatrix, Vec<&[f64]>)> {
+        let without = &self.covariances().without_fold;
+        let pair = |fold: usize| (without[fold].clone(), deal(&self.residuals, fold).0);
+        (0..FOLDS).map(pair).collect()
+    }
+
+    fn covariances(&self) -> &Covariances {
+        let electronics = self.electronics.as_deref();
+        self.covariances.get_or_init(|| Covariances {
+            whole: self.shape.covariance(&self.residuals, electronics),
+            without_fold: (0..FOLDS)
+                .map(|fold| self.shape.covariance(&deal(&self.residuals, fold).1, electronics))
+                .collect(),
+        })
+    }
+
+    /// The terms of the mean at a point of the sought coordinates, one a row of
+    /// [`coefficients`](Self::coefficients).
+    pub(crate) fn terms_at(&self, coordinates: &[f64]) -> Vec<f64> {
+        self.trend.terms(&away(coordinates, &self.centre, &self.spread))
+    }
+
+    /// Derivatives of the terms at a point, one row a coordinate: central differences, exact for
+    /// squares.
+    pub(crate) fn slopes_at(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        const STEP: f64 = 1e-5;
+        central::differences(point, STEP, |moved| self.terms_at(moved))
+    }
+
+    /// Derivatives of the mean at a point, one row a coordinate.
+    pub(crate) fn mean_jacobian(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let samples = self.coefficients[0].len();
+        self.slopes_at(point)
+            .into_iter()
+            .map(|slopes| {
+                let mut derivative = vec![0.0; samples];
+                for (coefficient, slope) in self.coefficients.iter().zip(slopes) {
+                    add_scaled(&mut derivative, slope, coefficient);
+                }
+                derivative
+            })
+            .collect()
+    }
+
+    /// The mean is the sum of these signals, each times its term.
+    pub(crate) fn coefficients(&self) -> &[Vec<f64>] {
+        &self.coefficients
+    }
+}
+
+/// Distance from the centre in units of the spread.
+fn away(coordinates: &[f64], centre: &[f64], spread: &[f64]) -> Vec<f64> {
+    coordinates.iter().zip(centre).zip(spread).map(|((c, m), s)| (c - m) / s).collect()
+}
+
+/// Folds that the residuals are dealt into for cross-fitting.
+pub(crate) const FOLDS: usize = 4;
+
+/// The residuals in a fold, and the others.
+fn deal(residuals: &[Vec<f64>], fold: usize) -> (Vec<&[f64]>, Vec<&[f64]>) {
+    let (mut inside, mut outside) = (Vec::new(), Vec::new());
+    for (row, residual) in residuals.iter().enumerate() {
+        let part = if row % FOLDS == fold { &mut inside } else { &mut outside };
+        part.push(residual.as_slice());
+    }
+    (inside, outside)
+}
+
+/// Mean outer product of residuals, tapered.
+pub(crate) fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usize) -> BandedMatrix {
+    let samples = residuals.first().map_or(0, |r| r.as_ref().len());
+    let half_band = support.saturating_sub(1);
+    let mut covariance = BandedMatrix::zeros(samples, half_band);
+    let per_count = 1.0 / residuals.len().max(1) as f64;
+    // by columns of a transposed copy, so that a scalar product runs over contiguous memory
+    let by_sample: Vec<Vec<f64>> =
+        (0..samples).map(|i| residuals.iter().map(|r| r.as_ref()[i]).collect()).collect();
+    let taper: Vec<f64> =
+        (0..=half_band).map(|lag| gaspari_cohn(lag as f64 / support as f64) * per_count).collect();
+    for i in 0..samples {
+        for j in i.saturating_sub(covariance.half_band())..=i {
+            *covariance.at_mut(i, j) =
+                taper[i - j] * crate::statistics::banded::dot(&by_sample[i], &by_sample[j]);
+        }
+    }
+    covariance
+}
+
+/// Compactly supported correlation of Gaspari and Cohn (Q. J. R. Meteorol. Soc. 125, 1999,
+/// eq. 4.10), 1 at 0 and 0 from 1 on: the fifth-order piecewise rational, positive definite.
+pub(crate) fn gaspari_cohn(distance: f64) -> f64 {
+    let r = 2.0 * distance.abs();
+    if r <= 1.0 {
+        1.0 + r * r * (-5.0 / 3.0 + r * (5.0 / 8.0 + r * (0.5 - r * 0.25)))
+    } else if r < 2.0 {
+        4.0 - 5.0 * r + r * r * (5.0 / 3.0 + r * (5.0 / 8.0 + r * (-0.5 + r / 12.0)))
+            - 2.0 / (3.0 * r)
+    } else {
+        0.0
+    }
+}
+
+/// `a += scale·b`.
+fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
+    for (x, y) in a.iter_mut().zip(b) {
+        *x += scale * y;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_gaspari_cohn_values() {
+        // the two pieces meet at half the support; value 5/24 there by eq. 4.10
+        assert_eq!(gaspari_cohn(0.0), 1.0);
+        assert!((gaspari_cohn(0.5) - 5.0 / 24.0).abs() < 1e-15);
+        assert!((gaspari_cohn(0.5 + 1e-12) - 5.0 / 24.0).abs() < 1e-10);
+        assert!(gaspari_cohn(1.0 - 1e-12).abs() < 1e-9);
+        assert_eq!(gaspari_cohn(1.0), 0.0);
+    }
+
+    #[test]
+    fn a_linear_error_is_learnt_and_leaves_no_residual() {
+        let coordinates: Vec<Vec<f64>> =
+            (0..20).map(|i| vec![f64::from(i) * 0.01, f64::from(i * i % 7) * 0.01]).collect();
+        let differences: Vec<Vec<f64>> = coordinates
+            .iter()
+            .map(|c| (0..5).map(|t| 1.0 + f64::from(t) * c[0] - 2.0 * c[1]).collect())
+            .collect();
+        let learn = |trend| {
+            let shape = CovarianceShape::tapered(3);
+            ErrorModel::learn(&differences, &coordinates, trend, shape, None).unwrap()
+        };
+        let model = learn(Trend::Linear);
+        let at = model.mean_at(&[0.3, 0.1]);
+        for (t, value) in at.iter().enumerate() {
+            assert!((value - (1.0 + t as f64 * 0.3 - 0.2)).abs() < 1e-12);
+        }
+        assert!(model.covariance().mean_diagonal() < 1e-24);
+        let constant = learn(Trend::Constant);
+        assert!(constant.covariance().mean_diagonal() > 1e-5);
+    }
+}

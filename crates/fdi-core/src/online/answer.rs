@@ -1,0 +1,151 @@
+//! Published answer of a diagnosis: verdict, levels, notices.
+
+use ema_sim::FAULT_COUNT;
+use fdi_report::INCIPIENT_LEVEL;
+
+use crate::{
+    online::{noise_level::Noise, outcome::Outcome, run::Run},
+    report::{Fault, Fit, Notice, NoticeCode, RecordDiagnosis, Status, Verdict},
+};
+
+/// Noise over the bundle's from which on a recording is called disturbed.
+const LOUD_RATIO: f64 = 5.0;
+/// Share of the bundle's rate below which phases are too coarse for its error model: recordings
+/// at 8 kHz are diagnosed as those at 10 kHz, one healthy one of seven at 5 kHz is not.
+const LEAST_RATE_SHARE: f64 = 0.8;
+
+impl Run<'_> {
+    /// The answer as it is reported, with notices that are known already first.
+    pub(crate) fn answer(
+        &self,
+        outcome: &Outcome,
+        noise: Noise,
+        spent: u64,
+        mut notices: Vec<Notice>,
+    ) -> RecordDiagnosis {
+        let mut faults = outcome.posterior.faults();
+        if outcome.unfinished {
+            for fault in &mut faults {
+                fault.detected = None;
+            }
+        }
+        let hidden = self.hidden(&faults, noise);
+        notices.extend(self.notices(outcome, &faults));
+        notices.extend(hidden.map(|most| hidden_notice(most, noise)));
+        let sought = &self.experiment().sought;
+        let any_null = (0..FAULT_COUNT - 1).any(|i| sought[i] && faults[i].value.is_none());
+        let open = any_null || hidden.is_some();
+        let measured_a = outcome.measured_a.as_ref().unwrap_or(&self.observation.signal_a);
+        (self.watch.answer)(measured_a, &outcome.residual_a);
+        RecordDiagnosis {
+            recording_sha256: None,
+            recording: String::new(),
+            actuator_id: None,
+            date: None,
+            status: if any_null || !outcome.adequate { Status::Partial } else { Status::Ok },
+            verdict: verdict(outcome, &faults, open),
+            bundle: None,
+            method: outcome.method,
+            fidelity: self.plan.fidelity,
+            evaluations: outcome.evaluations + spent,
+            elapsed_s: None,
+            discrepancy: self.discrepancy(&outcome.residual_a),
+            fit: Fit {
+                rms_a: rms(&outcome.residual_a),
+                noise_floor_a: outcome.floor_a,
+                noise_a: noise.level_a,
+                noise_source: noise.source,
+                adequate: outcome.adequate,
+            },
+            faults,
+            covariance: outcome.posterior.report_covariance(),
+            notices,
+        }
+    }
+
+    /// `δ`: norm of a residual on the mask, A.
+    fn discrepancy(&self, residual_a: &[f64]) -> f64 {
+        let mask = &self.learnt.bundle.mask;
+        mask.iter().map(|&i| residual_a[i]).map(|v| v * v).sum::<f64>().sqrt()
+    }
+
+    /// Notices of what limits the answer, apart from what noise hides.
+    fn notices(&self, outcome: &Outcome, faults: &[Fault]) -> Vec<Notice> {
+        let mut notices = Vec::new();
+        if outcome.unfinished {
+            notices.push(Notice {
+                code: NoticeCode::SearchUnfinished,
+                message: "the search ended where the model does not explain the recording; the \
+                          levels are where it stopped, and nothing is decided"
+                    .to_owned(),
+            });
+        }
+        notices.extend(self.coarse_phases());
+        notices.extend(self.encoder().map(|encoder| encoder.notice()));
+        notices.extend(outcome.began_otherwise.iter().cloned());
+        let eccentric = faults[5].detected == Some(true);
+        if faults[5].value.is_some() && !eccentric {
+            notices.push(Notice {
+                code: NoticeCode::PhaseUndetermined,
+                message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
+            });
+        }
+        notices
+    }
+
+    /// Notice of phases that are sampled too slowly for the bundle's error model.
+    fn coarse_phases(&self) -> Option<Notice> {
+        let rate_hz = self.observation.phase_rate_hz;
+        let learnt_hz = self.experiment().actuator.controller.sample_hz;
+        (rate_hz < LEAST_RATE_SHARE * learnt_hz).then(|| Notice {
+            code: NoticeCode::OutsideTraining,
+            message: format!(
+                "the phases were sampled at {rate_hz} Hz and the bundle is learnt at \
+                 {learnt_hz} Hz: commutation is seen more coarsely, which the intervals and \
+                 the test of fit do not know"
+            ),
+        })
+    }
+
+    /// The largest level that could be there undetected, where the recording is too noisy for
+    /// "healthy": its noise far above what the bundle expects, or a whole incipient range open.
+    fn hidden(&self, faults: &[Fault], noise: Noise) -> Option<f64> {
+        let most = faults[..FAULT_COUNT - 1]
+            .iter()
+            .filter(|fault| fault.detected == Some(false))
+            .filter_map(|fault| fault.interval_95.map(|[_, high]| high))
+            .fold(0.0, f64::max);
+        let loud = noise.level_a > LOUD_RATIO * self.learnt.bundle.noise_a;
+        (loud || most > INCIPIENT_LEVEL).then_some(most)
+    }
+}
+
+/// Verdict on a recording; `open` where a level is not determined or could hide.
+fn verdict(outcome: &Outcome, faults: &[Fault], open: bool) -> Verdict {
+    if outcome.unfinished {
+        Verdict::Undetermined
+    } else if !outcome.adequate {
+        Verdict::ModelInadequate
+    } else if faults.iter().any(|fault| fault.detected == Some(true)) {
+        Verdict::Faulty
+    } else if open {
+        Verdict::Undetermined
+    } else {
+        Verdict::Healthy
+    }
+}
+
+fn hidden_notice(most: f64, noise: Noise) -> Notice {
+    Notice {
+        code: NoticeCode::OutsideTraining,
+        message: format!(
+            "with {:.3} A of noise on each phase sample, levels up to {most:.3} are not excluded where \
+             nothing is detected; look for outliers in the currents",
+            noise.level_a
+        ),
+    }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}

@@ -1,0 +1,84 @@
+//! Reasons for which a recording is not diagnosed.
+
+use crate::{
+    offline::bundle::BundleError, online::observation::ObservationError, report::Method,
+    statistics::banded::NotPositiveDefinite,
+};
+
+/// Why a recording could not be diagnosed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DiagnoseError {
+    /// The recording does not fit the bundle.
+    #[error(transparent)]
+    Observation(#[from] ObservationError),
+    /// The bundle's content cannot be used.
+    #[error(transparent)]
+    Bundle(#[from] BundleError),
+    /// The covariance of noise and model error has no factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+    /// The search could not be run.
+    #[error("the search failed: {reason}")]
+    Search {
+        /// What the solver says.
+        reason: String,
+    },
+    /// The emulator is of one start of the rotor.
+    #[error(
+        "method `emulator` is for recordings that are known to start at angle 0, and this one \
+         {}; use `composite`",
+        .found_rad.map_or("does not say".to_owned(), |rad| format!("starts at {rad:.4} rad"))
+    )]
+    EmulatorStart {
+        /// Start angle of the recording.
+        found_rad: Option<f64>,
+    },
+    /// The emulator looks at the whole signal.
+    #[error("method `emulator` looks at the whole signal, not at an encoded one")]
+    EmulatorEncoded,
+    /// A scalar search with the high-fidelity model.
+    #[error(
+        "the high-fidelity model goes with the methods `composite` and `emulator`, found `{method}`"
+    )]
+    HighFidelityMethod {
+        /// The method asked for.
+        method: Method,
+    },
+    /// A method that takes the start of the test as the bundle has it.
+    #[error(
+        "a start that is not the bundle's is estimated by the method `composite` with \
+         `--fidelity low`"
+    )]
+    StartMethod,
+    /// A reference recording from another start angle than the others, or that says none; or a
+    /// recording from another one than the references.
+    #[error(
+        "recording and references start at one angle, known for each: found {}, expected {}",
+        .found_rad.map_or("none".to_owned(), |rad| format!("{rad:.4} rad")),
+        .expected_rad.map_or("one".to_owned(), |rad| format!("{rad:.4} rad"))
+    )]
+    ReferenceStart {
+        /// Start angle found.
+        found_rad: Option<f64>,
+        /// That of the references.
+        expected_rad: Option<f64>,
+    },
+    /// A method that does not take references.
+    #[error("references go with `--fidelity low` and any method but `emulator`")]
+    ReferenceMethod,
+    /// A largest delay that is no time.
+    #[error("a largest delay of {found_s} s, expected 0 to {most_s} s")]
+    MostDelay {
+        /// Found.
+        found_s: f64,
+        /// Largest that is looked for.
+        most_s: f64,
+    },
+    /// The recording leaves a fault without any effect on the signal.
+    #[error(
+        "the recording does not determine all faults looked for; \
+         are its currents in A, and is it of this actuator?"
+    )]
+    Undetermined,
+}

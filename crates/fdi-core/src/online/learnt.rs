@@ -1,0 +1,245 @@
+//! Learnt errors and covariances of a bundle, kept from one recording to the next.
+
+use std::{f64::consts::TAU, sync::Arc};
+
+use ema_sim::{FAULT_COUNT, FaultCoordinates};
+
+use crate::{
+    offline::{
+        bundle::{Bundle, BundleError, StartAngle, differences},
+        dataset::{ReferenceDesign, sought_coordinates},
+        encoder_fit::fitted_encoder,
+        encoding::{Encoder, Encoding},
+        error_model::ErrorModel,
+    },
+    online::{
+        beginning,
+        cache::{ErrorId, Kept, LikelihoodKey, NoiseKey, RateKey},
+        damage::within_training,
+        emulator::Emulator,
+        error::DiagnoseError,
+        likelihood::Likelihood,
+        severe_errors::SevereErrors,
+    },
+    simulation::experiment::Monitor,
+    statistics::{banded::BandedMatrix, noise_covariance::unit_noise_at_rate},
+};
+
+/// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
+/// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
+/// of four pole pairs.
+const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
+/// Noise levels whose likelihoods are kept for the next recording.
+const LEVELS_KEPT: usize = 8;
+/// Rates of the phase samples whose noise is kept.
+const RATES_KEPT: usize = 64;
+
+/// A bundle with what is learnt from it when first needed.
+#[derive(Debug)]
+pub(crate) struct Learnt {
+    pub(crate) bundle: Bundle,
+    /// Rows that make few numbers of the signal; none for the whole signal.
+    pub(crate) encoder: Option<Arc<Encoder>>,
+    /// Recordings of the machine as new that the error models are corrected with.
+    pub(crate) references: Option<References>,
+    /// Error of the low-fidelity model at the bundle's start angle.
+    pub(crate) incipient: Arc<ErrorModel>,
+    /// Response surface: signal of the low-fidelity model, its error's mean included, over the
+    /// damage.
+    pub(crate) surface: Option<Arc<ErrorModel>>,
+    /// Other errors; `None` where the bundle has no signals for one.
+    errors: Kept<ErrorId, Option<Arc<ErrorModel>>>,
+    /// Errors on severe damage, where the bundle has the wide design.
+    severe: Kept<(), Option<Arc<SevereErrors>>>,
+    /// Changes of the signal by another start.
+    start_effects: Kept<(), Arc<Vec<Vec<f64>>>>,
+    /// Covariance of the noise of one ampere.
+    unit_noise: Kept<RateKey, Arc<BandedMatrix>>,
+    likelihoods: Kept<LikelihoodKey, Arc<Likelihood>>,
+    emulators: Kept<NoiseKey, Arc<Emulator>>,
+    /// The response surface, prepared for a noise level.
+    surfaces: Kept<NoiseKey, Arc<Emulator>>,
+}
+
+/// References that a diagnosis rests on.
+#[derive(Debug)]
+pub(crate) struct References {
+    /// Recordings.
+    pub(crate) count: usize,
+    /// Rotor angle at their start.
+    pub(crate) start_angle_rad: f64,
+    /// Share of their noise in the mean, as a level on each phase sample, A.
+    pub(crate) noise_a: f64,
+    /// Root mean square of `δ`, A.
+    pub(crate) rms_a: f64,
+    /// The error model that the references have not changed.
+    pub(crate) learnt: ErrorModel,
+}
+
+impl Learnt {
+    /// Learns the error of the low-fidelity model at the bundle's start angle.
+    pub(crate) fn of(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
+        let encoder = fitted_encoder(&bundle, encoding)?;
+        let incipient = bundle.error_model(StartAngle::Zero)?.ok_or(BundleError::NoIncipient)?;
+        let surface = bundle.monitor_surface(&incipient)?.map(Arc::new);
+        Ok(Self {
+            bundle,
+            encoder,
+            references: None,
+            incipient: Arc::new(incipient),
+            surface,
+            errors: Kept::at_most(LEVELS_KEPT),
+            severe: Kept::at_most(1),
+            start_effects: Kept::at_most(1),
+            unit_noise: Kept::at_most(RATES_KEPT),
+            likelihoods: Kept::at_most(LEVELS_KEPT),
+            emulators: Kept::at_most(LEVELS_KEPT),
+            surfaces: Kept::at_most(LEVELS_KEPT),
+        })
+    }
+
+    /// Learnt error; `None` where the bundle has no signals for it.
+    pub(crate) fn error(&self, id: ErrorId) -> Result<Option<Arc<ErrorModel>>, BundleError> {
+        match id {
+            ErrorId::Incipient => Ok(Some(Arc::clone(&self.incipient))),
+            ErrorId::Turned => self.turned(),
+            ErrorId::HighOwnStart => {
+                self.errors.get(id, || self.high_error(StartAngle::Zero, &self.incipient))
+            }
+            ErrorId::HighAnyStart => self.errors.get(id, || match self.turned()? {
+                Some(turned) => self.high_error(StartAngle::Any, &turned),
+                None => Ok(None),
+            }),
+        }
+    }
+
+    /// Error of the low-fidelity model for another start angle than the bundle's.
+    pub(crate) fn turned(&self) -> Result<Option<Arc<ErrorModel>>, BundleError> {
+        let learn = || Ok(self.bundle.error_model(StartAngle::Any)?.map(Arc::new));
+        self.errors.get(ErrorId::Turned, learn)
+    }
+
+    /// Puts another error of the low-fidelity model in the place of the learnt one.
+    pub(crate) fn correct_turned(&mut self, corrected: ErrorModel) {
+        self.errors.put(ErrorId::Turned, Some(Arc::new(corrected)));
+    }
+
+    fn high_error(
+        &self,
+        start: StartAngle,
+        error: &ErrorModel,
+    ) -> Result<Option<Arc<ErrorModel>>, BundleError> {
+        Ok(self.bundle.high_error_model(start, error)?.map(Arc::new))
+    }
+
+    /// Error of the high-fidelity model: at the bundle's own start angle, or at another where the
+    /// bundle has signals of others.
+    pub(crate) fn high_error_id(&self, at_own_start: bool) -> Result<ErrorId, BundleError> {
+        let is_turned = !at_own_start && self.turned()?.is_some();
+        Ok(if is_turned { ErrorId::HighAnyStart } else { ErrorId::HighOwnStart })
+    }
+
+    /// Error of the low-fidelity model on severe damage, from the wide design.
+    pub(crate) fn severe(&self) -> Result<Option<Arc<SevereErrors>>, BundleError> {
+        self.severe.get((), || {
+            let Some(dataset) = self.bundle.dataset(ReferenceDesign::Wide) else {
+                return Ok(None);
+            };
+            let experiment = &self.bundle.experiment;
+            // what references correct is no error of the monitor on this machine's model
+            let references = self.references.as_ref();
+            let model = references.map_or(&*self.incipient, |references| &references.learnt);
+            let errors = differences(experiment, dataset)?;
+            let points = sought_coordinates(experiment, dataset);
+            Ok(Some(Arc::new(SevereErrors::learn(model, errors, &points))))
+        })
+    }
+
+    /// Changes of the signal by another start, of the play and of the integrator.
+    pub(crate) fn start_effects(&self) -> Result<Arc<Vec<Vec<f64>>>, BundleError> {
+        let effects = || Ok(Arc::new(beginning::start_effects(&self.bundle.experiment)?));
+        self.start_effects.get((), effects)
+    }
+
+    /// Covariance of the noise of one ampere on phases sampled at a rate.
+    pub(crate) fn unit_noise(&self, phase_rate_hz: f64) -> Arc<BandedMatrix> {
+        let Ok(noise) = self.unit_noise.get(RateKey::new(phase_rate_hz), || {
+            let experiment = &self.bundle.experiment;
+            let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+            Ok::<_, std::convert::Infallible>(Arc::new(unit))
+        });
+        noise
+    }
+
+    /// Noise of recording and references together, A.
+    pub(crate) fn with_reference_noise(&self, noise_a: f64) -> f64 {
+        self.references.as_ref().map_or(noise_a, |references| noise_a.hypot(references.noise_a))
+    }
+
+    /// Likelihood of an error at a noise level.
+    pub(crate) fn likelihood(
+        &self,
+        id: ErrorId,
+        phase_rate_hz: f64,
+        noise_a: f64,
+    ) -> Result<Arc<Likelihood>, DiagnoseError> {
+        self.likelihoods.get(LikelihoodKey::new(id, phase_rate_hz, noise_a), || {
+            let error = self.error(id)?.ok_or(BundleError::NoIncipient)?;
+            let unit = self.unit_noise(phase_rate_hz);
+            let whole_a = self.with_reference_noise(noise_a);
+            Ok(Arc::new(Likelihood::new(&error, &unit, whole_a, self.encoder.as_ref())?))
+        })
+    }
+
+    /// Emulator for a noise level.
+    pub(crate) fn emulator(
+        &self,
+        phase_rate_hz: f64,
+        noise_a: f64,
+    ) -> Result<Arc<Emulator>, DiagnoseError> {
+        self.emulators.get(NoiseKey::new(phase_rate_hz, noise_a), || {
+            Ok(Arc::new(Emulator::learn(&self.bundle, phase_rate_hz, noise_a)?))
+        })
+    }
+
+    /// Response surface for a noise level; `None` where there is none.
+    pub(crate) fn surface(
+        &self,
+        phase_rate_hz: f64,
+        noise_a: f64,
+    ) -> Result<Option<Arc<Emulator>>, DiagnoseError> {
+        let Some(surface) = &self.surface else { return Ok(None) };
+        let prepared = self.surfaces.get(NoiseKey::new(phase_rate_hz, noise_a), || {
+            let likelihood = self.likelihood(ErrorId::Incipient, phase_rate_hz, noise_a)?;
+            let sought = self.bundle.experiment.sought_indices();
+            Ok::<_, DiagnoseError>(Arc::new(Emulator::on(Arc::clone(surface), sought, likelihood)))
+        });
+        prepared.map(Some)
+    }
+
+    /// Signal of a monitor at coordinates looked for, start angle zero, with the mean of its error
+    /// added, A.
+    pub(crate) fn monitored(&self, monitor: &mut Monitor, point: &[f64]) -> Vec<f64> {
+        let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
+        for (index, &value) in self.bundle.experiment.sought_indices().into_iter().zip(point) {
+            all.0[index] = value;
+        }
+        let mut signal = monitor.signal(&all);
+        for (value, mean) in signal.iter_mut().zip(self.incipient.mean_at(&within_training(point)))
+        {
+            *value += mean;
+        }
+        signal
+    }
+
+    /// Mechanical angle within which two start angles count as one, rad.
+    pub(crate) fn tolerance_rad(&self) -> f64 {
+        ELECTRICAL_TOLERANCE_RAD / f64::from(self.bundle.experiment.actuator.motor.pole_pairs)
+    }
+
+    /// Whether two start angles count as one.
+    pub(crate) fn same_start(&self, a_rad: f64, b_rad: f64) -> bool {
+        let turn = (a_rad - b_rad).rem_euclid(TAU);
+        turn.min(TAU - turn) < self.tolerance_rad()
+    }
+}

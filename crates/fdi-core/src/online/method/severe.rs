@@ -1,0 +1,69 @@
+//! Fits by severe faults, whose model errors grow with the damage.
+
+use crate::{
+    online::{
+        damage::{START, size_of},
+        error::DiagnoseError,
+        fit::FitResult,
+        likelihood::Likelihood,
+        run::{Hypothesis, Run},
+    },
+    statistics::banded::NotPositiveDefinite,
+};
+
+/// Damage that a search for severe faults starts from.
+const SEVERE_START: f64 = 0.3;
+/// Rounds in which size of the damage and its error covariance settle.
+const SEVERE_ROUNDS: usize = 2;
+
+/// A fit with the likelihood that it is of.
+pub(crate) struct SevereFit {
+    pub(crate) fit: FitResult,
+    pub(crate) likelihood: Likelihood,
+}
+
+impl Run<'_> {
+    /// A fit by severe faults, from several starts, with the monitor's error growing with the
+    /// damage.
+    pub(crate) fn severe_fit(
+        &self,
+        hypothesis: &Hypothesis,
+        noise_a: f64,
+        near: &FitResult,
+    ) -> Result<Option<SevereFit>, DiagnoseError> {
+        let Some(severe) = self.learnt.severe()? else {
+            return Ok(None);
+        };
+        let unit = self.learnt.unit_noise(self.observation.phase_rate_hz);
+        let likelihood_at = |size: f64| -> Result<Likelihood, NotPositiveDefinite> {
+            let error = hypothesis.error.with_residuals(severe.at_size(size));
+            let whole_a = self.learnt.with_reference_noise(noise_a);
+            Likelihood::new(&error, &unit, whole_a, self.encoder())
+        };
+        let wide = likelihood_at(SEVERE_START)?;
+        let mut starts = vec![self.all_coordinates(&near.estimate)];
+        for index in self.learnt.bundle.experiment.sought_indices() {
+            let mut start = START;
+            start[index] = SEVERE_START;
+            starts.push(start);
+        }
+        let mut evaluations = 0;
+        let mut best: Option<FitResult> = None;
+        for start in starts {
+            let fit = self.fit(hypothesis, &wide, &start)?;
+            evaluations += fit.evaluations;
+            if best.as_ref().is_none_or(|best| fit.misfit < best.misfit) {
+                best = Some(fit);
+            }
+        }
+        let Some(mut best) = best else { return Ok(None) };
+        let mut likelihood = wide;
+        for _ in 0..SEVERE_ROUNDS {
+            likelihood = likelihood_at(size_of(&best.estimate))?;
+            best = self.fit(hypothesis, &likelihood, &self.all_coordinates(&best.estimate))?;
+            evaluations += best.evaluations;
+        }
+        best.evaluations = evaluations;
+        Ok(Some(SevereFit { fit: best, likelihood }))
+    }
+}

@@ -1,0 +1,559 @@
+//! From a recording to the signal that is diagnosed, at the rate and with the filter of an
+//! experiment.
+
+use core::f64::consts::PI;
+
+use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
+
+use recordings::{Channel, ChannelName, CommandSource, Current, RecordError, Recording, Sampling};
+
+use crate::{
+    online::commutation::{Commutation, MOST_DEVIATION_RAD},
+    report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
+    simulation::{
+        envelope::{envelope_kind, filtered},
+        experiment::Experiment,
+    },
+};
+
+/// The diagnosed signal of a recording, with what the recording says of itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Observation {
+    /// Filtered envelope, A.
+    pub(crate) signal_a: Vec<f64>,
+    /// The envelope before its filter at the rate of the phases, A, where it is known.
+    pub(crate) envelope_a: Option<Vec<f64>>,
+    /// Rotor angle at the first sample, where it is known, rad.
+    pub(crate) start_angle_rad: Option<f64>,
+    /// Where that angle is read off the commutation: what was seen of it.
+    pub(crate) commutation: Option<Commutation>,
+    /// Rate of the phase samples behind the envelope.
+    pub(crate) phase_rate_hz: f64,
+    /// Noise on each phase sample read off the recording itself, A.
+    pub(crate) measured_noise_a: Option<f64>,
+    /// Noise on each phase sample by the metadata, A.
+    pub(crate) stated_noise_a: Option<f64>,
+    pub(crate) notices: Vec<Notice>,
+}
+
+/// Why a recording does not fit an experiment.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObservationError {
+    /// The recording lacks what a diagnosis needs.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The samples do not stand on a uniform grid.
+    #[error(
+        "column `{column}` is sampled irregularly: a sample is {deviation_s:.2e} s off its grid, \
+         expected at most {tolerance_s:.2e} s"
+    )]
+    Irregular {
+        /// Column.
+        column: &'static str,
+        /// Largest distance from the grid.
+        deviation_s: f64,
+        /// Distance that rounding explains.
+        tolerance_s: f64,
+    },
+    /// The rate is not the bundle's.
+    #[error("column `{column}` is sampled at {found_hz} Hz, expected {expected}")]
+    Rate {
+        /// Column.
+        column: &'static str,
+        /// Its rate.
+        found_hz: f64,
+        /// What the bundle takes.
+        expected: String,
+    },
+    /// The recording ends too early.
+    #[error(
+        "the recording has {found_s} s of `{column}`, expected {expected_s} s for the command \
+         `{command}`"
+    )]
+    TooShort {
+        /// Column.
+        column: &'static str,
+        /// Its length.
+        found_s: f64,
+        /// Length needed.
+        expected_s: f64,
+        /// Command of the bundle.
+        command: String,
+    },
+    /// Another envelope than the bundle's.
+    #[error("`current_a` is the envelope `{found}`, expected `{expected}` as the bundle has it")]
+    OtherEnvelope {
+        /// By the metadata.
+        found: &'static str,
+        /// The bundle's.
+        expected: &'static str,
+    },
+    /// Another filter than the bundle's.
+    #[error(
+        "`current_a` was filtered at {found_hz} Hz, expected {expected_hz} Hz as the bundle has it"
+    )]
+    OtherFilter {
+        /// By the metadata.
+        found_hz: f64,
+        /// The bundle's.
+        expected_hz: f64,
+    },
+    /// Another command than the bundle's.
+    #[error("the recording is of the command `{found}`, the bundle is for `{expected}`")]
+    OtherCommand {
+        /// By the metadata.
+        found: String,
+        /// The bundle's.
+        expected: String,
+    },
+    /// The recorded command is not the bundle's.
+    #[error(
+        "`command_rad` is {found_rad} rad at {time_s} s, the bundle's command `{command}` \
+         {expected_rad} rad"
+    )]
+    CommandDiffers {
+        /// Recorded.
+        found_rad: f64,
+        /// The bundle's.
+        expected_rad: f64,
+        /// When they differ most.
+        time_s: f64,
+        /// Command of the bundle.
+        command: String,
+    },
+    /// Phase currents without the rotor's angle, whose commutation is not the machine's.
+    #[error(
+        "phase currents without `motor_angle_rad`, and the commutation {seen_in} is on average \
+         {deviation_deg:.0}° of electrical angle off that of the machine in this test, expected at \
+         most {most_deg:.0}°: is it of this actuator and command?"
+    )]
+    NoRotorAngle {
+        /// Where the commutation was looked for.
+        seen_in: &'static str,
+        /// How far it is off.
+        deviation_deg: f64,
+        /// How far it may be.
+        most_deg: f64,
+    },
+    /// A sector that no Hall sensors show.
+    #[error("`hall_state` is {found} at {time_s} s, expected 1 to 6")]
+    HallState {
+        /// Value.
+        found: f64,
+        /// When.
+        time_s: f64,
+    },
+    /// The bundle's machine cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The channels of the phases differ in their time axis.
+    #[error(
+        "{}columns `{column}` and `phase_a_current_a` have different time axes: at {time_s} s one \
+         has a sample and the other has none",
+        line.map(|line| format!("line {line}: ")).unwrap_or_default()
+    )]
+    TimeAxes {
+        /// The column that differs.
+        column: &'static str,
+        /// Where they first differ, s.
+        time_s: f64,
+        /// The line of that sample, from 1, in a file that is text.
+        line: Option<u64>,
+    },
+}
+
+/// Lowest rate at which phase currents still show the sectors.
+const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
+/// A sum of the phase currents below this is one that was computed, not measured, A.
+const COMPUTED_SUM_A: f64 = 1e-5;
+/// Largest difference of a recorded command from the bundle's, as a share of its range.
+const COMMAND_TOLERANCE: f64 = 0.01;
+
+impl Observation {
+    /// Reads the signal of an experiment off a recording that may begin before or after the
+    /// command.
+    pub(crate) fn of(
+        recording: &Recording,
+        experiment: &Experiment,
+        max_delay_s: f64,
+    ) -> Result<Self, ObservationError> {
+        let mut notices = Vec::new();
+        match recording.require_current()? {
+            Current::Phases(phases) => {
+                let mut observation = of_phases(recording, phases, experiment)?;
+                check_command(recording, experiment, max_delay_s, &mut notices)?;
+                observation.notices = notices;
+                Ok(observation)
+            }
+            Current::Envelope(channel) => {
+                let mut observation = of_envelope(recording, channel, experiment)?;
+                check_command(recording, experiment, max_delay_s, &mut notices)?;
+                observation.notices = notices;
+                Ok(observation)
+            }
+        }
+    }
+}
+
+impl Observation {
+    /// The signal from a time after the first sample on, or before it, s: from the envelope before
+    /// its filter, else between the samples of the filtered one. What the recording lacks is held.
+    pub(crate) fn advanced(&self, by_s: f64, experiment: &Experiment) -> Vec<f64> {
+        match &self.envelope_a {
+            Some(envelope_a) => {
+                let by = by_s * self.phase_rate_hz;
+                let advanced = advanced(envelope_a, by);
+                filtered(&advanced, self.phase_rate_hz, experiment)
+            }
+            None => advanced(&self.signal_a, by_s * experiment.filter.output_hz),
+        }
+    }
+}
+
+/// A signal from some samples after its first on: through a windowed sinc (Lanczos), the ends held.
+fn advanced(signal: &[f64], by: f64) -> Vec<f64> {
+    let last = signal.len() as i64 - 1;
+    let whole = by.floor();
+    let weights = lanczos_weights(by - whole);
+    let value = |n: usize| {
+        let first = n as i64 + whole as i64 - LANCZOS_REACH;
+        let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
+        weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
+    };
+    (0..signal.len()).map(value).collect()
+}
+
+/// Samples to either side that one between two is made of.
+const LANCZOS_REACH: i64 = 8;
+
+/// Weights of the samples from `LANCZOS_REACH` before to as many after, for one that lies a share
+/// of a period after the middle one; their sum is one.
+fn lanczos_weights(share: f64) -> Vec<f64> {
+    let sinc = |x: f64| if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
+    let weight = |tap: i64| {
+        let x = (tap - LANCZOS_REACH) as f64 - share;
+        sinc(x) * sinc((x / LANCZOS_REACH as f64).clamp(-1.0, 1.0))
+    };
+    let weights: Vec<f64> = (0..=2 * LANCZOS_REACH).map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|weight| weight / sum).collect()
+}
+
+/// The uniform sampling of a channel that is long enough.
+fn uniform_sampling(
+    recording: &Recording,
+    channel: &Channel,
+) -> Result<Sampling, ObservationError> {
+    let sampling = channel.sampling()?;
+    let column = channel.name().column();
+    if !sampling.is_uniform() {
+        recording.require_no_gap(channel)?;
+        let Sampling { deviation_s, tolerance_s, .. } = sampling;
+        return Err(ObservationError::Irregular { column, deviation_s, tolerance_s });
+    }
+    Ok(sampling)
+}
+
+/// Refuses a channel that ends before the command does.
+fn long_enough(
+    channel: &Channel,
+    sampling: &Sampling,
+    experiment: &Experiment,
+) -> Result<(), ObservationError> {
+    let expected_s = experiment.scenario.duration_s;
+    // the last output sample stands one output period before the end
+    let last_needed_s = expected_s - 1.0 / experiment.filter.output_hz;
+    let found_s = sampling.samples as f64 / sampling.rate_hz;
+    let last_s = (sampling.samples - 1) as f64 / sampling.rate_hz;
+    if last_s < last_needed_s * (1.0 - 1e-9) {
+        return Err(ObservationError::TooShort {
+            column: channel.name().column(),
+            found_s,
+            expected_s,
+            command: experiment.name.clone(),
+        });
+    }
+    Ok(())
+}
+
+/// Three phase currents.
+fn of_phases(
+    recording: &Recording,
+    phases: [&Channel; 3],
+    experiment: &Experiment,
+) -> Result<Observation, ObservationError> {
+    let first = phases[0];
+    let sampling = uniform_sampling(recording, first)?;
+    let column = first.name().column();
+    if sampling.rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
+        let expected = format!("{LEAST_PHASE_RATE_HZ} Hz or more");
+        return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
+    }
+    long_enough(first, &sampling, experiment)?;
+    for other in &phases[1..] {
+        if other.times_s() != first.times_s() {
+            return Err(different_axes(recording, first, other));
+        }
+    }
+    let views = phases.map(Channel::values);
+    let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
+    let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
+    Ok(Observation {
+        signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
+        envelope_a: Some(envelope_a),
+        start_angle_rad: rotor.start_angle_rad,
+        commutation: rotor.commutation,
+        phase_rate_hz: sampling.rate_hz,
+        measured_noise_a: zero_sequence_noise_a(views),
+        stated_noise_a: recording.metadata.noise_a,
+        notices: Vec::new(),
+    })
+}
+
+/// Says where the time axes of two phases first differ.
+fn different_axes(recording: &Recording, first: &Channel, other: &Channel) -> ObservationError {
+    let (a, b) = (first.times_s(), other.times_s());
+    let place = a.iter().zip(b).position(|(a, b)| a != b).unwrap_or(a.len().min(b.len()));
+    // of two unequal times the earlier one has no partner
+    let ends = [a.get(place), b.get(place)].into_iter().flatten().copied();
+    let time_s = ends.fold(f64::INFINITY, f64::min);
+    let line = recording.line_at(time_s);
+    ObservationError::TimeAxes { column: other.name().column(), time_s, line }
+}
+
+/// Where the rotor stands in a recording of phases.
+struct Rotor {
+    /// At the first sample, mechanical.
+    start_angle_rad: Option<f64>,
+    /// At each sample of the phases.
+    electrical_rad: Vec<f64>,
+    commutation: Option<Commutation>,
+}
+
+/// The rotor's angle: as recorded, else from Hall sensors, else from the currents.
+fn rotor_of(
+    recording: &Recording,
+    phases: [&Channel; 3],
+    rate_hz: f64,
+    experiment: &Experiment,
+) -> Result<Rotor, ObservationError> {
+    let times_s = phases[0].times_s();
+    if let Some(angle) = recording.channel(ChannelName::MotorAngle) {
+        let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
+        let electrical = at_times(angle, times_s).into_iter().map(|theta| theta * pole_pairs);
+        return Ok(Rotor {
+            start_angle_rad: angle.values().first().copied(),
+            electrical_rad: electrical.collect(),
+            commutation: None,
+        });
+    }
+    let hall = recording.channel(ChannelName::HallState);
+    let (seen, seen_in) = if let Some(hall) = hall {
+        let sectors = sectors_at(hall, times_s)?;
+        (Some(Commutation::of_sectors(sectors, rate_hz, experiment)?), "in `hall_state`")
+    } else {
+        let views = phases.map(Channel::values);
+        let noise_a = zero_sequence_noise_a(views).unwrap_or(0.0);
+        let seen = Commutation::of_currents(views, noise_a, rate_hz, experiment)?;
+        (seen, "in the currents")
+    };
+    let deviation_rad = seen.as_ref().map_or(core::f64::consts::PI, |seen| seen.deviation_rad);
+    match seen {
+        Some(seen) if deviation_rad <= MOST_DEVIATION_RAD => Ok(Rotor {
+            start_angle_rad: Some(seen.start_angle_rad(experiment, &[0.0; FAULT_COUNT])?),
+            electrical_rad: if hall.is_some() {
+                seen.electrical_rad()
+            } else {
+                seen.clone().before_the_tick(experiment).electrical_rad()
+            },
+            commutation: Some(seen),
+        }),
+        _ => Err(ObservationError::NoRotorAngle {
+            seen_in,
+            deviation_deg: deviation_rad.to_degrees(),
+            most_deg: MOST_DEVIATION_RAD.to_degrees(),
+        }),
+    }
+}
+
+/// The sectors that Hall sensors show at given times, held between their samples.
+fn sectors_at(hall: &Channel, times_s: &[f64]) -> Result<Vec<Sector>, ObservationError> {
+    let (own, values) = (hall.times_s(), hall.values());
+    let mut place = 0;
+    times_s
+        .iter()
+        .map(|&t| {
+            while place + 1 < own.len() && own[place + 1] <= t {
+                place += 1;
+            }
+            let found = values[place];
+            let state = (1..=6u8).find(|state| f64::from(*state) == found);
+            let refused = ObservationError::HallState { found, time_s: own[place] };
+            state.and_then(Sector::from_hall_state).ok_or(refused)
+        })
+        .collect()
+}
+
+/// An envelope as recorded.
+fn of_envelope(
+    recording: &Recording,
+    channel: &Channel,
+    experiment: &Experiment,
+) -> Result<Observation, ObservationError> {
+    let metadata = &recording.metadata;
+    let expected = envelope_kind(experiment.envelope);
+    let found = metadata.envelope.unwrap_or(expected);
+    if found != expected {
+        let (found, expected) = (found.name(), expected.name());
+        return Err(ObservationError::OtherEnvelope { found, expected });
+    }
+    let EnvelopeFilter { corner_hz, output_hz } = experiment.filter;
+    let sampling = uniform_sampling(recording, channel)?;
+    let column = channel.name().column();
+    if !sampling.agrees_with(output_hz) {
+        let expected = format!("{output_hz} Hz as the bundle has it");
+        return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
+    }
+    if let Some(found_hz) = metadata.filter_hz
+        && (found_hz / corner_hz - 1.0).abs() > 1e-6
+    {
+        return Err(ObservationError::OtherFilter { found_hz, expected_hz: corner_hz });
+    }
+    long_enough(channel, &sampling, experiment)?;
+    Ok(Observation {
+        signal_a: channel.values()[..experiment.samples()].to_vec(),
+        envelope_a: None,
+        start_angle_rad: metadata
+            .start_angle_rad
+            .or_else(|| recording.channel(ChannelName::MotorAngle)?.values().first().copied()),
+        commutation: None,
+        phase_rate_hz: metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz),
+        measured_noise_a: None,
+        stated_noise_a: metadata.noise_a,
+        notices: Vec::new(),
+    })
+}
+
+/// The channel's values at given times, straight between its samples.
+fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
+    let (own, values) = (channel.times_s(), channel.values());
+    let mut place = 0;
+    times_s
+        .iter()
+        .map(|&t| {
+            while place + 2 < own.len() && own[place + 1] <= t {
+                place += 1;
+            }
+            if own.len() < 2 {
+                return values.first().copied().unwrap_or(0.0);
+            }
+            let span = own[place + 1] - own[place];
+            let share = ((t - own[place]) / span).clamp(0.0, 1.0);
+            values[place] + share * (values[place + 1] - values[place])
+        })
+        .collect()
+}
+
+/// Noise of one phase from the sum of the three currents, which a star connection keeps at zero:
+/// whatever the model does, this is noise (offsets removed), quantisation included.
+fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
+    let [a, b, c] = phases;
+    let sums: Vec<f64> = a.iter().zip(b).zip(c).map(|((a, b), c)| a + b + c).collect();
+    let count = sums.len() as f64;
+    let mean = sums.iter().sum::<f64>() / count;
+    let variance = sums.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>() / (count - 1.0);
+    let noise_a = (variance / 3.0).sqrt();
+    (noise_a > COMPUTED_SUM_A).then_some(noise_a)
+}
+
+/// Compares the recording's command with the bundle's, before and after it by some delay.
+fn check_command(
+    recording: &Recording,
+    experiment: &Experiment,
+    max_delay_s: f64,
+    notices: &mut Vec<Notice>,
+) -> Result<(), ObservationError> {
+    if let Some(CommandSource::Named(found)) = &recording.metadata.command {
+        return if *found == experiment.name {
+            Ok(())
+        } else {
+            let (found, expected) = (found.clone(), experiment.name.clone());
+            Err(ObservationError::OtherCommand { found, expected })
+        };
+    }
+    let Some(channel) = recording.channel(ChannelName::Command) else {
+        notices.push(Notice {
+            code: NoticeCode::CommandAssumed,
+            message: format!(
+                "the recording does not say its command; `{}` of the bundle is assumed",
+                experiment.name
+            ),
+        });
+        return Ok(());
+    };
+    let command = |t: f64| experiment.scenario.command.at(t);
+    let start_s = channel.times_s().first().copied().unwrap_or(0.0);
+    let (mut range, mut worst) = (0.0f64, (0.0f64, 0.0, 0.0, 0.0));
+    for (&time_s, &found_rad) in channel.times_s().iter().zip(channel.values()) {
+        let since_s = time_s - start_s;
+        if since_s > experiment.scenario.duration_s {
+            break;
+        }
+        let expected_rad = command(since_s);
+        range = range.max(expected_rad.abs());
+        let ends = [-max_delay_s, max_delay_s].map(|late_s| command((since_s - late_s).max(0.0)));
+        let least = ends[0].min(ends[1]).min(expected_rad);
+        let most = ends[0].max(ends[1]).max(expected_rad);
+        let difference = (least - found_rad).max(found_rad - most).max(0.0);
+        if difference > worst.0 {
+            worst = (difference, found_rad, expected_rad, time_s);
+        }
+    }
+    if worst.0 > COMMAND_TOLERANCE * range {
+        return Err(ObservationError::CommandDiffers {
+            found_rad: worst.1,
+            expected_rad: worst.2,
+            time_s: worst.3,
+            command: experiment.name.clone(),
+        });
+    }
+    Ok(())
+}
+
+/// Drops the direction of the eccentricity from an answer, where whole electrical turns are open.
+pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
+    let direction = &mut answer.faults[FaultId::K7 as usize];
+    if direction.value.is_some() {
+        answer.status = Status::Partial;
+    }
+    *direction = Fault::undetermined(FaultId::K7);
+    answer.notices.retain(|notice| notice.code != NoticeCode::PhaseUndetermined);
+    answer.notices.push(Notice {
+        code: NoticeCode::PhaseUndetermined,
+        message: format!(
+            "the rotor's angle is read off the commutation, which looks alike {pole_pairs} times a \
+             turn: the direction of an eccentricity (k7) stays open; record `motor_angle_rad`"
+        ),
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_signal_is_advanced_between_its_samples() {
+        let wave = |n: f64| (0.5 * n).sin() + 2.0;
+        let signal: Vec<f64> = (0..80).map(|n| wave(f64::from(n))).collect();
+        for by in [1.4, -2.25, 3.0] {
+            let moved = advanced(&signal, by);
+            for (n, value) in moved.iter().enumerate().take(65).skip(15) {
+                // a period of a dozen samples through 17 taps: a thousandth
+                assert!((value - wave(n as f64 + by)).abs() < 2e-3, "{n} {by}");
+            }
+        }
+        assert_eq!(advanced(&signal, 3.0)[2], signal[5]);
+        assert_eq!(advanced(&signal, -3.0)[1], signal[0]);
+    }
+}

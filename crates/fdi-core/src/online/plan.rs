@@ -1,0 +1,108 @@
+//! Options of a diagnosis, resolved once into what a run needs.
+
+use gp_bayesopt::Criterion;
+
+use crate::{
+    online::{
+        beginning::{Freedom, is_free},
+        error::DiagnoseError,
+        method::scalar,
+        options::DiagnoseOptions,
+    },
+    report::{Fidelity, Method},
+    simulation::experiment::Experiment,
+};
+
+/// Longest delay that is looked for, s: a search finds it from delays in even steps.
+const MOST_DELAY_S: f64 = 0.05;
+/// Most evaluations of a search with the response surface's slopes; three are usual.
+pub(crate) const SURFACE_EVALUATIONS: usize = 10;
+/// Most evaluations of one search by Levenberg and Marquardt.
+const LEAST_SQUARES_EVALUATIONS: usize = 200;
+/// Most evaluations of a search with the start.
+const FREE_START_EVALUATIONS: usize = 400;
+
+/// Search for the fault levels.
+#[derive(Clone, Debug)]
+pub(crate) enum Search {
+    /// Generalised least squares.
+    LeastSquares,
+    /// The emulator, else generalised least squares.
+    Emulator,
+    /// Bayesian optimisation of the scalar discrepancy.
+    Scalar(Criterion),
+}
+
+/// Most evaluations of the low-fidelity model in each kind of search.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    pub(crate) surface: u64,
+    pub(crate) least_squares: usize,
+    pub(crate) free_start: usize,
+    pub(crate) scalar: usize,
+}
+
+/// Resolved options.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub(crate) search: Search,
+    /// Published name of the method asked for.
+    pub(crate) method: Method,
+    pub(crate) fidelity: Fidelity,
+    pub(crate) budget: Budget,
+    /// Noise on each phase sample, where the user knows it, A.
+    pub(crate) noise_a: Option<f64>,
+    /// Parts of the start that are estimated; `None`: the test begins as the bundle has it.
+    pub(crate) freedom: Option<Freedom>,
+    pub(crate) seed: u64,
+}
+
+impl Plan {
+    /// Plan of options for an experiment.
+    ///
+    /// # Errors
+    ///
+    /// [`DiagnoseError`] for options that do not go together.
+    pub(crate) fn of(
+        options: &DiagnoseOptions,
+        experiment: &Experiment,
+    ) -> Result<Self, DiagnoseError> {
+        let &DiagnoseOptions { method, fidelity, noise_a, seed, .. } = options;
+        check_start(options)?;
+        let search = match (scalar::criterion(method, seed), method) {
+            (Some(_), _) if fidelity == Fidelity::High => {
+                return Err(DiagnoseError::HighFidelityMethod { method });
+            }
+            (Some(criterion), _) => Search::Scalar(criterion),
+            (None, Method::Emulator) => Search::Emulator,
+            (None, _) => Search::LeastSquares,
+        };
+        let most = |usual: usize| options.max_evaluations.unwrap_or(usual);
+        let budget = Budget {
+            surface: most(SURFACE_EVALUATIONS) as u64,
+            least_squares: most(LEAST_SQUARES_EVALUATIONS),
+            free_start: most(FREE_START_EVALUATIONS),
+            scalar: most(scalar::default_budget(experiment.sought_indices().len())),
+        };
+        let freedom = Freedom::of(options, experiment);
+        Ok(Self { search, method, fidelity, budget, noise_a, freedom, seed })
+    }
+
+    /// Whether the answer may be the emulator's.
+    pub(crate) fn emulates(&self) -> bool {
+        matches!(self.search, Search::Emulator)
+    }
+}
+
+/// Refuses a start that a method cannot look for.
+fn check_start(options: &DiagnoseOptions) -> Result<(), DiagnoseError> {
+    let found_s = options.max_delay_s;
+    if !(0.0..=MOST_DELAY_S).contains(&found_s) {
+        return Err(DiagnoseError::MostDelay { found_s, most_s: MOST_DELAY_S });
+    }
+    let plain = options.method == Method::Composite && options.fidelity == Fidelity::Low;
+    if is_free(options) && !plain {
+        return Err(DiagnoseError::StartMethod);
+    }
+    Ok(())
+}

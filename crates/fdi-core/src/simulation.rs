@@ -1,0 +1,10 @@
+//! The machine in a test: experiments, models, simulated recordings.
+
+pub(crate) mod envelope;
+pub(crate) mod experiment;
+pub(crate) mod high_fidelity_signal;
+pub(crate) mod model_source;
+pub(crate) mod recorded_test;
+pub(crate) mod resampling;
+pub(crate) mod simulated;
+pub(crate) mod simulated_axis;

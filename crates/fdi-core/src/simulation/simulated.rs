@@ -1,0 +1,229 @@
+//! Recordings of simulated actuators, as a test bench would have made them.
+
+use ema_sim::{
+    FaultCoordinates, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError,
+    VisitedRange,
+};
+
+use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
+
+use crate::simulation::{
+    envelope::{envelope_kind, filtered},
+    experiment::{Experiment, RECORDED},
+    resampling::resampled,
+};
+
+/// What a simulated recording is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SimulatedRecording {
+    /// Damage.
+    pub faults: FaultCoordinates,
+    /// Rotor angle at the start, rad.
+    pub start_angle_rad: f64,
+    /// Imperfections of the electronics.
+    pub imperfections: Imperfections,
+    /// Seed of the controller's noise.
+    pub controller_seed: u64,
+    /// The current sensors.
+    pub sensors: PhaseSensors,
+    /// Rate of the phase samples; `None`: that of the drive's controller.
+    pub phase_rate_hz: Option<f64>,
+    /// Seed of the sensors' noise.
+    pub sensor_seed: u64,
+    /// What the file holds.
+    pub content: RecordedContent,
+}
+
+/// What a simulated recording holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordedContent {
+    /// The three phase currents and the rotor's angle.
+    Phases,
+    /// The filtered envelope with the start angle in the metadata.
+    Envelope,
+    /// The filtered envelope without a start angle.
+    EnvelopeWithoutAngle,
+}
+
+/// Why a recording could not be simulated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulatedRecordingError {
+    /// The actuator or the test cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// Fewer than two samples.
+    #[error("a rate of {rate_hz} Hz leaves less than two samples, expected at least {least_hz} Hz")]
+    TooSlow {
+        /// Rate asked for.
+        rate_hz: f64,
+        /// Least rate that leaves two.
+        least_hz: f64,
+    },
+    /// The channels do not form a recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+}
+
+impl SimulatedRecording {
+    /// Runs the high-fidelity model and records it.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<Recording, SimulatedRecordingError> {
+        self.record_visited(experiment, name).map(|(recording, _)| recording)
+    }
+
+    /// As [`record`](Self::record), with where the machine has been.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record_visited(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<(Recording, VisitedRange), SimulatedRecordingError> {
+        let model = experiment
+            .high_fidelity(self.start_angle_rad, self.imperfections)?
+            .with_seed(self.controller_seed);
+        let mut trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
+        let visited = trace.visited_range(experiment.scenario.load_n_m);
+        self.check_rate(trace.rate_hz, trace.motor_angle_rad.len())?;
+        if let Some(rate_hz) = self.phase_rate_hz {
+            for channel in &mut trace.phase_currents_a {
+                *channel = resampled(channel, trace.rate_hz, rate_hz);
+            }
+            trace.motor_angle_rad = resampled(&trace.motor_angle_rad, trace.rate_hz, rate_hz);
+            trace.command_rad = resampled(&trace.command_rad, trace.rate_hz, rate_hz);
+            trace.rate_hz = rate_hz;
+        }
+        let [a, b, c] = &trace.phase_currents_a;
+        trace.phase_currents_a = self.sensors.measure([a, b, c], self.sensor_seed);
+        let rate_hz = trace.rate_hz;
+        let metadata = Metadata {
+            command: Some(command_source(experiment)),
+            rate_hz: Some(rate_hz),
+            ..Metadata::default()
+        };
+        if self.content == RecordedContent::Phases {
+            let [a, b, c] = trace.phase_currents_a;
+            let mut channels = [
+                (ChannelName::PhaseACurrent, a),
+                (ChannelName::PhaseBCurrent, b),
+                (ChannelName::PhaseCCurrent, c),
+                (ChannelName::MotorAngle, trace.motor_angle_rad),
+            ]
+            .into_iter()
+            .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values))
+            .collect::<Result<Vec<_>, _>>()?;
+            if experiment.name == RECORDED {
+                let command_rad = trace.command_rad;
+                channels.push(Channel::uniform(ChannelName::Command, 0.0, rate_hz, command_rad)?);
+            }
+            return Ok((Recording::new(name, metadata, channels)?, visited));
+        }
+        let pole_pairs = experiment.actuator.motor.pole_pairs;
+        let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
+        let start_angle_rad =
+            (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);
+        let recording =
+            envelope_recording(experiment, name, (&envelope_a, rate_hz), start_angle_rad)?;
+        Ok((recording, visited))
+    }
+
+    /// Runs the low-fidelity model and records its current as the envelope; noise and converter
+    /// act on the current as they would on the conducting phase.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record_low_fidelity(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<Recording, SimulatedRecordingError> {
+        self.record_low_fidelity_visited(experiment, name).map(|(recording, _)| recording)
+    }
+
+    /// As [`record_low_fidelity`](Self::record_low_fidelity), with where the machine has been.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError`].
+    pub fn record_low_fidelity_visited(
+        &self,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<(Recording, VisitedRange), SimulatedRecordingError> {
+        let scenario = Scenario {
+            imperfections: self.imperfections,
+            seed: self.controller_seed,
+            ..experiment.scenario.clone()
+        };
+        let model = experiment.low_fidelity(&scenario.turned_to(self.start_angle_rad))?;
+        let trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
+        let visited = trace.visited_range(experiment.scenario.load_n_m);
+        self.check_rate(trace.rate_hz, trace.current_a.len())?;
+        let rate_hz = self.phase_rate_hz.unwrap_or(trace.rate_hz);
+        let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);
+        let [current_a, ..] =
+            self.sensors.measure([&current_a, &current_a, &current_a], self.sensor_seed);
+        let envelope = (&current_a[..], rate_hz);
+        let recording = envelope_recording(experiment, name, envelope, Some(self.start_angle_rad))?;
+        Ok((recording, visited))
+    }
+
+    /// Refuses a rate that leaves less than two of so many samples.
+    fn check_rate(&self, from_hz: f64, samples: usize) -> Result<(), SimulatedRecordingError> {
+        let least_hz = from_hz / samples.saturating_sub(1).max(1) as f64;
+        match self.phase_rate_hz {
+            Some(rate_hz) if rate_hz < least_hz => {
+                Err(SimulatedRecordingError::TooSlow { rate_hz, least_hz })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A recording of the filtered envelope alone.
+fn envelope_recording(
+    experiment: &Experiment,
+    name: &str,
+    (envelope_a, rate_hz): (&[f64], f64),
+    start_angle_rad: Option<f64>,
+) -> Result<Recording, SimulatedRecordingError> {
+    let output_hz = experiment.filter.output_hz;
+    let metadata = Metadata {
+        command: Some(command_source(experiment)),
+        rate_hz: Some(output_hz),
+        filter_hz: Some(experiment.filter.corner_hz),
+        envelope: Some(envelope_kind(experiment.envelope)),
+        phase_rate_hz: Some(rate_hz),
+        start_angle_rad,
+        ..Metadata::default()
+    };
+    let filtered_a = filtered(envelope_a, rate_hz, experiment);
+    let samples = filtered_a.len();
+    let mut channels = vec![Channel::uniform(ChannelName::Current, 0.0, output_hz, filtered_a)?];
+    if experiment.name == RECORDED {
+        let command = &experiment.scenario.command;
+        let command_rad = (0..samples).map(|n| command.at(n as f64 / output_hz)).collect();
+        channels.push(Channel::uniform(ChannelName::Command, 0.0, output_hz, command_rad)?);
+    }
+    Ok(Recording::new(name, metadata, channels)?)
+}
+
+/// What metadata say of the command; one that was recorded stands in a channel.
+fn command_source(experiment: &Experiment) -> CommandSource {
+    if experiment.name == RECORDED {
+        CommandSource::Recorded
+    } else {
+        CommandSource::Named(experiment.name.clone())
+    }
+}
