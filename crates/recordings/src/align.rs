@@ -3,9 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::{
-    channel::{Channel, ChannelName},
-    error::RecordError,
-    recording::Recording,
+    channel::Channel, channel_name::ChannelName, error::RecordError, recording::Recording,
 };
 
 /// Share of a sample that a sample may be off the grid of its recording.
@@ -138,7 +136,7 @@ mod tests {
         let channel = |times_s: &[f64]| {
             Channel::new(ChannelName::Current, times_s, vec![0.0; 1000]).expect("a channel")
         };
-        assert_eq!(channel(&times_s).regular_rate_hz(), Ok(1000.0));
+        assert_eq!(channel(&times_s).regular_rate_hz().unwrap(), 1000.0);
         times_s[500] += 2e-5;
         let told = channel(&times_s).regular_rate_hz().map_err(|error| error.to_string());
         let expected = "column `current_a` is sampled irregularly: a sample is 2.00e-5 s off its \

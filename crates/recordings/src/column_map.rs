@@ -41,12 +41,12 @@ pub(super) struct Entry {
 /// # Examples
 ///
 /// ```
-/// use fdi_core::{ColumnMap, Recording, ChannelName};
+/// use recordings::{ColumnMap, Recording, ChannelName};
 ///
 /// let map = ColumnMap::new(["time_s=t_ms*0.001", "current_a=Strom"])?;
 /// let recording = Recording::parse("b.csv", b"t_ms,Strom\n0,1.5\n5,1.6\n", &map).expect("reads");
 /// assert_eq!(recording.channel(ChannelName::Current).expect("mapped").times_s(), [0.0, 0.005]);
-/// # Ok::<_, fdi_core::ColumnMapError>(())
+/// # Ok::<_, recordings::ColumnMapError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnMap {

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{ChannelName, FileFormat};
+use crate::{ChannelName, FileFormat};
 
 /// Why a recording cannot be read or used.
 ///
@@ -507,7 +507,7 @@ fn rate_note(rate_hz: Option<f64>) -> String {
 
 fn did_you_mean(nearest: Option<&'static str>) -> String {
     nearest.map_or_else(
-        || format!("the keys are {}", list(&super::metadata::keys())),
+        || format!("the keys are {}", list(&crate::metadata_key::keys())),
         |key| format!("did you mean `{key}`?"),
     )
 }

@@ -1,34 +1,97 @@
-//! The forms of file that a recording can have.
+//! The formats of file that a recording can have: one table.
+//!
+//! # Adding a format
+//!
+//! 1. Write `reader/NAME.rs` with a function
+//!    `pub(super) fn read(name: String, bytes: Vec<u8>, map: &ColumnMap) -> Result<Recording, RecordError>`.
+//!    A file of named columns implements `Container` (`reader/container.rs`) and hands itself to
+//!    `assemble`, which finds channels, units, time axes and metadata; `reader/mf4.rs` is the
+//!    shortest example.
+//! 2. Add its line to the table `formats!` below. A format that needs a crate names a feature there,
+//!    declared in `Cargo.toml`.
+//!
+//! File names, error texts, folders, and the choice of the reader follow from the table.
 
 use std::path::Path;
 
-/// The form of a recording on disk.
+/// Calls a macro with the table of formats.
 ///
-/// All but CSV need a feature of this crate; a form that was left out is still known by its
-/// name, and refused with the feature named.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum FileFormat {
-    /// CSV, `.csv`; compressed or not.
-    Csv,
-    /// CSV compressed with gzip, `.csv.gz`.
-    CsvGz,
-    /// MATLAB 5 to 7, `.mat`; feature `mat`.
-    Mat,
-    /// ASAM MDF 4, `.mf4`; feature `mf4`.
-    Mf4,
-    /// Apache Parquet, `.parquet`; feature `parquet`.
-    Parquet,
-    /// NI TDMS, `.tdms`; feature `tdms`.
-    Tdms,
+/// A line has the variant of [`FileFormat`], the ending of file names, the format in words, the
+/// feature that it needs (or none), whose decoder reads it, and the module under `reader/`.
+/// `foreign` decoders are crates of others: a panic in one is told as an error of the file.
+macro_rules! formats {
+    ($make:ident) => {
+        $make! {
+            Csv ".csv" "CSV, compressed or not" [] own csv;
+            CsvGz ".csv.gz" "CSV compressed with gzip" [] own csv_gz;
+            Mat ".mat" "MATLAB 5 to 7" ["mat"] own mat;
+            Mf4 ".mf4" "ASAM MDF 4" ["mf4"] foreign mf4;
+            Parquet ".parquet" "Apache Parquet" ["parquet"] foreign parquet;
+            Tdms ".tdms" "NI TDMS" ["tdms"] own tdms;
+        }
+    };
+}
+pub(crate) use formats;
+
+macro_rules! file_format {
+    ($($variant:ident $ending:literal $what:literal [$($feature:tt)?] $decoder:ident $module:ident;)+) => {
+        /// The format of a recording on disk.
+        ///
+        /// Formats other than CSV need a feature of this crate. A format that was left out of a
+        /// build is still known by its name, and refused with the feature named.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[non_exhaustive]
+        pub enum FileFormat {
+            $(
+                #[doc = concat!($what, ", `", $ending, "`", $("; feature `", $feature, "`",)? ".")]
+                $variant,
+            )+
+        }
+
+        impl FileFormat {
+            /// Every format, built in or not.
+            pub const ALL: [Self; [$(stringify!($variant)),+].len()] = [$(Self::$variant,)+];
+
+            /// The ending of the names of such files.
+            pub fn extension(self) -> &'static str {
+                match self { $(Self::$variant => $ending,)+ }
+            }
+
+            /// The format in words.
+            pub fn description(self) -> &'static str {
+                match self { $(Self::$variant => $what,)+ }
+            }
+
+            /// The feature that the format needs, if it needs one.
+            pub fn feature(self) -> Option<&'static str> {
+                let feature = match self { $(Self::$variant => concat!($($feature)?),)+ };
+                (!feature.is_empty()).then_some(feature)
+            }
+
+            /// True where this build reads the format.
+            pub fn is_built_in(self) -> bool {
+                match self { $(Self::$variant => true $(&& cfg!(feature = $feature))?,)+ }
+            }
+
+            /// True where a crate of others decodes the format.
+            pub(crate) fn has_foreign_decoder(self) -> bool {
+                match self { $(Self::$variant => matches!(Decoder::$decoder, Decoder::foreign),)+ }
+            }
+        }
+    };
 }
 
-impl FileFormat {
-    /// Every form, whether it is built in or not.
-    pub const ALL: [Self; 6] =
-        [Self::Csv, Self::CsvGz, Self::Mat, Self::Mf4, Self::Parquet, Self::Tdms];
+/// Whose decoder reads a format, in the words of the table.
+#[expect(non_camel_case_types, reason = "the words of the table")]
+enum Decoder {
+    own,
+    foreign,
+}
 
-    /// The form that the name of a file tells, if it is that of a recording.
+formats!(file_format);
+
+impl FileFormat {
+    /// The format that the name of a file tells, if it is that of a recording.
     pub fn of(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
         Self::ALL.into_iter().find(|format| {
@@ -36,50 +99,8 @@ impl FileFormat {
         })
     }
 
-    /// How the names of such files end.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Csv => ".csv",
-            Self::CsvGz => ".csv.gz",
-            Self::Mat => ".mat",
-            Self::Mf4 => ".mf4",
-            Self::Parquet => ".parquet",
-            Self::Tdms => ".tdms",
-        }
-    }
-
-    /// The feature that it needs, if it needs one.
-    pub fn feature(self) -> Option<&'static str> {
-        match self {
-            Self::Csv | Self::CsvGz => None,
-            Self::Mat => Some("mat"),
-            Self::Mf4 => Some("mf4"),
-            Self::Parquet => Some("parquet"),
-            Self::Tdms => Some("tdms"),
-        }
-    }
-
-    /// Whether this build reads it.
-    pub fn is_built_in(self) -> bool {
-        match self {
-            Self::Csv | Self::CsvGz => true,
-            Self::Mat => cfg!(feature = "mat"),
-            Self::Mf4 => cfg!(feature = "mf4"),
-            Self::Parquet => cfg!(feature = "parquet"),
-            Self::Tdms => cfg!(feature = "tdms"),
-        }
-    }
-
-    /// The error of a build that leaves it out.
-    #[cfg(not(all(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")))]
-    pub(super) fn left_out(self) -> super::RecordError {
-        self.feature().map_or(super::RecordError::UnknownFormat, |feature| {
-            super::RecordError::NotBuiltIn { format: self, feature }
-        })
-    }
-
-    /// The endings that this build reads, as a message lists them.
-    pub(super) fn listed() -> String {
+    /// The endings that this build reads, as a message lists them: `` `.csv` or `.csv.gz` ``.
+    pub fn listed() -> String {
         let read: Vec<_> = Self::ALL.into_iter().filter(|format| format.is_built_in()).collect();
         let names: Vec<_> = read.iter().map(|format| format!("`{}`", format.extension())).collect();
         match names.split_last() {

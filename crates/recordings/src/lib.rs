@@ -22,13 +22,16 @@ struct Readme;
 
 mod align;
 mod channel;
+mod channel_name;
 mod column_map;
 mod error;
 mod format;
 mod guess;
 mod lines;
 mod metadata;
+mod metadata_key;
 mod nearest;
+mod property;
 mod reader;
 mod recording;
 mod sampling;
@@ -38,19 +41,19 @@ mod unit;
 mod writer;
 
 pub use align::{AskedFor, CommandColumn};
-pub use channel::{Channel, ChannelKind, ChannelName, OtherColumn};
+pub use channel::{Channel, OtherColumn};
+pub use channel_name::{ChannelKind, ChannelName};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub use error::RecordError;
 pub use format::FileFormat;
 pub use guess::{ColumnGuess, guess_columns};
-pub use metadata::{
-    CommandSource, EnvelopeKind, METADATA_KEYS, Metadata, MetadataKey, RecordingDate,
-};
+pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
+pub use metadata_key::{METADATA_KEYS, MetadataKey};
 pub use nearest::nearest;
 pub use reader::is_decoding;
-pub use recording::{Current, Recording, recording_sha256};
+pub use recording::{Current, Recording};
 pub use sampling::Sampling;
 pub use sha256::sha256_hex;
-pub use source::list_recordings;
+pub use source::{list_recordings, recording_sha256};
 pub use unit::StatedUnit;
 pub use writer::{CsvFormat, WriteError};

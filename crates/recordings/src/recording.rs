@@ -1,11 +1,6 @@
 //! One recording and the checks on it.
 
-use std::path::Path;
-
-use crate::{
-    Channel, ChannelName, ColumnMap, FileFormat, Metadata, OtherColumn, RecordError, StatedUnit,
-    lines::Lines, reader, sha256_hex, source,
-};
+use crate::{Channel, ChannelName, Metadata, OtherColumn, RecordError, StatedUnit, lines::Lines};
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
 /// for three years.
@@ -60,52 +55,6 @@ impl Recording {
             lines: None,
             stated_units: Vec::new(),
         })
-    }
-
-    /// Reads a file of any [`FileFormat`] that is built in, known by its name; the
-    /// recording's [`name`](Self::name) is the path.
-    ///
-    /// # Errors
-    /// Any [`RecordError`] but those of the `require_…` checks. The message does
-    /// not repeat the path, which the caller knows.
-    pub fn read(path: &Path, map: &ColumnMap) -> Result<Self, RecordError> {
-        let (format, bytes) = source::read_bytes(path)?;
-        Self::from_bytes(path.display().to_string(), format, bytes, map)
-    }
-
-    /// As [`read`](Self::read), with the SHA-256 of the very bytes that were read.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_with_sha256(path: &Path, map: &ColumnMap) -> Result<(Self, String), RecordError> {
-        let (format, bytes) = source::read_bytes(path)?;
-        let sha256 = sha256_hex(&bytes);
-        Ok((Self::from_bytes(path.display().to_string(), format, bytes, map)?, sha256))
-    }
-
-    /// Reads the bytes of a file.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read), without those of the file itself.
-    pub fn from_bytes(
-        name: impl Into<String>,
-        format: FileFormat,
-        bytes: Vec<u8>,
-        map: &ColumnMap,
-    ) -> Result<Self, RecordError> {
-        reader::read(name.into(), format, bytes, map)
-    }
-
-    /// Reads the text of a recording, not compressed.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read), without those of the file itself.
-    pub fn parse(
-        name: impl Into<String>,
-        bytes: &[u8],
-        map: &ColumnMap,
-    ) -> Result<Self, RecordError> {
-        reader::parse_csv(name.into(), bytes, map)
     }
 
     /// The channel of that name, where the recording has it.
@@ -214,18 +163,10 @@ impl Recording {
     }
 }
 
-/// SHA-256 of the bytes of a recording's file, hexadecimal.
-///
-/// # Errors
-/// [`RecordError::NotFound`], [`RecordError::Unreadable`], [`RecordError::UnknownFormat`] or
-/// [`RecordError::TooLarge`]; what the bytes mean is not looked at.
-pub fn recording_sha256(path: &Path) -> Result<String, RecordError> {
-    Ok(sha256_hex(&source::read_bytes(path)?.1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ColumnMap;
 
     fn parse(text: &str) -> Recording {
         Recording::parse("r.csv", text.as_bytes(), &ColumnMap::default()).unwrap()

@@ -2,21 +2,16 @@
 
 use std::{
     fs::{self, File},
-    io::{self, BufReader, ErrorKind, Read},
+    io::{self, ErrorKind, Read},
     path::{Path, PathBuf},
 };
 
-use flate2::bufread::MultiGzDecoder;
-
-use super::{FileFormat, RecordError};
+use crate::{FileFormat, RecordError, sha256::sha256_hex};
 
 /// Most text that one recording may hold: a day of four channels at 2 kHz is
 /// about 6 GB, a manoeuvre below 10 MB; what is larger is a mistake or a
 /// decompression bomb.
-const LIMIT_BYTES: u64 = 1 << 30;
-
-/// First bytes of gzip data (RFC 1952, 2.3.1).
-const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+pub(super) const LIMIT_BYTES: u64 = 1 << 30;
 
 /// The recordings that a path stands for: the file itself, or those directly in
 /// the folder in the order of their names.
@@ -53,6 +48,15 @@ fn is_recording(name: &str) -> bool {
     format.is_some() && !truth && !name.starts_with('.')
 }
 
+/// SHA-256 of the bytes of a recording's file, hexadecimal.
+///
+/// # Errors
+/// [`RecordError::NotFound`], [`RecordError::Unreadable`], [`RecordError::UnknownFormat`] or
+/// [`RecordError::TooLarge`]; what the bytes mean is not looked at.
+pub fn recording_sha256(path: &Path) -> Result<String, RecordError> {
+    Ok(sha256_hex(&read_bytes(path)?.1))
+}
+
 /// The bytes of a recording as they are on disk, and their form.
 pub(super) fn read_bytes(path: &Path) -> Result<(FileFormat, Vec<u8>), RecordError> {
     let Some(format) = FileFormat::of(path) else {
@@ -72,26 +76,8 @@ pub(super) fn read_bytes(path: &Path) -> Result<(FileFormat, Vec<u8>), RecordErr
     Ok((format, raw))
 }
 
-/// The text in the bytes of a file, decompressed where it is compressed.
-pub(super) fn text(raw: Vec<u8>, format: FileFormat) -> Result<Vec<u8>, RecordError> {
-    unpack(raw, format, LIMIT_BYTES)
-}
-
-fn unpack(raw: Vec<u8>, format: FileFormat, limit_bytes: u64) -> Result<Vec<u8>, RecordError> {
-    let bytes = if format == FileFormat::CsvGz || raw.starts_with(&GZIP_MAGIC) {
-        let decoder = MultiGzDecoder::new(BufReader::new(raw.as_slice()));
-        read_up_to(limit_bytes, decoder).map_err(|reason| RecordError::Gzip { reason })?
-    } else {
-        raw
-    };
-    if bytes.len() as u64 > limit_bytes {
-        return Err(RecordError::TooLarge { limit_bytes });
-    }
-    Ok(bytes)
-}
-
 /// Reads to the end or to one byte past the limit.
-fn read_up_to(limit_bytes: u64, from: impl Read) -> io::Result<Vec<u8>> {
+pub(super) fn read_up_to(limit_bytes: u64, from: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     from.take(limit_bytes + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
@@ -107,19 +93,6 @@ fn unreadable(reason: io::Error) -> RecordError {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_unpacks_to_too_much_is_refused_before_it_does() {
-        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
-        io::Write::write_all(&mut encoder, &vec![b' '; 100_000]).unwrap();
-        let bomb = encoder.finish().unwrap();
-        assert!(bomb.len() < 1000);
-        let error = unpack(bomb.clone(), FileFormat::CsvGz, 1000).unwrap_err();
-        assert_eq!(error.to_string(), "more than 1000 bytes of text");
-        assert_eq!(unpack(bomb, FileFormat::CsvGz, 100_000).unwrap().len(), 100_000);
-        let plain = unpack(vec![b' '; 1001], FileFormat::Csv, 1000).unwrap_err();
-        assert!(matches!(plain, RecordError::TooLarge { limit_bytes: 1000 }));
-    }
 
     #[test]
     fn knows_recordings_by_their_names() {

@@ -9,6 +9,7 @@ use crate::{
     Channel, ChannelName, ColumnMap, METADATA_KEYS, Metadata, MetadataKey, OtherColumn,
     RecordError, Recording, RecordingDate,
     column_map::{Entry, Target},
+    property::Property,
     recording::MOST_PLAUSIBLE,
     unit::{self, StatedUnit},
 };
@@ -104,13 +105,6 @@ impl Samples {
     fn is_present(&self, index: usize) -> bool {
         self.present.as_ref().is_none_or(|present| present[index])
     }
-}
-
-/// What a file says of itself under some name.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Property {
-    Number(f64),
-    Text(String),
 }
 
 /// A file that is not text, open for reading.

@@ -6,7 +6,8 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use crate::{
     Channel, ChannelName, ColumnMap, Metadata, OtherColumn, RecordError, Recording, Sampling,
-    column_map::Target, lines::Lines, recording::MOST_PLAUSIBLE,
+    column_map::Target, lines::Lines, reader::csv_gz, recording::MOST_PLAUSIBLE,
+    source::LIMIT_BYTES,
 };
 
 /// UTF-8 byte-order mark, which spreadsheets put before the text.
@@ -15,8 +16,29 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Longest cell that a message repeats.
 const SHOWN_CHARS: usize = 24;
 
+/// Reads a recording; compressed text is known by its first bytes.
+pub(super) fn read(
+    name: String,
+    bytes: Vec<u8>,
+    map: &ColumnMap,
+) -> Result<Recording, RecordError> {
+    if csv_gz::is_compressed(&bytes) {
+        return csv_gz::read(name, bytes, map);
+    }
+    check_size(&bytes, LIMIT_BYTES)?;
+    parse(name, &bytes, map)
+}
+
+/// Refuses more text than one recording may hold.
+pub(super) fn check_size(bytes: &[u8], limit_bytes: u64) -> Result<(), RecordError> {
+    if bytes.len() as u64 > limit_bytes {
+        return Err(RecordError::TooLarge { limit_bytes });
+    }
+    Ok(())
+}
+
 /// Reads the text of a recording.
-pub(crate) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
+pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);

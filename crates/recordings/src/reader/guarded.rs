@@ -1,17 +1,17 @@
 //! Decoders that others wrote, kept from taking the program with them.
 
-use std::cell::Cell;
-#[cfg(any(feature = "mf4", feature = "parquet"))]
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::{
+    cell::Cell,
+    panic::{AssertUnwindSafe, catch_unwind},
+};
 
-#[cfg(any(feature = "mf4", feature = "parquet"))]
 use crate::{FileFormat, RecordError};
 
 thread_local! {
     static IS_DECODING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread runs a decoder whose panics become errors.
+/// True while this thread runs a decoder whose panics become errors.
 ///
 /// A program that sets a panic hook asks this, so that a damaged file is told as the error that
 /// it is and nothing else.
@@ -21,7 +21,6 @@ pub fn is_decoding() -> bool {
 
 /// Runs a decoder over bytes of unknown origin: a panic inside it is the file's fault and
 /// becomes an error. The decoder's state is dropped with it, so nothing half done is seen.
-#[cfg(any(feature = "mf4", feature = "parquet"))]
 pub(super) fn guarded<T>(
     format: FileFormat,
     decode: impl FnOnce() -> Result<T, RecordError>,
@@ -34,7 +33,7 @@ pub(super) fn guarded<T>(
     })
 }
 
-#[cfg(all(test, any(feature = "mf4", feature = "parquet")))]
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -8,9 +8,10 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 
 use crate::{
-    FileFormat, RecordError,
-    metadata::keys,
-    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples},
+    ColumnMap, FileFormat, RecordError, Recording,
+    metadata_key::keys,
+    property::Property,
+    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble},
 };
 
 const HEADER_BYTES: usize = 128;
@@ -55,9 +56,19 @@ mod class {
     pub(super) const UINT64: u8 = 15;
 }
 
+/// Reads a recording.
+#[expect(clippy::needless_pass_by_value, reason = "all readers have one signature")]
+pub(super) fn read(
+    name: String,
+    bytes: Vec<u8>,
+    map: &ColumnMap,
+) -> Result<Recording, RecordError> {
+    assemble(name, &MatFile::open(&bytes)?, map)
+}
+
 /// The arrays of a file, flattened.
 #[derive(Debug, Default)]
-pub(super) struct MatFile {
+struct MatFile {
     heads: Vec<Head>,
     columns: Vec<Column>,
     properties: Vec<(String, Property)>,
@@ -71,7 +82,7 @@ enum Column {
 
 impl MatFile {
     /// Reads the arrays of a file.
-    pub(super) fn open(bytes: &[u8]) -> Result<Self, RecordError> {
+    fn open(bytes: &[u8]) -> Result<Self, RecordError> {
         let order = byte_order(bytes)?;
         let mut reader = Reader { order, arrays: 0, numbers: 0, bytes: 0 };
         let mut file = Self::default();

@@ -4,8 +4,8 @@ use falcon_mdf::{Channel, Mf4File, OpenOptions, SignalValues};
 
 use crate::{
     ColumnMap, FileFormat, RecordError, Recording,
-    reader::container::{Clock, Container, Head, Property, Samples, assemble},
-    reader::guarded::guarded,
+    property::Property,
+    reader::container::{Clock, Container, Head, Samples, assemble},
 };
 
 /// Most that one compressed block may expand to; a logger's have a few MB.
@@ -19,7 +19,7 @@ pub(super) fn read(
     bytes: Vec<u8>,
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
-    guarded(FileFormat::Mf4, || assemble(name, &MdfFile::open(bytes)?, map))
+    assemble(name, &MdfFile::open(bytes)?, map)
 }
 
 /// A file, open for reading.

@@ -2,6 +2,8 @@
 //!
 //! Read column by column, without Arrow: only what a channel needs is decoded.
 
+mod pages;
+
 use ::parquet::{
     basic::{ConvertedType, LogicalType, TimeUnit, Type},
     column::reader::{ColumnReader, ColumnReaderImpl},
@@ -17,11 +19,12 @@ use bytes::Bytes;
 
 use crate::{
     ColumnMap, FileFormat, RecordError, Recording,
-    metadata::keys,
-    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Property, Samples, assemble},
-    reader::guarded::guarded,
-    reader::parquet_pages::check_pages,
+    metadata_key::keys,
+    property::Property,
+    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble},
 };
+
+use pages::check_pages;
 
 /// Rows decoded at a time.
 const BATCH_ROWS: usize = 1 << 14;
@@ -34,7 +37,7 @@ pub(super) fn read(
     bytes: Vec<u8>,
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
-    guarded(FileFormat::Parquet, || assemble(name, &ParquetFile::open(bytes)?, map))
+    assemble(name, &ParquetFile::open(bytes)?, map)
 }
 
 /// A file, open for reading.

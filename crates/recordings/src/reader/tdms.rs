@@ -6,8 +6,9 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    FileFormat, RecordError,
-    reader::container::{Clock, Container, Head, Property, Samples},
+    ColumnMap, FileFormat, RecordError, Recording,
+    property::Property,
+    reader::container::{Clock, Container, Head, Samples, assemble},
 };
 
 const LEAD_IN_BYTES: usize = 28;
@@ -29,6 +30,15 @@ mod contents {
     pub(super) const RAW_DATA: u32 = 1 << 3;
     pub(super) const INTERLEAVED: u32 = 1 << 5;
     pub(super) const BIG_ENDIAN: u32 = 1 << 6;
+}
+
+/// Reads a recording.
+pub(super) fn read(
+    name: String,
+    bytes: Vec<u8>,
+    map: &ColumnMap,
+) -> Result<Recording, RecordError> {
+    assemble(name, &TdmsFile::open(bytes)?, map)
 }
 
 /// A type of data, by its number in the file.
@@ -121,7 +131,7 @@ impl Instant {
 
 /// A file, open for reading.
 #[derive(Debug)]
-pub(super) struct TdmsFile {
+struct TdmsFile {
     bytes: Vec<u8>,
     objects: Vec<(String, Object)>,
     /// Which object a column is.
@@ -131,7 +141,7 @@ pub(super) struct TdmsFile {
 
 impl TdmsFile {
     /// Reads the metadata of all segments.
-    pub(super) fn open(bytes: Vec<u8>) -> Result<Self, RecordError> {
+    fn open(bytes: Vec<u8>) -> Result<Self, RecordError> {
         let mut index = Index::default();
         let mut at = 0;
         while bytes.len() - at >= LEAD_IN_BYTES {

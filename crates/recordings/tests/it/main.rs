@@ -7,5 +7,6 @@
 )]
 
 mod files;
+mod layout;
 mod properties;
 mod readers;

@@ -1,0 +1,38 @@
+//! Keys of the metadata: one table.
+
+/// A key of the metadata.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MetadataKey {
+    /// Name, as it stands in a file.
+    pub name: &'static str,
+    /// Type of its value: `text`, `date` or `number`.
+    pub kind: &'static str,
+    /// Meaning, with the unit of a number.
+    pub meaning: &'static str,
+}
+
+const fn key(name: &'static str, kind: &'static str, meaning: &'static str) -> MetadataKey {
+    MetadataKey { name, kind, meaning }
+}
+
+/// The keys of the metadata, in the order of the documentation.
+pub const METADATA_KEYS: [MetadataKey; 9] = [
+    key("actuator-id", "text", "which actuator the recording is of"),
+    key("date", "date", "when it was taken, with or without time"),
+    key("command", "text", "name of the command (`chirp`, `sine`), or `recorded`"),
+    key("rate-hz", "number", "sample rate of the file, Hz"),
+    key("filter-hz", "number", "corner of the filter that `current_a` went through, Hz"),
+    key(
+        "envelope",
+        "text",
+        "what `current_a` is: `half-abs-sum`, `signed-projection`, `q-axis` or `conducting-phase`",
+    ),
+    key("start-angle-rad", "number", "mechanical rotor angle at the first sample, rad"),
+    key("noise-a", "number", "rms of the noise on each phase per sample, A"),
+    key("phase-rate-hz", "number", "rate of the phase samples that `noise-a` is of, Hz"),
+];
+
+/// The names of the keys.
+pub(super) fn keys() -> [&'static str; 9] {
+    METADATA_KEYS.map(|key| key.name)
+}
