@@ -47,5 +47,5 @@ pub use curve::{Coordinate, Curve, CurveError, CurveKind};
 pub use error::EffectError;
 pub use info::{EffectClass, EffectInfo, Port, Repetition};
 pub use instance::Effect;
-pub use number::{EffectParameter, MOST_PARAMETERS, MachineScales, Role};
+pub use number::{EffectParameter, MOST_PARAMETERS, MachineScales, Role, ShapeScales};
 pub use quantity::{Geometry, Quantity};

@@ -65,6 +65,8 @@ pub(crate) struct Extension {
     effects: Vec<Effect>,
     parts: Parts,
     time_s: f64,
+    /// Time since the motor has commutated last; longer than any test before it has.
+    since_commutation_s: f64,
 }
 
 impl Extension {
@@ -90,7 +92,7 @@ impl Extension {
             shaft.speed_rad_per_s = train.speed_rad_per_s * r;
         }
         parts.refine(finer);
-        Some(Box::new(Self { effects, parts, time_s: 0.0 }))
+        Some(Box::new(Self { effects, parts, time_s: 0.0, since_commutation_s: f64::MAX }))
     }
 
     /// The longest segment at a speed.
@@ -226,10 +228,7 @@ impl Extension {
                 None => train.carried_load_n_m(),
             },
             per_gear_ratio: machine.per_gear_ratio,
-            since_commutation_s: match &self.parts.commutation {
-                Some(errors) => errors.since_s + half_s,
-                None => f64::MAX,
-            },
+            since_commutation_s: self.since_commutation_s + half_s,
         }
     }
 
@@ -247,9 +246,7 @@ impl Extension {
             let r = self.parts.machine.per_gear_ratio;
             shaft.advance(from.at_surface(r), to.at_surface(r), span_s);
         }
-        if let Some(errors) = &mut self.parts.commutation {
-            errors.since_s += span_s;
-        }
+        self.since_commutation_s += span_s;
         self.parts.winding.warm(span_s, heat_w);
     }
 
@@ -260,9 +257,7 @@ impl Extension {
 
     /// Takes note that the motor has commutated.
     pub(crate) fn commutated(&mut self) {
-        if let Some(errors) = &mut self.parts.commutation {
-            errors.since_s = 0.0;
-        }
+        self.since_commutation_s = 0.0;
     }
 
     /// Effects between supply and winding.

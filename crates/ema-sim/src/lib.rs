@@ -81,7 +81,7 @@ pub use back_emf::BackEmfTable;
 pub use effect::{
     Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
     EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, MachineScales, Port, Quantity,
-    Repetition, Role,
+    Repetition, Role, ShapeScales,
 };
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};

@@ -1,7 +1,7 @@
 //! The catalogue as questions: which sizes of which effect, with which shapes.
 
 pub(crate) use ema_sim::MachineScales as Scales;
-use ema_sim::{Effect, EffectId, EffectParameter, Geometry, Role};
+use ema_sim::{Effect, EffectId, EffectParameter, Geometry, Quantity, Role, ShapeScales};
 
 use crate::structure::Number;
 
@@ -90,70 +90,47 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
         }
         Some(effect)
     };
-    let speed = leads.speed.max(1e-9);
-    match id {
-        EffectId::TransmissionError | EffectId::Cogging | EffectId::CurrentRipple => {
-            let orders = match id {
-                EffectId::TransmissionError => &leads.error_orders,
-                EffectId::Cogging => &leads.orders,
-                _ => &leads.ripple_orders,
+    let parameters = id.info().parameters;
+    let place_of = |role| parameters.iter().position(|parameter| parameter.role() == role);
+    if let Some(place) = place_of(Role::Order) {
+        // by what its sizes are: a torque, an error of the position, a share of the torque
+        let orders = match parameters[0].quantity() {
+            Quantity::Torque => &leads.orders,
+            Quantity::Angle => &leads.error_orders,
+            _ => &leads.ripple_orders,
+        };
+        let found = orders.iter().filter_map(|n| with(&[(place, *n)]));
+        return (found.collect(), leads.orders_looked_at);
+    }
+    if let Some(place) = place_of(Role::Frequency) {
+        let found = leads.frequencies_hz.iter().filter_map(|f| with(&[(place, *f)]));
+        return (found.collect(), leads.frequencies_looked_at);
+    }
+    if let Some(place) = place_of(Role::Place) {
+        let found = leads.regions.iter().filter_map(|(c, w)| with(&[(place, *c), (place + 1, *w)]));
+        return (found.collect(), leads.regions_looked_at);
+    }
+    let scales = ShapeScales {
+        speed: leads.speed.max(1e-9),
+        undivided_inertia: is_axis.then_some(leads.inertia),
+    };
+    let mut found = vec![plain.clone()];
+    for parameter in parameters {
+        let key = parameter.key(plain.geometry());
+        let tried = parameter.trials(plain.geometry(), &scales);
+        if !tried.is_empty() {
+            let each = |effect: &Effect| {
+                let effect = effect.clone();
+                tried
+                    .iter()
+                    .filter_map(move |v| effect.clone().with(key, *v).ok())
+                    .collect::<Vec<_>>()
             };
-            let place = place_of(id, Role::Order);
-            let found = orders.iter().filter_map(|n| with(&[(place?, *n)]));
-            (found.collect(), leads.orders_looked_at)
-        }
-        EffectId::Vibration => {
-            let place = place_of(id, Role::Frequency);
-            let found = leads.frequencies_hz.iter().filter_map(|f| with(&[(place?, *f)]));
-            (found.collect(), leads.frequencies_looked_at)
-        }
-        EffectId::WornRegion => {
-            let found = leads.regions.iter().filter_map(|(c, w)| with(&[(1, *c), (2, *w)]));
-            (found.collect(), leads.regions_looked_at)
-        }
-        EffectId::Stribeck => {
-            let ratios = [0.02, 0.05, 0.15, 0.4];
-            let found = ratios.iter().filter_map(|r| with(&[(1, r * speed), (2, 1.0)]));
-            (found.collect(), ratios.len() as f64)
-        }
-        EffectId::NonlinearViscous => {
-            let exponents = [0.5, 1.5, 2.0, 2.5];
-            let found = exponents.iter().filter_map(|n| with(&[(1, speed), (2, *n)]));
-            (found.collect(), exponents.len() as f64)
-        }
-        EffectId::Presliding => {
-            let found = with(&[(2, 0.1 * speed)]);
-            (found.into_iter().collect(), 1.0)
-        }
-        EffectId::Compliance if is_axis => {
-            let shares = [0.3, 0.6];
-            let found = shares.iter().filter_map(|r| with(&[(2, r * leads.inertia)]));
-            (found.collect(), shares.len() as f64)
-        }
-        _ => {
-            let mut found = vec![plain.clone()];
-            for (place, parameter) in id.info().parameters.iter().enumerate() {
-                let grid = parameter.grid(plain.geometry());
-                if grid.len() > 1 {
-                    let key = parameter.key(plain.geometry());
-                    found = found
-                        .iter()
-                        .flat_map(|effect| {
-                            grid.iter().filter_map(|v| effect.clone().with(key, *v).ok())
-                        })
-                        .collect();
-                    debug_assert!(place > 0, "shapes follow sizes");
-                }
-            }
-            let looked_at = found.len() as f64;
-            (found, looked_at)
+            found = found.iter().flat_map(each).collect();
         }
     }
-}
-
-/// Place of the number of an effect with a role.
-fn place_of(id: EffectId, role: Role) -> Option<usize> {
-    id.info().parameters.iter().position(|parameter| parameter.role() == role)
+    let looked_at = found.len() as f64;
+    (found, looked_at)
 }
 
 /// A first size, small against what the machine does: it is scaled to what the noise lets one see.

@@ -16,7 +16,8 @@ pub enum Role {
     Amplitude,
     /// A scale or exponent, worth trying at these multiples of its default.
     Shape(&'static [f64]),
-    /// A position of the surface, to be sought over the travel.
+    /// A position of the surface, to be sought over the travel; the number after it is the width of
+    /// a region.
     Place,
     /// Periods in a turn of the motor, to be sought in the spectrum over angle.
     Order,
@@ -82,6 +83,28 @@ impl MachineScales {
     }
 }
 
+/// Scales of a machine from which the shapes follow that are worth trying on it; SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeScales {
+    /// Usual speed of the motor, above zero.
+    pub speed: f64,
+    /// Inertia or mass of a machine that does not know its load's part of it.
+    pub undivided_inertia: Option<f64>,
+}
+
+/// Values of a shape that a search tries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Trials {
+    /// The multiples of its default that its role names.
+    Multiples,
+    /// These values.
+    Values(&'static [f64]),
+    /// Multiples of the machine's usual speed.
+    OfSpeed(&'static [f64]),
+    /// Parts of an inertia whose division is not known.
+    OfInertia(&'static [f64]),
+}
+
 /// Quantity of a machine that bounds the size of an effect on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Limit {
@@ -112,6 +135,7 @@ pub struct EffectParameter {
     role: Role,
     cosine: bool,
     typical: fn(&MachineScales) -> f64,
+    trials: Trials,
     limit: Limit,
     meaning: &'static str,
 }
@@ -175,6 +199,32 @@ impl EffectParameter {
         }
     }
 
+    /// Values of a shape that a search tries on a machine; none where the default alone is tried.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use ema_sim::{EffectId, Geometry, ShapeScales};
+    ///
+    /// let speed = EffectId::NonlinearViscous.info().parameters[1];
+    /// let scales = ShapeScales { speed: 40.0, undivided_inertia: None };
+    /// assert_eq!(speed.trials(Geometry::Rotary, &scales), [40.0]);
+    /// ```
+    pub fn trials(&self, geometry: Geometry, machine: &ShapeScales) -> Vec<f64> {
+        let times = |ratios: &[f64], scale: f64| ratios.iter().map(|r| r * scale).collect();
+        let values: Vec<f64> = match self.trials {
+            Trials::Multiples => {
+                Some(self.grid(geometry)).filter(|grid| grid.len() > 1).unwrap_or_default()
+            }
+            Trials::Values(values) => values.to_vec(),
+            Trials::OfSpeed(ratios) => times(ratios, machine.speed),
+            Trials::OfInertia(parts) => {
+                machine.undivided_inertia.map(|whole| times(parts, whole)).unwrap_or_default()
+            }
+        };
+        values.into_iter().map(|value| value.clamp(self.least, self.most)).collect()
+    }
+
     /// A size worth trying first, within the bounds: small against what a machine of these scales
     /// does. Of a number that is no size it is zero or the nearest bound.
     ///
@@ -236,6 +286,7 @@ pub(crate) const fn size(
         role: Role::Amplitude,
         cosine: false,
         typical: size.typical,
+        trials: Trials::Multiples,
         limit: size.limit,
         meaning,
     }
@@ -270,12 +321,18 @@ pub(crate) const fn number(
         role,
         cosine: false,
         typical: |_| 0.0,
+        trials: Trials::Multiples,
         limit: Limit::Catalogue,
         meaning,
     }
 }
 
 impl EffectParameter {
+    /// The shape, with values that a search tries.
+    pub(crate) const fn tried(self, trials: Trials) -> Self {
+        Self { trials, ..self }
+    }
+
     /// The number, bounded on a machine by one of its quantities.
     pub(crate) const fn limited_by(self, limit: Limit) -> Self {
         Self { limit, ..self }

@@ -77,8 +77,6 @@ impl EffectLaw for CommutationOverlap {
     fn install(&self, parts: &mut Parts) {
         parts.bound_turn_rad(longest_turn_rad(parts.machine.pole_pairs));
         parts.bound_span_s(longest_span_s(self.time_constant_s));
-        // the time since the last commutation is theirs
-        let _ = parts.commutation_errors();
     }
 
     #[inline]

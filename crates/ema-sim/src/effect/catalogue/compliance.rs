@@ -6,7 +6,7 @@ use crate::effect::{
     capabilities::ModelCapabilities,
     info::{EffectClass, EffectInfo, Port, Repetition},
     law::EffectLaw,
-    number::{Limit, MOST, Range, Role, Size, number, numbers, size},
+    number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     part::{Parts, SHORTEST_RATIO, elastic_shaft::ElasticShaft},
     quantity::Quantity,
 };
@@ -40,7 +40,8 @@ numbers! {
             Range { defaults: [0.0, 0.0], least: 0.0, most: MOST },
             Role::Shape(&[]),
             "J_u; 0 takes the surface's own, which a servo axis does not have",
-        ),
+        )
+        .tried(Trials::OfInertia(&[0.3, 0.6])),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::effect::{
     capabilities::ModelCapabilities,
     info::{EffectClass, EffectInfo, Port, Repetition},
     law::EffectLaw,
-    number::{Limit, MOST, Range, Role, Size, number, numbers, size},
+    number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     power::power,
     quantity::Quantity,
     shaft_load::{Moment, ShaftLoad},
@@ -26,14 +26,16 @@ numbers! {
             Range { defaults: [100.0, 0.1], least: 1e-6, most: 1e6 },
             Role::Shape(&[1.0]),
             "ω_0, fixes the unit of a",
-        ),
+        )
+        .tried(Trials::OfSpeed(&[1.0])),
         exponent: number(
             ["viscous_exponent", "viscous_exponent"],
             Quantity::Number,
             Range { defaults: [2.0, 2.0], least: 0.3, most: 2.5 },
             Role::Shape(&[0.25, 0.5, 0.75, 1.0, 1.25]),
             "n",
-        ),
+        )
+        .tried(Trials::Values(&[0.5, 1.5, 2.0, 2.5])),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::effect::{
     capabilities::ModelCapabilities,
     info::{EffectClass, EffectInfo, Port, Repetition},
     law::EffectLaw,
-    number::{Limit, MOST, Range, Role, Size, number, numbers, size},
+    number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     part::{LONGEST_PHASE_RAD, Parts, bristles::Bristles},
     quantity::Quantity,
 };
@@ -40,7 +40,8 @@ numbers! {
             Range { defaults: [1.0, 0.005], least: 1e-6, most: 1e6 },
             Role::Shape(&[0.3, 1.0, 3.0]),
             "ω_s",
-        ),
+        )
+        .tried(Trials::OfSpeed(&[0.1])),
     }
 }
 

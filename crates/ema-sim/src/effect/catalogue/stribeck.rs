@@ -6,7 +6,7 @@ use crate::effect::{
     capabilities::ModelCapabilities,
     info::{EffectClass, EffectInfo, Port, Repetition},
     law::EffectLaw,
-    number::{Limit, MOST, Range, Role, Size, number, numbers, size},
+    number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     power::power,
     quantity::Quantity,
     shaft_load::{Moment, ShaftLoad},
@@ -29,14 +29,16 @@ numbers! {
             Range { defaults: [5.0, 0.02], least: 1e-6, most: 1e6 },
             Role::Shape(&[0.2, 0.5, 1.0, 2.0, 5.0]),
             "ω_s",
-        ),
+        )
+        .tried(Trials::OfSpeed(&[0.02, 0.05, 0.15, 0.4])),
         exponent: number(
             ["stribeck_exponent", "stribeck_exponent"],
             Quantity::Number,
             Range { defaults: [1.0, 1.0], least: 0.25, most: 4.0 },
             Role::Shape(&[1.0, 2.0]),
             "d",
-        ),
+        )
+        .tried(Trials::Values(&[1.0])),
     }
 }
 

@@ -14,8 +14,6 @@ pub(crate) struct CommutationErrors {
     pub(crate) wave: Waveform,
     /// Angle by which the commutation is early, electrical.
     pub(crate) offset_rad: f64,
-    /// Time since the motor has commutated last.
-    pub(crate) since_s: f64,
     /// True where the wave or the sectors are not the machine's own.
     pub(crate) shaped: bool,
 }
@@ -25,7 +23,6 @@ impl CommutationErrors {
     pub(crate) const NONE: Self = Self {
         wave: Waveform { flat_loss_rad: 0.0, fifth: 0.0, seventh: 0.0 },
         offset_rad: 0.0,
-        since_s: f64::MAX,
         shaped: false,
     };
 }
