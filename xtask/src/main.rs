@@ -18,7 +18,7 @@ cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute it
 cargo xtask blind [FLAG...]             the scored hidden-effect cases
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
-cargo xtask tidy                        dependency edges, paths named in docs, licences
+cargo xtask tidy [--measures]           edges, paths, licences, prose, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
 fn main() -> Result<()> {
@@ -33,6 +33,7 @@ fn main() -> Result<()> {
         ["gen-dataset"] => gen_dataset::run(&root, false),
         ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
         ["tidy"] => tidy::run(&root),
+        ["tidy", "--measures"] => tidy::measures(&root),
         ["validate"] => validation::validate_pages(&root, None, false),
         ["validate", "--check"] => validation::validate_pages(&root, None, true),
         ["validate", page] => validation::validate_pages(&root, Some(page), false),
