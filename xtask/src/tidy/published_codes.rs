@@ -44,8 +44,8 @@ pub(crate) fn check(sources: &[Source]) -> Vec<String> {
     let mut given = BTreeSet::new();
     for source in sources {
         let mut found =
-            Given { path: &source.path, within: None, codes: &codes, given: &mut given };
-        found.visit_file(&source.syntax);
+            Given { path: &source.path, within: None, codes: &codes, found: &mut given };
+        file.visit_file(&source.syntax);
     }
     let mut problems = Vec::new();
     for code in &codes {
@@ -96,7 +96,7 @@ struct Given<'a> {
     /// Type whose `impl` this is.
     within: Option<String>,
     codes: &'a [Code],
-    given: &'a mut BTreeSet<(String, String)>,
+    found: &'a mut BTreeSet<(String, String)>,
 }
 
 impl<'ast> Visit<'ast> for Given<'_> {
@@ -125,7 +125,7 @@ impl<'ast> Visit<'ast> for Given<'_> {
             code.of == of && code.path == self.path && self.within.as_ref() == Some(&of)
         };
         if !self.codes.iter().any(own) {
-            self.given.insert((of, name));
+            self.found.insert((of, name));
         }
     }
 
@@ -140,7 +140,7 @@ impl<'ast> Visit<'ast> for Given<'_> {
             path: self.path,
             within: self.within.clone(),
             codes: self.codes,
-            given: &mut *self.given,
+            found: &mut *self.found,
         };
         for argument in &arguments {
             inner.visit_expr(argument);
