@@ -17,8 +17,9 @@ cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
 cargo xtask blind [FLAG...]             the scored hidden-effect cases
 cargo xtask budget                      the inference budgets, guarded
+cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
 cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
-cargo xtask tidy                        dependency edges, paths named in docs, licences
+cargo xtask tidy [--measures]           edges, paths, licences, prose, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
 fn main() -> Result<()> {
@@ -32,7 +33,9 @@ fn main() -> Result<()> {
         ["docs", "--check"] => docs::run(&root, true),
         ["gen-dataset"] => gen_dataset::run(&root, false),
         ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
+        ["same-answers", arguments @ ..] => validation::same_answers(&root, arguments),
         ["tidy"] => tidy::run(&root),
+        ["tidy", "--measures"] => tidy::measures(&root),
         ["validate"] => validation::validate_pages(&root, None, false),
         ["validate", "--check"] => validation::validate_pages(&root, None, true),
         ["validate", page] => validation::validate_pages(&root, Some(page), false),

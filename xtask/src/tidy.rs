@@ -1,12 +1,21 @@
 //! What the compiler does not check: edges between crates, paths named in the
-//! documentation, licences, traces of a machine, length of sentences.
+//! documentation, licences, traces of a machine, length of sentences, and measures of the code.
 
+mod circles;
+mod lengths;
 mod prose;
+mod published_codes;
+mod source;
+mod summaries;
+mod tuple_parameters;
 
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 use anyhow::{Context, Result, bail};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
+use validation::say;
+
+use self::source::Source;
 
 /// Crates that stand alone.
 const LEAVES: [&str; 3] = ["ema-sim", "reduction", "gp-bayesopt"];
@@ -89,6 +98,56 @@ const LICENCES: &[&str] = &[
     "Zlib",
 ];
 
+/// A measure of the code; its file under `tidy` says how it counts.
+struct Measure {
+    name: &'static str,
+    check: fn(&[Source]) -> Vec<String>,
+    /// A finding fails; otherwise the number of findings is told.
+    enforced: bool,
+}
+
+const fn measure(
+    name: &'static str,
+    check: fn(&[Source]) -> Vec<String>,
+    enforced: bool,
+) -> Measure {
+    Measure { name, check, enforced }
+}
+
+const MEASURES: [Measure; 6] = [
+    measure("circles of imports", circles::check, false),
+    measure("long files", lengths::files, false),
+    measure("long functions", lengths::functions, false),
+    measure("tuple parameters", tuple_parameters::check, false),
+    measure("summaries", summaries::check, false),
+    measure("published codes", published_codes::check, false),
+];
+
+/// Tells every finding of every measure of the code.
+pub(crate) fn measures(root: &Path) -> Result<()> {
+    let sources = source::read(root, &committed(root)?)?;
+    for Measure { name, check, .. } in MEASURES {
+        let findings = check(&sources);
+        say(&format!("{name}: {} findings", findings.len()));
+        findings.iter().for_each(|finding| say(&format!("  {finding}")));
+    }
+    Ok(())
+}
+
+/// Findings of the measures that are enforced; the number of the others' is told.
+fn measured(sources: &[Source]) -> Vec<String> {
+    let mut problems = Vec::new();
+    for Measure { name, check, enforced } in MEASURES {
+        let findings = check(sources);
+        if enforced {
+            problems.extend(findings);
+        } else if !findings.is_empty() {
+            say(&format!("{name}: {} findings, not enforced yet", findings.len()));
+        }
+    }
+    problems
+}
+
 /// Runs all checks and tells everything that they find.
 pub(crate) fn run(root: &Path) -> Result<()> {
     let metadata = MetadataCommand::new().current_dir(root).exec().context("cargo metadata")?;
@@ -101,6 +160,7 @@ pub(crate) fn run(root: &Path) -> Result<()> {
     problems.extend(machine_paths(root, &files));
     problems.extend(unformatted(root, &files)?);
     problems.extend(prose::check(root, &files));
+    problems.extend(measured(&source::read(root, &files)?));
     if problems.is_empty() {
         return Ok(());
     }

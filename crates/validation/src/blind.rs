@@ -9,7 +9,7 @@ mod case_file;
 mod kept;
 mod null_check;
 mod page;
-mod plan;
+pub(crate) mod plan;
 mod pysindy;
 mod run;
 mod score;
@@ -152,7 +152,7 @@ pub fn score_blind_cases(root: &Path, arguments: &[&str]) -> Result<()> {
 }
 
 /// The program as it is here, optimised.
-fn built(root: &Path) -> Result<PathBuf> {
+pub(crate) fn built(root: &Path) -> Result<PathBuf> {
     let status = Command::new(env!("CARGO"))
         .args(["build", "--release", "--package", "fdi-cli"])
         .current_dir(root)

@@ -8,9 +8,11 @@ mod blind;
 mod budget;
 mod median;
 mod pages;
+mod same_answers;
 mod terminal;
 
 pub use blind::score_blind_cases;
 pub use budget::check_budgets;
 pub use pages::validate_pages;
+pub use same_answers::same_answers;
 pub use terminal::{clock, say};
