@@ -44,7 +44,7 @@ pub struct Case {
     truth: Truth,
 }
 
-/// What the low bits of a seed choose, so that running seeds cover all of it evenly.
+/// Choices by the low bits of a seed, so that running seeds cover all of it evenly.
 #[derive(Clone, Copy, Debug)]
 struct Stratum {
     machine: Machine,
@@ -276,7 +276,7 @@ impl Case {
         simulate(&subject, &setting.test(steps))
     }
 
-    /// What is true of the case.
+    /// Truth of the case.
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
@@ -462,7 +462,7 @@ impl<'a> Look<'a> {
         self.is_smooth(&effect).then_some(effect)
     }
 
-    /// Whether the effect's energy is that of its size. A shaft at rest may break away a tick
+    /// Tells whether the effect's energy is that of its size. A shaft at rest may break away a tick
     /// earlier or later for next to nothing, and where such a jump is most of the energy, it says
     /// little of the effect.
     fn is_smooth(&self, effect: &Hidden) -> bool {
@@ -550,8 +550,8 @@ impl<'a> Look<'a> {
                 severity: libm::sqrt(lambda / HALF_DETECTED),
             });
         }
-        let known = (&self.space, self.slopes.as_slice());
-        truth.excess = information::excess(self.outlook, known, &signature, TRAINING);
+        truth.excess =
+            information::excess(self.outlook, &self.space, &self.slopes, &signature, TRAINING);
         truth.lambda = information::lambda(&self.space, &together).0;
         let shares = self.space.take_off(&mut together.clone());
         let shifts = self.space.coefficients(&shares);
@@ -596,7 +596,7 @@ mod tests {
         }
     }
 
-    /// What makes a fault is not the effect's: a change of friction has no energy left.
+    /// A fault's share is not the effect's: a change of friction has no energy left.
     #[test]
     fn law_a_fault_is_projected_off() {
         let mut chance = Chance::new(6, Purpose::Truth, 0);

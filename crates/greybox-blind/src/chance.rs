@@ -7,14 +7,14 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 
-/// What a stream is for; adding draws to one moves no other.
+/// Purpose of a stream; adding draws to one moves no other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     /// Class, machine, effects, faults, nuisance.
     Truth,
     /// Noise of a recording.
     Noise,
-    /// What an effect draws anew in each recording.
+    /// Draws of an effect anew in each recording.
     Disturbance,
     /// File names and the order of columns.
     Shuffle,

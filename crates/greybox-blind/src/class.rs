@@ -1,12 +1,12 @@
 //! Classes of cases.
 
-/// What a case tests.
+/// Class of a case by what it tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Class {
     /// Nothing hidden, Gaussian noise, perhaps incipient faults.
     Null,
-    /// The same with unusual noise.
+    /// Nothing hidden, with unusual noise.
     UnusualNull,
     /// One effect of the catalogue; half of the machines are healthy.
     Single,
@@ -32,7 +32,7 @@ impl Class {
         Self::Tied,
     ];
 
-    /// Its name in truths and results.
+    /// Name in truths and results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Null => "null",
@@ -50,7 +50,7 @@ impl Class {
         Self::ALL.into_iter().find(|class| class.name() == name)
     }
 
-    /// Whether something is hidden.
+    /// Tells whether something is hidden.
     pub fn hides(self) -> bool {
         !matches!(self, Self::Null | Self::UnusualNull | Self::FaultOnly)
     }

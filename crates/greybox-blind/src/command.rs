@@ -7,7 +7,7 @@ use crate::{
     machine::{Machine, RATE_HZ},
 };
 
-/// What a machine is given in a recording; both straight between samples.
+/// Command and load of a recording; both straight between samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     /// Command, rad, from the start angle of a servo axis and from zero of the actuator's surface.
@@ -49,7 +49,7 @@ impl Move {
         Self::LoadedSine,
     ];
 
-    /// Its name in truths.
+    /// Name in truths.
     pub fn name(self) -> &'static str {
         match self {
             Self::Staircase => "staircase",
@@ -64,7 +64,7 @@ impl Move {
     }
 }
 
-/// What a machine may be asked for.
+/// Limits of commands for a machine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     /// Travel either way, speed and acceleration, at the surface.

@@ -35,7 +35,7 @@ impl Wave {
             + self.overtone * sin(2.0 * self.order * x + self.overtone_phase)
     }
 
-    /// Its slope over the angle.
+    /// Slope over the angle.
     pub(crate) fn slope(&self, x: f64) -> f64 {
         self.order * cos(self.order * x + self.phase)
             + 2.0 * self.order * self.overtone * cos(2.0 * self.order * x + self.overtone_phase)
@@ -45,7 +45,7 @@ impl Wave {
 /// A bump of friction: centre, half-width, height.
 pub(crate) type Bump = (f64, f64, f64);
 
-/// What an effect does per unit of its size `a`; `s` is the sign of the speed `ω`.
+/// Action of an effect per unit of its size `a`; `s` is the sign of the speed `ω`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Form {
     /// `a·s/(1 + (ω/ω_s)²)`, N·m.
@@ -139,7 +139,7 @@ pub(crate) fn catalogue(machine: Machine) -> &'static [&'static str] {
 /// Effects outside the catalogue.
 pub(crate) const OUTSIDE: [&str; 6] = ["X1", "X2", "X3", "X4", "X5", "X6"];
 
-/// What of an effect's scale depends on the machine.
+/// Scale of an effect as far as it depends on the machine.
 struct Scale {
     /// A speed in the middle of what recordings have, motor side.
     speed: f64,
@@ -355,7 +355,7 @@ pub(crate) struct Here {
     pub(crate) commutated_s: f64,
 }
 
-/// What rubs and pushes: dry friction besides the machine's own in both directions (backward,
+/// Forces that rub and push: dry friction besides the machine's own in both directions (backward,
 /// forward), a factor on the machine's, and a torque against positive motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Burden {
@@ -374,7 +374,8 @@ impl Burden {
 }
 
 impl Form {
-    /// Whether it puts other physics in place of the machine's, so that its energy is no power of
+    /// Tells whether it puts other physics in place of the machine's, so that its energy is no
+    /// power of
     /// its size.
     pub(crate) fn replaces(&self) -> bool {
         matches!(
@@ -449,7 +450,7 @@ impl Hidden {
         }
     }
 
-    /// Whether the torque constant depends on the sector besides its turns.
+    /// Tells whether the torque constant depends on the sector besides its turns.
     pub(crate) fn by_sector(&self) -> bool {
         matches!(self.form, Form::RoundedEmf | Form::Dip { .. } | Form::Halls { .. })
     }

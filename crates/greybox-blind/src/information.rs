@@ -15,7 +15,7 @@ use crate::{
     plant::{Faults, Subject, Test, simulate},
 };
 
-/// What stands in a recording, without its noise.
+/// Contents of a recording without its noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
     pub(crate) course: crate::command::Course,
@@ -28,7 +28,7 @@ impl Setting {
         Test { course: &self.course, start_rad: self.start_rad, seed: self.disturbance_seed, steps }
     }
 
-    /// The same command to a machine that stands elsewhere at the start.
+    /// Setting of a machine that stands elsewhere at the start.
     fn started_off(&self, by_rad: f64) -> Self {
         let mut setting = self.clone();
         setting.start_rad += by_rad;
@@ -156,7 +156,7 @@ impl Outlook<'_> {
         self.currents(|_| {}, &[], fine(self.numbers.machine))
     }
 
-    /// What effects change in the current of a machine that stands at the start where the
+    /// Change by effects of the current of a machine that stands at the start where the
     /// recording shows it: an error of the position there is no sign of anything.
     pub(crate) fn signature(&self, plain: &[Vec<f64>], hidden: &[Hidden]) -> Vec<Vec<f64>> {
         let steps = fine(self.numbers.machine);
@@ -190,7 +190,7 @@ impl Outlook<'_> {
         }
     }
 
-    /// What faults and rough numbers moved by so much change, in the order of the slopes.
+    /// Change by faults and rough numbers moved by so much, in the order of the slopes.
     pub(crate) fn imitated(&self, plain: &[Vec<f64>], by: &[f64]) -> Vec<Vec<f64>> {
         let (faults, rough) = by.split_at(self.numbers.machine.fault_count());
         let moved = |subject: &mut Subject<'_>| {
@@ -241,7 +241,8 @@ pub(crate) fn lambda(space: &Space, whitened: &[f64]) -> (f64, f64) {
 /// faults and rough numbers were fitted to the others.
 pub(crate) fn excess(
     outlook: &Outlook<'_>,
-    (space, slopes): (&Space, &[Vec<Vec<f64>>]),
+    space: &Space,
+    slopes: &[Vec<Vec<f64>>],
     signature: &[Vec<f64>],
     held_out: usize,
 ) -> f64 {

@@ -19,7 +19,7 @@ impl Machine {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Ema48, Self::Servo];
 
-    /// Its name in truths and results.
+    /// Name in truths and results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ema48 => "ema-48",
@@ -92,7 +92,7 @@ impl Rough {
         }
     }
 
-    /// Its key in the model file.
+    /// Key in the model file.
     pub(crate) fn key(self, machine: Machine) -> &'static str {
         match (self, machine) {
             (Self::Inertia, Machine::Ema48) => "motor.inertia-kg-m2",

@@ -15,7 +15,7 @@ use crate::{
 pub struct NominalRun {
     /// The machine.
     pub machine: Machine,
-    /// What it was given.
+    /// Command and load that it was given.
     pub course: Course,
     /// Start angle of the motor; of the servo the position, which the command starts from.
     pub start_rad: f64,

@@ -1,15 +1,27 @@
 //! The machines at work: Runge-Kutta of fourth order at a fixed share of the controller's tick,
 //! cut where the shaft stops, the play closes, or the motor commutates.
 
+mod bristles;
+mod control_loop;
+mod current_sensor;
+mod delay;
+mod random_load;
+
 use core::f64::consts::{FRAC_PI_3, FRAC_PI_6, PI, TAU};
 
 use libm::{floor, sin, sqrt};
 
+use self::{
+    bristles::{Bristles, Level},
+    control_loop::Loop,
+    current_sensor::Reading,
+    random_load::series,
+};
 use crate::{
     chance::{Chance, Purpose},
     command::Course,
     effect::{Burden, Form, Here, Hidden},
-    machine::{Machine, Numbers, RATE_HZ},
+    machine::{Machine, Numbers},
 };
 
 /// Faults as coordinates: `k1` to `k5`, `k6·cos φ`, `k6·sin φ`.
@@ -23,7 +35,7 @@ pub(crate) struct Subject<'a> {
     pub(crate) hidden: &'a [Hidden],
 }
 
-/// What is done with it in one recording.
+/// Test of a machine in one recording.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Test<'a> {
     pub(crate) course: &'a Course,
@@ -79,48 +91,6 @@ enum Touch {
     Back,
 }
 
-/// Friction of elastic elements.
-#[derive(Clone, Copy, Debug)]
-struct Bristles {
-    deflection: f64,
-    damping: f64,
-    fall_speed: f64,
-    dahl: bool,
-    /// Force of each element when the shaft was at `at`.
-    force: [f64; 4],
-    at: f64,
-}
-
-/// Share of the friction that each element carries, and of the deflection at which it slips.
-const ELEMENTS: [(f64, f64); 4] = [(0.3, 0.25), (0.3, 0.5), (0.2, 0.75), (0.2, 1.0)];
-
-impl Bristles {
-    /// Forces at an angle and speed, with kinetic and static friction.
-    fn forces(&self, angle: f64, speed: f64, level: (f64, f64)) -> [f64; 4] {
-        let (kinetic, fixed) = level;
-        let x = speed / self.fall_speed;
-        let rise = 1.0 + (fixed / kinetic.max(1e-12) - 1.0).max(0.0) / (1.0 + x * x);
-        let turn = angle - self.at;
-        if self.dahl {
-            let most = kinetic * rise;
-            let end = most.copysign(turn);
-            let left = libm::exp(-turn.abs() / self.deflection);
-            return [end + (self.force[0] - end) * left, 0.0, 0.0, 0.0];
-        }
-        core::array::from_fn(|n| {
-            let (share, slip) = ELEMENTS[n];
-            let most = share * kinetic * rise;
-            (self.force[n] + share * kinetic / (slip * self.deflection) * turn).clamp(-most, most)
-        })
-    }
-
-    fn torque(&self, angle: f64, speed: f64, level: (f64, f64)) -> f64 {
-        let whole: f64 = self.forces(angle, speed, level).iter().sum();
-        let resting = (1.0 - (whole / level.0.max(1e-12)).abs()).clamp(0.0, 1.0);
-        whole + self.damping * speed * resting
-    }
-}
-
 /// The load behind an elastic shaft.
 #[derive(Clone, Copy, Debug)]
 struct Elastic {
@@ -142,7 +112,7 @@ struct Run<'a> {
     fixed: f64,
     half_play: f64,
     turns: [f64; 3],
-    /// Whether all phases have the same turns and nothing else changes with the sector.
+    /// True where all phases have the same turns and nothing else changes with the sector.
     even: bool,
     x: State,
     time: f64,
@@ -197,142 +167,6 @@ pub(crate) fn simulate(subject: &Subject<'_>, test: &Test<'_>) -> Trace {
     run.energy.kinetic = 0.5 * run.inertia * run.x[1] * run.x[1];
     trace.energy = run.energy;
     trace
-}
-
-/// The current sensor.
-struct Reading {
-    gain: f64,
-    offset: f64,
-    late_s: f64,
-    past: Vec<f64>,
-}
-
-impl Reading {
-    fn new(hidden: &[Hidden]) -> Self {
-        let mut reading = Self { gain: 1.0, offset: 0.0, late_s: 0.0, past: Vec::new() };
-        for effect in hidden {
-            match effect.form {
-                Form::ReadingGain => reading.gain += effect.size,
-                Form::ReadingOffset => reading.offset += effect.size,
-                Form::ReadingLate => reading.late_s += effect.size,
-                _ => {}
-            }
-        }
-        reading
-    }
-
-    fn of(&mut self, current: f64, tick_s: f64) -> f64 {
-        let seen = self.gain * current + self.offset;
-        if self.late_s == 0.0 {
-            return seen;
-        }
-        self.past.push(seen);
-        late(&self.past, self.late_s / tick_s)
-    }
-}
-
-/// A value some ticks ago, straight between ticks; the first before the first.
-fn late(past: &[f64], ticks: f64) -> f64 {
-    let place = (past.len() - 1) as f64 - ticks;
-    if place <= 0.0 {
-        return past[0];
-    }
-    let before = floor(place) as usize;
-    let next = past.get(before + 1).copied().unwrap_or(past[before]);
-    past[before] + (next - past[before]) * (place - before as f64)
-}
-
-/// Position and speed loop with its position sensor.
-struct Loop {
-    numbers: Numbers,
-    /// Where the command begins.
-    origin: f64,
-    gains: [f64; 3],
-    integral: f64,
-    position_late_s: f64,
-    output_late_s: f64,
-    positions: Vec<f64>,
-    outputs: Vec<f64>,
-    play: Option<(f64, f64, f64)>,
-    waves: Vec<Hidden>,
-}
-
-impl Loop {
-    fn new(subject: &Subject<'_>, start: f64) -> Self {
-        let servo = subject.numbers.machine == Machine::Servo;
-        let origin = if servo { start } else { 0.0 };
-        let mut all = Self {
-            numbers: subject.numbers,
-            origin,
-            gains: [1.0; 3],
-            integral: 0.0,
-            position_late_s: 0.0,
-            output_late_s: 0.0,
-            positions: Vec::new(),
-            outputs: vec![0.0],
-            play: None,
-            waves: Vec::new(),
-        };
-        for effect in subject.hidden {
-            match &effect.form {
-                Form::Gains { shares } => {
-                    for (gain, share) in all.gains.iter_mut().zip(shares) {
-                        *gain += effect.size * share;
-                    }
-                }
-                Form::PositionLate => all.position_late_s += effect.size,
-                Form::OutputLate => all.output_late_s += effect.size,
-                Form::RatePlay { speed } => all.play = Some((effect.size, *speed, origin)),
-                Form::Disc(_) | Form::GearError(_) => all.waves.push(effect.clone()),
-                _ => {}
-            }
-        }
-        all
-    }
-
-    /// The position as the loop's sensor shows it: of the surface, or of the servo's motor.
-    fn shown(&mut self, run: &Run<'_>) -> f64 {
-        let motor = run.start + run.x[0];
-        let mut position = match self.numbers.machine {
-            Machine::Ema48 => run.surface(),
-            Machine::Servo => motor,
-        };
-        for effect in &self.waves {
-            if let Form::Disc(wave) | Form::GearError(wave) = &effect.form {
-                position += effect.size * wave.at(motor);
-            }
-        }
-        if let Some((width, speed, held)) = &mut self.play {
-            let half = 0.5 * *width / (1.0 + (run.x[1] / *speed).abs());
-            *held = held.clamp(position - half, position + half);
-            position = *held;
-        }
-        if self.position_late_s > 0.0 {
-            self.positions.push(position);
-            position = late(&self.positions, self.position_late_s * self.numbers.tick_hz);
-        }
-        position
-    }
-
-    /// The current to hold in this tick.
-    fn step(&mut self, command: f64, shown: f64, speed: f64) -> f64 {
-        let n = &self.numbers;
-        let step = n.encoder_step;
-        let position = if step > 0.0 { step * floor(shown / step + 0.5) } else { shown };
-        let wanted_speed = self.gains[0] * n.position_gain * (command - position);
-        let error = wanted_speed.clamp(-n.speed_limit, n.speed_limit) - speed;
-        let wanted = self.gains[1] * n.speed_gain * error + self.integral;
-        if wanted.abs() < n.current_limit {
-            self.integral += self.gains[2] * n.speed_integral / n.tick_hz * error;
-        }
-        let output = wanted.clamp(-n.current_limit, n.current_limit);
-        if self.output_late_s == 0.0 {
-            return output;
-        }
-        self.outputs.push(output);
-        // the mean over the tick of an output that changes within it
-        late(&self.outputs, self.output_late_s * n.tick_hz)
-    }
 }
 
 impl<'a> Run<'a> {
@@ -599,9 +433,10 @@ impl<'a> Run<'a> {
     }
 
     /// Kinetic and static friction of a direction (0 backward, 1 forward).
-    fn dry(&self, burden: &Burden, side: usize) -> (f64, f64) {
+    fn dry(&self, burden: &Burden, side: usize) -> Level {
         let kinetic = (self.kinetic * burden.factor + burden.dry[side]).max(0.0);
-        (kinetic, (self.fixed * burden.factor + burden.dry[side]).max(kinetic))
+        let fixed = (self.fixed * burden.factor + burden.dry[side]).max(kinetic);
+        Level { kinetic, fixed }
     }
 
     /// Torque that the elastic shaft takes from the motor.
@@ -646,7 +481,7 @@ impl<'a> Run<'a> {
             torque - self.subject.numbers.viscous * x[1] - self.against(&burden, x, self.touch);
         if self.bristles.is_none() {
             let side = usize::from(self.going == Going::Forth);
-            net -= self.going.sign() * self.dry(&burden, side).0;
+            net -= self.going.sign() * self.dry(&burden, side).kinetic;
         }
         rates[0] = x[1];
         rates[1] = net / self.inertia;
@@ -845,7 +680,7 @@ impl<'a> Run<'a> {
         let (torque, _) = self.motor(x[0], 0.0);
         let burden = self.burden(0.0, &x, torque);
         let against = self.against(&burden, &x, Touch::None);
-        let mut hold = [self.dry(&burden, 0).1, self.dry(&burden, 1).1];
+        let mut hold = [0, 1].map(|side| self.dry(&burden, side).fixed);
         if self.bristles.is_some() {
             hold = [1e-12; 2];
         }
@@ -881,59 +716,4 @@ fn trapezoid(x: f64) -> f64 {
         turned - TAU
     };
     (rising / FRAC_PI_6).clamp(-1.0, 1.0)
-}
-
-/// A random load of unit size, at the rate of the recordings.
-fn series(form: &Form, samples: usize, chance: &mut Chance) -> Vec<f64> {
-    let mut values = vec![0.0; samples];
-    match *form {
-        Form::Pulses { per_s, length_s } => {
-            let mut at = 0.35 + chance.exponential(1.0 / per_s);
-            while at < samples as f64 / RATE_HZ {
-                let (height, length) =
-                    (chance.sign() * chance.between(0.4, 1.6), length_s * chance.between(0.5, 2.0));
-                for n in (at * RATE_HZ) as usize..(((at + length) * RATE_HZ) as usize).min(samples)
-                {
-                    let x = (n as f64 / RATE_HZ - at) / length;
-                    values[n] += height * sin(PI * x.clamp(0.0, 1.0));
-                }
-                at += chance.exponential(1.0 / per_s);
-            }
-        }
-        Form::Telegraph { dwell_s } => {
-            let (mut until, mut now) = (chance.exponential(dwell_s), chance.sign());
-            for (n, value) in values.iter_mut().enumerate() {
-                if n as f64 / RATE_HZ > until {
-                    now = -now;
-                    until += chance.exponential(dwell_s);
-                }
-                *value = now;
-            }
-        }
-        Form::Chaotic { rate } => {
-            // Lorenz' oscillator, its first coordinate over its rms of 8
-            let mut x = [chance.between(-5.0, 5.0), chance.between(-5.0, 5.0), 25.0];
-            let h = rate / RATE_HZ / 8.0;
-            for n in 0..samples + 4000 {
-                for _ in 0..8 {
-                    let d = |x: &[f64; 3]| {
-                        [
-                            10.0 * (x[1] - x[0]),
-                            x[0] * (28.0 - x[2]) - x[1],
-                            x[0] * x[1] - 8.0 / 3.0 * x[2],
-                        ]
-                    };
-                    let k = d(&x);
-                    let middle = core::array::from_fn(|i| x[i] + 0.5 * h * k[i]);
-                    let k = d(&middle);
-                    x = core::array::from_fn(|i| x[i] + h * k[i]);
-                }
-                if n >= 4000 {
-                    values[n - 4000] = x[0] / 8.0;
-                }
-            }
-        }
-        _ => {}
-    }
-    values
 }

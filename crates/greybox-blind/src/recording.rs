@@ -10,7 +10,7 @@ use crate::{
     machine::{Machine, RATE_HZ},
 };
 
-/// What a recording is for.
+/// Use of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Role {
@@ -23,7 +23,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Its name in listings and on the command line.
+    /// Name in listings and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -36,15 +36,15 @@ impl Role {
 /// A recording to be written to disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct File {
-    /// Its name, which tells nothing.
+    /// Name, which tells nothing.
     pub name: String,
-    /// What it is for.
+    /// Use of the recording.
     pub role: Role,
     /// CSV with metadata.
     pub text: String,
 }
 
-/// What goes into a recording.
+/// Columns of a recording.
 pub(crate) struct Columns<'a> {
     pub(crate) setting: &'a Setting,
     pub(crate) current: &'a [f64],

@@ -11,18 +11,18 @@ use crate::{class::Class, machine::Machine};
 pub struct HiddenTruth {
     /// Catalogue symbol, or `X1` to `X6`.
     pub symbol: &'static str,
-    /// Its size, in the unit of its form.
+    /// Size, in the unit of its form.
     pub size: f64,
     /// The form with its numbers.
     pub form: String,
     /// Energy of its difference signal over the noise in the training recordings that faults,
     /// rough numbers and the other hidden effect cannot imitate.
     pub lambda: f64,
-    /// Whether that is 30 or more.
+    /// True where that is 30 or more.
     pub visible: bool,
     /// Share of the signal that is its own, `√(λ/whole)`.
     pub own_share: f64,
-    /// The same energy by slopes over faults and rough numbers alone.
+    /// Energy by slopes over faults and rough numbers alone.
     pub lambda_by_slopes: f64,
     /// Size over the one that is found in half of all cases, `√(λ/15)`.
     pub severity: f64,
@@ -37,16 +37,16 @@ pub struct TieTruth {
     pub lambda: f64,
 }
 
-/// What is true of a case.
+/// Truth of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
-    /// What the case tests.
+    /// Class of the case.
     pub class: Class,
     /// The machine.
     pub machine: Machine,
     /// The seed.
     pub seed: u64,
-    /// What is hidden.
+    /// Effects that are hidden.
     pub hidden: Vec<HiddenTruth>,
     /// Lambda of all that is hidden together.
     pub lambda: f64,

@@ -19,13 +19,13 @@ use crate::{
 pub struct CalibratedNumber {
     /// Key of the model file: `axis.inertia-kg-m2`.
     pub key: String,
-    /// What the model file said.
+    /// Value in the model file.
     pub nominal: f64,
-    /// What the recordings say.
+    /// Value by the recordings.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the value.
     pub std: f64,
-    /// Whether they say it: the standard deviation is below a fifth of the value and no bound
+    /// True where they say it: the standard deviation is below a fifth of the value and no bound
     /// was reached.
     pub determined: bool,
     /// Another number that these recordings cannot tell it from.

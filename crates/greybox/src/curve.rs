@@ -15,7 +15,7 @@ pub struct ResidualCurve {
     pub unit: &'static str,
     /// Share of the nominal residual's variance that the means over bins explain, beyond chance.
     pub share_before: f64,
-    /// The same of the residual with the effects found.
+    /// Share of the variance of the residual with the effects found, in the same way.
     pub share_after: f64,
     /// The bins that hold samples, along the coordinate.
     pub bins: Vec<CurveBin>,
@@ -24,7 +24,7 @@ pub struct ResidualCurve {
 /// A stretch of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveBin {
-    /// Its middle.
+    /// Middle of the stretch.
     pub centre: f64,
     /// Samples in it.
     pub samples: usize,
@@ -43,20 +43,20 @@ pub struct Hypothesis {
     pub log_p: f64,
     /// Share of what the effect does that damage and roughly known numbers cannot imitate.
     pub visible_share: f64,
-    /// What its refit came to; only the best of the scan are refitted.
+    /// Outcome of its refit; only the best of the scan are refitted.
     pub refit: Option<Refit>,
 }
 
-/// What fitting an effect together with everything else came to.
+/// Outcome of fitting an effect together with everything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refit {
     /// Gain in log-likelihood on recordings not fitted, nats.
     pub holdout_gain_nats: f64,
-    /// Its standard error.
+    /// Standard error of the gain held out.
     pub holdout_gain_se: f64,
     /// Gain in evidence, nats.
     pub evidence_nats: f64,
-    /// Whether a number of the effect stands on a bound, which no explanation may.
+    /// True where a number of the effect stands on a bound, which no explanation may.
     pub on_bound: bool,
 }
 

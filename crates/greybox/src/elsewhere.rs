@@ -20,7 +20,7 @@ pub(crate) fn elsewhere(
     Ok(drive_and_residuals(problem, structure, values, whitener)?.1)
 }
 
-/// The same behind the drive signals without what differs between recordings.
+/// Drive signals without what differs between recordings, and the residuals of [`elsewhere`].
 pub(crate) fn drive_and_residuals(
     problem: &Problem<'_>,
     structure: &Structure,

@@ -14,7 +14,7 @@ pub enum GreyboxError {
     Record {
         /// Which.
         record: String,
-        /// What is wrong, and what was expected.
+        /// Reason, and what was expected.
         reason: String,
     },
     /// A recording too short to be compared.
@@ -22,7 +22,7 @@ pub enum GreyboxError {
     Short {
         /// Which.
         record: String,
-        /// Its length.
+        /// Length of the recording.
         duration_s: f64,
         /// Least length.
         least_s: f64,
@@ -42,7 +42,7 @@ pub enum GreyboxError {
     Rate {
         /// Which recording.
         record: String,
-        /// Its rate.
+        /// Rate of the recording.
         rate_hz: f64,
         /// The controller's.
         sample_hz: f64,
@@ -52,7 +52,7 @@ pub enum GreyboxError {
     Simulation {
         /// Which recording.
         record: String,
-        /// What the simulation says.
+        /// Reason that the simulation gives.
         reason: SimulationError,
     },
     /// A simulation that has no finite answer.

@@ -18,7 +18,7 @@ use crate::{
     hypothesis::Scales,
     machine::{Machine, Rough},
     noise::{Whitener, rms},
-    problem::{PerRecord, Problem},
+    problem::{PerRecord, Problem, Split},
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
@@ -30,7 +30,7 @@ use crate::{
     trial::Trial,
 };
 
-/// What decides, with the defaults that every report states.
+/// Thresholds and limits that decide, with the defaults that every report states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Seed of the draws of noise.
@@ -93,7 +93,7 @@ pub fn explain(
     Session::new(&machine, &recordings, options).run()
 }
 
-/// What the recordings lack, where they cannot answer.
+/// Lack of the recordings, where they cannot answer.
 fn insufficient(machine: &Machine, recordings: &Recordings) -> Option<String> {
     if recordings.holdout.is_empty() {
         return Some(
@@ -179,6 +179,11 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Recordings to fit and recordings held out.
+    pub(crate) fn split(&self) -> Split<'_> {
+        Split { train: &self.train, holdout: &self.holdout }
+    }
+
     fn run(&self) -> Result<Explained, GreyboxError> {
         let search = self.search()?;
         self.answer(search)
@@ -208,14 +213,15 @@ impl<'a> Session<'a> {
     }
 
     fn answer(&self, search: Search) -> Result<Explained, GreyboxError> {
+        let is_more_there = search.is_more_beside_found();
         let Search { floor, before, current, found, first_round, tried, mut log, .. } = search;
         let (ties, last_ties) = (search.ties, search.last_ties);
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
         let nominal = self.seen(&before, whitener)?;
         let now = self.seen(&current, whitener)?;
-        let something_left = self.is_something_left((&nominal, &now), &floor, &mut log)?
-            || (!found.is_empty() && search.is_more_there);
+        let something_left =
+            self.is_something_left(&nominal, &now, &floor, &mut log)? || is_more_there;
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => match &first_round {
                 Some(round) if self.may_be_an_effect(&current, round, whitener) => {
@@ -230,7 +236,7 @@ impl<'a> Session<'a> {
         };
         let open = ties.iter().chain(&last_ties).chain(&search.unconfirmed);
         let open = open.map(|rival| &rival.judged);
-        let faults = self.fault_changes((&before, &current), open, whitener);
+        let faults = self.fault_changes(&before, &current, open, whitener);
         // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
         let first = usize::from(!ties.is_empty());
@@ -276,7 +282,8 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Whether damage that was found is imitated by an effect that these recordings cannot tell
+    /// Tells whether damage that was found is imitated by an effect that these recordings cannot
+    /// tell
     /// from damage and tolerance.
     fn may_be_an_effect(&self, current: &Judged, round: &Round, whitener: &Whitener) -> bool {
         let fitted = &current.fitted;
@@ -290,11 +297,12 @@ impl<'a> Session<'a> {
         scored.filter_map(|scored| scored.imitated_by).any(|p| is_found(&p))
     }
 
-    /// Whether the recordings show more than the model and noise: by repetitions, by what the
+    /// Tells whether the recordings show more than the model and noise: by repetitions, by what the
     /// controller answered to, or where both are missing by the size of the residual.
     fn is_something_left(
         &self,
-        (before, now): (&Seen<'_>, &Seen<'_>),
+        before: &Seen<'_>,
+        now: &Seen<'_>,
         floor: &Floor,
         log: &mut Vec<String>,
     ) -> Result<bool, GreyboxError> {
@@ -304,7 +312,8 @@ impl<'a> Session<'a> {
             &fitted.values,
             &fitted.residuals,
             &self.repeat,
-            (&self.pairs, &floor.whitener),
+            &self.pairs,
+            &floor.whitener,
         )?;
         let (now, nominal) = (self.through_plant(now)?, self.through_plant(before)?);
         log.push(format!("left over: {excess:?}, {now:?}, of the nominal model {nominal:?}"));
@@ -314,7 +323,8 @@ impl<'a> Session<'a> {
         Ok(plant || excess.map_or_else(|| worst_rms > 1.05 * floor.rms, Excess::is_there))
     }
 
-    /// What came through the plant in the recordings fitted and in those held out, there at the
+    /// Part that came through the plant in the recordings fitted and in those held out, there at
+    /// the
     /// numbers as both have them; nothing of these where an effect has another size in each.
     fn through_plant(&self, seen: &Seen<'_>) -> Result<Vec<ThroughPlant>, GreyboxError> {
         let Judged { fitted, held_out, .. } = seen.judged;
@@ -499,7 +509,8 @@ impl<'a> Session<'a> {
     /// that is left open.
     fn fault_changes<'j>(
         &self,
-        (before, after): (&Judged, &Judged),
+        before: &Judged,
+        after: &Judged,
         open: impl Iterator<Item = &'j Judged>,
         whitener: &Whitener,
     ) -> Vec<FaultChange> {
@@ -604,7 +615,7 @@ fn amount(parts: [f64; 2], covariance: &Matrix2<f64>) -> FaultLevel {
 
 /// Standard deviations to either end of a 95 % interval.
 const Z_95: f64 = 1.96;
-/// What the squared length of a standard normal vector of two stays below in 95 %: −2·ln 0.05.
+/// Bound of the squared length of a standard normal vector of two in 95 %: −2·ln 0.05.
 const CHI_SQUARED_2_95: f64 = 5.991_464_547_107_98;
 /// Place of the first of the two coordinates of an eccentricity.
 const ECCENTRICITY: usize = 5;
@@ -678,8 +689,9 @@ pub(crate) mod tests {
             let stds = vec![0.0; nominal.free.len()];
             Judged::at(nominal, values, stds, 0.0)
         };
-        let (fitted, open) = ((&worn(0.2), &worn(0.1)), [worn(0.05), worn(0.3)]);
-        let k1 = &session.fault_changes(fitted, open.iter(), &Whitener::white(1.0))[0];
+        let open = [worn(0.05), worn(0.3)];
+        let k1 =
+            &session.fault_changes(&worn(0.2), &worn(0.1), open.iter(), &Whitener::white(1.0))[0];
         assert_eq!(k1.before.interval_95, [0.2, 0.2]);
         assert_eq!((k1.after.value, k1.after.interval_95), (0.1, [0.05, 0.3]));
     }

@@ -26,7 +26,7 @@ pub enum Verdict {
     OneOf,
     /// Something is left that no effect of the catalogue explains.
     Unknown,
-    /// What the recordings show as damage or tolerance may be an effect: they cannot tell.
+    /// Damage or tolerance that the recordings show may be an effect: they cannot tell.
     Absorbed,
     /// The recordings do not suffice.
     Inconclusive,
@@ -37,7 +37,7 @@ pub enum Verdict {
 pub struct NumberInterval {
     /// Key of the number.
     pub key: String,
-    /// Its ends, in the unit of the key.
+    /// Ends of the interval, in the unit of the key.
     pub interval_95: [f64; 2],
 }
 
@@ -54,11 +54,11 @@ pub struct Finding {
     pub p_familywise: f64,
     /// Gain in log-likelihood on recordings not fitted, nats.
     pub holdout_gain_nats: f64,
-    /// Its standard error.
+    /// Standard error of the gain held out.
     pub holdout_gain_se: f64,
     /// Gain in evidence of the recordings fitted, nats.
     pub evidence_nats: f64,
-    /// Of an alternative the effect found that it may be instead.
+    /// Effect found that an alternative may be instead of.
     pub instead_of: Option<EffectId>,
 }
 
@@ -67,10 +67,10 @@ pub struct Finding {
 pub struct FaultLevel {
     /// The level.
     pub value: f64,
-    /// Its standard deviation with the effects of the answer: by the scatter over half-second blocks,
+    /// Standard deviation with the effects of the answer: by the scatter over half-second blocks,
     /// and no smaller than recordings held out that would have it elsewhere leave it.
     pub std: f64,
-    /// Its 95 % interval, within what a level can be. That of an eccentricity, an amount without a
+    /// 95 % interval, within what a level can be. That of an eccentricity, an amount without a
     /// direction, begins at zero where its two components are zero within 95 %. In the end it
     /// holds those of all explanations that are left open: of what is tied, and of effects that
     /// are no chance but did not pass the gates.
@@ -113,7 +113,7 @@ pub struct SmallestNamed {
 /// How well a recording is explained without and with what was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordChange {
-    /// Its use.
+    /// Use of the recording.
     pub role: Use,
     /// With the nominal model.
     pub before: RecordFit,
@@ -140,9 +140,9 @@ pub struct Explained {
     pub verdict: Verdict,
     /// Why it is no more than that, where it is not.
     pub reason: Option<String>,
-    /// What was found, strongest first, but for one in doubt before the others.
+    /// Effects found, strongest first, but for one in doubt before the others.
     pub effects: Vec<Finding>,
-    /// What explains the recordings as well as one of them does.
+    /// Effects that explain the recordings as well as one of those found does.
     pub alternatives: Vec<Finding>,
     /// Effects that could hide in damage or tolerances.
     pub absorbed: Vec<EffectId>,
@@ -161,7 +161,7 @@ pub struct Explained {
     /// How well each recording is explained: training, held out, repeated; nominal and with
     /// the effects.
     pub records: Vec<RecordChange>,
-    /// What is left, where something is.
+    /// Description of what is left, where something is.
     pub remainder: Option<Remainder>,
     /// How each effect of the catalogue fared against the nominal model, best first.
     pub hypotheses: Vec<Hypothesis>,

@@ -54,7 +54,7 @@ pub(crate) fn fit(
     fit_below(problem, structure, whitener, f64::INFINITY)
 }
 
-/// The same, ended as well where two steps in a row are too short to reach the `bar`, an objective
+/// Fit ended as well where two steps in a row are too short to reach the `bar`, an objective
 /// that another start has reached.
 pub(crate) fn fit_below(
     problem: &Problem<'_>,
@@ -103,7 +103,8 @@ impl Search<'_> {
         let mut sensitivities = known.to_vec();
         sensitivities.extend(self.problem.sensitivities(
             &structure,
-            (known.len(), 1.0),
+            known.len(),
+            1.0,
             &stand.values,
             &stand.drive,
         )?);
@@ -169,7 +170,7 @@ impl Search<'_> {
         stand: &Stand,
         share: f64,
     ) -> Result<Vec<PerRecord>, GreyboxError> {
-        self.problem.sensitivities(structure, (0, share), &stand.values, &stand.drive)
+        self.problem.sensitivities(structure, 0, share, &stand.values, &stand.drive)
     }
 
     /// The first of ever shorter steps that lowers the objective, with the fall foretold of it.
@@ -283,7 +284,7 @@ impl Normal {
         }
         let places = || free.iter().zip(values);
         let (least, most): (Vec<f64>, Vec<f64>) = places().map(|(f, v)| f.room(*v)).unzip();
-        let step = least_in_box(&curvature, &self.descent, (&least, &most));
+        let step = least_in_box(&curvature, &self.descent, &least, &most);
         let next = places().zip(step.iter());
         next.map(|((free, value), step)| (value + step).clamp(free.least, free.most)).collect()
     }

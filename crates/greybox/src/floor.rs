@@ -16,7 +16,7 @@ use crate::{
 pub enum NoiseSource {
     /// The difference of two recordings of the same command.
     Repeat,
-    /// What is left of the residual beside all that the catalogue can do.
+    /// Rest of the residual beside all that the catalogue can do.
     Saturated,
 }
 
@@ -111,7 +111,8 @@ impl Excess {
         values: &[f64],
         residuals: &PerRecord,
         repeat: &Problem<'_>,
-        (pairs, whitener): (&[(usize, usize)], &Whitener),
+        pairs: &[(usize, usize)],
+        whitener: &Whitener,
     ) -> Result<Option<Self>, GreyboxError> {
         if pairs.is_empty() {
             return Ok(None);
@@ -129,7 +130,7 @@ impl Excess {
         Ok(Some(Self { ratio, std: libm::sqrt(4.0 / noise.len() as f64) }))
     }
 
-    /// Whether more than noise is left.
+    /// Tells whether more than noise is left.
     pub(crate) fn is_there(self) -> bool {
         self.ratio > 1.02 + 3.0 * self.std
     }

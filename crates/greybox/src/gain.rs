@@ -38,11 +38,11 @@ impl Block {
     }
 }
 
-/// What a block gains.
+/// Gain of a block.
 #[derive(Clone, Copy, Debug)]
 struct Share {
     nats: f64,
-    /// Of the difference of the two predictions.
+    /// Energy of the difference of the two predictions.
     energy: f64,
     /// Variance that noise of the size seen there gives the gain.
     noise: f64,
@@ -77,13 +77,13 @@ pub(crate) struct Gain {
 }
 
 impl Gain {
-    /// Of one explanation over another, block by block.
+    /// Gain of one explanation over another, block by block.
     pub(crate) fn over(this: &[Block], other: &[Block]) -> Self {
         let pairs = this.iter().zip(other);
         Self::of(&pairs.map(|(this, other)| this.over(other)).collect::<Vec<_>>())
     }
 
-    /// Of the gains of blocks. Those in which the predictions differ more are expected to gain
+    /// Sum of the gains of blocks. Those in which the predictions differ more are expected to gain
     /// more: the standard error is that of the scatter about a line over the energy (after Vuong
     /// 1989, Diebold and Mariano 1995), and never less than the noise alone makes it, as large as
     /// it is where the predictions differ.
@@ -100,12 +100,22 @@ impl Gain {
         Self { nats, std_error: libm::sqrt(scatter.max(sum(&|b| b.noise))), energy }
     }
 
-    /// Whether it is above zero by so many standard errors.
+    /// Tells whether it is above zero by so many standard errors.
     pub(crate) fn is_sure(&self, std_errors: f64) -> bool {
         self.nats > std_errors * self.std_error
     }
 
-    /// Whether the two predictions differ by too little to be told apart by so many standard
+    /// Logarithm of a chance by what was fitted and this gain together: a chance over an
+    /// independent likelihood ratio is a chance again.
+    ///
+    /// # Source
+    ///
+    /// Ignatiadis, Wang and Ramdas 2024.
+    pub(crate) fn log_chance_with(&self, log_p: f64) -> f64 {
+        log_p - self.nats
+    }
+
+    /// Tells whether the two predictions differ by too little to be told apart by so many standard
     /// errors, and the gain is what is expected of the first.
     pub(crate) fn is_mute(&self, std_errors: f64) -> bool {
         let expected = 0.5 * self.energy;

@@ -12,7 +12,7 @@ pub(crate) struct Gram {
 }
 
 impl Gram {
-    /// Of columns of equal length.
+    /// Inner products of columns of equal length.
     pub(crate) fn new(columns: &[Vec<f64>]) -> Self {
         let n = columns.len();
         let mut products = DMatrix::zeros(n, n);

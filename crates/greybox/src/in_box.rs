@@ -18,7 +18,8 @@ const MOST_STEPS: usize = 10;
 pub(crate) fn least_in_box(
     curvature: &DMatrix<f64>,
     descent: &DVector<f64>,
-    (least, most): (&[f64], &[f64]),
+    least: &[f64],
+    most: &[f64],
 ) -> DVector<f64> {
     let n = descent.len();
     let mut at = DVector::<f64>::zeros(n);
@@ -81,7 +82,8 @@ mod tests {
     fn by_all_faces(
         curvature: &DMatrix<f64>,
         descent: &DVector<f64>,
-        (least, most): (&[f64], &[f64]),
+        least: &[f64],
+        most: &[f64],
     ) -> f64 {
         let mut lowest = f64::INFINITY;
         for code in 0..3_usize.pow(NUMBERS as u32) {
@@ -119,11 +121,11 @@ mod tests {
             let least: Vec<f64> =
                 (0..NUMBERS).map(|i| if i % 2 == 0 { 0.0 } else { -0.3 }).collect();
             let most = [1.0; NUMBERS];
-            let at = least_in_box(&curvature, &descent, (&least, &most));
+            let at = least_in_box(&curvature, &descent, &least, &most);
             assert!((0..NUMBERS).all(|i| (least[i]..=most[i]).contains(&at[i])), "{at}");
             let (ours, lowest) = (
                 form(&curvature, &descent, &at),
-                by_all_faces(&curvature, &descent, (&least, &most)),
+                by_all_faces(&curvature, &descent, &least, &most),
             );
             assert!(ours <= lowest + 1e-6 * (1.0 + lowest.abs()), "{draw}: {ours} above {lowest}");
         }

@@ -166,7 +166,7 @@ impl HeldOut {
         let Known { structure, values, .. } = &known;
         let (drive, mut residuals) =
             drive_and_residuals(problem, &fitted.structure, &fitted.values, own)?;
-        let sensitivities = problem.sensitivities(structure, (0, 1.0), values, &drive)?;
+        let sensitivities = problem.sensitivities(structure, 0, 1.0, values, &drive)?;
         let columns: Vec<Vec<f64>> = sensitivities.iter().map(|c| whitened(noise, c)).collect();
         let moved = known.moved_by(&columns, &whitened(noise, &residuals));
         for (record, residual) in residuals.iter_mut().enumerate() {
@@ -212,7 +212,7 @@ fn log_ratio(more: &DMatrix<f64>, less: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// What rounding may take from the eigenvalues of a scaled matrix.
+/// Loss by rounding of the eigenvalues of a scaled matrix, at most.
 const ROUNDING: f64 = 1e-9;
 
 #[cfg(test)]
@@ -226,13 +226,13 @@ mod tests {
 
     /// Two numbers known to a standard deviation of 0.5 and 2 with some correlation, and what they
     /// do to recordings that were not fitted.
-    fn known(bounds: (f64, f64)) -> (Known, Vec<Vec<f64>>) {
+    fn known(bounds: [f64; 2]) -> (Known, Vec<Vec<f64>>) {
         let free = |place| Free {
             target: Target::Rough(place),
             key: String::new(),
             start: 0.0,
-            least: bounds.0,
-            most: bounds.1,
+            least: bounds[0],
+            most: bounds[1],
             step: 1.0,
             reach: f64::INFINITY,
             prior: None,
@@ -252,7 +252,7 @@ mod tests {
     /// of the numbers together.
     #[test]
     fn law_the_likelihood_is_that_of_noise_and_uncertain_numbers() {
-        let (known, columns) = known((-1e9, 1e9));
+        let (known, columns) = known([-1e9, 1e9]);
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let white: Vec<f64> = (0..SAMPLES)
             .map(|n| 0.8 * columns[0][n] - 3.0 * columns[1][n] + normal(&mut random))
@@ -278,7 +278,7 @@ mod tests {
     /// The variance of a move is that of noise and of the numbers' own uncertainty together.
     #[test]
     fn law_a_number_is_as_uncertain_as_what_is_held_out_has_it_elsewhere() {
-        let (known, columns) = known((-1e9, 1e9));
+        let (known, columns) = known([-1e9, 1e9]);
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let white: Vec<f64> = columns[0].iter().map(|x| 3.0 * x + normal(&mut random)).collect();
         let moved = known.moved_by(&columns, &white);
@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn what_stands_on_its_bound_does_not_make_another_number_uncertain() {
-        let (mut known, columns) = known((-1.0, 1.0));
+        let (mut known, columns) = known([-1.0, 1.0]);
         known.structure.free[1].least = 0.0;
         known.information = DMatrix::from_diagonal(&DVector::from_vec(vec![1e4, 12.0]));
         let column: Vec<f64> = columns[0].iter().map(|x| 180.0 * x).collect();
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn what_is_known_well_does_not_move_and_nothing_leaves_its_bounds() {
-        let (mut known, columns) = known((-1e9, 0.5));
+        let (mut known, columns) = known([-1e9, 0.5]);
         let white: Vec<f64> = columns[1].iter().map(|x| 3.0 * x).collect();
         let moved = known.moved_by(&columns, &white);
         assert!(moved.values.iter().all(|value| *value <= 0.5), "{:?}", moved.values);

@@ -43,7 +43,7 @@ impl Rough {
     }
 }
 
-/// What of the machine is not nominal.
+/// Departure of a machine from the nominal one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct State {
     /// Values of [`Machine::rough`].
@@ -185,7 +185,7 @@ impl Machine {
         core::f64::consts::TAU / self.kind().pole_pairs().map_or(1.0, f64::from)
     }
 
-    /// Whether it is a machine with one shaft and no commutation.
+    /// Tells whether it is a machine with one shaft and no commutation.
     pub(crate) fn is_axis(&self) -> bool {
         self.kind().pole_pairs().is_none()
     }

@@ -71,7 +71,7 @@ impl Mains {
     }
 }
 
-/// What an average over so many samples leaves of a sine of so many turns a sample.
+/// Share that an average over so many samples leaves of a sine of so many turns a sample.
 fn left(turns: f64, factor: usize) -> f64 {
     let half = 0.5 * TAU * turns;
     libm::fabs(libm::sin(factor as f64 * half) / (factor as f64 * libm::sin(half)))

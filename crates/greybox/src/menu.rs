@@ -33,13 +33,13 @@ const LOAD_HZ: f64 = 0.4;
 
 /// A command that might be given.
 pub(crate) struct Offer {
-    /// What the machine does.
+    /// Motion of the machine in words.
     pub(crate) description: String,
     /// The recording to be taken, in falling sizes: the first that the machine can do is meant.
     pub(crate) sizes: Vec<Record>,
 }
 
-/// What the recordings went through.
+/// Ranges that the recordings went through.
 struct Span {
     least: f64,
     most: f64,
@@ -93,7 +93,7 @@ impl PaceLimit {
         Self(if is_limited { f64::INFINITY } else { PACE_MARGIN * recorded })
     }
 
-    /// Whether a command keeps to it.
+    /// Tells whether a command keeps to it.
     pub(crate) fn allows(&self, record: &Record) -> bool {
         fastest(record) <= self.0
     }

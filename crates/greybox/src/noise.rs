@@ -20,7 +20,7 @@ impl Whitener {
         Self { coefficients: Vec::new(), std: std.max(f64::MIN_POSITIVE) }
     }
 
-    /// The same noise, so many times as large.
+    /// Noise so many times as large.
     #[must_use]
     pub fn scaled(&self, ratio: f64) -> Self {
         let std = (ratio * self.std).max(f64::MIN_POSITIVE);

@@ -11,7 +11,7 @@ use crate::{
     structure::Structure,
 };
 
-/// What is left out at the start: the controller's integrators are not known there, s.
+/// Time left out at the start, s: the controller's integrators are not known there.
 const SETTLING_S: f64 = 0.3;
 
 /// Signals of all recordings, one after the other.
@@ -21,19 +21,19 @@ pub(crate) type PerRecord = Vec<Vec<f64>>;
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared<'a> {
     pub(crate) record: &'a Record,
-    /// Its place among the recordings compared.
+    /// Place among the recordings compared.
     pub(crate) place: usize,
     /// Samples averaged to one.
     pub(crate) factor: usize,
     skip: usize,
     mains: Mains,
     pub(crate) measured: Vec<f64>,
-    /// What runs of its command have in common.
+    /// Work that runs of its command have in common.
     test: PreparedTest,
 }
 
 impl<'a> Prepared<'a> {
-    fn new(machine: &Machine, (place, record): (usize, &'a Record)) -> Self {
+    fn new(machine: &Machine, place: usize, record: &'a Record) -> Self {
         let factor = libm::round(record.rate_hz / machine.compared_hz(record)).max(1.0) as usize;
         let skip = (libm::ceil(SETTLING_S * record.rate_hz) as usize)
             .min(record.drive.len() / 4)
@@ -73,6 +73,13 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// Recordings to fit and recordings held out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Split<'a> {
+    pub(crate) train: &'a Problem<'a>,
+    pub(crate) holdout: &'a Problem<'a>,
+}
+
 /// Recordings that one state of a machine is to explain.
 #[derive(Clone, Debug)]
 pub(crate) struct Problem<'a> {
@@ -92,7 +99,7 @@ impl<'a> Problem<'a> {
             records: records
                 .into_iter()
                 .enumerate()
-                .map(|record| Prepared::new(machine, record))
+                .map(|(place, record)| Prepared::new(machine, place, record))
                 .collect(),
             jobs,
         }
@@ -102,7 +109,7 @@ impl<'a> Problem<'a> {
         self.records.iter().map(|record| record.measured.len()).sum()
     }
 
-    /// What the machine gives for each recording, unreduced.
+    /// Signals that the machine gives for each recording, unreduced.
     pub(crate) fn predictions(&self, state: &State) -> Result<Vec<MachineSignals>, GreyboxError> {
         let of =
             |prepared: &Prepared<'_>| self.machine.simulate(state, prepared.record, prepared.place);
@@ -135,7 +142,8 @@ impl<'a> Problem<'a> {
     pub(crate) fn sensitivities(
         &self,
         structure: &Structure,
-        (first, share): (usize, f64),
+        first: usize,
+        share: f64,
         values: &[f64],
         at: &PerRecord,
     ) -> Result<Vec<PerRecord>, GreyboxError> {

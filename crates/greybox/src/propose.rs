@@ -22,9 +22,9 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proposed {
-    /// What the machine does in it.
+    /// Motion of the machine in it.
     pub description: String,
-    /// What is asked for, at the rate of the recordings: rad or rad/s, m or m/s.
+    /// Command, at the rate of the recordings: rad or rad/s, m or m/s.
     pub command: Vec<f64>,
     /// Load against positive motion, where the recordings had one: N·m or N.
     pub load: Option<Vec<f64>>,
@@ -65,7 +65,7 @@ fn ties_broken(separations: &[Separation], tie_nats: f64) -> f64 {
 /// Ties more or less that two recordings are taken to break alike.
 const ALIKE_TIES: f64 = 0.01;
 
-/// What to record next.
+/// Proposal of the recording to take next.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proposal {
@@ -76,7 +76,7 @@ pub struct Proposal {
     pub menu: Vec<Proposed>,
     /// Rate of the commands.
     pub rate_hz: f64,
-    /// Whether the commands are positions or speeds.
+    /// Quantity that the commands ask for.
     pub kind: CommandKind,
 }
 
@@ -210,7 +210,7 @@ fn separations(
 ) -> Result<Vec<Separation>, GreyboxError> {
     let mut beside = Vec::new();
     for (cause, drive) in causes.iter().zip(drives) {
-        beside.push(Beside::new(machine, problem, (cause, drive), whitener)?);
+        beside.push(Beside::new(machine, problem, cause, drive, whitener)?);
     }
     let mut pairs = Vec::new();
     for a in 0..causes.len() {
@@ -234,7 +234,7 @@ fn at_least(energy: f64, other: f64) -> f64 {
     left * left
 }
 
-/// What the free numbers of a cause do in a new recording.
+/// Change of a new recording by the free numbers of a cause.
 struct Beside {
     /// Whitened sensitivities.
     columns: Vec<Vec<f64>>,
@@ -247,11 +247,12 @@ impl Beside {
     fn new(
         machine: &Machine,
         problem: &Problem<'_>,
-        (cause, drive): (&Cause, &PerRecord),
+        cause: &Cause,
+        drive: &PerRecord,
         whitener: &Whitener,
     ) -> Result<Self, GreyboxError> {
         let Known { structure, values, information, .. } = &cause.known;
-        let columns = problem.sensitivities(structure, (0, 1.0), values, drive)?;
+        let columns = problem.sensitivities(structure, 0, 1.0, values, drive)?;
         let columns: Vec<Vec<f64>> = columns.iter().map(|c| whitened(whitener, c)).collect();
         let off = cause.a_deviation_off();
         let mut there = problem.drives(&[structure.state(machine, &off)])?;

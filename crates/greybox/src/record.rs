@@ -9,15 +9,15 @@ use crate::error::GreyboxError;
 /// All channels have one sample at each multiple of `1/rate_hz`, beginning at zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// What answers call it.
+    /// Name that answers give it.
     pub name: String,
     /// Rate of all channels.
     pub rate_hz: f64,
-    /// What was asked for.
+    /// Command that was given.
     pub command: Vec<f64>,
-    /// Whether that is a position or a speed.
+    /// Quantity that the command asks for.
     pub kind: CommandKind,
-    /// What drives the machine, as measured: current in A, or of an amplifier or winding its
+    /// Drive signal, as measured: current in A, or of an amplifier or winding its
     /// voltage in V.
     pub drive: Vec<f64>,
     /// Measured position of the motor (of an axis its own): rad or m.
@@ -78,14 +78,14 @@ impl Record {
         self.drive.len() as f64 / self.rate_hz
     }
 
-    /// Whether the measurements are those of another recording, to the last digit.
+    /// Tells whether the measurements are those of another recording, to the last digit.
     fn is_same(&self, other: &Self) -> bool {
         self.drive == other.drive
             && self.position == other.position
             && self.command == other.command
     }
 
-    /// Its command and load, as a machine is run on them.
+    /// Command and load, as a machine is run on them.
     pub(crate) fn test(&self) -> MachineTest<'_> {
         MachineTest {
             rate_hz: self.rate_hz,
@@ -98,7 +98,7 @@ impl Record {
         }
     }
 
-    /// Whether another recording is of the same command under the same load.
+    /// Tells whether another recording is of the same command under the same load.
     pub(crate) fn repeats(&self, other: &Self) -> bool {
         let same = |a: &[f64], b: &[f64]| {
             let range = a.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

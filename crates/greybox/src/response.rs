@@ -29,7 +29,7 @@ const FREQUENCY_STEP: f64 = 0.7;
 const MOST_HZ: f64 = 60.0;
 const REGIONS: usize = 16;
 
-/// What the drive signal does when a torque acts on the shaft: a filter at the compared rate,
+/// Answer of the drive signal to a torque on the shaft: a filter at the compared rate,
 /// learnt from a simulation under a small random torque.
 fn of_torque(
     problem: &Problem<'_>,
@@ -50,7 +50,8 @@ fn of_torque(
     Ok(taps(first, &torque, &drive[0], &after.drive))
 }
 
-/// The same of an error in the position that the controller is shown, learnt by shaking the
+/// Answer of the drive signal to an error in the position that the controller is shown, learnt by
+/// shaking the
 /// command the other way; nothing where that is no position.
 fn of_position(
     problem: &Problem<'_>,
@@ -129,7 +130,7 @@ impl Screen<'_> {
         self.energy_by(&self.of_torque, torques)
     }
 
-    /// The same of signals that a filter makes seen.
+    /// Energy of the residual that signals explain which a filter makes seen.
     fn energy_by(&self, response: &[f64], torques: &[PerRecord]) -> f64 {
         let mut columns: Vec<Vec<f64>> = torques
             .iter()
@@ -178,7 +179,7 @@ impl Screen<'_> {
     }
 }
 
-/// What is left of a column beside orthonormal ones.
+/// Rest of a column beside orthonormal ones.
 pub(crate) fn without(known: &[Vec<f64>], mut column: Vec<f64>) -> Vec<f64> {
     for basis in known {
         let share = dot(basis, &column);
@@ -211,7 +212,8 @@ pub(crate) fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 pub(crate) fn leads(
     problem: &Problem<'_>,
     state: &State,
-    (residual, known): (&PerRecord, Vec<Vec<f64>>),
+    residual: &PerRecord,
+    known: Vec<Vec<f64>>,
     whitener: &Whitener,
     scales: &Scales,
 ) -> Result<Leads, GreyboxError> {
@@ -312,7 +314,7 @@ fn best<T: Copy + Sync>(
     best_of(items, keep, &crate::parallel::map(items, jobs, score))
 }
 
-/// The same of scores.
+/// Items with the largest of scores that are known.
 fn best_of<T: Copy>(items: &[T], keep: usize, scores: &[f64]) -> Vec<T> {
     let mut order: Vec<usize> = (0..items.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));

@@ -10,7 +10,7 @@ use crate::{
     hypothesis::{Family, differs_by_record, numbers},
     known::HeldOut,
     noise::{Whitener, rms},
-    problem::{PerRecord, Prepared, Problem},
+    problem::{PerRecord, Prepared, Problem, Split},
     scan::{Scored, log_tail},
     structure::{Number, Structure, set},
     trial::Tried,
@@ -24,7 +24,7 @@ pub(crate) struct Judged {
     /// none may take what is slow for noise.
     own: Whitener,
     pub(crate) held_out: HeldOut,
-    /// The same in blocks.
+    /// Recordings held out in blocks.
     blocks: Vec<Block>,
     /// Log-likelihood of what was fitted.
     train: f64,
@@ -33,9 +33,10 @@ pub(crate) struct Judged {
 impl Judged {
     pub(crate) fn new(
         fitted: Fitted,
-        (train, holdout): (&Problem<'_>, &Problem<'_>),
+        split: Split<'_>,
         noise: &Whitener,
     ) -> Result<Self, GreyboxError> {
+        let Split { train, holdout } = split;
         let own = noise.scaled(rms(&whitened(noise, &fitted.residuals)));
         let held_out = HeldOut::new(holdout, &fitted, &own, noise)?;
         let size = held_out.size;
@@ -59,7 +60,8 @@ impl Judged {
         Gain::over(&self.blocks, &other.blocks)
     }
 
-    /// Whether it has numbers that the other has not and that are fitted to what is held out: a gain
+    /// Tells whether it has numbers that the other has not and that are fitted to what is held out:
+    /// a gain
     /// there is then half of the difference, whatever is right.
     pub(crate) fn fits_more_there(&self, other: &Self) -> bool {
         let count = |judged: &Self| judged.fitted.structure.by_record(&judged.fitted.values).len();
@@ -114,6 +116,30 @@ fn likelihoods(problem: &Problem<'_>, residuals: &PerRecord, noise: &Whitener) -
     problem.records.iter().zip(residuals).flat_map(of).collect()
 }
 
+/// An effect that a scan proposes for a fit.
+#[derive(Clone, Copy)]
+pub(crate) struct Shortlisted<'a> {
+    pub(crate) scored: &'a Scored,
+    pub(crate) tried: &'a Tried,
+    pub(crate) family: &'a Family,
+    /// Half the travel of the recordings.
+    pub(crate) travel: f64,
+    /// Questions of the catalogue.
+    pub(crate) questions: f64,
+}
+
+impl Shortlisted<'_> {
+    fn asked(&self) -> Asked {
+        let sizes = self.tried.sizes.len();
+        Asked {
+            sizes,
+            numbers: sizes + self.family.free_shapes().len(),
+            looked_at: self.family.screened(),
+            questions: self.questions,
+        }
+    }
+}
+
 /// One more effect, fitted and judged.
 #[derive(Clone, Debug)]
 pub(crate) struct Rival {
@@ -127,12 +153,17 @@ pub(crate) struct Rival {
     pub(crate) log_p: f64,
     pub(crate) gain: Gain,
     pub(crate) evidence: f64,
-    /// Whether a number of the effect stands on a bound.
+    /// True where a number of the effect stands on a bound.
     pub(crate) on_bound: bool,
     asked: Asked,
 }
 
-/// What a rival has to pay for.
+/// Gain held out and gain in evidence together, nats.
+pub(crate) fn nats_together(gain: &Gain, evidence: f64) -> f64 {
+    gain.nats + evidence
+}
+
+/// Choices that a rival has to pay for.
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     /// Sizes of the effect, and its sizes and shapes together.
@@ -152,15 +183,14 @@ impl Asked {
 }
 
 impl Rival {
-    /// What speaks for it, in nats: held out and fitted together.
+    /// Nats that speak for it: held out and fitted together.
     pub(crate) fn score(&self) -> f64 {
-        self.gain.nats + self.evidence
+        nats_together(&self.gain, self.evidence)
     }
 
-    /// Whether chance is less than this by what was fitted and what was held out together: a chance
-    /// over an independent likelihood ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
+    /// Tells whether chance is less than this by what was fitted and what was held out together.
     pub(crate) fn is_no_chance(&self, rate: f64) -> bool {
-        (self.log_p - self.gain.nats).min(0.0) <= libm::log(rate)
+        self.gain.log_chance_with(self.log_p).min(0.0) <= libm::log(rate)
     }
 
     /// Logarithm of the chance of another fall, as [`Self::log_p`].
@@ -168,7 +198,7 @@ impl Rival {
         self.asked.log_chance(fall)
     }
 
-    /// The same against another structure without it.
+    /// Judges it against another structure without it.
     pub(crate) fn judge(&mut self, without: &Judged, samples: usize) {
         let with = &self.judged;
         self.fall = without.fitted.objective - with.fitted.objective;
@@ -176,7 +206,7 @@ impl Rival {
         self.evidence = with.evidence_over(without, samples) - libm::log(self.asked.looked_at);
     }
 
-    /// The same fitted anew beside others, as the first of the effects.
+    /// Rival fitted anew beside others, as the first of the effects.
     pub(crate) fn first_of(mut self, judged: Judged, without: &Judged, samples: usize) -> Self {
         self.judged = judged;
         self.on_bound = is_on_bound(&self.judged.fitted, 0, self.asked.sizes);
@@ -202,36 +232,34 @@ impl Rival {
         )
     }
 
-    /// The same with its fit ended by sensitivities taken anew.
+    /// Rival with its fit ended by sensitivities taken anew.
     pub(crate) fn settled(
         &self,
         current: &Judged,
-        (train, holdout): (&Problem<'_>, &Problem<'_>),
+        split: Split<'_>,
         whitener: &Whitener,
     ) -> Result<Self, GreyboxError> {
         let Fitted { structure, values, .. } = &self.judged.fitted;
-        let judged = Judged::new(
-            fit(train, structure.clone().started_at(values), whitener)?,
-            (train, holdout),
-            whitener,
-        )?;
-        Ok(self.refitted(judged, current, train.samples()))
+        let fitted = fit(split.train, structure.clone().started_at(values), whitener)?;
+        let judged = Judged::new(fitted, split, whitener)?;
+        Ok(self.refitted(judged, current, split.train.samples()))
     }
 
-    /// The same with another fit.
+    /// Rival with another fit.
     pub(crate) fn refitted(&self, judged: Judged, current: &Judged, samples: usize) -> Self {
-        Self::of((self.id, self.family), judged, current, samples, self.asked)
+        Self::of(self.id, self.family, judged, current, samples, self.asked)
     }
 
     /// Fits a scored effect on top of a fitted structure, from its shape and size in the scan.
     pub(crate) fn new(
-        (scored, tried, family): (&Scored, &Tried, &Family),
+        shortlisted: Shortlisted<'_>,
         current: &Judged,
-        (train, holdout): (&Problem<'_>, &Problem<'_>),
+        split: Split<'_>,
         whitener: &Whitener,
-        (travel, questions): (f64, f64),
         bar: f64,
     ) -> Result<Self, GreyboxError> {
+        let Shortlisted { scored, tried, family, travel, .. } = shortlisted;
+        let train = split.train;
         let shapes = family.free_shapes();
         let start_at = || -> Effect {
             let mut effect = tried.plain.clone();
@@ -295,19 +323,14 @@ impl Rival {
             best = Some(fit_near(train, structure, whitener, known, bar)?);
         }
         let Some(fitted) = best else { return Err(GreyboxError::NoTraining) };
-        let asked = Asked {
-            sizes: tried.sizes.len(),
-            numbers: tried.sizes.len() + shapes.len(),
-            looked_at: family.screened(),
-            questions,
-        };
-        let judged = Judged::new(fitted, (train, holdout), whitener)?;
-        Ok(Self::of((tried.plain.id(), scored.family), judged, current, train.samples(), asked))
+        let (judged, asked) = (Judged::new(fitted, split, whitener)?, shortlisted.asked());
+        Ok(Self::of(tried.plain.id(), scored.family, judged, current, train.samples(), asked))
     }
 
     /// A fit judged against the structure without the effect, which is its last.
     fn of(
-        (id, family): (EffectId, usize),
+        id: EffectId,
+        family: usize,
         judged: Judged,
         current: &Judged,
         samples: usize,
@@ -330,7 +353,7 @@ impl Rival {
     }
 }
 
-/// Whether one of the first sizes of an effect stands on a bound.
+/// Tells whether one of the first sizes of an effect stands on a bound.
 fn is_on_bound(fitted: &Fitted, effect: usize, sizes: usize) -> bool {
     let is_near = |&p: &usize| {
         let free = &fitted.structure.free[p];
@@ -342,7 +365,7 @@ fn is_on_bound(fitted: &Fitted, effect: usize, sizes: usize) -> bool {
 
 /// Half the mean square of the whitened residual from which a fit is poor.
 const POOR_PER_SAMPLE: f64 = 5.0;
-/// The same at which no other start is worth trying: noise alone leaves a half.
+/// Half the mean square at which no other start is worth trying: noise alone leaves a half.
 pub(crate) const GOOD_PER_SAMPLE: f64 = 0.75;
 /// Multiples of the size tried from which a fit starts where the model without it is poor.
 const SIZES: [f64; 2] = [3.0, 30.0];
@@ -367,10 +390,10 @@ impl Judged {
 
 #[cfg(test)]
 impl Rival {
-    /// Of one number, with a chance and a gain.
-    pub(crate) fn at(id: EffectId, judged: Judged, log_p: f64, gain: (f64, f64)) -> Self {
+    /// Rival of one number, with a chance and a gain.
+    pub(crate) fn at(id: EffectId, judged: Judged, log_p: f64, gain: [f64; 2]) -> Self {
         let asked = Asked { sizes: 1, numbers: 1, looked_at: 1.0, questions: 1.0 };
-        let gain = Gain { nats: gain.0, std_error: gain.1, energy: 0.0 };
+        let gain = Gain { nats: gain[0], std_error: gain[1], energy: 0.0 };
         let (fall, evidence, on_bound) = (0.0, 0.0, false);
         Self { id, family: 0, judged, fall, log_p, gain, evidence, on_bound, asked }
     }

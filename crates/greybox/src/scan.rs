@@ -20,7 +20,7 @@ use crate::{
 /// Draws of noise that the largest score is compared with.
 pub(crate) const DRAWS: usize = 999;
 
-/// What is added to a variance of one against rounding, the least that does.
+/// Addition to a variance of one against rounding, the least that does.
 const ROUNDING: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 
 /// How well one explains the residual.
@@ -210,7 +210,7 @@ fn root(correlation: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     ROUNDING.iter().find_map(raised)
 }
 
-/// Whether a size can only have the sign tried.
+/// Tells whether a size can only have the sign tried.
 fn is_signed(plain: &Effect, place: usize) -> bool {
     plain.id().info().parameters[place].bounds().0 >= 0.0
 }
@@ -244,7 +244,7 @@ pub(crate) fn log_tail(statistic: f64, degrees: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of two columns that are the same, and of three in a plane, draws are made all the same.
+    /// Draws are made also of two columns that are the same, and of three in a plane.
     #[test]
     fn law_correlations_have_a_root_where_columns_make_up_others() {
         let third = libm::sqrt(0.5);

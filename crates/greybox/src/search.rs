@@ -11,7 +11,7 @@ use crate::{
     hypothesis::{Family, Leads, Scales, differs_by_record, families, is_stiff},
     noise::Whitener,
     response::leads,
-    rival::{Judged, Rival},
+    rival::{Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, log_tail, score},
     structure::Structure,
     trial::{Trial, Tried},
@@ -20,7 +20,7 @@ use crate::{
 /// Share of what is explained that the form of a real law leaves: a tenth of its amplitude. What
 /// explains no more is no effect beside it.
 const FORM_SHARE: f64 = 0.01;
-/// The same beyond three times that amplitude: no form leaves so much.
+/// Share beyond three times that amplitude: no form leaves so much.
 const MOST_FORM_SHARE: f64 = 0.1;
 /// Rivals of the first effect that are tried in its place beside a second.
 const MOST_SWAPPED: usize = 3;
@@ -44,18 +44,19 @@ pub(crate) struct Search {
     pub(crate) before: Judged,
     pub(crate) current: Judged,
     pub(crate) found: Vec<Found>,
-    /// What is left without the first of them, once it is known.
+    /// Fit without the first of them, once it is known.
     pub(crate) without_first: Option<Judged>,
     /// Rivals of the first effect that explain as much.
     pub(crate) ties: Vec<Rival>,
-    /// The same of the last of several.
+    /// Rivals of the last of several effects that explain as much.
     pub(crate) last_ties: Vec<Rival>,
-    /// Of other kinds that stood the tests in the first round or are tied with what did, those
+    /// Rivals of other kinds that stood the tests in the first round or are tied with what did,
+    /// those
     /// first; beside later effects, if any.
     pub(crate) runners_up: Vec<Rival>,
-    /// What the last round left open: no chance, and not confirmed by what was held out.
+    /// Rivals that the last round left open: no chance, and not confirmed by what was held out.
     pub(crate) unconfirmed: Vec<Rival>,
-    /// Whether beside what was found a fit explains more than noise does that did not stand the
+    /// True where beside what was found a fit explains more than noise does that did not stand the
     /// tests, whatever it is.
     pub(crate) is_more_there: bool,
     pub(crate) first_round: Option<Round>,
@@ -70,7 +71,12 @@ impl Search {
         self.before.fitted.objective - self.current.fitted.objective
     }
 
-    /// Whether an effect that acts once was found.
+    /// Tells whether beside what was found a fit explains more than noise does.
+    pub(crate) fn is_more_beside_found(&self) -> bool {
+        !self.found.is_empty() && self.is_more_there
+    }
+
+    /// Tells whether an effect that acts once was found.
     fn has(&self, id: EffectId) -> bool {
         self.found.iter().any(|known| known.rival.id == id) && !may_repeat(id)
     }
@@ -101,7 +107,7 @@ fn form_share(id: EffectId) -> f64 {
     if differs_by_record(id) { MOST_FORM_SHARE } else { FORM_SHARE }
 }
 
-/// Whether an effect may act twice: ripples do, of different orders.
+/// Tells whether an effect may act twice: ripples do, of different orders.
 fn may_repeat(id: EffectId) -> bool {
     id.info().repetition == Repetition::ByOrder
 }
@@ -111,7 +117,7 @@ impl Session<'_> {
     /// needed.
     pub(crate) fn search(&self) -> Result<Search, GreyboxError> {
         let (floor, fitted) = self.floor(&Structure::nominal(self.machine))?;
-        let before = Judged::new(fitted, (&self.train, &self.holdout), &floor.whitener)?;
+        let before = Judged::new(fitted, self.split(), &floor.whitener)?;
         let scales = self.scales(&before.fitted)?;
         let log = vec![format!(
             "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
@@ -189,7 +195,7 @@ impl Session<'_> {
         let (mut accepted, mut others): (Vec<Rival>, Vec<Rival>) =
             rivals.into_iter().partition(stands);
         accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
-        self.settle((&mut accepted, &mut others), search, stands)?;
+        self.settle(&mut accepted, &mut others, search, stands)?;
         others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
         let Some(winner) = accepted.first().cloned() else {
             search.unconfirmed = self.unconfirmed(&search.current, &others, alpha);
@@ -213,7 +219,8 @@ impl Session<'_> {
         Ok(true)
     }
 
-    /// What explains most of what was fitted, but what was held out worse than nothing, may have
+    /// Refits the nearest rival. It explains most of what was fitted, but what was held out worse
+    /// than nothing, and may have
     /// stopped short: it is fitted again from no wear, where that is nearer.
     fn settle_nearest(&self, rivals: &mut [Rival], search: &Search) -> Result<(), GreyboxError> {
         let nearest = rivals.iter_mut().max_by(|a, b| a.fall.total_cmp(&b.fall));
@@ -233,18 +240,19 @@ impl Session<'_> {
     /// come first, in their new order, and those that do not are among the others.
     fn settle(
         &self,
-        (accepted, others): (&mut Vec<Rival>, &mut Vec<Rival>),
+        accepted: &mut Vec<Rival>,
+        others: &mut Vec<Rival>,
         search: &Search,
         stands: impl Fn(&Rival) -> bool,
     ) -> Result<(), GreyboxError> {
-        let (problems, whitener) = ((&self.train, &self.holdout), &search.floor.whitener);
+        let whitener = &search.floor.whitener;
         let mut settled: Vec<Rival> = Vec::new();
         while settled.len() < MOST_SETTLED && !accepted.is_empty() {
             let most = settled.iter().map(Rival::score).reduce(f64::max);
             if most.is_some_and(|most| accepted[0].score() < SETTLED_SHARE * most) {
                 break;
             }
-            let ended = accepted.remove(0).settled(&search.current, problems, whitener);
+            let ended = accepted.remove(0).settled(&search.current, self.split(), whitener);
             let Some(rival) = if_run(ended)? else { continue };
             if stands(&rival) { &mut settled } else { &mut *others }.push(rival);
         }
@@ -354,7 +362,7 @@ impl Session<'_> {
         }
     }
 
-    /// What is left of an explanation without each of its effects; nothing where the machine
+    /// Fits of an explanation without each of its effects; nothing where the machine
     /// cannot be run so.
     fn without_each(&self, search: &mut Search) -> Result<Vec<Option<Judged>>, GreyboxError> {
         let mut all = Vec::new();
@@ -375,7 +383,7 @@ impl Session<'_> {
         Ok(all)
     }
 
-    /// Whether what was found explains more than it does without one of its effects.
+    /// Tells whether what was found explains more than it does without one of its effects.
     fn needs(&self, search: &Search, place: usize, without: &Judged) -> bool {
         let current = &search.current;
         let fall = without.fitted.objective - current.fitted.objective;
@@ -383,9 +391,10 @@ impl Session<'_> {
         let others = search.explained() - fall;
         let is_no_form = fall >= MOST_FORM_SHARE * others;
         self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_no_form)
-            && current.evidence_over(without, self.train.samples())
-                + current.gain_over(without).nats
-                > self.options.evidence_nats
+            && nats_together(
+                &current.gain_over(without),
+                current.evidence_over(without, self.train.samples()),
+            ) > self.options.evidence_nats
             && fall >= form_share(search.found[place].rival.id) * search.explained()
     }
 
@@ -397,7 +406,7 @@ impl Session<'_> {
     ) -> Result<Option<Judged>, GreyboxError> {
         if_run(
             fit(&self.train, structure, whitener)
-                .and_then(|fitted| Judged::new(fitted, (&self.train, &self.holdout), whitener)),
+                .and_then(|fitted| Judged::new(fitted, self.split(), whitener)),
         )
     }
 
@@ -453,11 +462,16 @@ impl Session<'_> {
             }
             let family = &round.families[scored.family];
             let outcome = Rival::new(
-                (scored, &round.tried[scored.tried], family),
+                Shortlisted {
+                    scored,
+                    tried: &round.tried[scored.tried],
+                    family,
+                    travel: scales.travel,
+                    questions,
+                },
                 current,
-                (&self.train, &self.holdout),
+                self.split(),
                 whitener,
-                (scales.travel, questions),
                 bar,
             );
             if let Some(rival) = if_run(outcome)? {
@@ -480,16 +494,16 @@ impl Session<'_> {
             && !rival.on_bound
     }
 
-    /// Whether what was not fitted confirms an explanation. Where chance is out of the question,
+    /// Tells whether what was not fitted confirms an explanation. Where chance is out of the
+    /// question,
     /// less is asked of it, and only what is expected where its command shows too little of the
     /// effect to say, or scatters too much.
     /// Less not so where it may be but what the form of an effect found leaves.
     ///
-    /// Chance is out of the question by both together: a chance over an independent likelihood
-    /// ratio is a chance again (Ignatiadis, Wang and Ramdas 2024).
+    /// Chance is out of the question by both together (`Gain::log_chance_with`).
     fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_no_form: bool) -> bool {
         let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
-        let sure = log_p - gain.nats <= self.log_sure();
+        let sure = gain.log_chance_with(log_p) <= self.log_sure();
         let less = if sure && is_no_form { 0.5 } else { 1.0 };
         gain.is_sure(less * wanted)
             || (sure
@@ -512,7 +526,7 @@ impl Session<'_> {
         rivals.filter(is_open).cloned().collect()
     }
 
-    /// What may be there beside what was found: no chance, not confirmed, and as good as any
+    /// Rivals that may be there beside what was found: no chance, not confirmed, and as good as any
     /// other of these.
     fn unconfirmed(&self, current: &Judged, rivals: &[Rival], alpha: f64) -> Vec<Rival> {
         let mut open = self.left_open(current, rivals.iter(), alpha);
@@ -522,14 +536,16 @@ impl Session<'_> {
         open
     }
 
-    /// Whether a rival explains as much as the best, and what is held out does not speak against
+    /// Tells whether a rival explains as much as the best, and what is held out does not speak
+    /// against
     /// it.
     fn is_tied(&self, rival: &Rival, best: &Judged) -> bool {
         let is_refuted = rival.gain.nats < -self.options.gain_std_errors * rival.gain.std_error;
         !is_refuted && self.is_as_good(&rival.judged, best)
     }
 
-    /// Whether a rival explains as much as the best, but for the half nat that each number more
+    /// Tells whether a rival explains as much as the best, but for the half nat that each number
+    /// more
     /// explains by chance. What its numbers and its shape cost does not count: that chance is not
     /// at work is settled for both.
     fn is_as_good(&self, rival: &Judged, best: &Judged) -> bool {
@@ -537,7 +553,7 @@ impl Session<'_> {
         best.gain_over(rival).nats + best.fit_over(rival) + by_chance < self.options.tie_nats
     }
 
-    /// What the catalogue asks of the machine.
+    /// Questions of the catalogue for the machine.
     pub(crate) fn families(&self, leads: &Leads) -> Vec<Family> {
         let mut families = families(self.machine.geometry(), leads, self.machine.is_axis());
         families.retain(|family| !self.options.without.contains(&family.id));
@@ -557,7 +573,7 @@ impl Session<'_> {
     ) -> Result<Leads, GreyboxError> {
         let known = fitted.sensitivities.iter().map(|c| whitened(whitener, c)).collect();
         let state = fitted.structure.state(self.machine, &fitted.values);
-        leads(&self.train, &state, (&fitted.residuals, known), whitener, scales)
+        leads(&self.train, &state, &fitted.residuals, known, whitener, scales)
     }
 }
 
@@ -593,20 +609,20 @@ mod tests {
             session.left_open(&judged(2, 0.0), [&rival].into_iter(), 0.01).len() == 1
         };
         // passes neither the gate of gain nor that of evidence
-        assert!(is_open(2, -4.6, -20.0, (-1.9, 1.0)));
-        assert!(!is_open(2, -5.1, -20.0, (0.0, 1.0)), "explains less");
-        assert!(!is_open(3, -4.6, -20.0, (0.0, 1.0)), "with one number more");
-        assert!(is_open(1, -5.4, -20.0, (0.0, 1.0)), "with one number less");
-        assert!(!is_open(2, 0.0, -20.0, (-2.1, 1.0)), "refuted");
-        assert!(!is_open(2, 0.0, -4.0, (0.0, 1.0)), "chance");
-        assert!(is_open(2, 0.0, -4.0, (1.0, 1.0)), "no chance with what is held out");
+        assert!(is_open(2, -4.6, -20.0, [-1.9, 1.0]));
+        assert!(!is_open(2, -5.1, -20.0, [0.0, 1.0]), "explains less");
+        assert!(!is_open(3, -4.6, -20.0, [0.0, 1.0]), "with one number more");
+        assert!(is_open(1, -5.4, -20.0, [0.0, 1.0]), "with one number less");
+        assert!(!is_open(2, 0.0, -20.0, [-2.1, 1.0]), "refuted");
+        assert!(!is_open(2, 0.0, -4.0, [0.0, 1.0]), "chance");
+        assert!(is_open(2, 0.0, -4.0, [1.0, 1.0]), "no chance with what is held out");
     }
 
     #[test]
     fn of_what_is_unconfirmed_the_best_are_open() {
         let (machine, recordings, options) = nothing_recorded();
         let session = Session::new(&machine, &recordings, &options);
-        let rival = |id, train| Rival::at(id, judged(2, train), -20.0, (0.0, 1.0));
+        let rival = |id, train| Rival::at(id, judged(2, train), -20.0, [0.0, 1.0]);
         let rivals = [
             rival(EffectId::Stribeck, 30.0),
             rival(EffectId::Cogging, 26.0),

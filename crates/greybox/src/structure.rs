@@ -4,7 +4,7 @@ use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates, MotionTerm};
 
 use crate::machine::{Machine, State};
 
-/// What a free number sets.
+/// Target of a free number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Target {
     /// A number that the data sheet knows only roughly, by its place among them.
@@ -13,7 +13,7 @@ pub(crate) enum Target {
     Fault(usize),
     /// A number of an effect, by the effect's place in the structure and its own there.
     Effect(usize, usize),
-    /// The same in one recording alone.
+    /// A number of an effect in one recording alone.
     InRecord { record: usize, effect: usize, place: usize },
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Free {
     pub(crate) step: f64,
     /// Most that one step of a search may move it.
     pub(crate) reach: f64,
-    /// What is known of it beforehand: mean and standard deviation.
+    /// Prior: mean and standard deviation.
     pub(crate) prior: Option<(f64, f64)>,
 }
 
@@ -119,7 +119,7 @@ impl Structure {
         Self { effects: Vec::new(), free: free.collect() }
     }
 
-    /// The same with one more effect, some of whose numbers are free.
+    /// Structure with one more effect, some of whose numbers are free.
     pub(crate) fn with_effect(&self, effect: Effect, numbers: &[Number]) -> Self {
         let mut structure = self.clone();
         let place = structure.effects.len();
@@ -148,7 +148,7 @@ impl Structure {
         structure
     }
 
-    /// The same with an effect of another structure, which starts from what was found there.
+    /// Structure with an effect of another structure, which starts from what was found there.
     pub(crate) fn with_effect_of(&self, other: &Self, values: &[f64], place: usize) -> Self {
         let mut structure = self.clone();
         let here = structure.effects.len();
@@ -172,13 +172,13 @@ impl Structure {
         (0..self.free.len()).filter(|&place| !differs(&self.free[place])).collect()
     }
 
-    /// The same with some of the free numbers alone; the others are as they stand in the effects.
+    /// Structure with some of the free numbers alone; the others are as they stand in the effects.
     pub(crate) fn only(&self, kept: &[usize]) -> Self {
         let free = kept.iter().map(|&place| self.free[place].clone()).collect();
         Self { effects: self.effects.clone(), free }
     }
 
-    /// What is left without an effect, started from what was found.
+    /// Structure without an effect, started from what was found.
     pub(crate) fn without_effect(&self, values: &[f64], place: usize) -> Self {
         let of = |free: &Free| matches!(free.target, Target::Rough(_) | Target::Fault(_));
         let base = self.clone().started_at(values);
@@ -222,7 +222,8 @@ impl Structure {
         state
     }
 
-    /// The same for recordings that were not fitted: what differs between recordings is not
+    /// State of the machine in recordings that were not fitted: what differs between recordings is
+    /// not
     /// known there and left out.
     pub(crate) fn state_elsewhere(&self, machine: &Machine, values: &[f64]) -> State {
         let mut rough: Vec<f64> = machine.rough().iter().map(|rough| rough.value).collect();

@@ -23,7 +23,7 @@ const FORM_SHARE: f64 = 0.005;
 pub(crate) struct ThroughPlant {
     /// Energy of `r` over that of `n`, both whitened as `n` is, less one.
     pub(crate) excess: f64,
-    /// Its standard deviation without a disturbance, from the scatter of most blocks.
+    /// Standard deviation without a disturbance, from the scatter of most blocks.
     pub(crate) std: f64,
     /// Root mean square of `n`.
     pub(crate) rms: f64,
@@ -64,7 +64,8 @@ impl ThroughPlant {
         }))
     }
 
-    /// Whether the plant did more than the model says, which explains what the nominal one left
+    /// Tells whether the plant did more than the model says, which explains what the nominal one
+    /// left
     /// but for the form of what was found.
     pub(crate) fn is_there(self, nominal: Self) -> bool {
         let explained = (nominal.excess - self.excess).max(0.0);

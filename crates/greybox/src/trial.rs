@@ -16,9 +16,9 @@ use crate::{
 };
 
 /// Change, in units of the noise, that a size tried is to make.
-const WANTED_CHANGE: (f64, f64) = (5.0, 60.0);
-/// The same where it was sized by one recording of several.
-const TAKEN_CHANGE: (f64, f64) = (1.0, 200.0);
+const WANTED_CHANGE: [f64; 2] = [5.0, 60.0];
+/// Change wanted where a size was found by one recording of several.
+const TAKEN_CHANGE: [f64; 2] = [1.0, 200.0];
 /// Largest change of a size at once.
 const MOST_RESIZED: f64 = 1e2;
 /// How often a size may be changed.
@@ -33,12 +33,12 @@ pub(crate) struct Tried {
     pub(crate) plain: Effect,
     /// Places and values of the sizes tried.
     pub(crate) sizes: Vec<(usize, f64)>,
-    /// What each does to the prediction.
+    /// Change of the prediction by each.
     pub(crate) columns: Vec<PerRecord>,
 }
 
 impl Tried {
-    /// Whether the prediction is the same to the last bit.
+    /// Tells whether the prediction is the same to the last bit.
     fn does_nothing(&self) -> bool {
         self.columns.iter().flatten().flatten().all(|change| *change == 0.0)
     }
@@ -48,11 +48,11 @@ impl Tried {
 pub(crate) struct Trial<'a> {
     pub(crate) problem: &'a Problem<'a>,
     pub(crate) state: &'a State,
-    /// What the machine does in it.
+    /// Motion of the machine in it.
     pub(crate) drive: &'a PerRecord,
     pub(crate) whitener: &'a Whitener,
     pub(crate) scales: &'a Scales,
-    /// What was tried in another state, with sizes that were seen there.
+    /// Trials in another state, with sizes that were seen there.
     pub(crate) before: &'a [Tried],
 }
 
@@ -124,16 +124,16 @@ impl Trial<'_> {
         let mut among = 0..all.min(1);
         let mut wanted = WANTED_CHANGE;
         let mut left = if is_stiff(plain.id()) { 0 } else { MOST_RESIZINGS };
-        let mut changes = self.change(plain, (place, size), among.clone())?;
+        let mut changes = self.change(plain, place, size, among.clone())?;
         while let Some(mut columns) = changes {
             let seen = self.seen(&columns);
             let is_told = seen > 0.0 || among.end == all;
             let next = (size * resized(seen, wanted)).clamp(least, most);
             if left > 0 && is_told && next != size {
                 (size, left) = (next, left - 1);
-                changes = self.change(plain, (place, size), among.clone())?;
+                changes = self.change(plain, place, size, among.clone())?;
             } else if among.end < all {
-                let rest = self.change(plain, (place, size), among.end..all)?;
+                let rest = self.change(plain, place, size, among.end..all)?;
                 changes = rest.map(|rest| {
                     columns.extend(rest);
                     columns
@@ -156,12 +156,13 @@ impl Trial<'_> {
         seen.map_or_else(guess, |(_, size)| *size)
     }
 
-    /// What a size of an effect does to some of the recordings; `None` where the machine cannot
+    /// Change of some of the recordings by a size of an effect; `None` where the machine cannot
     /// have it.
     fn change(
         &self,
         plain: &Effect,
-        (place, size): (usize, f64),
+        place: usize,
+        size: f64,
         records: Range<usize>,
     ) -> Result<Option<PerRecord>, GreyboxError> {
         let Problem { machine, records: all, .. } = self.problem;
@@ -195,11 +196,11 @@ fn candidates(family: usize, of: &Family) -> Vec<Candidate<'_>> {
 }
 
 /// Factor on a size that is seen too little or too much.
-fn resized(seen: f64, (lower, upper): (f64, f64)) -> f64 {
+fn resized(seen: f64, [lower, upper]: [f64; 2]) -> f64 {
     if (lower..=upper).contains(&seen) || !seen.is_finite() {
         return 1.0;
     }
-    let (lower, upper) = WANTED_CHANGE;
+    let [lower, upper] = WANTED_CHANGE;
     let middle = 0.5 * (lower + upper);
     if seen > 0.0 { (middle / seen).clamp(1e-3, MOST_RESIZED) } else { MOST_RESIZED }
 }

@@ -155,15 +155,11 @@ impl MachineKind for Model {
         effects: &[Effect],
     ) -> Result<Vec<f64>, MachineTestError> {
         let sample_hz = self.actuator.controller.sample_hz;
-        let (simulation, step) = match &prepared.low_fidelity {
-            Some(ready) => {
-                let simulation = ready.on_actuator(&self.actuator)?.with_effects(effects)?;
-                (simulation, test.ticks_per_sample(sample_hz)?)
-            }
-            None => {
-                let step = test.ticks_per_sample(sample_hz)?;
-                (low_fidelity(self, effects, test)?, step)
-            }
+        let step = test.ticks_per_sample(sample_hz)?;
+        let simulation = if let Some(ready) = &prepared.low_fidelity {
+            ready.on_actuator(&self.actuator)?.with_effects(effects)?
+        } else {
+            low_fidelity(self, effects, test)?
         };
         let mut current_a = Vec::new();
         simulation.simulate_current(faults, &mut current_a);

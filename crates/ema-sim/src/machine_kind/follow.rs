@@ -126,7 +126,7 @@ mod tests {
         ServoAxisSimulation,
     };
 
-    /// Of a motion whose inertia and drag are known the follower needs what passes its loop.
+    /// The follower needs what passes its loop for a motion whose inertia and drag are known.
     #[test]
     fn the_follower_needs_the_inverse_dynamics_behind_its_loop() {
         let (inertia, viscous, constant, rate_hz) = (5e-6, 2e-5, 0.03, 1000.0);

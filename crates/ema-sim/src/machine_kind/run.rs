@@ -110,7 +110,7 @@ pub trait MachineRun {
 /// Work that several runs of one test share.
 #[derive(Clone, Debug, Default)]
 pub struct PreparedTest {
-    /// Of an actuator: command and load at its ticks.
+    /// Command and load at the ticks of an actuator.
     pub(super) low_fidelity: Option<LowFidelity>,
 }
 

@@ -10,7 +10,7 @@ use fdi_core::{
         Sensitivity,
     },
 };
-use greybox::{Explained, Finding, NoiseFloor, NumberFit, RecordChange, Use, Verdict};
+use greybox::{Explained, FaultChange, Finding, NoiseFloor, NumberFit, RecordChange, Use, Verdict};
 
 use super::{evidence, sentences};
 use crate::{GlobalArgs, stamp};
@@ -44,21 +44,7 @@ pub(super) fn document(
         alternatives: explained.alternatives.iter().map(finding).collect(),
         absorbed: absorbed(explained),
         holdout: explained.holdout_rms.zip(explained.noise_floor).map(judged),
-        faults: explained
-            .faults
-            .iter()
-            .map(|f| {
-                let change = FaultBeforeAfter {
-                    before: f.before.value,
-                    std_before: f.before.std,
-                    interval_95_before: f.before.interval_95,
-                    after: f.after.value,
-                    std_after: f.after.std,
-                    interval_95_after: f.after.interval_95,
-                };
-                (f.key.clone(), change)
-            })
-            .collect(),
+        faults: explained.faults.iter().map(|f| (f.key.clone(), fault(f))).collect(),
         nominal: explained
             .rough
             .iter()
@@ -96,6 +82,19 @@ pub(super) fn document(
     };
     answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());
     answer
+}
+
+/// A fault level without and with what was found.
+fn fault(change: &FaultChange) -> FaultBeforeAfter {
+    let FaultChange { before, after, .. } = change;
+    FaultBeforeAfter {
+        before: before.value,
+        std_before: before.std,
+        interval_95_before: before.interval_95,
+        after: after.value,
+        std_after: after.std,
+        interval_95_after: after.interval_95,
+    }
 }
 
 /// Effects that damage or tolerance imitate. Of one that was found, as E19, a shape may be such (a

@@ -93,7 +93,7 @@ fn missed(answer: &Explanation) -> (String, Option<&str>) {
 }
 
 /// A fault level and its interval; one that may be anything is none.
-fn shown((level, [from, to]): (f64, [f64; 2])) -> (String, String) {
+fn shown(level: f64, [from, to]: [f64; 2]) -> (String, String) {
     if to - from > ANYTHING {
         return ("-".to_owned(), "not determined".to_owned());
     }
@@ -162,8 +162,8 @@ pub(super) fn human(answer: &Explanation) -> String {
                 .to_owned(),
         );
         for (key, f) in &answer.faults {
-            let [before, after] =
-                [(f.before, f.interval_95_before), (f.after, f.interval_95_after)].map(shown);
+            let before = shown(f.before, f.interval_95_before);
+            let after = shown(f.after, f.interval_95_after);
             line(format!(
                 "  {key:<14} {:>13}   {:<18}  {:>19}   {}",
                 before.0, before.1, after.0, after.1
