@@ -43,9 +43,9 @@ pub(crate) fn check(sources: &[Source]) -> Vec<String> {
         sources.iter().filter(|s| s.package == PUBLISHED).flat_map(codes).collect();
     let mut given = BTreeSet::new();
     for source in sources {
-        let mut found =
+        let mut visitor =
             Given { path: &source.path, within: None, codes: &codes, found: &mut given };
-        file.visit_file(&source.syntax);
+        visitor.visit_file(&source.syntax);
     }
     let mut problems = Vec::new();
     for code in &codes {
