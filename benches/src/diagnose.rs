@@ -54,7 +54,7 @@ pub const BUDGETS: [Budget; 6] = [
         evaluations: 20,
         limit_s: 0.025,
         recording: SEVEN,
-        method: Method::Composite,
+        method: Method::Gls,
         fidelity: Fidelity::Low,
     },
     Budget {
@@ -62,7 +62,7 @@ pub const BUDGETS: [Budget; 6] = [
         evaluations: 8,
         limit_s: 0.025,
         recording: TWO,
-        method: Method::Composite,
+        method: Method::Gls,
         fidelity: Fidelity::Low,
     },
     Budget {
@@ -70,7 +70,7 @@ pub const BUDGETS: [Budget; 6] = [
         evaluations: 46,
         limit_s: 0.5,
         recording: SEVEN,
-        method: Method::Composite,
+        method: Method::Gls,
         fidelity: Fidelity::High,
     },
     Budget {

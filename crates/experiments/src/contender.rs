@@ -7,8 +7,8 @@ use gp_bayesopt::Population;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Contender {
-    /// The default method: generalised least squares with the learnt error of the monitor.
-    Composite,
+    /// The default method: generalised least squares on the whitened envelope.
+    Gls,
     /// The emulator of the reference signal; no simulation.
     Emulator,
     /// Expected improvement on the mask's scalar discrepancy.
@@ -32,7 +32,7 @@ pub enum Contender {
 impl Contender {
     /// Every contender.
     pub const ALL: [Self; 10] = [
-        Self::Composite,
+        Self::Gls,
         Self::Emulator,
         Self::Ei,
         Self::Ucb,
@@ -47,7 +47,7 @@ impl Contender {
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Composite => "composite",
+            Self::Gls => "gls",
             Self::Emulator => "emulator",
             Self::Ei => "ei",
             Self::Ucb => "ucb",
@@ -67,7 +67,7 @@ impl Contender {
 
     pub(crate) fn method(self) -> Option<Method> {
         match self {
-            Self::Composite => Some(Method::Composite),
+            Self::Gls => Some(Method::Gls),
             Self::Ei => Some(Method::Ei),
             Self::Ucb => Some(Method::Ucb),
             Self::TwoStepEi => Some(Method::TwoStepEi),

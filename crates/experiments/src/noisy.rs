@@ -140,7 +140,7 @@ fn summary(
     }
     let medians = faults.iter().filter_map(|f| f.error_percent.map(|q| q.median));
     MethodEvaluation {
-        method: "composite".to_owned(),
+        method: "gls".to_owned(),
         average_percent: medians.sum::<f64>() / faults.len() as f64,
         predicted_percent: None,
         evaluations_median: median(trials.iter().map(|trial| trial.evaluations as f64)),

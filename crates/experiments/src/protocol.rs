@@ -53,16 +53,16 @@ impl Protocol {
     /// What searches unless told otherwise.
     pub fn default_contenders(self) -> &'static [Contender] {
         match self {
-            Self::Noisy => &[Contender::Composite],
+            Self::Noisy => &[Contender::Gls],
             Self::High | Self::Low | Self::Bench => &[
-                Contender::Composite,
+                Contender::Gls,
                 Contender::Emulator,
                 Contender::Ei,
                 Contender::Ucb,
                 Contender::TwoStepEi,
             ],
             Self::Metaheuristics => &[
-                Contender::Composite,
+                Contender::Gls,
                 Contender::Genetic,
                 Contender::Swarm,
                 Contender::DifferentialEvolution,

@@ -102,7 +102,7 @@ impl Arena<'_> {
         let now = || self.now_s();
         // what is prepared once for a noise level is not part of a diagnosis
         if let Some(first) = tests.first()
-            && contender == Contender::Composite
+            && contender == Contender::Gls
         {
             self.find(contender, 0, first)?;
         }

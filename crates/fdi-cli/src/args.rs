@@ -219,7 +219,7 @@ pub struct DiagnoseArgs {
     #[arg(long, value_name = "FILE")]
     pub reference: Vec<PathBuf>,
     /// How the fault levels are searched
-    #[arg(long, value_enum, default_value_t = MethodArg::Composite)]
+    #[arg(long, value_enum, default_value_t = MethodArg::Gls)]
     pub method: MethodArg,
     /// Which model the recording is compared with; `high` goes on from the answer of `low`
     #[arg(long, value_enum, default_value_t = FidelityArg::Low)]
@@ -287,8 +287,8 @@ impl FidelityArg {
 /// How fault levels are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MethodArg {
-    /// Bayesian search on the residuals themselves.
-    Composite,
+    /// Generalised least squares on the whitened envelope, without a surrogate.
+    Gls,
     /// The bundle's emulator of the signal: no simulation, incipient faults alone.
     Emulator,
     /// Two-step lookahead expected improvement.
@@ -303,7 +303,7 @@ impl MethodArg {
     /// The same in answers.
     pub fn of_report(self) -> Method {
         match self {
-            Self::Composite => Method::Composite,
+            Self::Gls => Method::Gls,
             Self::Emulator => Method::Emulator,
             Self::TwoStepEi => Method::TwoStepEi,
             Self::Ei => Method::Ei,

@@ -211,7 +211,7 @@ impl Diagnoser {
             notices.push(Notice {
                 code: NoticeCode::OutsideTraining,
                 message: "the recording is not of the incipient faults that the emulator knows; \
-                          the answer is that of `composite`"
+                          the answer is that of `gls`"
                     .to_owned(),
             });
         }

@@ -40,7 +40,7 @@ pub use proposal::{Proposal, ProposedRecording, Separation};
 
 /// Version of the JSON documents: raised when a field changes its meaning or goes,
 /// not when one is added.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 macro_rules! words {
     ($($type:ident { $($variant:ident $word:literal),+ $(,)? })+) => {$(

@@ -29,13 +29,13 @@ fn run(protocol: Protocol, contenders: &[Contender], jobs: usize, seed: u64) -> 
 /// median of 8 conditions are given half as much again.
 #[test]
 fn published_low_fidelity_errors_are_beaten() {
-    let result = run(Protocol::Low, &[Contender::Composite], 2, 1);
+    let result = run(Protocol::Low, &[Contender::Gls], 2, 1);
     assert!(result.methods[0].average_percent < 0.3, "{:?}", result.methods[0]);
 }
 
 #[test]
 fn errors_do_not_depend_on_threads_but_on_the_seed() {
-    let contenders = [Contender::Emulator, Contender::Composite];
+    let contenders = [Contender::Emulator, Contender::Gls];
     let one = run(Protocol::Bench, &contenders, 1, 1);
     assert_eq!(one, run(Protocol::Bench, &contenders, 3, 1));
     assert_ne!(one.methods, run(Protocol::Bench, &contenders, 1, 2).methods);
@@ -45,7 +45,7 @@ fn errors_do_not_depend_on_threads_but_on_the_seed() {
 /// the bounds themselves that holds exactly, up to the trend's own derivative (a few percent).
 #[test]
 fn law_bounds_are_ordered() {
-    let result = run(Protocol::Noisy, &[Contender::Composite], 2, 1);
+    let result = run(Protocol::Noisy, &[Contender::Gls], 2, 1);
     for fault in &result.methods[0].faults {
         let (whole, sensor) = (fault.bound_std.unwrap(), fault.sensor_bound_std.unwrap());
         assert!(whole >= sensor, "{fault:?}");

@@ -299,7 +299,7 @@ fn answers_of_another_batch_are_not_gone_on_with() {
         )
     };
     for (option, before, now) in [
-        ("--method=ei", "with `--method` `composite`", "with `--method` `ei`"),
+        ("--method=ei", "with `--method` `gls`", "with `--method` `ei`"),
         ("--seed=7", "with `--seed` `0`", "with `--seed` `7`"),
         ("--noise-a=0.02", "without `--noise-a`", "with `--noise-a` `0.02`"),
         ("--map=current_a=I", "without `--map`", "with `--map` `current_a=I`"),

@@ -205,7 +205,7 @@ fn dataset_and_bundle_say_what_they_made() {
 
 /// The shortest that the experiment allows.
 const EVALUATE: [&str; 8] =
-    ["evaluate", "low", "--conditions", "3", "--snapshots", "24", "--methods", "composite"];
+    ["evaluate", "low", "--conditions", "3", "--snapshots", "24", "--methods", "gls"];
 
 #[test]
 fn evaluate_gives_a_table_a_method() {

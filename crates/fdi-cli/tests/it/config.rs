@@ -144,7 +144,7 @@ fn variables_are_checked_and_blamed() {
     assert!(noise.starts_with("error: `FDI_DIAGNOSE_NOISE_A`: invalid value '-1'"), "{noise}");
     let method = error(&[("FDI_DIAGNOSE_METHOD", "eis")], &["diagnose", "r.csv"]);
     assert!(method.starts_with("error: `FDI_DIAGNOSE_METHOD`: invalid value 'eis'"), "{method}");
-    assert!(method.contains("[possible values: composite"), "{method}");
+    assert!(method.contains("[possible values: gls"), "{method}");
     let map = error(&[("FDI_DIAGNOSE_MAP", "current_a")], &["diagnose", "r.csv"]);
     assert!(map.starts_with("error: `FDI_DIAGNOSE_MAP`: invalid value 'current_a'"), "{map}");
     let map = error(&[("FDI_INSPECT_MAP", "weather=I")], &["inspect", "r.csv"]);

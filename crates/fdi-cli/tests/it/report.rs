@@ -361,7 +361,7 @@ fn an_experiment_has_its_report() {
         "--snapshots",
         "24",
         "--methods",
-        "composite,de",
+        "gls,de",
         "--max-evaluations",
         "60",
         "--report",
@@ -378,12 +378,12 @@ fn an_experiment_has_its_report() {
         [
             "Methods",
             "Figures",
-            "Faults, <code>composite</code>",
+            "Faults, <code>gls</code>",
             "Faults, <code>de</code>",
             "What this rests on",
         ]
     );
-    assert!(answer.starts_with("<code>composite</code> finds the levels of 3 "), "{answer}");
+    assert!(answer.starts_with("<code>gls</code> finds the levels of 3 "), "{answer}");
     // what the experiment does not say has no column
     assert!(!html.contains("coverage, %") && !html.contains("false alarms"), "{html}");
     assert_eq!(drawings(Path::new(&figures)), ["metaheuristics-convergence.svg"]);

@@ -81,7 +81,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
         status: Status::Ok,
         verdict,
         bundle: None,
-        method: Method::Composite,
+        method: Method::Gls,
         fidelity: Fidelity::Low,
         evaluations: 18,
         elapsed_s: None,

@@ -27,7 +27,7 @@ pub enum DiagnoseError {
     /// The emulator is of one start of the rotor.
     #[error(
         "method `emulator` is for recordings that are known to start at angle 0, and this one \
-         {}; use `composite`",
+         {}; use `gls`",
         .found_rad.map_or("does not say".to_owned(), |rad| format!("starts at {rad:.4} rad"))
     )]
     EmulatorStart {
@@ -38,16 +38,14 @@ pub enum DiagnoseError {
     #[error("method `emulator` looks at the whole signal, not at an encoded one")]
     EmulatorEncoded,
     /// A scalar search with the high-fidelity model.
-    #[error(
-        "the high-fidelity model goes with the methods `composite` and `emulator`, found `{method}`"
-    )]
+    #[error("the high-fidelity model goes with the methods `gls` and `emulator`, found `{method}`")]
     HighFidelityMethod {
         /// The method asked for.
         method: Method,
     },
     /// A method that takes the start of the test as the bundle has it.
     #[error(
-        "a start that is not the bundle's is estimated by the method `composite` with \
+        "a start that is not the bundle's is estimated by the method `gls` with \
          `--fidelity low`"
     )]
     StartMethod,

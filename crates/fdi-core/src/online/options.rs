@@ -10,7 +10,7 @@ pub struct DiagnoseOptions {
     /// Which model the recording is compared with in the end: the low-fidelity one with its
     /// learnt error, or from its answer on the high-fidelity one.
     pub fidelity: Fidelity,
-    /// Most evaluations of the monitor in one search; `None`: 200 for `composite`, and
+    /// Most evaluations of the monitor in one search; `None`: 200 for `gls`, and
     /// 20 a fault and 10 for the scalar methods.
     pub max_evaluations: Option<usize>,
     /// Noise on each phase sample, where the user knows it, A.
@@ -28,7 +28,7 @@ pub struct DiagnoseOptions {
 impl Default for DiagnoseOptions {
     fn default() -> Self {
         Self {
-            method: Method::Composite,
+            method: Method::Gls,
             fidelity: Fidelity::Low,
             max_evaluations: None,
             noise_a: None,

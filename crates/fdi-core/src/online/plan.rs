@@ -100,7 +100,7 @@ fn check_start(options: &DiagnoseOptions) -> Result<(), DiagnoseError> {
     if !(0.0..=MOST_DELAY_S).contains(&found_s) {
         return Err(DiagnoseError::MostDelay { found_s, most_s: MOST_DELAY_S });
     }
-    let plain = options.method == Method::Composite && options.fidelity == Fidelity::Low;
+    let plain = options.method == Method::Gls && options.fidelity == Fidelity::Low;
     if is_free(options) && !plain {
         return Err(DiagnoseError::StartMethod);
     }

@@ -127,8 +127,9 @@ pub enum Verdict {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Method {
-    /// Vector-valued Bayesian search on the residuals.
-    Composite,
+    /// Generalised least squares on the whitened envelope (Gauss-Newton from a response surface,
+    /// else Levenberg-Marquardt); no surrogate model is on its path.
+    Gls,
     /// The bundle's emulator, no simulation.
     Emulator,
     /// Two-step lookahead expected improvement.
@@ -189,7 +190,7 @@ words! {
         Healthy "healthy", Undetermined "undetermined",
     }
     Method {
-        Composite "composite", Emulator "emulator", TwoStepEi "two-step-ei", Ei "ei", Ucb "ucb",
+        Gls "gls", Emulator "emulator", TwoStepEi "two-step-ei", Ei "ei", Ucb "ucb",
     }
     Fidelity { Low "low", High "high" }
     NoiseSource {
@@ -319,7 +320,7 @@ pub(crate) mod tests {
         agree(&[Status::Ok, Status::Partial], Status::word);
         agree(&[V::ModelInadequate, V::Faulty, V::Healthy, V::Undetermined], V::word);
         agree(
-            &[Method::Composite, Method::Emulator, Method::TwoStepEi, Method::Ei, Method::Ucb],
+            &[Method::Gls, Method::Emulator, Method::TwoStepEi, Method::Ei, Method::Ucb],
             Method::word,
         );
         agree(&[Fidelity::Low, Fidelity::High], Fidelity::word);

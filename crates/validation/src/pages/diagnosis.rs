@@ -123,7 +123,7 @@ fn region_distance2(case: &Case) -> Option<f64> {
 }
 
 pub(super) fn quick() -> Result<Vec<Figure>> {
-    let cases = cases(Method::Composite)?;
+    let cases = cases(Method::Gls)?;
     let tally = Tally::of(&cases);
     let figure = |id: &str, value: f64, tolerance_rel: f64, unit: &str| Figure {
         id: id.to_owned(),
@@ -150,7 +150,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
 }
 
 pub(super) fn text(figures: &[Figure]) -> Result<String> {
-    let cases = cases(Method::Composite)?;
+    let cases = cases(Method::Gls)?;
     let value = |id: &str| figures.iter().find(|f| f.id == id).map_or(f64::NAN, |f| f.value);
     let mut page = String::new();
     writeln!(
@@ -251,7 +251,7 @@ fn budgets(page: &mut String) -> Result<()> {
          evaluations; `cargo xtask budget` guards their time.\n\n\
          | method | k1 | k2 | k3..k5 | k6 | evaluations (median) |\n|---|---|---|---|---|---|"
     )?;
-    for method in [Method::Composite, Method::TwoStepEi, Method::Ei, Method::Ucb] {
+    for method in [Method::Gls, Method::TwoStepEi, Method::Ei, Method::Ucb] {
         let cases = cases(method)?;
         let chosen: Vec<&Case> = cases
             .iter()

@@ -97,7 +97,7 @@ fn run_within(
 
 /// A few conditions of each experiment: seconds.
 pub(super) fn quick() -> Result<Vec<Figure>> {
-    let both = [Contender::Composite, Contender::Emulator];
+    let both = [Contender::Gls, Contender::Emulator];
     let mut figures = Vec::new();
     for (name, protocol, imperfections, conditions) in [
         ("low-clean", Protocol::Low, CLEAN, 20),
@@ -114,7 +114,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
             ));
         }
     }
-    let result = run(Protocol::Noisy, noisy(CLEAN, 2000.0, 100), 30, &[Contender::Composite], 20)?;
+    let result = run(Protocol::Noisy, noisy(CLEAN, 2000.0, 100), 30, &[Contender::Gls], 20)?;
     for method in &result.methods {
         figures.push(seeded("noisy-coverage".to_owned(), method.coverage_95.unwrap_or(0.0), "1"));
         for fault in &method.faults {
@@ -199,7 +199,7 @@ pub(super) fn text(_: &[Figure]) -> Result<Rendered> {
     Ok(page)
 }
 
-const LEARNT: [Contender; 2] = [Contender::Composite, Contender::Emulator];
+const LEARNT: [Contender; 2] = [Contender::Gls, Contender::Emulator];
 const SCALAR: [Contender; 3] = [Contender::Ei, Contender::Ucb, Contender::TwoStepEi];
 
 fn high(page: &mut Rendered) -> Result<()> {
@@ -377,7 +377,7 @@ fn metaheuristics(page: &mut Rendered) -> Result<()> {
         "\n## Population methods: Table 6\n\n\
          Setting `clean`, {POPULATION_CONDITIONS} conditions; each population method has 5000 evaluations of the\n\
          low-fidelity model with the learnt mean of its error, and the scalar discrepancy on the 30\n\
-         points. *Ratios*: evaluations and time of the method over those of `composite`, which has by then\n\
+         points. *Ratios*: evaluations and time of the method over those of `gls`, which has by then\n\
          come to a smaller average error; blank where it has not.\n\n\
          | method | domain | average error, % | evaluations | time, s | δ*, A | evaluations, ratio | time, ratio |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -386,16 +386,16 @@ fn metaheuristics(page: &mut Rendered) -> Result<()> {
         writeln!(text, "| paper, {method} | | {error} | | {time_s} | | | |")?;
     }
     for (domain, result) in [("[0, 1]", &whole), ("[0, 0.05]", &incipient)] {
-        let Some(composite) = result.methods.first() else { continue };
+        let Some(gls) = result.methods.first() else { continue };
         for method in &result.methods {
             let end = method.discrepancy_median.unwrap_or(0.0);
-            let other = method.method != composite.method;
-            let ratios = if other && composite.average_percent <= method.average_percent {
+            let other = method.method != gls.method;
+            let ratios = if other && gls.average_percent <= method.average_percent {
                 let time_s = |of: &MethodEvaluation| of.wall_time_s.unwrap_or(f64::NAN);
                 format!(
                     "{:.0} | {:.0}",
-                    method.evaluations_median / composite.evaluations_median,
-                    time_s(method) / time_s(composite)
+                    method.evaluations_median / gls.evaluations_median,
+                    time_s(method) / time_s(gls)
                 )
             } else {
                 " | ".to_owned()
@@ -433,8 +433,7 @@ fn with_noise(page: &mut Rendered) -> Result<()> {
             (10_000.0, "10 kHz, real", REAL),
         ] {
             let setting = noisy(imperfections, rate_hz, snapshots);
-            let result =
-                run(Protocol::Noisy, setting, conditions, &[Contender::Composite], healthy)?;
+            let result = run(Protocol::Noisy, setting, conditions, &[Contender::Gls], healthy)?;
             if snapshots == MANY_SNAPSHOTS
                 && let Some(svg) = detection_figure_svg(&result)
             {
@@ -528,7 +527,7 @@ comparison with each other, not with the paper's laptop.\n\n\
 
 const NOISE: &str = "\n## With noise of the sensors\n\n\
 Independent white noise of 20 mA rms on each phase sample, then 12 bits over ±20 A, then envelope\n\
-and filter; method `composite`. The\n\
+and filter; method `gls`. The\n\
 noise level is told to the diagnosis, the start angle is zero and known. Reference signals (`incipient` +\n\
 `sparse`) are in the same setting at the rate of the phases, without sensor noise. *Bound*: Cramér-Rao at\n\
 the truth for the low-fidelity model with the learnt mean of its error, central differences of 1e-3,\n\

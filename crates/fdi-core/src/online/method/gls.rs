@@ -35,7 +35,7 @@ impl Run<'_> {
         let fit = self.incipient_fit(hypothesis, &likelihood, noise_a)?;
         let adequate = fit.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);
         let inside = fit.estimate.iter().all(|level| level.abs() <= TRAINED_LEVEL);
-        let method = Method::Composite;
+        let method = Method::Gls;
         let mut judged = Judged { method, adequate, severe: false, spent: fit.evaluations };
         if !(adequate && inside)
             && let Some(severe) = self.severe_fit(hypothesis, noise_a, &fit)?
