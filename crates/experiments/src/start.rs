@@ -173,6 +173,16 @@ fn diagnose(
     })
 }
 
+/// Notices that an answer may be wrong by more than it states.
+const LIMITS: [NoticeCode; 6] = [
+    NoticeCode::OutsideTraining,
+    NoticeCode::StartAngleNotLearnt,
+    NoticeCode::PhasesSampledSlowly,
+    NoticeCode::NoiseHidesLevels,
+    NoticeCode::StartEstimated,
+    NoticeCode::StartSuspected,
+];
+
 fn score(sought: &[usize], name: &str, estimated: bool, results: &[Judged]) -> BeginningScore {
     let count = results.len().max(1) as f64;
     let share = |holds: &dyn Fn(&RecordDiagnosis) -> bool| {
@@ -190,7 +200,7 @@ fn score(sought: &[usize], name: &str, estimated: bool, results: &[Judged]) -> B
             .then(|| believed.iter().sum::<f64>() / believed.len() as f64),
         adequate_frac: share(&|answer| answer.fit.adequate),
         told_frac: share(&|answer| {
-            answer.notices.iter().any(|notice| notice.code == NoticeCode::OutsideTraining)
+            answer.notices.iter().any(|notice| LIMITS.contains(&notice.code))
         }),
         evaluations_median: median(trials.iter().map(|trial| trial.evaluations as f64)),
     }

@@ -197,7 +197,7 @@ impl Diagnoser {
         };
         if !at_zero && error_id == ErrorId::Incipient {
             notices.push(Notice {
-                code: NoticeCode::OutsideTraining,
+                code: NoticeCode::StartAngleNotLearnt,
                 message: format!(
                     "the rotor starts at {angle_rad:.4} rad and the bundle knows only {own_rad}: \
                      intervals may be too narrow"
@@ -209,7 +209,7 @@ impl Diagnoser {
         let outcome = run.explain(&hypothesis, noise)?;
         if outcome.method != run.plan.method {
             notices.push(Notice {
-                code: NoticeCode::OutsideTraining,
+                code: NoticeCode::EmulatorReplaced,
                 message: "the recording is not of the incipient faults that the emulator knows; \
                           the answer is that of `gls`"
                     .to_owned(),

@@ -113,7 +113,7 @@ fn a_bundle_for_a_start_angle_is_for_recordings_that_start_there() {
     learn(&folder, &["--conditions", "40", "--start-angle-rad", "0.5"]);
     let faults = ["--faults", "k1=0.02,k4=0.03"];
     let outside = |answer: &RecordDiagnosis| {
-        answer.notices.iter().any(|notice| notice.code == NoticeCode::OutsideTraining)
+        answer.notices.iter().any(|notice| notice.code == NoticeCode::StartAngleNotLearnt)
     };
     record(&folder, "there.csv", &[&faults[..], &["--start-angle-rad", "0.5"]].concat());
     let there = diagnose(&folder, "there.csv");

@@ -1,6 +1,6 @@
 //! Answers against the schema that is published for them.
 
-use fdi_core::Schema;
+use fdi_core::{Schema, report::NoticeCode};
 use serde_json::Value;
 
 use crate::{batch::mixed, stand_in::diagnose};
@@ -115,4 +115,17 @@ fn other_answers_are_not() {
         *changed.pointer_mut(pointer).unwrap() = wrong;
         assert!(!violations(&changed, &schema, &schema, "").is_empty(), "{pointer}");
     }
+}
+
+/// Every code of a notice has a row in the guide, and the guide has no row of another code.
+#[test]
+fn the_guide_has_a_row_for_each_code_of_a_notice() {
+    let guide = include_str!("../../../../docs/guide/first-diagnosis.md");
+    let notices = guide.split("## Notices").nth(1).unwrap().split("\n## ").next().unwrap();
+    let code = |line: &str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    let mut rows: Vec<String> = notices.lines().filter_map(code).collect();
+    rows.sort();
+    let mut codes = NoticeCode::ALL.map(NoticeCode::code);
+    codes.sort_unstable();
+    assert_eq!(rows, codes);
 }

@@ -90,7 +90,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
             rms_a: 0.0036,
             noise_floor_a: 0.0035,
             noise_a: 0.02,
-            noise_source: NoiseSource::Standstill,
+            noise_source: NoiseSource::OutOfBand,
             adequate: true,
         },
         faults: faults.into(),

@@ -98,7 +98,7 @@ impl Run<'_> {
         let rate_hz = self.observation.phase_rate_hz;
         let learnt_hz = self.experiment().actuator.controller.sample_hz;
         (rate_hz < LEAST_RATE_SHARE * learnt_hz).then(|| Notice {
-            code: NoticeCode::OutsideTraining,
+            code: NoticeCode::PhasesSampledSlowly,
             message: format!(
                 "the phases were sampled at {rate_hz} Hz and the bundle is learnt at \
                  {learnt_hz} Hz: commutation is seen more coarsely, which the intervals and \
@@ -137,7 +137,7 @@ fn verdict(outcome: &Outcome, faults: &[Fault], open: bool) -> Verdict {
 
 fn hidden_notice(most: f64, noise: Noise) -> Notice {
     Notice {
-        code: NoticeCode::OutsideTraining,
+        code: NoticeCode::NoiseHidesLevels,
         message: format!(
             "with {:.3} A of noise on each phase sample, levels up to {most:.3} are not excluded where \
              nothing is detected; look for outliers in the currents",

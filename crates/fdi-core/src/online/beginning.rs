@@ -179,7 +179,7 @@ impl Began {
             })
             .collect();
         let message = format!("estimated with the faults: {}", parts.join(", "));
-        vec![Notice { code: NoticeCode::OutsideTraining, message }]
+        vec![Notice { code: NoticeCode::StartEstimated, message }]
     }
 }
 

@@ -115,7 +115,7 @@ impl Learnt {
              misses by {rms_a:.4} A rms",
             if *count == 1 { "" } else { "s" }
         );
-        Ok(Some(Notice { code: NoticeCode::BundleOfAnotherModel, message }))
+        Ok(Some(Notice { code: NoticeCode::ReferenceUsed, message }))
     }
 }
 

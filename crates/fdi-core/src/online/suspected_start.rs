@@ -100,7 +100,7 @@ fn suspicion(which: usize, value: f64, distance: f64, moved: f64) -> Notice {
         "the recording is explained better ({distance:.0} standard deviations) if {what}: levels \
          would change by up to {moved:.4}; `{option}` estimates it with the faults"
     );
-    Notice { code: NoticeCode::OutsideTraining, message }
+    Notice { code: NoticeCode::StartSuspected, message }
 }
 
 #[cfg(test)]

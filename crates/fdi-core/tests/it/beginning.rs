@@ -53,11 +53,8 @@ fn finds(answer: &RecordDiagnosis) -> bool {
     })
 }
 
-fn tells(answer: &RecordDiagnosis, words: &str) -> bool {
-    answer
-        .notices
-        .iter()
-        .any(|notice| notice.code == NoticeCode::OutsideTraining && notice.message.contains(words))
+fn tells(answer: &RecordDiagnosis, code: NoticeCode, words: &str) -> bool {
+    answer.notices.iter().any(|notice| notice.code == code && notice.message.contains(words))
 }
 
 #[test]
@@ -73,7 +70,8 @@ fn a_delay_is_told_and_estimated_where_it_may_be() {
     assert!(!without.fit.adequate && !finds(&without));
     let with = answer(2e-3);
     assert!(with.fit.adequate && finds(&with), "{:?}", with.faults);
-    assert!(tells(&with, "begins before the command by 0.70 ms"), "{:?}", with.notices);
+    let told = tells(&with, NoticeCode::StartEstimated, "begins before the command by 0.70 ms");
+    assert!(told, "{:?}", with.notices);
     let refused = DiagnoseOptions { max_delay_s: 0.1, ..DiagnoseOptions::default() };
     assert_eq!(
         diagnoser.diagnose(&recording, &refused).unwrap_err().to_string(),
@@ -95,7 +93,8 @@ fn the_side_of_the_play_and_the_integrator_are_estimated() {
     };
     let without = answer(false);
     assert!(!without.fit.adequate);
-    assert!(tells(&without, "`--free-start` estimates it"), "{:?}", without.notices);
+    let told = tells(&without, NoticeCode::StartSuspected, "`--free-start` estimates it");
+    assert!(told, "{:?}", without.notices);
     let with = answer(true);
     assert!(with.fit.adequate && finds(&with), "{:?}", with.faults);
 }
@@ -116,7 +115,7 @@ fn levels_are_against_a_reference() {
     let referred = Diagnoser::with_references(bundle, Encoding::Full, &[reference]).unwrap();
     let answer = referred.diagnose(&recording, &options).unwrap();
     assert!(answer.faults.iter().all(|fault| fault.detected != Some(true)), "{:?}", answer.faults);
-    assert!(answer.notices.iter().any(|one| one.code == NoticeCode::BundleOfAnotherModel));
+    assert!(answer.notices.iter().any(|one| one.code == NoticeCode::ReferenceUsed));
     let turned = SimulatedRecording {
         faults: HealthState::HEALTHY.coordinates(),
         start_angle_rad: 0.5,

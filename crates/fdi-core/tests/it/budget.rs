@@ -36,7 +36,11 @@ fn a_search_cut_short_decides_nothing() {
             continue;
         }
         assert!(told(NoticeCode::SearchUnfinished), "{max_evaluations}: {:?}", answer.notices);
-        assert!(!told(NoticeCode::OutsideTraining), "{:?}", answer.notices);
+        assert!(
+            !told(NoticeCode::OutsideTraining) && !told(NoticeCode::StartSuspected),
+            "{:?}",
+            answer.notices
+        );
         assert!(answer.faults.iter().all(|fault| fault.detected != Some(true)));
     }
     let answer = diagnoser.diagnose(&healthy, &DiagnoseOptions::default()).unwrap();

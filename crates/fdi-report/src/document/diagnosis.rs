@@ -173,14 +173,10 @@ pub enum NoiseSource {
     Flag,
     /// The recording's metadata.
     Metadata,
-    /// The recording where the actuator stands still.
-    Standstill,
-    /// The recording beyond the frequencies of the model.
+    /// Sum of the three phase currents of the recording, which no machine drives.
     OutOfBand,
     /// The residual of the fit.
     Residual,
-    /// The level that the bundle was made for.
-    Bundle,
 }
 
 words! {
@@ -194,8 +190,8 @@ words! {
     }
     Fidelity { Low "low", High "high" }
     NoiseSource {
-        Flag "flag", Metadata "metadata", Standstill "standstill",
-        OutOfBand "out-of-band", Residual "residual", Bundle "bundle",
+        Flag "flag", Metadata "metadata",
+        OutOfBand "out-of-band", Residual "residual",
     }
 }
 
@@ -315,7 +311,6 @@ pub(crate) mod tests {
             }
         }
         use NoiseSource as N;
-        use NoticeCode as C;
         use Verdict as V;
         agree(&[Status::Ok, Status::Partial], Status::word);
         agree(&[V::ModelInadequate, V::Faulty, V::Healthy, V::Undetermined], V::word);
@@ -324,22 +319,8 @@ pub(crate) mod tests {
             Method::word,
         );
         agree(&[Fidelity::Low, Fidelity::High], Fidelity::word);
-        agree(
-            &[N::Flag, N::Metadata, N::Standstill, N::OutOfBand, N::Residual, N::Bundle],
-            N::word,
-        );
-        agree(
-            &[
-                C::StartAngleUnknown,
-                C::PhaseUndetermined,
-                C::CommandAssumed,
-                C::OutsideTraining,
-                C::NoiseFromBundle,
-                C::BundleOfAnotherModel,
-                C::SearchUnfinished,
-            ],
-            C::code,
-        );
+        agree(&[N::Flag, N::Metadata, N::OutOfBand, N::Residual], N::word);
+        agree(&NoticeCode::ALL, NoticeCode::code);
         agree(&FaultId::ALL, FaultId::id);
     }
 

@@ -25,12 +25,22 @@ pub enum NoticeCode {
     PhaseUndetermined,
     /// The recording does not say its command; that of the bundle is assumed.
     CommandAssumed,
-    /// The answer lies outside what the bundle was trained on.
+    /// A level lies beyond the range that the bundle is learnt on; intervals are widened.
     OutsideTraining,
-    /// The noise level is that of the bundle.
-    NoiseFromBundle,
-    /// The model is not the one that the bundle is of.
-    BundleOfAnotherModel,
+    /// The rotor starts at an angle that the bundle has no signals of; intervals may be too narrow.
+    StartAngleNotLearnt,
+    /// The emulator does not explain the recording; the answer is that of `gls`.
+    EmulatorReplaced,
+    /// The phases are sampled more slowly than the intervals and the test of fit know.
+    PhasesSampledSlowly,
+    /// Noise on the phases could hide levels where nothing is detected.
+    NoiseHidesLevels,
+    /// The start of the test was estimated with the faults.
+    StartEstimated,
+    /// Another start of the test would explain the recording better.
+    StartSuspected,
+    /// Levels are against reference recordings of the machine as new.
+    ReferenceUsed,
     /// The search ended where the model does not explain the recording: nothing is decided.
     SearchUnfinished,
     /// Few numbers were looked at in place of the whole signal.
@@ -38,6 +48,23 @@ pub enum NoticeCode {
 }
 
 impl NoticeCode {
+    /// Every code.
+    pub const ALL: [Self; 13] = [
+        Self::StartAngleUnknown,
+        Self::PhaseUndetermined,
+        Self::CommandAssumed,
+        Self::OutsideTraining,
+        Self::StartAngleNotLearnt,
+        Self::EmulatorReplaced,
+        Self::PhasesSampledSlowly,
+        Self::NoiseHidesLevels,
+        Self::StartEstimated,
+        Self::StartSuspected,
+        Self::ReferenceUsed,
+        Self::SearchUnfinished,
+        Self::Encoded,
+    ];
+
     /// The code as JSON has it.
     pub fn code(self) -> &'static str {
         match self {
@@ -45,8 +72,13 @@ impl NoticeCode {
             Self::PhaseUndetermined => "phase-undetermined",
             Self::CommandAssumed => "command-assumed",
             Self::OutsideTraining => "outside-training",
-            Self::NoiseFromBundle => "noise-from-bundle",
-            Self::BundleOfAnotherModel => "bundle-of-another-model",
+            Self::StartAngleNotLearnt => "start-angle-not-learnt",
+            Self::EmulatorReplaced => "emulator-replaced",
+            Self::PhasesSampledSlowly => "phases-sampled-slowly",
+            Self::NoiseHidesLevels => "noise-hides-levels",
+            Self::StartEstimated => "start-estimated",
+            Self::StartSuspected => "start-suspected",
+            Self::ReferenceUsed => "reference-used",
             Self::SearchUnfinished => "search-unfinished",
             Self::Encoded => "encoded",
         }
