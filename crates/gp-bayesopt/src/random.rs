@@ -35,6 +35,12 @@ impl Stream {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
     }
 
+    /// 64 random bits, to seed the generator of a library.
+    #[cfg(feature = "swarm")]
+    pub(crate) fn word(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
     /// 32 random bits.
     pub(crate) fn bits(&mut self) -> u32 {
         self.0.next_u32()
