@@ -73,7 +73,7 @@ impl Default for PopulationOptions {
 pub struct PopulationSolution {
     /// The best point.
     pub point: Vec<f64>,
-    /// Its value.
+    /// The value there.
     pub value: f64,
     /// Evaluations made.
     pub evaluations: usize,

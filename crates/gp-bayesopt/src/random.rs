@@ -7,7 +7,7 @@ use rand_chacha::{
 
 use crate::normal::quantile;
 
-/// What a stream of random numbers is for; adding draws to one moves no other.
+/// Purpose of a stream of random numbers; adding draws to one moves no other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     Design,

@@ -1,6 +1,8 @@
 //! The Gaussian process against other software and against direct formulas.
 
-use gp_bayesopt::{Bounds, Design, GaussianProcess, GpOptions, Kernel, Matrix, Noise};
+use gp_bayesopt::{
+    Bounds, Design, GaussianProcess, GpOptions, Hyperparameters, Kernel, Matrix, Noise,
+};
 
 const TRAIN: &str = include_str!("../../../../fixtures/references/sklearn/train.csv");
 const PROBE: &str = include_str!("../../../../fixtures/references/sklearn/probe.csv");
@@ -40,7 +42,7 @@ fn fixed_processes() -> Vec<(Kernel, GaussianProcess)> {
         .into_iter()
         .map(|kernel| {
             let options = GpOptions { kernel, ..GpOptions::default() };
-            let fixed = (LENGTHS.as_slice(), NOISE);
+            let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
             let gp =
                 GaussianProcess::with_hyperparameters(&bounds, &points, &outputs, &options, fixed);
             (kernel, gp.unwrap())
@@ -137,7 +139,7 @@ fn law_posterior_with_circles_and_polar_pairs_by_the_direct_formula() {
         &points,
         &column(&values),
         &GpOptions::default(),
-        (&lengths, noise),
+        Hyperparameters { length_scales: &lengths, noise_ratio: noise },
     )
     .unwrap();
     let tau = std::f64::consts::TAU;
@@ -197,7 +199,7 @@ fn property_evidence_gradient_is_flat_at_the_fit() {
                 &points,
                 &column(&values),
                 &GpOptions { length_scales: (0.02, 30.0), ..GpOptions::default() },
-                (&lengths, report.noise_ratio),
+                Hyperparameters { length_scales: &lengths, noise_ratio: report.noise_ratio },
             )
             .unwrap();
             // stopping rule: 1e-7 of the likelihood per datum, 200 data
@@ -211,7 +213,7 @@ fn property_many_outputs_equal_one_by_one() {
     let (bounds, points, values) = case();
     let rows: Vec<Vec<f64>> = values.iter().map(|v| vec![*v, 3.0 - 2.0 * v, v * v]).collect();
     let all = Matrix::from_rows(&rows).unwrap();
-    let fixed = (LENGTHS.as_slice(), NOISE);
+    let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
     let options = GpOptions::default();
     let gp =
         GaussianProcess::with_hyperparameters(&bounds, &points, &all, &options, fixed).unwrap();
@@ -239,7 +241,7 @@ fn property_many_outputs_equal_one_by_one() {
 #[test]
 fn property_appending_equals_fitting_all() {
     let (bounds, points, values) = case();
-    let fixed = (LENGTHS.as_slice(), NOISE);
+    let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
     let options = GpOptions::default();
     let of = |n: usize| {
         let part = column(&values[..n]);
@@ -264,7 +266,7 @@ fn property_appending_equals_fitting_all() {
 fn law_leave_one_out_is_what_leaving_one_out_gives() {
     let (bounds, points, values) = case();
     let n = 30;
-    let fixed = (LENGTHS.as_slice(), NOISE);
+    let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
     let options = GpOptions { noise: Noise::Ratio(NOISE), ..GpOptions::default() };
     let all = column(&values[..n]);
     let gp = GaussianProcess::with_hyperparameters(&bounds, &points[..n], &all, &options, fixed)
