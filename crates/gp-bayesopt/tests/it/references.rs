@@ -1,5 +1,6 @@
 //! The Gaussian process against other software and against direct formulas.
 
+use approx::assert_abs_diff_eq;
 use gp_bayesopt::{
     Bounds, Design, GaussianProcess, GpOptions, Hyperparameters, Kernel, Matrix, Noise,
 };
@@ -169,15 +170,15 @@ fn law_posterior_with_circles_and_polar_pairs_by_the_direct_formula() {
         let known: f64 =
             solve(k.clone(), cross.clone()).iter().zip(&cross).map(|(a, b)| a * b).sum();
         let ours = gp.predict(&x).unwrap();
-        assert!((ours.mean[0] - want).abs() < POSTERIOR_REL, "{ours:?} {want}");
-        assert!((ours.std[0].powi(2) / (s2 * (1.0 - known)) - 1.0).abs() < 1e-7, "{ours:?}");
+        assert_abs_diff_eq!(ours.mean[0], want, epsilon = POSTERIOR_REL);
+        assert_abs_diff_eq!(ours.std[0].powi(2) / (s2 * (1.0 - known)), 1.0, epsilon = 1e-7);
         // the seam and the centre are no places
         let mut turned = x.clone();
         turned[1] = if x[1] > 0.0 { -1.0 } else { 1.0 };
         let mut other = turned.clone();
         other[1] = -turned[1];
         let (a, b) = (gp.predict(&turned).unwrap(), gp.predict(&other).unwrap());
-        assert!((a.mean[0] - b.mean[0]).abs() < 1e-12, "{a:?} {b:?}");
+        assert_abs_diff_eq!(a.mean[0], b.mean[0], epsilon = 1e-12);
     }
 }
 
@@ -224,16 +225,16 @@ fn property_many_outputs_equal_one_by_one() {
                 .unwrap();
         for x in table(PROBE) {
             let (a, b) = (gp.predict(&x).unwrap(), alone.predict(&x).unwrap());
-            assert!((a.mean[o] - b.mean[0]).abs() < 1e-9 * b.mean[0].abs().max(1.0));
-            assert!((a.std[o] / b.std[0] - 1.0).abs() < 1e-9);
+            assert_abs_diff_eq!(a.mean[o], b.mean[0], epsilon = 1e-9 * b.mean[0].abs().max(1.0));
+            assert_abs_diff_eq!(a.std[o] / b.std[0], 1.0, epsilon = 1e-9);
         }
     }
     let batch = gp.predict_many(&table(PROBE)).unwrap();
     for (x, many) in table(PROBE).iter().zip(batch) {
         let one = gp.predict(x).unwrap();
         for o in 0..3 {
-            assert!((one.mean[o] - many.mean[o]).abs() < 1e-9);
-            assert!((one.std[o] - many.std[o]).abs() < 1e-9);
+            assert_abs_diff_eq!(one.mean[o], many.mean[o], epsilon = 1e-9);
+            assert_abs_diff_eq!(one.std[o], many.std[o], epsilon = 1e-9);
         }
     }
 }
@@ -253,11 +254,11 @@ fn property_appending_equals_fitting_all() {
         grown.append(&points[i], &[values[i]]).unwrap();
     }
     let whole = of(200);
-    assert!((grown.report().ln_likelihood - whole.report().ln_likelihood).abs() < 1e-6);
+    assert_abs_diff_eq!(grown.report().ln_likelihood, whole.report().ln_likelihood, epsilon = 1e-6);
     for x in table(PROBE) {
         let (a, b) = (grown.predict(&x).unwrap(), whole.predict(&x).unwrap());
-        assert!((a.mean[0] - b.mean[0]).abs() < POSTERIOR_REL);
-        assert!((a.std[0] / b.std[0] - 1.0).abs() < POSTERIOR_REL);
+        assert_abs_diff_eq!(a.mean[0], b.mean[0], epsilon = POSTERIOR_REL);
+        assert_abs_diff_eq!(a.std[0] / b.std[0], 1.0, epsilon = POSTERIOR_REL);
     }
     assert_eq!(grown.len(), 200);
 }
