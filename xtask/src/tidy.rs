@@ -9,6 +9,8 @@ mod source;
 mod summaries;
 mod tuple_parameters;
 
+mod dependencies;
+
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 use anyhow::{Context, Result, bail};
@@ -155,6 +157,7 @@ pub(crate) fn run(root: &Path) -> Result<()> {
     problems.extend(leaves(root)?);
     problems.extend(licences(&metadata));
     problems.extend(same_licences(root)?);
+    problems.extend(dependencies::unused(root, &metadata)?);
     let files = committed(root)?;
     problems.extend(named_paths(root, &files));
     problems.extend(machine_paths(root, &files));

@@ -3,6 +3,7 @@
 mod cma;
 mod differential;
 mod genetic;
+#[cfg(feature = "swarm")]
 mod swarm;
 mod wolves;
 
@@ -18,7 +19,7 @@ use crate::{
 /// | method | rule | source |
 /// |---|---|---|
 /// | genetic | binary tournament, BLX-½ crossover, normal mutation of one input on average, two elites | Eshelman and Schaffer, FOGA 2 (1993) 187 |
-/// | swarm | constriction coefficients, global best | Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002) 58 |
+/// | swarm (feature `swarm`) | standard particle swarm, global best, the box mirrored at its faces; carried by argmin | Zambrano-Bigiarini et al., CEC 2013, section II.A |
 /// | differential evolution | best/1/bin, dithered factor | Storn and Price, J. Global Optim. 11 (1997) 341 |
 /// | grey wolves | three leaders, linear decrease over the budget | Mirjalili et al., Adv. Eng. Softw. 69 (2014) 46 |
 /// | CMA-ES | rank-one and rank-µ updates, restarts with twice the population | Hansen, arXiv:1604.00772; Auger and Hansen, CEC 2005 |
@@ -28,6 +29,7 @@ pub enum Population {
     /// A real-coded genetic algorithm.
     Genetic,
     /// Particle swarm.
+    #[cfg(feature = "swarm")]
     Swarm,
     /// Differential evolution.
     DifferentialEvolution,
@@ -71,7 +73,7 @@ impl Default for PopulationOptions {
 pub struct PopulationSolution {
     /// The best point.
     pub point: Vec<f64>,
-    /// Its value.
+    /// The value there.
     pub value: f64,
     /// Evaluations made.
     pub evaluations: usize,
@@ -98,7 +100,9 @@ impl Population {
     {
         let members = options.members.unwrap_or(match self {
             Self::Genetic => 100,
-            Self::Swarm | Self::GreyWolves => 40,
+            Self::GreyWolves => 40,
+            #[cfg(feature = "swarm")]
+            Self::Swarm => 40,
             Self::DifferentialEvolution => 15 * bounds.dimension(),
             Self::CmaEs => 4 + (3.0 * libm::log(bounds.dimension() as f64)) as usize,
         });
@@ -117,6 +121,7 @@ impl Population {
         let mut crowd = Crowd { function, bounds, options, evaluations: 0, best: None };
         let ended = match self {
             Self::Genetic => genetic::run(&mut crowd, members),
+            #[cfg(feature = "swarm")]
             Self::Swarm => swarm::run(&mut crowd, members),
             Self::DifferentialEvolution => differential::run(&mut crowd, members),
             Self::GreyWolves => wolves::run(&mut crowd, members),

@@ -1,9 +1,14 @@
 //! The box that is searched, and what kind of number each input is.
 
+#[cfg(feature = "serde")]
+mod layout;
+
 use crate::error::BoundsError;
 
-/// What kind of number an input is.
+/// Kind of number that an input is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum InputKind {
     /// A number on an interval.
@@ -35,10 +40,29 @@ pub enum InputKind {
 /// # Ok::<_, gp_bayesopt::BoundsError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "layout::Layout", into = "layout::Layout"))]
 pub struct Bounds {
     lower: Vec<f64>,
     upper: Vec<f64>,
     kinds: Vec<InputKind>,
+}
+
+/// Limits of a search, one pair for each coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct Walls {
+    pub(crate) lower: Vec<f64>,
+    pub(crate) upper: Vec<f64>,
+}
+
+impl Walls {
+    /// Steps from a point that reach the limits.
+    pub(crate) fn seen_from(&self, point: &[f64]) -> Self {
+        Self {
+            lower: self.lower.iter().zip(point).map(|(l, x)| l - x).collect(),
+            upper: self.upper.iter().zip(point).map(|(u, x)| u - x).collect(),
+        }
+    }
 }
 
 impl Bounds {
@@ -144,7 +168,7 @@ impl Bounds {
         self.upper[input] - self.lower[input]
     }
 
-    /// Whether input `input` lies on a circle.
+    /// Tells whether input `input` lies on a circle.
     ///
     /// # Panics
     /// When `input` is out of range.
@@ -166,7 +190,7 @@ impl Bounds {
         }
     }
 
-    /// Whether a point lies in the box.
+    /// Tells whether a point lies in the box.
     pub fn contains(&self, point: &[f64]) -> bool {
         point.len() == self.dimension()
             && (0..point.len()).all(|i| self.lower[i] <= point[i] && point[i] <= self.upper[i])
@@ -199,7 +223,7 @@ impl Bounds {
 
     /// Limits for a search in fractions: circles may be crossed by half a
     /// turn, and a polar pair whose radius starts at zero through its centre.
-    pub(crate) fn unit_walls(&self) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn unit_walls(&self) -> Walls {
         let d = self.dimension();
         let low = |i: usize| match self.kinds[i] {
             InputKind::Linear => 0.0,
@@ -213,7 +237,7 @@ impl Bounds {
             }
         };
         let high = |i: usize| if self.wraps(i) { 1.5 } else { 1.0 };
-        ((0..d).map(low).collect(), (0..d).map(high).collect())
+        Walls { lower: (0..d).map(low).collect(), upper: (0..d).map(high).collect() }
     }
 
     /// Brings fractions back into the unit cube: a negative radius turns its

@@ -1,7 +1,7 @@
 //! Derivative-free Gauss-Newton with a trust region.
 
 use crate::{
-    bounds::Bounds,
+    bounds::{Bounds, Walls},
     error::{SettingError, SolveError},
     levenberg::Solution,
     linalg::damped_step,
@@ -105,7 +105,7 @@ impl DerivativeFreeGaussNewton {
     /// As [`LevenbergMarquardt::solve`](crate::LevenbergMarquardt::solve).
     pub fn solve<E, F>(
         &self,
-        mut residual: F,
+        residual: F,
         start: &[f64],
         bounds: &Bounds,
     ) -> Result<Solution, SolveError<E>>
@@ -115,106 +115,22 @@ impl DerivativeFreeGaussNewton {
     {
         self.check()?;
         let centre = bounds.to_unit(&bounds.project(start)?);
-        let d = centre.len();
-        let mut set = Set { points: Vec::new(), residuals: Vec::new() };
-        let (mut evaluations, mut refused) = (0, 0);
-        let mut evaluate = |set: &Set, unit: &[f64]| -> Result<Option<Vec<f64>>, SolveError<E>> {
-            evaluations += 1;
-            let best = || Some((bounds.at_unit(set.points.first()?), set.residuals[0].clone()));
-            let there = residual(&bounds.at_unit(unit)).map_err(|source| {
-                SolveError::Evaluation { evaluation: evaluations, best: best(), source }
-            })?;
-            let expected = set.residuals.first().map_or(there.len(), Vec::len);
-            if there.len() != expected {
-                let (evaluation, found) = (evaluations, there.len());
-                return Err(SolveError::LengthChanged { evaluation, expected, found });
-            }
-            if there.is_empty() || !norm(&there).is_finite() {
-                refused += 1;
-                return Ok(None);
-            }
-            Ok(Some(there))
+        let mut search = Search {
+            residual,
+            bounds,
+            set: Set { points: Vec::new(), residuals: Vec::new() },
+            radius: self.initial_radius,
+            left: self.max_evaluations,
+            jacobian: None,
+            evaluations: 0,
+            refused: 0,
         };
-        let mut left = self.max_evaluations;
-        let mut radius = self.initial_radius;
-        for t in 0..=d {
-            if left == 0 {
-                break;
-            }
-            let mut unit = centre.clone();
-            if t > 0 {
-                let inward = if unit[t - 1] + radius > 1.0 { -radius } else { radius };
-                unit[t - 1] = (unit[t - 1] + inward).clamp(0.0, 1.0);
-            }
-            left -= 1;
-            let there = evaluate(&set, &unit)?.ok_or(SolveError::UnusableStart)?;
-            set.points.push(unit);
-            set.residuals.push(there);
-        }
-        let mut stop = StopReason::BudgetSpent;
-        let mut jacobian = None;
-        set.sort();
-        while left > 0 && set.points.len() == d + 1 {
-            let size = norm(&set.residuals[0]);
-            if size <= self.target {
-                stop = StopReason::TargetReached;
-                break;
-            }
-            if radius < self.final_radius {
-                stop = StopReason::Converged;
-                break;
-            }
-            let Some(lagrange) = set.lagrange() else {
-                stop = StopReason::Stalled;
-                break;
-            };
-            let model = set.jacobian(&lagrange);
-            let step = box_step(&model, &set, radius);
-            let reach = step.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-            let linear: Vec<f64> =
-                model.times(&step).iter().zip(&set.residuals[0]).map(|(a, r)| a + r).collect();
-            let promised = size * size - dot(&linear, &linear);
-            jacobian = Some(model);
-            let mut gain = f64::NEG_INFINITY;
-            if reach > 0.01 * radius && promised > 0.0 {
-                let unit = moved(&set.points[0], &step);
-                left -= 1;
-                if let Some(there) = evaluate(&set, &unit)? {
-                    gain = (size * size - dot(&there, &there)) / promised;
-                    let leaving = leaver(&set, &lagrange, &step, radius);
-                    if gain > 0.0 || leaving.1 > 1.0 {
-                        set.replace(leaving.0, unit, there);
-                        set.sort();
-                    }
-                }
-            }
-            if gain >= 0.7 {
-                radius = (2.0 * radius).min((4.0 * reach).max(radius)).min(0.5);
-            } else if gain < 0.1 {
-                let far = (1..=d).max_by(|&a, &b| set.distance(a).total_cmp(&set.distance(b)));
-                let far = far.filter(|&t| set.distance(t) > 2.0 * radius);
-                match (far, left) {
-                    (Some(t), 1..) => {
-                        let Some(lagrange) = set.lagrange() else {
-                            stop = StopReason::Stalled;
-                            break;
-                        };
-                        let unit = spread_point(&set, &lagrange, t, radius);
-                        left -= 1;
-                        match evaluate(&set, &unit)? {
-                            Some(there) => set.replace(t, unit, there),
-                            None => radius *= 0.5,
-                        }
-                        set.sort();
-                    }
-                    _ => radius *= 0.2_f64.max((reach / radius).min(0.5)),
-                }
-            }
-        }
-        if norm(&set.residuals[0]) <= self.target {
+        search.first_points(&centre)?;
+        let mut stop = search.steps(self)?;
+        if norm(&search.set.residuals[0]) <= self.target {
             stop = StopReason::TargetReached;
         }
-        Ok(solution(bounds, set, (jacobian, stop), (evaluations, refused)))
+        Ok(search.solution(stop))
     }
 
     fn check(&self) -> Result<(), SettingError> {
@@ -233,17 +149,197 @@ impl DerivativeFreeGaussNewton {
     }
 }
 
+/// A run: the interpolation set and what is left of the budget.
+struct Search<'a, F> {
+    residual: F,
+    bounds: &'a Bounds,
+    set: Set,
+    radius: f64,
+    /// Evaluations that are left.
+    left: usize,
+    jacobian: Option<Matrix>,
+    evaluations: usize,
+    refused: usize,
+}
+
+impl<F> Search<'_, F> {
+    /// One evaluation; `None` when the residual is not finite.
+    fn evaluate<E>(&mut self, unit: &[f64]) -> Result<Option<Vec<f64>>, SolveError<E>>
+    where
+        E: std::error::Error + 'static,
+        F: FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    {
+        self.left -= 1;
+        self.evaluations += 1;
+        let (evaluation, bounds, set) = (self.evaluations, self.bounds, &self.set);
+        let best = || Some((bounds.at_unit(set.points.first()?), set.residuals[0].clone()));
+        let there = (self.residual)(&bounds.at_unit(unit))
+            .map_err(|source| SolveError::Evaluation { evaluation, best: best(), source })?;
+        let expected = set.residuals.first().map_or(there.len(), Vec::len);
+        if there.len() != expected {
+            let found = there.len();
+            return Err(SolveError::LengthChanged { evaluation, expected, found });
+        }
+        if there.is_empty() || !norm(&there).is_finite() {
+            self.refused += 1;
+            return Ok(None);
+        }
+        Ok(Some(there))
+    }
+
+    /// The start and one point beside it along each input.
+    fn first_points<E>(&mut self, centre: &[f64]) -> Result<(), SolveError<E>>
+    where
+        E: std::error::Error + 'static,
+        F: FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    {
+        for t in 0..=centre.len() {
+            if self.left == 0 {
+                break;
+            }
+            let mut unit = centre.to_vec();
+            if t > 0 {
+                let inward =
+                    if unit[t - 1] + self.radius > 1.0 { -self.radius } else { self.radius };
+                unit[t - 1] = (unit[t - 1] + inward).clamp(0.0, 1.0);
+            }
+            let there = self.evaluate(&unit)?.ok_or(SolveError::UnusableStart)?;
+            self.set.points.push(unit);
+            self.set.residuals.push(there);
+        }
+        self.set.sort();
+        Ok(())
+    }
+
+    /// Steps until something ends the run.
+    fn steps<E>(
+        &mut self,
+        settings: &DerivativeFreeGaussNewton,
+    ) -> Result<StopReason, SolveError<E>>
+    where
+        E: std::error::Error + 'static,
+        F: FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    {
+        let d = self.bounds.dimension();
+        while self.left > 0 && self.set.points.len() == d + 1 {
+            if norm(&self.set.residuals[0]) <= settings.target {
+                return Ok(StopReason::TargetReached);
+            }
+            if self.radius < settings.final_radius {
+                return Ok(StopReason::Converged);
+            }
+            let Some(lagrange) = self.set.lagrange() else {
+                return Ok(StopReason::Stalled);
+            };
+            let tried = self.try_step(&lagrange)?;
+            if tried.gain >= 0.7 {
+                let radius = self.radius;
+                self.radius = (2.0 * radius).min((4.0 * tried.reach).max(radius)).min(0.5);
+            } else if tried.gain < 0.1 && !self.spread_or_shrink(tried.reach)? {
+                return Ok(StopReason::Stalled);
+            }
+        }
+        Ok(StopReason::BudgetSpent)
+    }
+
+    /// The step that the linear model promises most of, taken where it is worth an evaluation.
+    fn try_step<E>(&mut self, lagrange: &Matrix) -> Result<Tried, SolveError<E>>
+    where
+        E: std::error::Error + 'static,
+        F: FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    {
+        let size = norm(&self.set.residuals[0]);
+        let model = self.set.jacobian(lagrange);
+        let step = box_step(&model, &self.set, self.radius);
+        let reach = step.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
+        let linear: Vec<f64> =
+            model.times(&step).iter().zip(&self.set.residuals[0]).map(|(a, r)| a + r).collect();
+        let promised = size * size - dot(&linear, &linear);
+        self.jacobian = Some(model);
+        let mut gain = f64::NEG_INFINITY;
+        if reach > 0.01 * self.radius && promised > 0.0 {
+            let unit = moved(&self.set.points[0], &step);
+            if let Some(there) = self.evaluate(&unit)? {
+                gain = (size * size - dot(&there, &there)) / promised;
+                let leaving = leaver(&self.set, lagrange, &step, self.radius);
+                if gain > 0.0 || leaving.1 > 1.0 {
+                    self.set.replace(leaving.0, unit, there);
+                    self.set.sort();
+                }
+            }
+        }
+        Ok(Tried { gain, reach })
+    }
+
+    /// After a poor step: a far point is brought back, or the region shrinks. `false` when the
+    /// points no longer span the inputs.
+    fn spread_or_shrink<E>(&mut self, reach: f64) -> Result<bool, SolveError<E>>
+    where
+        E: std::error::Error + 'static,
+        F: FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    {
+        let (set, radius) = (&self.set, self.radius);
+        let d = self.bounds.dimension();
+        let far = (1..=d).max_by(|&a, &b| set.distance(a).total_cmp(&set.distance(b)));
+        let far = far.filter(|&t| set.distance(t) > 2.0 * radius);
+        let (Some(t), 1..) = (far, self.left) else {
+            self.radius *= 0.2_f64.max((reach / radius).min(0.5));
+            return Ok(true);
+        };
+        let Some(lagrange) = set.lagrange() else { return Ok(false) };
+        let unit = spread_point(set, &lagrange, t, radius);
+        match self.evaluate(&unit)? {
+            Some(there) => self.set.replace(t, unit, there),
+            None => self.radius *= 0.5,
+        }
+        self.set.sort();
+        Ok(true)
+    }
+
+    /// The best point, in the units of the box.
+    fn solution(mut self, stop: StopReason) -> Solution {
+        let (bounds, set) = (self.bounds, &mut self.set);
+        let (unit, residual) = (set.points.swap_remove(0), set.residuals.swap_remove(0));
+        let jacobian = self.jacobian.map(|mut j: Matrix| {
+            for i in 0..j.rows() {
+                for k in 0..unit.len() {
+                    j.set(i, k, j.get(i, k) / bounds.width(k));
+                }
+            }
+            j
+        });
+        Solution {
+            norm: norm(&residual),
+            at_bound: unit.iter().map(|u| *u <= 0.0 || *u >= 1.0).collect(),
+            point: bounds.at_unit(&unit),
+            residual,
+            jacobian,
+            evaluations: self.evaluations,
+            difference_evaluations: 0,
+            refused_evaluations: self.refused,
+            stop,
+        }
+    }
+}
+
+/// A step that was tried: gain over promise, and length.
+struct Tried {
+    gain: f64,
+    reach: f64,
+}
+
 /// The Gauss-Newton step within the trust region and the box: the damping is
 /// raised until the step is about as long as the radius, then it is cut.
 fn box_step(model: &Matrix, set: &Set, radius: f64) -> Vec<f64> {
     let at = &set.points[0];
-    let low: Vec<f64> = at.iter().map(|x| -x).collect();
-    let high: Vec<f64> = at.iter().map(|x| 1.0 - x).collect();
+    let walls = Walls {
+        lower: at.iter().map(|x| -x).collect(),
+        upper: at.iter().map(|x| 1.0 - x).collect(),
+    };
     let size = norm(model.as_slice()).max(f64::MIN_POSITIVE);
     let mut damping = 1e-12 * size;
     loop {
-        let walls = (low.as_slice(), high.as_slice());
-        let step = damped_step(model, &set.residuals[0], &vec![damping; at.len()], walls);
+        let step = damped_step(model, &set.residuals[0], &vec![damping; at.len()], &walls);
         let reach = step.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
         if reach <= 1.5 * radius || damping > 1e9 * size {
             let cut = (radius / reach).min(1.0);
@@ -316,33 +412,4 @@ fn invert(mut a: Vec<Vec<f64>>) -> Option<Matrix> {
         }
     }
     Matrix::from_rows(&a.iter().map(|row| row[n..].to_vec()).collect::<Vec<_>>()).ok()
-}
-
-/// In the units of the box.
-fn solution(
-    bounds: &Bounds,
-    mut set: Set,
-    (jacobian, stop): (Option<Matrix>, StopReason),
-    (evaluations, refused): (usize, usize),
-) -> Solution {
-    let (unit, residual) = (set.points.swap_remove(0), set.residuals.swap_remove(0));
-    let jacobian = jacobian.map(|mut j: Matrix| {
-        for i in 0..j.rows() {
-            for k in 0..unit.len() {
-                j.set(i, k, j.get(i, k) / bounds.width(k));
-            }
-        }
-        j
-    });
-    Solution {
-        norm: norm(&residual),
-        at_bound: unit.iter().map(|u| *u <= 0.0 || *u >= 1.0).collect(),
-        point: bounds.at_unit(&unit),
-        residual,
-        jacobian,
-        evaluations,
-        difference_evaluations: 0,
-        refused_evaluations: refused,
-        stop,
-    }
 }

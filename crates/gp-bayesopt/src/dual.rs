@@ -24,13 +24,13 @@ impl Dual {
     }
 }
 
-/// What a formula needs of its numbers, so that it is written once for values and for slopes.
+/// Operations of a formula, so that it is written once for values and for slopes.
 pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// A number that depends on nothing.
     fn constant(value: f64) -> Self;
-    /// Its value.
+    /// The value.
     fn value(self) -> f64;
     /// `eˣ`.
     fn exp(self) -> Self;

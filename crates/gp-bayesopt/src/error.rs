@@ -1,4 +1,4 @@
-//! What can go wrong, one enum per family of operations.
+//! Errors, one enum per family of operations.
 
 /// Why a matrix could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -34,9 +34,9 @@ pub enum BoundsError {
     NotAnInterval {
         /// Which input.
         input: usize,
-        /// Its lower limit.
+        /// The lower limit given.
         lower: f64,
-        /// Its upper limit.
+        /// The upper limit given.
         upper: f64,
     },
     /// An input index beyond the box.
@@ -68,7 +68,7 @@ pub enum BoundsError {
     NotFinite {
         /// Which coordinate.
         input: usize,
-        /// Its value.
+        /// The value given.
         value: f64,
     },
 }
@@ -120,7 +120,7 @@ pub enum SolveError<E: std::error::Error + 'static> {
         evaluation: usize,
         /// The best point before it, with its residual, if there was one.
         best: Option<(Vec<f64>, Vec<f64>)>,
-        /// What the function said.
+        /// The error of the function.
         #[source]
         source: E,
     },
@@ -160,7 +160,7 @@ pub enum SettingError {
         name: &'static str,
         /// The number given.
         value: f64,
-        /// What it must be.
+        /// Condition that it must meet.
         needs: &'static str,
     },
     /// A start Jacobian of the wrong shape.
@@ -227,7 +227,7 @@ pub enum FitError {
     NotFinite {
         /// Which observation.
         observation: usize,
-        /// Its value.
+        /// The value given.
         value: f64,
     },
     /// A point is unusable.
@@ -276,7 +276,7 @@ pub enum AcquisitionError {
     /// The incumbent is NaN or infinite.
     #[error("incumbent value is {value}")]
     Incumbent {
-        /// Its value.
+        /// The value given.
         value: f64,
     },
     /// A setting is unusable.
@@ -320,7 +320,7 @@ pub enum StudyError {
     /// A checkpoint does not fit the settings.
     #[error("checkpoint holds {found} where the settings have {expected} for {what}")]
     Checkpoint {
-        /// What differs.
+        /// Name of that which differs.
         what: &'static str,
         /// The settings' number.
         expected: usize,

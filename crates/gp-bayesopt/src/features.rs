@@ -1,4 +1,4 @@
-//! What a surrogate sees of a point: circles unrolled, polar pairs in the plane.
+//! Features of a point that a surrogate works on: circles unrolled, polar pairs in the plane.
 
 use std::f64::consts::TAU;
 

@@ -19,6 +19,8 @@
 /// Rasmussen and Williams, Gaussian Processes for Machine Learning (2006),
 /// equations 4.9 and 4.17. The FREEDOM paper uses the squared exponential.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Kernel {
     /// Infinitely smooth; the paper's choice.

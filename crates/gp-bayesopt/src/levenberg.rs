@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt with Broyden updates on a box.
 
 use crate::{
-    bounds::Bounds,
+    bounds::{Bounds, Walls},
     covariance::covariance,
     error::{CovarianceError, SettingError, SolveError},
     linalg::damped_step,
@@ -9,7 +9,7 @@ use crate::{
     stop::StopReason,
 };
 
-/// What the Jacobian of a [`Solution`] is.
+/// Origin of the Jacobian of a [`Solution`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FinalJacobian {
@@ -104,7 +104,7 @@ impl Default for LevenbergMarquardt {
 pub struct Solution {
     /// The best point found.
     pub point: Vec<f64>,
-    /// Its residual.
+    /// The residual there.
     pub residual: Vec<f64>,
     /// Norm of that residual.
     pub norm: f64,
@@ -112,7 +112,7 @@ pub struct Solution {
     pub jacobian: Option<Matrix>,
     /// Evaluations made, every one counted.
     pub evaluations: usize,
-    /// Of these, evaluations spent on finite differences.
+    /// Evaluations among them that were spent on finite differences.
     pub difference_evaluations: usize,
     /// Evaluations that returned NaN or an infinity; their points were refused.
     pub refused_evaluations: usize,
@@ -306,7 +306,7 @@ impl LevenbergMarquardt {
         }
     }
 
-    /// Whether a step is below the tolerance in every input.
+    /// Tells whether a step is below the tolerance in every input.
     fn is_short(&self, step: &[f64], bounds: &Bounds) -> bool {
         step.iter().enumerate().all(|(i, s)| s.abs() <= self.step_tolerance * bounds.width(i))
     }
@@ -317,16 +317,14 @@ impl LevenbergMarquardt {
 pub(crate) fn on_surrogate(
     model: impl Fn(&[f64]) -> (Vec<f64>, Matrix),
     start: Vec<f64>,
-    (lower, upper): &(Vec<f64>, Vec<f64>),
+    walls: &Walls,
 ) -> Vec<f64> {
     let mut point = start;
     let (mut residual, mut jacobian) = model(&point);
     let mut lambda = 1e-3;
     for _ in 0..15 {
         let damping = column_damping(&jacobian, lambda);
-        let low: Vec<f64> = lower.iter().zip(&point).map(|(l, x)| l - x).collect();
-        let high: Vec<f64> = upper.iter().zip(&point).map(|(u, x)| u - x).collect();
-        let step = damped_step(&jacobian, &residual, &damping, (&low, &high));
+        let step = damped_step(&jacobian, &residual, &damping, &walls.seen_from(&point));
         let trial: Vec<f64> = point.iter().zip(&step).map(|(x, s)| x + s).collect();
         let (there, slope) = model(&trial);
         let (now, before) = (norm(&there), norm(&residual));
@@ -366,9 +364,11 @@ fn boxed_step(jacobian: &Matrix, run: &Run, lambda: f64, bounds: &Bounds) -> Vec
     let room = |i: usize, limit: f64, open: f64| {
         if bounds.wraps(i) { open * 0.5 * bounds.width(i) } else { limit - run.point[i] }
     };
-    let low: Vec<f64> = (0..d).map(|i| room(i, bounds.lower()[i], -1.0)).collect();
-    let high: Vec<f64> = (0..d).map(|i| room(i, bounds.upper()[i], 1.0)).collect();
-    damped_step(jacobian, &run.residual, &damping, (&low, &high))
+    let walls = Walls {
+        lower: (0..d).map(|i| room(i, bounds.lower()[i], -1.0)).collect(),
+        upper: (0..d).map(|i| room(i, bounds.upper()[i], 1.0)).collect(),
+    };
+    damped_step(jacobian, &run.residual, &damping, &walls)
 }
 
 /// A point plus a step, back in the box.
@@ -536,7 +536,7 @@ impl<F> Meter<'_, F> {
                 return Ok(None);
             };
             for i in 0..below.len() {
-                let slope = three_point((down, below[i]), run.residual[i], (up, above[i]));
+                let slope = three_point(run.residual[i], [(down, below[i]), (up, above[i])]);
                 jacobian.set(i, input, slope);
             }
         }
@@ -586,7 +586,8 @@ impl<F> Meter<'_, F> {
 }
 
 /// Slope at zero of the parabola through two displaced values and the centre.
-fn three_point((h, a): (f64, f64), centre: f64, (k, b): (f64, f64)) -> f64 {
+fn three_point(centre: f64, displaced: [(f64, f64); 2]) -> f64 {
+    let [(h, a), (k, b)] = displaced;
     let (left, right) = ((a - centre) / h, (b - centre) / k);
     (left * k - right * h) / (k - h)
 }

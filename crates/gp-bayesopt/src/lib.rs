@@ -33,7 +33,8 @@ pub use error::{
     SettingError, SolveError, StudyError,
 };
 pub use gp::{
-    FitReport, GaussianProcess, GpOptions, LeaveOneOut, Noise, Prediction, PredictionSlope,
+    FitReport, GaussianProcess, GpOptions, Hyperparameters, LeaveOneOut, Noise, Prediction,
+    PredictionSlope,
 };
 pub use kernel::Kernel;
 pub use levenberg::{FinalJacobian, LevenbergMarquardt, Solution};

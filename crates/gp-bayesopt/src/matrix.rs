@@ -1,5 +1,10 @@
 //! A dense matrix that crosses the crate's border without a foreign type.
 
+#[cfg(feature = "nalgebra")]
+mod from_nalgebra;
+#[cfg(feature = "ndarray")]
+mod from_ndarray;
+
 use crate::error::MatrixError;
 
 /// A dense matrix of `f64`, stored row by row.
@@ -88,6 +93,11 @@ impl Matrix {
     /// One row, to be written.
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [f64] {
         &mut self.values[row * self.columns..(row + 1) * self.columns]
+    }
+
+    /// All rows, in the form in which points are given to a fit.
+    pub fn to_rows(&self) -> Vec<Vec<f64>> {
+        (0..self.rows).map(|row| self.row(row).to_vec()).collect()
     }
 
     /// All entries, row by row.

@@ -230,7 +230,7 @@ impl Maximiser {
         let walls = bounds.unit_walls();
         let climb = |start: &[f64], evaluations: usize| {
             let limits = Limits { evaluations, ..limits };
-            minimise(&slope, start, (&walls.0, &walls.1), limits)
+            minimise(&slope, start, &walls, limits)
         };
         // every start a little, then the leader to the end
         let short = self.evaluations.div_ceil(3);

@@ -1,6 +1,7 @@
 //! A bounded quasi-Newton minimiser for a handful of smooth inputs.
 
 use crate::{
+    bounds::Walls,
     linalg::solve_small,
     matrix::{Matrix, dot},
 };
@@ -35,9 +36,10 @@ type Valued = Option<(f64, Vec<f64>)>;
 pub(crate) fn minimise(
     mut f: impl FnMut(&[f64]) -> Valued,
     start: &[f64],
-    (lower, upper): (&[f64], &[f64]),
+    walls: &Walls,
     limits: Limits,
 ) -> Option<Minimum> {
+    let (lower, upper) = (&walls.lower, &walls.upper);
     let d = start.len();
     let clamp = |x: f64, i: usize| x.clamp(lower[i], upper[i]);
     let mut x: Vec<f64> = (0..d).map(|i| clamp(start[i], i)).collect();
@@ -164,9 +166,13 @@ mod tests {
         Some((value, vec![-2.0 * a - 400.0 * x[0] * b, 200.0 * b]))
     }
 
+    fn walls(first_upper: f64) -> Walls {
+        Walls { lower: vec![-2.0; 2], upper: vec![first_upper, 2.0] }
+    }
+
     #[test]
     fn finds_an_inner_minimum() {
-        let m = minimise(rosenbrock, &[-1.2, 1.0], (&[-2.0; 2], &[2.0; 2]), LIMITS).unwrap();
+        let m = minimise(rosenbrock, &[-1.2, 1.0], &walls(2.0), LIMITS).unwrap();
         assert!((m.point[0] - 1.0).abs() < 1e-6, "{m:?}");
         assert!(m.evaluations < 80, "{m:?}");
     }
@@ -174,7 +180,7 @@ mod tests {
     #[test]
     fn finds_a_minimum_on_a_face() {
         // with x0 ≤ 1/2 the minimum is (1/2, 1/4)
-        let m = minimise(rosenbrock, &[-1.2, 1.0], (&[-2.0; 2], &[0.5, 2.0]), LIMITS).unwrap();
+        let m = minimise(rosenbrock, &[-1.2, 1.0], &walls(0.5), LIMITS).unwrap();
         assert!((m.point[0] - 0.5).abs() < 1e-12 && (m.point[1] - 0.25).abs() < 1e-6, "{m:?}");
     }
 }

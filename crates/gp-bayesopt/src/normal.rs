@@ -98,13 +98,14 @@ pub(crate) fn quantile(p: f64) -> f64 {
     if q < 0.0 { -z } else { z }
 }
 
-/// A ratio of two polynomials of degree seven.
-fn ratio(r: f64, (above, below): &([f64; 8], [f64; 8])) -> f64 {
-    let horner = |c: &[f64; 8]| c.iter().rev().fold(0.0, |sum, &c| sum * r + c);
-    horner(above) / horner(below)
+/// A ratio of two polynomials of degree seven, numerator first.
+fn ratio(r: f64, polynomials: &[[f64; 8]; 2]) -> f64 {
+    let [above, below] =
+        polynomials.each_ref().map(|c| c.iter().rev().fold(0.0, |sum, &c| sum * r + c));
+    above / below
 }
 
-const CENTRE: ([f64; 8], [f64; 8]) = (
+const CENTRE: [[f64; 8]; 2] = [
     [
         3.387_132_872_796_366_5,
         1.331_416_678_917_843_8e2,
@@ -125,9 +126,9 @@ const CENTRE: ([f64; 8], [f64; 8]) = (
         2.872_908_573_572_194_3e4,
         5.226_495_278_852_854e3,
     ],
-);
+];
 
-const MIDDLE: ([f64; 8], [f64; 8]) = (
+const MIDDLE: [[f64; 8]; 2] = [
     [
         1.423_437_110_749_683_5,
         4.630_337_846_156_546,
@@ -148,9 +149,9 @@ const MIDDLE: ([f64; 8], [f64; 8]) = (
         5.475_938_084_995_345e-4,
         1.050_750_071_644_416_9e-9,
     ],
-);
+];
 
-const FAR: ([f64; 8], [f64; 8]) = (
+const FAR: [[f64; 8]; 2] = [
     [
         6.657_904_643_501_103,
         5.463_784_911_164_114,
@@ -171,7 +172,7 @@ const FAR: ([f64; 8], [f64; 8]) = (
         1.421_511_758_316_446e-7,
         2.044_263_103_389_94e-15,
     ],
-);
+];
 
 #[cfg(test)]
 mod tests {

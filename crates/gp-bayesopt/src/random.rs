@@ -7,7 +7,7 @@ use rand_chacha::{
 
 use crate::normal::quantile;
 
-/// What a stream of random numbers is for; adding draws to one moves no other.
+/// Purpose of a stream of random numbers; adding draws to one moves no other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     Design,
@@ -33,6 +33,12 @@ impl Stream {
     /// A number in `[0, 1)` with 53 random bits.
     pub(crate) fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+    }
+
+    /// 64 random bits, to seed the generator of a library.
+    #[cfg(feature = "swarm")]
+    pub(crate) fn word(&mut self) -> u64 {
+        self.0.next_u64()
     }
 
     /// 32 random bits.

@@ -1,5 +1,7 @@
 //! Ask where to look, tell what was seen.
 
+#[cfg(feature = "serde")]
+mod layout;
 mod options;
 mod state;
 

@@ -12,7 +12,7 @@ pub struct BoundCase {
     pub derivatives: Option<Matrix>,
 }
 
-/// What an encoding costs against the whole signal.
+/// Cost of an encoding against the whole signal.
 ///
 /// ```text
 /// inflation = least deviation from the encoded numbers ÷ from the whole signal

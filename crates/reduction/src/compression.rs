@@ -2,6 +2,8 @@
 
 mod config;
 mod fit;
+#[cfg(feature = "serde")]
+mod layout;
 mod parts;
 
 use crate::Matrix;
@@ -58,6 +60,8 @@ pub struct LengthError {
 /// # Ok::<_, Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "layout::Layout", into = "layout::Layout"))]
 pub struct CompressionMap {
     parts: CompressionParts,
     /// `E·ȳ`.
@@ -137,7 +141,7 @@ impl CompressionMap {
         self.parts.encoder.weights(self.signal_len())
     }
 
-    /// What the fit found out on its way.
+    /// Report of the fit.
     pub fn report(&self) -> &FitReport {
         &self.parts.report
     }

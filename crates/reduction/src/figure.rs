@@ -51,7 +51,7 @@ impl ModeFigure {
         self.mean_distance(self.points.iter().copied())
     }
 
-    /// The same if points lay anywhere alike: the mean over all locations.
+    /// Mean distance to the nearest extremum over all locations, in locations; that of points by chance.
     pub fn mean_distance_by_chance(&self) -> f64 {
         self.mean_distance(0..self.mode.len())
     }

@@ -95,7 +95,7 @@ impl Information {
         Ok(Self::of_signal(sensitivities, noise)?.seen_by(&seen(noise, weights)?))
     }
 
-    /// What is left of the information in a subspace of the whitened signals.
+    /// Information that is left in a subspace of the whitened signals.
     pub(crate) fn seen_by(&self, basis: &Matrix) -> Self {
         Self { root: basis.transposed_times(&self.root) }
     }

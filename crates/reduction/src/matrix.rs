@@ -1,3 +1,10 @@
+#[cfg(feature = "nalgebra")]
+mod from_nalgebra;
+#[cfg(feature = "ndarray")]
+mod from_ndarray;
+#[cfg(feature = "serde")]
+mod layout;
+
 use faer::{Accum, MatRef, Par, linalg::matmul::matmul};
 
 /// Why numbers could not be taken as a matrix.
@@ -27,7 +34,7 @@ pub enum MatrixError {
     Ragged {
         /// Index of the offending column.
         column: usize,
-        /// Its length.
+        /// Length of that column.
         found: usize,
         /// Length of the first column.
         expected: usize,
@@ -37,7 +44,7 @@ pub enum MatrixError {
     NotFinite {
         /// Row of the first such value, in column order.
         row: usize,
-        /// Its column.
+        /// Column of that value.
         column: usize,
     },
 }
@@ -56,6 +63,8 @@ pub enum MatrixError {
 /// # Ok::<_, reduction::MatrixError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "layout::Layout", into = "layout::Layout"))]
 pub struct Matrix {
     rows: usize,
     columns: usize,

@@ -46,7 +46,7 @@ pub enum NoiseError {
     NotSymmetric {
         /// Row of the first such pair.
         row: usize,
-        /// Its column.
+        /// Column of that value.
         column: usize,
     },
     /// A band of another length than its place asks for.

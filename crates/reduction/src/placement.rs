@@ -4,7 +4,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use crate::{Matrix, NoiseCovariance, matrix::dot, som::shuffle};
 
-/// What a greedy choice of locations improves at each step.
+/// Criterion that a greedy choice of locations improves at each step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Optimality {
     /// Sum of the variances of the (scaled) parameters.

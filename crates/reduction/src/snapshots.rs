@@ -109,7 +109,7 @@ impl Snapshots {
         Self(Matrix::raw(self.locations(), self.count(), values))
     }
 
-    /// The same snapshots taken in another order.
+    /// Snapshots in another order.
     ///
     /// # Panics
     ///

@@ -92,7 +92,7 @@ pub struct StreamingSvd {
     state: StreamedSvd,
 }
 
-/// What a [`StreamingSvd`] found.
+/// Result of a [`StreamingSvd`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamedSvd {
     left: Matrix,

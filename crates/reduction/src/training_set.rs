@@ -8,7 +8,7 @@ use crate::{Matrix, matrix::norm};
 pub struct TrainingScaling {
     /// Standard deviation that the locations are scaled to.
     pub location: f64,
-    /// What each mode is scaled to.
+    /// Scale of each mode.
     pub modes: ModeScaling,
 }
 
@@ -19,7 +19,7 @@ impl Default for TrainingScaling {
     }
 }
 
-/// What the modes in a training set are scaled to.
+/// Scaling of the modes in a training set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ModeScaling {

@@ -63,7 +63,7 @@ pub enum Acquisition {
 pub struct Scored {
     /// The value; larger is better.
     pub value: f64,
-    /// Its gradient.
+    /// The gradient.
     pub gradient: Vec<f64>,
 }
 

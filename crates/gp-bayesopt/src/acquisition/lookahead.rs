@@ -62,7 +62,7 @@ pub(crate) struct Second {
     block: Block,
 }
 
-/// What one first point gives.
+/// Criterion at one first point.
 struct Looked {
     value: f64,
     /// Second point and improvement of each node.
@@ -183,7 +183,7 @@ impl TwoStep {
             } else {
                 (if best1 > mu1 { 1.0 } else { 0.0 }, 0.0)
             };
-            let cov_slope = gp.covariance_slope(unit, (&second.unit[c], &second.block, c));
+            let cov_slope = gp.covariance_slope(unit, &second.unit[c], &second.block, c);
             for i in 0..d {
                 let observed_slope = by_share(observed, i);
                 let h_slope = (cov_slope[i] - h * observed_slope) / observed;
@@ -301,7 +301,9 @@ impl NullaryFnOnce for Look<'_> {
         let mut chosen = Vec::with_capacity(rule.nodes.len());
         for &(z, weight) in &rule.nodes {
             let best1 = best.min(mean + observed * z);
-            ceilings(&mut ceiling, (best1, z), &second.block.mean, (&pull, &later));
+            let rise =
+                Rise { best: best1, z, mean: &second.block.mean, pull: &pull, later: &later };
+            ceilings(&mut ceiling, &rise);
             let exact = |i: usize| {
                 let gain = best1 - second.block.mean[i] - pull[i] * z;
                 if later[i] > 0.0 { later[i] * improvement(gain / later[i]) } else { gain.max(0.0) }
@@ -323,12 +325,24 @@ impl NullaryFnOnce for Look<'_> {
     }
 }
 
+/// Second points after a first observation `z` standard deviations from its mean.
+struct Rise<'a> {
+    best: f64,
+    z: f64,
+    mean: &'a [f64],
+    /// Move of each mean for one standard deviation of the first observation.
+    pull: &'a [f64],
+    /// Standard deviation that is left at each.
+    later: &'a [f64],
+}
+
 /// Upper bounds of the improvement at each second point.
 #[inline(always)]
-fn ceilings(out: &mut [f64], (best, z): (f64, f64), mean: &[f64], (pull, later): (&[f64], &[f64])) {
+fn ceilings(out: &mut [f64], rise: &Rise<'_>) {
     let n = out.len();
+    let (best, z) = (rise.best, rise.z);
     // slices of one length, so that the loop needs no checks
-    let (mean, pull, later) = (&mean[..n], &pull[..n], &later[..n]);
+    let (mean, pull, later) = (&rise.mean[..n], &rise.pull[..n], &rise.later[..n]);
     for i in 0..n {
         let gain = best - mean[i] - pull[i] * z;
         let u = gain / (later[i] + f64::MIN_POSITIVE);

@@ -60,7 +60,7 @@ where
     };
     let mut size = members;
     loop {
-        if let Err(ended) = descend(crowd, &mut stream, (mean, sigma), size) {
+        if let Err(ended) = descend(crowd, &mut stream, Cloud { mean, sigma }, size) {
             return ended;
         }
         mean = (0..d).map(|_| stream.uniform()).collect();
@@ -68,16 +68,23 @@ where
     }
 }
 
+/// Centre and width of a population, as fractions of the intervals.
+struct Cloud {
+    mean: Vec<f64>,
+    sigma: f64,
+}
+
 /// One descent, until the steps or the values no longer differ.
 fn descend<E, F>(
     crowd: &mut Crowd<'_, F>,
     stream: &mut Stream,
-    (mut mean, mut sigma): (Vec<f64>, f64),
+    start: Cloud,
     members: usize,
 ) -> Result<(), Ended<E>>
 where
     F: FnMut(&[f64]) -> Result<f64, E>,
 {
+    let Cloud { mut mean, mut sigma } = start;
     let d = mean.len();
     let rates = Rates::new(members, d);
     let mut covariance = Matrix::zeros(d, d);
@@ -137,26 +144,29 @@ where
         for (p, s) in path_c.iter_mut().zip(&shift) {
             *p = (1.0 - rates.c_c) * *p + keep * s;
         }
-        adapt(&mut covariance, &rates, (&path_c, moving), (&order, &steps));
+        let ranked: Vec<&[f64]> = order.iter().map(|&k| steps[k].as_slice()).collect();
+        adapt(&mut covariance, &rates, &Path { steps: &path_c, moving }, &ranked);
         sigma *= libm::exp((rates.c_sigma / rates.d_sigma) * (length / rates.chi - 1.0));
         sigma = sigma.min(1.0);
     }
     Ok(())
 }
 
-/// The rank-one and rank-µ updates.
-fn adapt(
-    covariance: &mut Matrix,
-    rates: &Rates,
-    (path, moving): (&[f64], bool),
-    (order, steps): (&[usize], &[Vec<f64>]),
-) {
+/// The evolution path, and whether it is followed in this generation.
+struct Path<'a> {
+    steps: &'a [f64],
+    moving: bool,
+}
+
+/// The rank-one and rank-µ updates; `ranked` holds the steps of the members, best first.
+fn adapt(covariance: &mut Matrix, rates: &Rates, path: &Path<'_>, ranked: &[&[f64]]) {
+    let Path { steps: path, moving } = *path;
     let d = path.len();
     let lost = if moving { 0.0 } else { rates.c_c * (2.0 - rates.c_c) };
     for i in 0..d {
         for j in 0..d {
             let ranked: f64 =
-                order.iter().zip(&rates.weights).map(|(&k, w)| w * steps[k][i] * steps[k][j]).sum();
+                ranked.iter().zip(&rates.weights).map(|(step, w)| w * step[i] * step[j]).sum();
             let old = covariance.get(i, j);
             let new = (1.0 - rates.c_1 - rates.c_mu) * old
                 + rates.c_1 * (path[i] * path[j] + lost * old)

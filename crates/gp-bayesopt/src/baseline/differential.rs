@@ -20,7 +20,7 @@ where
         let factor = stream.between(0.5, 1.0);
         for i in 0..members {
             let leader = ranking(&values)[0];
-            let trial = mutant(&mut stream, &at, (i, leader), factor);
+            let trial = mutant(&mut stream, &at, [i, leader], factor);
             match crowd.value(&trial) {
                 Ok(value) if value <= values[i] => {
                     values[i] = value;
@@ -35,12 +35,7 @@ where
 
 /// The leader plus a scaled difference, crossed with member `i`; inputs that
 /// leave the cube are drawn anew.
-fn mutant(
-    stream: &mut Stream,
-    at: &[Vec<f64>],
-    (i, leader): (usize, usize),
-    factor: f64,
-) -> Vec<f64> {
+fn mutant(stream: &mut Stream, at: &[Vec<f64>], [i, leader]: [usize; 2], factor: f64) -> Vec<f64> {
     let mut pick = || loop {
         let k = stream.index(at.len());
         if k != i {

@@ -63,12 +63,17 @@ impl Data {
         }
         let unit: Vec<Vec<f64>> = points.iter().map(|x| bounds.to_unit(x)).collect();
         let raw: Vec<Vec<f64>> = (0..outputs.rows()).map(|i| outputs.row(i).to_vec()).collect();
-        let scaling: Vec<Scaling> =
-            (0..outputs.columns()).map(|o| Scaling::of(raw.iter().map(|row| row[o]))).collect();
+        Ok(Self::from_unit(features, unit, raw))
+    }
+
+    /// Standardises checked observations at points of the unit cube.
+    pub(super) fn from_unit(features: &Features, unit: Vec<Vec<f64>>, raw: Vec<Vec<f64>>) -> Self {
+        let outputs = raw.first().map_or(0, Vec::len);
+        let scaling = (0..outputs).map(|o| Scaling::of(raw.iter().map(|row| row[o]))).collect();
         let features = unit.iter().map(|u| features.of(u)).collect();
         let mut data = Self { unit, features, columns: Vec::new(), raw, scaling };
         data.standardise();
-        Ok(data)
+        data
     }
 
     /// Number of points.

@@ -11,6 +11,7 @@ use pulp::NullaryFnOnce;
 
 use super::data::Data;
 use crate::{
+    features::Features,
     kernel::Kernel,
     linalg::{Factor, factor, lanes_dot, subtract_rows, wide},
 };
@@ -19,7 +20,7 @@ use crate::{
 /// counts as constant up to rounding.
 const VARIANCE_FLOOR: f64 = 1e-30;
 
-/// What a set of hyperparameters gives.
+/// Solution for one set of hyperparameters.
 #[derive(Clone, Debug)]
 pub(super) struct Solved {
     pub(super) factor: Factor,
@@ -60,13 +61,13 @@ impl<'a> Evidence<'a> {
     /// to signal variance when that is not fitted.
     pub(super) fn new(
         data: &'a Data,
-        (groups, scales): (&[usize], usize),
+        features: &Features,
         kernel: Kernel,
         fixed_noise: Option<f64>,
     ) -> Self {
         let n = data.len();
-        let mut squares = vec![vec![0.0; n * (n - 1) / 2]; scales];
-        for (feature, &group) in groups.iter().enumerate() {
+        let mut squares = vec![vec![0.0; n * (n - 1) / 2]; features.scales()];
+        for (feature, &group) in features.groups().iter().enumerate() {
             let column: Vec<f64> = data.features.iter().map(|z| z[feature]).collect();
             let mut at = 0;
             for i in 0..n {
@@ -79,7 +80,7 @@ impl<'a> Evidence<'a> {
         Self { data, kernel, squares, fixed_noise, jitter: 0.0 }
     }
 
-    /// The same with a jitter on the diagonal.
+    /// Adds a jitter to the diagonal.
     pub(super) fn with_jitter(mut self, jitter: f64) -> Self {
         self.jitter = jitter;
         self
@@ -255,7 +256,7 @@ impl NullaryFnOnce for Gradient<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{bounds::Bounds, design::Design, features::Features, matrix::Matrix};
+    use crate::{bounds::Bounds, design::Design, matrix::Matrix};
 
     /// Richardson's extrapolation of central differences in `ln ℓ`: truncation of order `h⁴` =
     /// 1e-12 times a fifth derivative; rounding of a likelihood of 30 data with condition below
@@ -279,10 +280,9 @@ mod tests {
         let features = Features::new(&bounds);
         let outputs = Matrix::from_rows(&rows).unwrap();
         let data = Data::new(&bounds, &features, &points, &outputs).unwrap();
-        let scales = (features.groups(), features.scales());
         for kernel in [Kernel::SquaredExponential, Kernel::Matern32, Kernel::Matern52] {
             for fixed_noise in [None, Some(1e-3)] {
-                let evidence = Evidence::new(&data, scales, kernel, fixed_noise);
+                let evidence = Evidence::new(&data, &features, kernel, fixed_noise);
                 let mut theta = vec![-0.5, -1.2, -0.3, 0.2];
                 theta.extend(fixed_noise.is_none().then_some(-6.0));
                 let at = |theta: &[f64]| {

@@ -1,11 +1,13 @@
 //! Fitting the hyperparameters, and adding observations one by one.
 
+#[cfg(feature = "serde")]
+use super::layout::Layout;
 use super::{
     data::{Data, check_finite},
     evidence::{Evidence, Memory, Solved},
 };
 use crate::{
-    bounds::Bounds,
+    bounds::{Bounds, Walls},
     error::{FitError, SettingError},
     features::Features,
     kernel::Kernel,
@@ -20,8 +22,10 @@ const LN_PRIOR_SCALE: f64 = 0.405_465_108_108_164_4;
 /// Jitters tried, relative to the signal variance.
 const JITTERS: [f64; 8] = [0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-4];
 
-/// What is known of the observation noise.
+/// Knowledge of the observation noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Noise {
     /// The ratio of noise to signal variance is given.
@@ -39,6 +43,8 @@ pub enum Noise {
 ///
 /// Length scales are in units of the input's interval.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct GpOptions {
     /// The covariance function.
     pub kernel: Kernel,
@@ -76,7 +82,7 @@ impl Default for GpOptions {
 }
 
 impl GpOptions {
-    fn check(&self) -> Result<(), SettingError> {
+    pub(super) fn check(&self) -> Result<(), SettingError> {
         let (low, high) = self.length_scales;
         let mut rules = vec![
             ("length_scales", low, low > 0.0 && low.is_finite(), "positive and finite"),
@@ -104,14 +110,14 @@ impl GpOptions {
     }
 
     /// Limits of the logarithmic hyperparameters.
-    fn limits(&self, scales: usize) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn limits(&self, scales: usize) -> Walls {
         let mut lower = vec![libm::log(self.length_scales.0); scales];
         let mut upper = vec![libm::log(self.length_scales.1); scales];
         if let Noise::Fitted { lower: low, upper: high } = self.noise {
             lower.push(libm::log(low));
             upper.push(libm::log(high));
         }
-        (lower, upper)
+        Walls { lower, upper }
     }
 
     fn fixed_noise(&self) -> Option<f64> {
@@ -122,7 +128,16 @@ impl GpOptions {
     }
 }
 
-/// What a fit found, repairs included.
+/// Hyperparameters that are given and not fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hyperparameters<'a> {
+    /// Length scales in units of the intervals, as many as [`FitReport::length_scales`] holds.
+    pub length_scales: &'a [f64],
+    /// Noise variance over signal variance.
+    pub noise_ratio: f64,
+}
+
+/// Result of a fit, repairs included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitReport {
     /// Log-likelihood of the data in their own units, all outputs together.
@@ -176,6 +191,8 @@ pub struct FitReport {
 /// # Ok::<_, Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Layout", into = "Layout"))]
 pub struct GaussianProcess {
     pub(super) bounds: Bounds,
     pub(super) features: Features,
@@ -190,6 +207,18 @@ pub struct GaussianProcess {
     pub(super) weights: Vec<f64>,
     /// Inverse length scale of each feature.
     pub(super) inverse_scale: Vec<f64>,
+    /// Observations appended since the factor was made at once.
+    pub(super) appended: usize,
+    pub(super) effort: Effort,
+}
+
+/// Cost of finding the hyperparameters.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Effort {
+    /// Likelihood evaluations.
+    pub(super) evaluations: usize,
+    /// Points that the likelihood was that of.
+    pub(super) points: usize,
 }
 
 impl GaussianProcess {
@@ -244,8 +273,8 @@ impl GaussianProcess {
         options.check()?;
         let features = Features::new(bounds);
         let data = Data::new(bounds, &features, points, outputs)?;
-        let (theta, evaluations, fitted_on) = hyperparameters(&data, &features, options, warm);
-        Self::assemble(bounds, data, options, theta, (evaluations, fitted_on))
+        let (theta, effort) = hyperparameters(&data, &features, options, warm);
+        Self::assemble(bounds, data, options, theta, effort)
     }
 
     /// A process with the hyperparameters of an earlier fit.
@@ -258,17 +287,16 @@ impl GaussianProcess {
     ) -> Result<Self, FitError> {
         options.check()?;
         let features = Features::new(bounds);
-        let expected = options.limits(features.scales()).0.len();
+        let expected = options.limits(features.scales()).lower.len();
         if theta.len() != expected {
             let (name, found) = ("hyperparameters", theta.len());
             return Err(SettingError::Length { name, expected, found }.into());
         }
         let data = Data::new(bounds, &features, points, outputs)?;
-        Self::assemble(bounds, data, options, theta.to_vec(), (0, 0))
+        Self::assemble(bounds, data, options, theta.to_vec(), Effort::default())
     }
 
-    /// A process with given length scales (in units of the intervals) and
-    /// noise ratio; nothing is fitted but means and variances.
+    /// A process with given hyperparameters; nothing is fitted but means and variances.
     ///
     /// # Errors
     /// Those of [`Self::fit_many`], and [`SettingError::Length`] unless there is one
@@ -278,8 +306,9 @@ impl GaussianProcess {
         points: &[Vec<f64>],
         outputs: &Matrix,
         options: &GpOptions,
-        (length_scales, noise_ratio): (&[f64], f64),
+        hyperparameters: Hyperparameters<'_>,
     ) -> Result<Self, FitError> {
+        let Hyperparameters { length_scales, noise_ratio } = hyperparameters;
         let features = Features::new(bounds);
         if length_scales.len() != features.scales() {
             let (expected, found) = (features.scales(), length_scales.len());
@@ -294,20 +323,19 @@ impl GaussianProcess {
             return Err(SettingError::OutOfRange { name, value, needs }.into());
         }
         let data = Data::new(bounds, &features, points, outputs)?;
-        Self::assemble(bounds, data, &options, theta, (0, 0))
+        Self::assemble(bounds, data, &options, theta, Effort::default())
     }
 
     /// Solves at `theta`, with as little jitter as it takes.
-    fn assemble(
+    pub(super) fn assemble(
         bounds: &Bounds,
         data: Data,
         options: &GpOptions,
         theta: Vec<f64>,
-        (evaluations, fitted_on): (usize, usize),
+        effort: Effort,
     ) -> Result<Self, FitError> {
         let features = Features::new(bounds);
-        let scales = (features.groups(), features.scales());
-        let base = Evidence::new(&data, scales, options.kernel, options.fixed_noise());
+        let base = Evidence::new(&data, &features, options.kernel, options.fixed_noise());
         let solved = JITTERS.iter().find_map(|&jitter| {
             let solved = base.clone().with_jitter(jitter).solve(&theta).ok()?;
             // a factor whose pivots span more than this holds no digits
@@ -319,7 +347,7 @@ impl GaussianProcess {
         };
         let noise_ratio = base.noise(&theta);
         drop(base);
-        let (lower, upper) = options.limits(features.scales());
+        let Walls { lower, upper } = options.limits(features.scales());
         let report = FitReport {
             ln_likelihood: 0.0,
             length_scales: theta[..features.scales()].iter().map(|&t| libm::exp(t)).collect(),
@@ -328,8 +356,8 @@ impl GaussianProcess {
             at_limit: (0..features.scales())
                 .map(|i| theta[i] <= lower[i] || theta[i] >= upper[i])
                 .collect(),
-            evaluations,
-            fitted_on,
+            evaluations: effort.evaluations,
+            fitted_on: effort.points,
             constant_outputs: data.scaling.iter().filter(|s| s.spread == 0.0).count(),
         };
         let inverse_scale =
@@ -345,6 +373,8 @@ impl GaussianProcess {
             scaled: Vec::new(),
             weights: Vec::new(),
             inverse_scale,
+            appended: 0,
+            effort,
         };
         gp.arrange();
         Ok(gp)
@@ -383,7 +413,11 @@ impl GaussianProcess {
             return Err(FitError::OutputMismatch { observation: n, expected, found });
         }
         check_finite(n, outputs)?;
-        let unit = self.bounds.to_unit(point);
+        self.append_unit(self.bounds.to_unit(point), outputs)
+    }
+
+    /// Adds one checked observation at a point of the unit cube.
+    pub(super) fn append_unit(&mut self, unit: Vec<f64>, outputs: &[f64]) -> Result<(), FitError> {
         let features = self.features.of(&unit);
         let column = self.correlations(&features);
         let corner = 1.0 + self.report.noise_ratio + self.report.jitter;
@@ -397,6 +431,7 @@ impl GaussianProcess {
         self.data.push(unit, features, outputs);
         self.resolve(factor);
         self.arrange();
+        self.appended += 1;
         Ok(())
     }
 
@@ -406,7 +441,7 @@ impl GaussianProcess {
         self.report.constant_outputs = self.data.scaling.iter().filter(|s| s.spread == 0.0).count();
     }
 
-    /// What the fit found.
+    /// Result of the fit.
     pub fn report(&self) -> &FitReport {
         &self.report
     }
@@ -421,7 +456,7 @@ impl GaussianProcess {
         self.data.len()
     }
 
-    /// Whether there are no observations: never, a fit needs one.
+    /// Tells whether there are no observations: never, a fit needs one.
     pub fn is_empty(&self) -> bool {
         self.data.len() == 0
     }
@@ -477,22 +512,19 @@ pub(crate) fn column(values: &[f64]) -> Matrix {
     outputs
 }
 
-/// Maximises the likelihood; returns the best hyperparameters, the
-/// evaluations made and the number of points used.
+/// Maximises the likelihood; returns the best hyperparameters and what they cost.
 fn hyperparameters(
     data: &Data,
     features: &Features,
     options: &GpOptions,
     warm: Option<&[f64]>,
-) -> (Vec<f64>, usize, usize) {
+) -> (Vec<f64>, Effort) {
     let scales = features.scales();
-    let (lower, upper) = options.limits(scales);
-    let default = default_start(&lower, &upper, scales);
+    let default = default_start(&options.limits(scales), scales);
     if data.len() < 2 || data.scaling.iter().all(|s| s.spread == 0.0) {
-        return (default, 0, data.len());
+        return (default, Effort { evaluations: 0, points: data.len() });
     }
     let order = Stream::new(options.seed, Purpose::Starts, 1).permutation(data.len());
-    let shared = (features, options);
     let mut evaluations = 0;
     // the starts compete on few points; the winner is refined on all
     let scout = data.len() > SCOUTS * 3 / 2 && warm.is_none();
@@ -501,32 +533,36 @@ fn hyperparameters(
     } else {
         data.subset(&order[..data.len().min(options.max_fit_points)])
     };
-    let found = climb(&first, shared, warm, &mut evaluations);
+    let found = climb(Climb { data: &first, features, options }, warm, &mut evaluations);
     if !scout {
-        return (found.unwrap_or(default), evaluations, first.len());
+        return (found.unwrap_or(default), Effort { evaluations, points: first.len() });
     }
     let most = options.max_fit_points.min(data.len());
     let last = if most == data.len() { data.clone() } else { data.subset(&order[..most]) };
     let refine = GpOptions { starts: 1, ..options.clone() };
     let start = found.unwrap_or(default);
-    let found = climb(&last, (features, &refine), Some(&start), &mut evaluations);
-    (found.unwrap_or(start), evaluations, last.len())
+    let found =
+        climb(Climb { data: &last, features, options: &refine }, Some(&start), &mut evaluations);
+    (found.unwrap_or(start), Effort { evaluations, points: last.len() })
 }
 
 /// Points on which the starts of a large fit compete.
 const SCOUTS: usize = 64;
 
+/// Data whose likelihood is climbed.
+#[derive(Clone, Copy)]
+struct Climb<'a> {
+    data: &'a Data,
+    features: &'a Features,
+    options: &'a GpOptions,
+}
+
 /// The most likely hyperparameters that any start leads to.
-fn climb(
-    data: &Data,
-    (features, options): (&Features, &GpOptions),
-    warm: Option<&[f64]>,
-    evaluations: &mut usize,
-) -> Option<Vec<f64>> {
+fn climb(of: Climb<'_>, warm: Option<&[f64]>, evaluations: &mut usize) -> Option<Vec<f64>> {
+    let Climb { data, features, options } = of;
     let scales = features.scales();
-    let (lower, upper) = options.limits(scales);
-    let groups = (features.groups(), scales);
-    let evidence = Evidence::new(data, groups, options.kernel, options.fixed_noise())
+    let walls = options.limits(scales);
+    let evidence = Evidence::new(data, features, options.kernel, options.fixed_noise())
         .with_jitter(if options.fixed_noise().is_some() { 1e-10 } else { 0.0 });
     let size = (data.len() * data.outputs()) as f64;
     let mut memory = Memory::default();
@@ -548,8 +584,8 @@ fn climb(
         first_step: 0.7,
     };
     let mut best: Option<(f64, Vec<f64>)> = None;
-    for start in starts(&evidence, options, (&lower, &upper), warm, evaluations) {
-        if let Some(found) = minimise(&mut cost, &start, (&lower, &upper), limits) {
+    for start in starts(&evidence, options, &walls, warm, evaluations) {
+        if let Some(found) = minimise(&mut cost, &start, &walls, limits) {
             *evaluations += found.evaluations;
             if best.as_ref().is_none_or(|(value, _)| found.value < *value) {
                 best = Some((found.value, found.point));
@@ -560,7 +596,8 @@ fn climb(
 }
 
 /// Half an interval for every length scale, little noise.
-fn default_start(lower: &[f64], upper: &[f64], scales: usize) -> Vec<f64> {
+fn default_start(walls: &Walls, scales: usize) -> Vec<f64> {
+    let Walls { lower, upper } = walls;
     let wish = |i: usize| if i < scales { libm::log(0.7) } else { libm::log(1e-4) };
     (0..lower.len()).map(|i| wish(i).clamp(lower[i], upper[i])).collect()
 }
@@ -570,10 +607,11 @@ fn default_start(lower: &[f64], upper: &[f64], scales: usize) -> Vec<f64> {
 fn starts(
     evidence: &Evidence<'_>,
     options: &GpOptions,
-    (lower, upper): (&[f64], &[f64]),
+    walls: &Walls,
     warm: Option<&[f64]>,
     evaluations: &mut usize,
 ) -> Vec<Vec<f64>> {
+    let Walls { lower, upper } = walls;
     let mut starts: Vec<Vec<f64>> =
         warm.iter().filter(|w| w.len() == lower.len()).map(|w| w.to_vec()).collect();
     let wanted = options.starts;

@@ -1,4 +1,4 @@
-//! What the surrogate would have said of each observation without it.
+//! Leave-one-out errors: each observation against the surrogate of the others.
 
 use super::fit::GaussianProcess;
 

@@ -239,7 +239,9 @@ impl GaussianProcess {
     pub(crate) fn covariance_slope(
         &self,
         unit: &[f64],
-        (other, block, at): (&[f64], &Block, usize),
+        other: &[f64],
+        block: &Block,
+        at: usize,
     ) -> Vec<f64> {
         let (scaled, _, slopes) = self.correlate(unit);
         let mut solved: Vec<f64> =

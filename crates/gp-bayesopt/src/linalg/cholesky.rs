@@ -232,7 +232,7 @@ impl Factor {
         p
     }
 
-    /// The same into `p`, with `x` for the triangular inverse.
+    /// Writes that inverse into `p`, with `x` for the triangular inverse.
     #[inline(always)]
     pub(crate) fn inverse_upper_into(&self, x: &mut Vec<f64>, p: &mut Vec<f64>) {
         let n = self.n;

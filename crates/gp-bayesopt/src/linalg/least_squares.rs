@@ -1,8 +1,8 @@
 //! Damped linear least squares on a box.
 
-use crate::matrix::Matrix;
+use crate::{bounds::Walls, matrix::Matrix};
 
-/// The step `s` that minimises `‖r + J·s‖² + λ·‖D·s‖²` on `low ≤ s ≤ high`.
+/// The step `s` that minimises `‖r + J·s‖² + λ·‖D·s‖²` between the walls.
 ///
 /// The input that would leave the box farthest is pinned to its face and the
 /// others solved again, at most once for each input. A QR factorisation of the
@@ -11,8 +11,9 @@ pub(crate) fn damped_step(
     jacobian: &Matrix,
     residual: &[f64],
     damping: &[f64],
-    (low, high): (&[f64], &[f64]),
+    walls: &Walls,
 ) -> Vec<f64> {
+    let (low, high) = (&walls.lower, &walls.upper);
     let d = jacobian.columns();
     let mut step = vec![0.0; d];
     let mut free: Vec<usize> = (0..d).collect();
@@ -107,8 +108,8 @@ mod tests {
     #[test]
     fn solves_a_square_system() {
         let j = Matrix::from_rows(&[vec![2.0, 1.0], vec![1.0, 3.0]]).unwrap();
-        let wide = [1e9, 1e9];
-        let s = damped_step(&j, &[-5.0, -10.0], &[0.0, 0.0], (&[-1e9, -1e9], &wide));
+        let walls = Walls { lower: vec![-1e9; 2], upper: vec![1e9; 2] };
+        let s = damped_step(&j, &[-5.0, -10.0], &[0.0, 0.0], &walls);
         assert!((s[0] - 1.0).abs() < 1e-14 && (s[1] - 3.0).abs() < 1e-14, "{s:?}");
     }
 
@@ -116,7 +117,8 @@ mod tests {
     fn pinned_input_moves_the_others() {
         // minimise (s0 + s1 - 4)² + (s0 - s1)² with s0 ≤ 1: s1 = (4 - 1 + 1)/2 = 2
         let j = Matrix::from_rows(&[vec![1.0, 1.0], vec![1.0, -1.0]]).unwrap();
-        let s = damped_step(&j, &[-4.0, 0.0], &[0.0, 0.0], (&[-9.0, -9.0], &[1.0, 9.0]));
+        let walls = Walls { lower: vec![-9.0; 2], upper: vec![1.0, 9.0] };
+        let s = damped_step(&j, &[-4.0, 0.0], &[0.0, 0.0], &walls);
         assert!((s[0] - 1.0).abs() < 1e-14 && (s[1] - 2.0).abs() < 1e-14, "{s:?}");
     }
 }

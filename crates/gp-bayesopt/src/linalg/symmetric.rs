@@ -43,14 +43,14 @@ fn rotate_all(a: &mut Matrix, vectors: &mut Matrix) -> bool {
             let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
             let t = if theta == 0.0 { 1.0 } else { t };
             let c = 1.0 / (t * t + 1.0).sqrt();
-            rotate(a, vectors, (p, q), (c, t * c));
+            rotate(a, vectors, [p, q], [c, t * c]);
         }
     }
     done
 }
 
-/// One rotation in the plane of `p` and `q`.
-fn rotate(a: &mut Matrix, vectors: &mut Matrix, (p, q): (usize, usize), (c, s): (f64, f64)) {
+/// One rotation in the plane of `p` and `q`, by cosine and sine.
+fn rotate(a: &mut Matrix, vectors: &mut Matrix, [p, q]: [usize; 2], [c, s]: [f64; 2]) {
     let n = a.rows();
     for k in 0..n {
         let (x, y) = (a.get(k, p), a.get(k, q));

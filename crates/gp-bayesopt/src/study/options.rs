@@ -1,4 +1,4 @@
-//! What a study is to do.
+//! Settings of a study.
 
 use crate::{
     acquisition::{Confidence, Fantasies},
@@ -21,7 +21,7 @@ pub enum Criterion {
     TwoStep(Fantasies),
 }
 
-/// What is told after each evaluation.
+/// Kind of outcome that is told after each evaluation.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Objective {
@@ -45,7 +45,7 @@ pub struct Stall {
 pub struct StudyOptions {
     /// The box.
     pub bounds: Bounds,
-    /// What is told, and for a scalar the criterion.
+    /// Kind of outcome, and for a scalar the criterion.
     pub objective: Objective,
     /// How the first points are spread.
     pub design: Design,

@@ -1,5 +1,7 @@
 //! The ask-and-tell loop and its checkpoint.
 
+#[cfg(feature = "serde")]
+use super::layout::Layout;
 use super::options::{Criterion, Objective, StudyOptions};
 use crate::{
     acquisition::{Acquisition, TwoStep},
@@ -19,8 +21,10 @@ const SAME_POINT: f64 = 1e-8;
 /// A proposal nearer than this to a point that failed is refused.
 const FAILED_RADIUS: f64 = 0.02;
 
-/// What an evaluation gave.
+/// Outcome of an evaluation.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Outcome {
     /// A number, for [`Objective::Scalar`].
@@ -41,7 +45,7 @@ pub enum Ask {
     Stop(StopReason),
 }
 
-/// What became of an outcome that was told.
+/// Use made of an outcome that was told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Told {
@@ -54,17 +58,19 @@ pub enum Told {
 /// The best observation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Best {
-    /// Its point.
+    /// The point.
     pub point: Vec<f64>,
-    /// Its value, or the norm of its residual.
+    /// The value, or the norm of the residual.
     pub value: f64,
-    /// Its place in [`StudyState::points`].
+    /// Index in [`StudyState::points`].
     pub index: usize,
 }
 
 /// All that a study knows, as plain data: save it, and [`Study::resume`]
 /// continues as if nothing had happened.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Layout", into = "Layout"))]
 pub struct StudyState {
     /// Points told, in order.
     pub points: Vec<Vec<f64>>,
@@ -80,7 +86,7 @@ pub struct StudyState {
     pub hyperparameters: Option<Vec<f64>>,
     /// Usable observations at the last fit.
     pub fitted_at: usize,
-    /// Whether the study was cancelled.
+    /// Set once the study is cancelled.
     pub cancelled: bool,
 }
 
@@ -96,7 +102,7 @@ pub enum RunError<E: std::error::Error + 'static> {
     Objective {
         /// Evaluations told before.
         evaluations: usize,
-        /// What it said.
+        /// The error of the objective.
         #[source]
         source: E,
     },
@@ -123,6 +129,42 @@ pub enum RunError<E: std::error::Error + 'static> {
 /// assert!((best.point[0] - 0.964).abs() < 0.02);
 /// # Ok::<_, gp_bayesopt::StudyError>(())
 /// ```
+///
+/// An inverse problem told as a vector, here 2000 whitened samples, with an angle on a circle. Every
+/// entry is modelled with one kernel, so that the surrogate carries the slopes of all of them:
+///
+/// ```
+/// use gp_bayesopt::{Ask, Bounds, Outcome, Study, StudyOptions, covariance};
+///
+/// let (samples, noise) = (2000, 0.05);
+/// let simulate = |k: &[f64]| -> Vec<f64> {
+///     let time = (0..samples).map(|i| 4.0 * f64::from(i) / f64::from(samples));
+///     time.map(|t| (-k[0] * t).exp() + k[1] * (3.0 * t + k[2].to_radians()).cos()).collect()
+/// };
+/// let truth = [0.7, 0.4, 170.0];
+/// let measured = simulate(&truth);
+///
+/// let bounds = Bounds::new(&[0.0, 0.0, -180.0], &[2.0, 1.0, 180.0])?.with_periodic(2)?;
+/// let mut study = Study::new(StudyOptions::residual(bounds, 30))?;
+/// while let Ask::Evaluate(k) = study.ask()? {
+///     let residual = simulate(&k).iter().zip(&measured).map(|(y, m)| (y - m) / noise).collect();
+///     study.tell(&k, Outcome::Residual(residual))?;
+/// }
+/// let best = study.best().expect("thirty evaluations");
+/// assert!(best.point.iter().zip(truth).all(|(k, t)| (k - t).abs() < 1e-2 * t));
+///
+/// // the posterior, from the slopes of the surrogate: no further evaluation
+/// let surrogate = study.surrogate()?.expect("thirty evaluations");
+/// let (_, slope) = surrogate.predict_with_slope(&best.point)?;
+/// let deviation = covariance(&slope.mean, 1.0)?.get(0, 0).sqrt();
+/// assert!(deviation > 1e-4 && deviation < 1e-2);
+/// # Ok::<_, Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Cost of a vector
+/// Memory `n·q` and about `n²·q` operations for each likelihood of a fit, `n` evaluations of `q`
+/// entries. Measured with `q` = 5000 and seven inputs: 3.5 s for 60 evaluations, 16 s for 150, the
+/// function's own time not counted.
 #[derive(Clone, Debug)]
 pub struct Study {
     options: StudyOptions,
@@ -212,7 +254,7 @@ impl Study {
         Ok(if usable { Told::Used } else { Told::Failed })
     }
 
-    /// Whether an outcome is of the study's kind and of the length so far.
+    /// Checks that an outcome is of the study's kind and of the length so far.
     fn check_outcome(&self, before: &[Outcome], outcome: &Outcome) -> Result<(), StudyError> {
         let known = before.iter().find_map(|o| match o {
             Outcome::Residual(values) => Some(values.len()),
@@ -374,7 +416,7 @@ impl Study {
         fit.map(Some).map_err(|source| StudyError::Fit { observations, source })
     }
 
-    /// Whether hyperparameters are to be fitted anew.
+    /// Tells whether hyperparameters are to be fitted anew.
     fn fit_due(&self, observations: usize) -> bool {
         let beyond = observations.saturating_sub(self.design.len());
         observations != self.state.fitted_at
@@ -475,7 +517,7 @@ fn rate(outcome: &Outcome) -> Option<f64> {
     }
 }
 
-/// What the surrogate models.
+/// Outputs that the surrogate models.
 fn outputs(outcome: &Outcome) -> Option<Vec<f64>> {
     match outcome {
         Outcome::Value(value) => Some(vec![*value]),

@@ -60,6 +60,22 @@ fn seeds_repeat_and_differ() {
 }
 
 #[test]
+fn threads_change_nothing() {
+    let bounds = Bounds::unit(3).and_then(|b| b.with_periodic(2)).unwrap();
+    let run = || {
+        let options = PopulationOptions { max_evaluations: 2000, seed: 5, ..Default::default() };
+        METHODS.map(|m| m.minimise(|x| Ok::<_, Infallible>(bowl(x)), &bounds, &options).unwrap())
+    };
+    let alone = run();
+    std::thread::scope(|scope| {
+        let beside: Vec<_> = (0..4).map(|_| scope.spawn(run)).collect();
+        for thread in beside {
+            assert_eq!(thread.join().unwrap(), alone);
+        }
+    });
+}
+
+#[test]
 fn targets_nan_and_errors() {
     let bounds = Bounds::unit(2).unwrap();
     for method in METHODS {

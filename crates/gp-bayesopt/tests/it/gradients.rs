@@ -56,7 +56,8 @@ fn central(f: &impl Fn(&[f64]) -> f64, x: &[f64], i: usize, h: f64) -> f64 {
 /// Compares a gradient with slopes found otherwise, relative to the largest of it.
 fn compare_within(
     tolerance: f64,
-    (what, size): (&str, f64),
+    what: &str,
+    size: f64,
     gradient: &[f64],
     slope: impl Fn(usize) -> f64,
 ) {
@@ -70,7 +71,7 @@ fn compare_within(
 
 /// Compares a gradient with central differences.
 fn compare(what: &str, x: &[f64], gradient: &[f64], f: impl Fn(&[f64]) -> f64) {
-    compare_within(DIFFERENCE_REL, (what, f(x)), gradient, |i| central(&f, x, i, H));
+    compare_within(DIFFERENCE_REL, what, f(x), gradient, |i| central(&f, x, i, H));
 }
 
 #[test]
@@ -139,7 +140,7 @@ fn property_norm_improvement_slopes() {
                 let fine = central(&value, &x, i, 0.5 * RICHARDSON_H);
                 (4.0 * fine - coarse) / 3.0
             };
-            compare_within(RICHARDSON_REL, ("norm", scored.value), &scored.gradient, slope);
+            compare_within(RICHARDSON_REL, "norm", scored.value, &scored.gradient, slope);
         }
     }
 }

@@ -2,9 +2,11 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod baselines;
+mod conversions;
 mod gradients;
 mod references;
 mod robust;
 mod sampling;
+mod serialised;
 mod solver;
 mod study;

@@ -1,6 +1,9 @@
 //! The Gaussian process against other software and against direct formulas.
 
-use gp_bayesopt::{Bounds, Design, GaussianProcess, GpOptions, Kernel, Matrix, Noise};
+use approx::assert_abs_diff_eq;
+use gp_bayesopt::{
+    Bounds, Design, GaussianProcess, GpOptions, Hyperparameters, Kernel, Matrix, Noise,
+};
 
 const TRAIN: &str = include_str!("../../../../fixtures/references/sklearn/train.csv");
 const PROBE: &str = include_str!("../../../../fixtures/references/sklearn/probe.csv");
@@ -40,7 +43,7 @@ fn fixed_processes() -> Vec<(Kernel, GaussianProcess)> {
         .into_iter()
         .map(|kernel| {
             let options = GpOptions { kernel, ..GpOptions::default() };
-            let fixed = (LENGTHS.as_slice(), NOISE);
+            let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
             let gp =
                 GaussianProcess::with_hyperparameters(&bounds, &points, &outputs, &options, fixed);
             (kernel, gp.unwrap())
@@ -137,7 +140,7 @@ fn law_posterior_with_circles_and_polar_pairs_by_the_direct_formula() {
         &points,
         &column(&values),
         &GpOptions::default(),
-        (&lengths, noise),
+        Hyperparameters { length_scales: &lengths, noise_ratio: noise },
     )
     .unwrap();
     let tau = std::f64::consts::TAU;
@@ -167,15 +170,15 @@ fn law_posterior_with_circles_and_polar_pairs_by_the_direct_formula() {
         let known: f64 =
             solve(k.clone(), cross.clone()).iter().zip(&cross).map(|(a, b)| a * b).sum();
         let ours = gp.predict(&x).unwrap();
-        assert!((ours.mean[0] - want).abs() < POSTERIOR_REL, "{ours:?} {want}");
-        assert!((ours.std[0].powi(2) / (s2 * (1.0 - known)) - 1.0).abs() < 1e-7, "{ours:?}");
+        assert_abs_diff_eq!(ours.mean[0], want, epsilon = POSTERIOR_REL);
+        assert_abs_diff_eq!(ours.std[0].powi(2) / (s2 * (1.0 - known)), 1.0, epsilon = 1e-7);
         // the seam and the centre are no places
         let mut turned = x.clone();
         turned[1] = if x[1] > 0.0 { -1.0 } else { 1.0 };
         let mut other = turned.clone();
         other[1] = -turned[1];
         let (a, b) = (gp.predict(&turned).unwrap(), gp.predict(&other).unwrap());
-        assert!((a.mean[0] - b.mean[0]).abs() < 1e-12, "{a:?} {b:?}");
+        assert_abs_diff_eq!(a.mean[0], b.mean[0], epsilon = 1e-12);
     }
 }
 
@@ -197,7 +200,7 @@ fn property_evidence_gradient_is_flat_at_the_fit() {
                 &points,
                 &column(&values),
                 &GpOptions { length_scales: (0.02, 30.0), ..GpOptions::default() },
-                (&lengths, report.noise_ratio),
+                Hyperparameters { length_scales: &lengths, noise_ratio: report.noise_ratio },
             )
             .unwrap();
             // stopping rule: 1e-7 of the likelihood per datum, 200 data
@@ -211,7 +214,7 @@ fn property_many_outputs_equal_one_by_one() {
     let (bounds, points, values) = case();
     let rows: Vec<Vec<f64>> = values.iter().map(|v| vec![*v, 3.0 - 2.0 * v, v * v]).collect();
     let all = Matrix::from_rows(&rows).unwrap();
-    let fixed = (LENGTHS.as_slice(), NOISE);
+    let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
     let options = GpOptions::default();
     let gp =
         GaussianProcess::with_hyperparameters(&bounds, &points, &all, &options, fixed).unwrap();
@@ -222,16 +225,16 @@ fn property_many_outputs_equal_one_by_one() {
                 .unwrap();
         for x in table(PROBE) {
             let (a, b) = (gp.predict(&x).unwrap(), alone.predict(&x).unwrap());
-            assert!((a.mean[o] - b.mean[0]).abs() < 1e-9 * b.mean[0].abs().max(1.0));
-            assert!((a.std[o] / b.std[0] - 1.0).abs() < 1e-9);
+            assert_abs_diff_eq!(a.mean[o], b.mean[0], epsilon = 1e-9 * b.mean[0].abs().max(1.0));
+            assert_abs_diff_eq!(a.std[o] / b.std[0], 1.0, epsilon = 1e-9);
         }
     }
     let batch = gp.predict_many(&table(PROBE)).unwrap();
     for (x, many) in table(PROBE).iter().zip(batch) {
         let one = gp.predict(x).unwrap();
         for o in 0..3 {
-            assert!((one.mean[o] - many.mean[o]).abs() < 1e-9);
-            assert!((one.std[o] - many.std[o]).abs() < 1e-9);
+            assert_abs_diff_eq!(one.mean[o], many.mean[o], epsilon = 1e-9);
+            assert_abs_diff_eq!(one.std[o], many.std[o], epsilon = 1e-9);
         }
     }
 }
@@ -239,7 +242,7 @@ fn property_many_outputs_equal_one_by_one() {
 #[test]
 fn property_appending_equals_fitting_all() {
     let (bounds, points, values) = case();
-    let fixed = (LENGTHS.as_slice(), NOISE);
+    let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
     let options = GpOptions::default();
     let of = |n: usize| {
         let part = column(&values[..n]);
@@ -251,11 +254,11 @@ fn property_appending_equals_fitting_all() {
         grown.append(&points[i], &[values[i]]).unwrap();
     }
     let whole = of(200);
-    assert!((grown.report().ln_likelihood - whole.report().ln_likelihood).abs() < 1e-6);
+    assert_abs_diff_eq!(grown.report().ln_likelihood, whole.report().ln_likelihood, epsilon = 1e-6);
     for x in table(PROBE) {
         let (a, b) = (grown.predict(&x).unwrap(), whole.predict(&x).unwrap());
-        assert!((a.mean[0] - b.mean[0]).abs() < POSTERIOR_REL);
-        assert!((a.std[0] / b.std[0] - 1.0).abs() < POSTERIOR_REL);
+        assert_abs_diff_eq!(a.mean[0], b.mean[0], epsilon = POSTERIOR_REL);
+        assert_abs_diff_eq!(a.std[0] / b.std[0], 1.0, epsilon = POSTERIOR_REL);
     }
     assert_eq!(grown.len(), 200);
 }
@@ -264,7 +267,7 @@ fn property_appending_equals_fitting_all() {
 fn law_leave_one_out_is_what_leaving_one_out_gives() {
     let (bounds, points, values) = case();
     let n = 30;
-    let fixed = (LENGTHS.as_slice(), NOISE);
+    let fixed = Hyperparameters { length_scales: &LENGTHS, noise_ratio: NOISE };
     let options = GpOptions { noise: Noise::Ratio(NOISE), ..GpOptions::default() };
     let all = column(&values[..n]);
     let gp = GaussianProcess::with_hyperparameters(&bounds, &points[..n], &all, &options, fixed)

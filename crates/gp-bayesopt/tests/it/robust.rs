@@ -1,5 +1,6 @@
 //! Data that are not as they should be.
 
+use approx::assert_abs_diff_eq;
 use gp_bayesopt::{
     Ask, Bounds, Criterion, Design, FitError, GaussianProcess, GpOptions, Matrix, Noise, Outcome,
     Study, StudyOptions,
@@ -21,7 +22,7 @@ fn duplicated_points_are_fitted_and_the_jitter_reported() {
     let noisy = GaussianProcess::fit(&bounds, &points, &y, &GpOptions::default()).unwrap();
     for gp in [gp, noisy] {
         let at = gp.predict(&points[3]).unwrap();
-        assert!((at.mean[0] - y[3]).abs() < 1e-3, "{at:?}");
+        assert_abs_diff_eq!(at.mean[0], y[3], epsilon = 1e-3);
     }
 }
 
@@ -95,7 +96,7 @@ fn two_thousand_points_are_fitted_on_a_subset() {
     assert_eq!(gp.report().fitted_on, 150);
     assert_eq!(gp.len(), 2000);
     let at = gp.predict(&[0.37, 0.58]).unwrap();
-    assert!((at.mean[0] - ((3.0_f64 * 0.37).sin() + 0.58)).abs() < 1e-3, "{at:?}");
+    assert_abs_diff_eq!(at.mean[0], ((3.0_f64 * 0.37).sin() + 0.58), epsilon = 1e-3);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Closed forms against sampling.
 
+use approx::assert_abs_diff_eq;
 use gp_bayesopt::{
     Acquisition, Bounds, Design, Fantasies, GaussianProcess, GpOptions, Noise, NormImprovement,
     TwoStep,
@@ -49,9 +50,9 @@ fn law_expected_improvement() {
     for (mean, std, best) in [(0.3, 0.5, 0.1), (-1.0, 0.2, -0.9), (2.0, 1.0, 0.0)] {
         let ei = Acquisition::ExpectedImprovement.of_prediction(mean, std, best).unwrap();
         let (drawn, error) = estimate(1, |d| (best - mean - std * d.normal()).max(0.0));
-        assert!((ei - drawn).abs() < STANDARD_ERRORS * error, "{ei} {drawn} {error}");
+        assert_abs_diff_eq!(ei, drawn, epsilon = STANDARD_ERRORS * error);
         let ln = Acquisition::LogExpectedImprovement.of_prediction(mean, std, best).unwrap();
-        assert!((ln.exp() / ei - 1.0).abs() < 1e-12);
+        assert_abs_diff_eq!(ln.exp() / ei, 1.0, epsilon = 1e-12);
     }
 }
 
@@ -169,7 +170,7 @@ fn law_two_step_against_refitted_fantasies() {
         let drawn = TwoStep::new(Fantasies::MonteCarlo { draws: 20_000, seed: 2 }).unwrap();
         let other = drawn.evaluate_with_gradient(&gp, &first, &second, best).unwrap().value;
         let own_error = error * (f64::from(draws) / 20_000.0).sqrt();
-        assert!((other - value).abs() < STANDARD_ERRORS * own_error, "{other} {value}");
+        assert_abs_diff_eq!(other, value, epsilon = STANDARD_ERRORS * own_error);
     }
 }
 

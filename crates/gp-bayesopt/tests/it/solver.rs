@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 
+use approx::assert_abs_diff_eq;
 use gp_bayesopt::{
     Bounds, FinalJacobian, LevenbergMarquardt, Matrix, SolveError, StopReason, covariance,
 };
@@ -120,7 +121,7 @@ fn property_central_jacobian_is_that_of_the_function() {
         }
     }
     let cov = solution.covariance(0.1).unwrap().unwrap();
-    assert!((cov.get(2, 2) - 0.01 / 4.0).abs() < 1e-9);
+    assert_abs_diff_eq!(cov.get(2, 2), 0.01 / 4.0, epsilon = 1e-9);
 }
 
 #[test]
@@ -129,9 +130,9 @@ fn a_wall_holds_and_the_others_still_move() {
     let bounds = Bounds::unit(2).unwrap();
     let f = |x: &[f64]| Ok::<_, Infallible>(vec![x[0] - 1.5, x[0] + 2.0 * x[1] - 1.5]);
     let solution = LevenbergMarquardt::default().solve(f, &[0.2, 0.9], &bounds).unwrap();
-    assert!((solution.point[0] - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(solution.point[0], 1.0, epsilon = 1e-12);
     // a relative gain of 1e-9 of the norm ½ is a residual of 2e-5, half of it in x1
-    assert!((solution.point[1] - 0.25).abs() < 1e-5, "{solution:?}");
+    assert_abs_diff_eq!(solution.point[1], 0.25, epsilon = 1e-5);
     assert_eq!(solution.stop, StopReason::Converged);
 }
 
@@ -143,7 +144,7 @@ fn a_circle_is_crossed() {
     let f = |x: &[f64]| Ok::<_, Infallible>(vec![turn(x[0]).sin(), turn(x[0]).cos() - 1.0]);
     let solver = LevenbergMarquardt { target: 1e-8, ..LevenbergMarquardt::default() };
     let solution = solver.solve(f, &[0.1], &bounds).unwrap();
-    assert!((solution.point[0] - 0.95).abs() < 1e-8, "{solution:?}");
+    assert_abs_diff_eq!(solution.point[0], 0.95, epsilon = 1e-8);
 }
 
 #[derive(Debug, thiserror::Error)]

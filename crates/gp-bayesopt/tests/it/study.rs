@@ -1,5 +1,6 @@
 //! The ask-and-tell loop.
 
+use approx::assert_abs_diff_eq;
 use gp_bayesopt::{
     Ask, Bounds, Confidence, Criterion, Design, Fantasies, Outcome, RunError, Stall, StopReason,
     Study, StudyOptions, Told,
@@ -219,9 +220,9 @@ fn an_objective_that_fails_hands_its_error_on() {
 #[test]
 fn published_confidence_weights() {
     let printed = Confidence::Printed.weight(10, 7);
-    assert!((printed - 7.164_484e-4).abs() < 1e-9, "{printed}");
+    assert_abs_diff_eq!(printed, 7.164_484e-4, epsilon = 1e-9);
     let srinivas = Confidence::Srinivas { delta: 0.1 }.weight(10, 7);
-    assert!((srinivas * srinivas - 18.703).abs() < 1e-3, "{srinivas}");
+    assert_abs_diff_eq!(srinivas * srinivas, 18.703, epsilon = 1e-3);
 }
 
 #[test]

@@ -2,8 +2,10 @@ use crate::{
     DmdConfig, Matrix, NoiseCovariance, Regression, Snapshots, SomConfig, TrainingScaling,
 };
 
-/// What is kept of a signal.
+/// Kind of numbers that are kept of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Encoding {
     /// Values at chosen locations; [`Placement::DmdSom`] is the paper's.
@@ -22,6 +24,8 @@ pub enum Encoding {
 
 /// How the locations of [`Encoding::Points`] are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Placement {
     /// Dynamic modes and a self-organising map (FREEDOM paper, section II.A).
@@ -69,7 +73,7 @@ pub enum SnapshotOrder {
 /// Settings of a [`CompressionMap`](super::CompressionMap).
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompressionConfig {
-    /// What is kept.
+    /// Kind of numbers that are kept.
     pub encoding: Encoding,
     /// How many numbers to keep, `n_w` of the paper; [`Encoding::Modes`] and
     /// [`Encoding::Sensitivities`] keep fewer when there are not as many
@@ -108,7 +112,7 @@ impl Default for CompressionConfig {
     }
 }
 
-/// What a map is fitted to.
+/// Data that a map is fitted to.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainingData<'a> {
     pub(super) snapshots: &'a Snapshots,

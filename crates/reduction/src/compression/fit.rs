@@ -71,8 +71,10 @@ impl From<NoConvergence> for CompressionError {
     }
 }
 
-/// What a fit found out on its way.
+/// Report of a fit.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FitReport {
     /// Singular values of the centred training snapshots (noise-whitened where
     /// the encoding is).
@@ -323,7 +325,7 @@ fn checked_order(order: &SnapshotOrder, snapshots: usize) -> Result<Vec<usize>, 
     }
 }
 
-/// Whether what the mean leaves is no more than the rounding of the mean.
+/// Tells whether what the mean leaves is no more than the rounding of the mean.
 fn varies_only_by_rounding(centred: &Snapshots, snapshots: &Snapshots) -> bool {
     let rounding = snapshots.count() as f64 * f64::EPSILON;
     centred.matrix().frobenius_norm() <= rounding * snapshots.matrix().frobenius_norm()

@@ -3,6 +3,8 @@ use crate::{Matrix, matrix::dot};
 
 /// A [`CompressionMap`](super::CompressionMap) as plain data, for storage.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CompressionParts {
     /// The encoding that was fitted.
     pub encoding: Encoding,
@@ -17,12 +19,14 @@ pub struct CompressionParts {
     /// First mode of the training snapshots: the first dynamic mode where the
     /// encoding rests on dynamic modes, else the first centred singular mode.
     pub first_mode: Vec<f64>,
-    /// What the fit found out on its way.
+    /// Report of the fit.
     pub report: FitReport,
 }
 
 /// How encoded numbers come out of a signal.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Encoder {
     /// Values at these locations, increasing.

@@ -57,7 +57,7 @@ impl Grid {
         (one[0] - other[0]).powi(2) + (one[1] - other[1]).powi(2)
     }
 
-    /// Whether two different neurons touch.
+    /// Tells whether two different neurons touch.
     pub fn adjacent(&self, one: usize, other: usize) -> bool {
         // Between the farthest neighbour and the nearest stranger: √2 and 2
         // cells in the rectangular grid, 1 and √3 in the hexagonal one.

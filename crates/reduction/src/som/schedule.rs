@@ -44,7 +44,7 @@ impl Schedule {
         }
     }
 
-    /// Whether start and end are positive and finite.
+    /// Tells whether start and end are positive and finite.
     pub(crate) fn is_positive(&self) -> bool {
         let end = match self.decay {
             Decay::Constant | Decay::Inverse => self.start,

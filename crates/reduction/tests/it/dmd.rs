@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{Complex, Dmd, DmdConfig, DmdError, DmdKind, RankRule, Snapshots, SvdError};
 
 /// The closed-form cases are conditioned below 10⁴ and solved backward stably
@@ -91,8 +92,8 @@ fn degenerate_sequences_give_errors_or_their_only_mode() {
     let constant = Snapshots::from_columns(&[[3.0, 4.0]; 6]).unwrap();
     let dmd = Dmd::fit(&constant, &config).unwrap();
     assert_eq!(dmd.rank(), 1);
-    assert!((dmd.eigenvalues()[0].re - 1.0).abs() < CLOSED_FORM);
-    assert!((dmd.amplitudes()[0].re - 5.0).abs() < CLOSED_FORM);
+    assert_abs_diff_eq!(dmd.eigenvalues()[0].re, 1.0, epsilon = CLOSED_FORM);
+    assert_abs_diff_eq!(dmd.amplitudes()[0].re, 5.0, epsilon = CLOSED_FORM);
 }
 
 #[test]

@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{
     CompressionMap, Encoding, Information, InformationError, Matrix, NoiseCovariance, NoiseModel,
     Placement, Regression, Sensitivities, SensitivityError, TrainingData,
@@ -20,12 +21,12 @@ fn closed_form_straight_line_in_white_noise() {
         (12.0 * s * s / (n * (n * n - 1.0))).sqrt(),
     ];
     for (found, expected) in bound.deviations().iter().zip(expected) {
-        assert!((found / expected - 1.0).abs() < CLOSED_FORM_REL);
+        assert_abs_diff_eq!(found / expected, 1.0, epsilon = CLOSED_FORM_REL);
     }
     // The value of the line at its middle has the variance of a mean.
     let middle = Matrix::from_fn(1, 2, |_, column| [1.0, 24.5][column]).unwrap();
     let at_middle = bound.of_derived(&middle).unwrap().deviations()[0];
-    assert!((at_middle / (s / n.sqrt()) - 1.0).abs() < CLOSED_FORM_REL);
+    assert_abs_diff_eq!(at_middle / (s / n.sqrt()), 1.0, epsilon = CLOSED_FORM_REL);
     let wrong = Matrix::from_fn(1, 3, |_, _| 1.0).unwrap();
     assert_eq!(bound.of_derived(&wrong), Err(InformationError::Size { found: 3, expected: 2 }));
 }
@@ -39,7 +40,7 @@ fn closed_form_mean_in_first_order_autoregressive_noise() {
     let constant = Matrix::from_fn(n, 1, |_, _| 1.0).unwrap();
     let found = Information::of_signal(&constant, &noise).unwrap().matrix().get(0, 0);
     let expected = (n as f64 - (n as f64 - 2.0) * rho) / (1.0 + rho);
-    assert!((found / expected - 1.0).abs() < CLOSED_FORM_REL);
+    assert_abs_diff_eq!(found / expected, 1.0, epsilon = CLOSED_FORM_REL);
 }
 
 #[test]
@@ -75,9 +76,9 @@ fn property_no_encoding_beats_the_signal_and_sensitivities_lose_nothing() {
         }
     }
     let sufficient = kept(Encoding::Sensitivities);
-    assert!((sufficient.fraction_of(&whole).unwrap() - 1.0).abs() < CLOSED_FORM_REL);
+    assert_abs_diff_eq!(sufficient.fraction_of(&whole).unwrap(), 1.0, epsilon = CLOSED_FORM_REL);
     for (found, least) in bound(&sufficient).iter().zip(bound(&whole)) {
-        assert!((found / least - 1.0).abs() < CLOSED_FORM_REL);
+        assert_abs_diff_eq!(found / least, 1.0, epsilon = CLOSED_FORM_REL);
     }
     let trace = |encoding| bound(&kept(encoding)).iter().map(|d| d * d).sum::<f64>();
     let optimal = trace(Encoding::Points(Placement::GreedyAOptimal));

@@ -3,11 +3,13 @@
 #![expect(clippy::unwrap_used, reason = "a case that cannot be built fails its test")]
 
 mod compression;
+mod conversions;
 mod dmd;
 mod information;
 mod noise;
 mod property;
 mod references;
+mod serialised;
 mod som;
 mod streaming;
 mod svd;

@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{Matrix, NoiseCovariance, NoiseError, NoiseModel};
 
 /// Whitening of a few dozen samples with a condition below 10³.
@@ -43,7 +44,7 @@ fn property_whitened_noise_has_unit_covariance() {
             for (row, stated) in stated.iter().enumerate() {
                 assert!((covariance.get(row, column) - stated).abs() < WHITENING_ABS, "{model:?}");
             }
-            assert!((noise.variances()[column] - stated[column]).abs() < WHITENING_ABS);
+            assert_abs_diff_eq!(noise.variances()[column], stated[column], epsilon = WHITENING_ABS);
         }
         // L⁻¹·Σ·L⁻ᵀ = 1.
         let half = noise.whiten(&covariance).unwrap().transposed();
@@ -69,7 +70,7 @@ fn banded_and_dense_factorisations_agree() {
     let (one, other) =
         (banded.whiten(&identity(30)).unwrap(), dense.whiten(&identity(30)).unwrap());
     for (a, b) in one.values().iter().zip(other.values()) {
-        assert!((a - b).abs() < WHITENING_ABS);
+        assert_abs_diff_eq!(a, b, epsilon = WHITENING_ABS);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Agreement with `PyDMD` and `MiniSom` on the same numbers; the scripts, their
 //! versions and their outputs are under `fixtures/references`.
 
+use approx::assert_abs_diff_eq;
 use reduction::{
     Complex, Dmd, DmdConfig, DmdKind, Grid, Matrix, RankRule, SampleOrder, Schedule, Snapshots,
     Som, SomConfig, SomStart, Training, thin_svd,
@@ -126,8 +127,8 @@ fn compare_map(grid: Grid, training: Training, text: &str, place: impl Fn(usize)
         }
     }
     let quality = &table[neurons];
-    assert!((map.quantisation_error(&samples).unwrap() - quality[0]).abs() < SOM_ABS);
-    assert!((map.topographic_error(&samples).unwrap() - quality[1]).abs() < SOM_ABS);
+    assert_abs_diff_eq!(map.quantisation_error(&samples).unwrap(), quality[0], epsilon = SOM_ABS);
+    assert_abs_diff_eq!(map.topographic_error(&samples).unwrap(), quality[1], epsilon = SOM_ABS);
 }
 
 const ONLINE: Training =

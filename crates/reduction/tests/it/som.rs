@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{
     Grid, Matrix, SampleOrder, Schedule, Som, SomConfig, SomError, SomStart, Training,
 };
@@ -64,7 +65,7 @@ fn closed_form_one_neuron_in_batch_is_the_mean() {
     let map = Som::fit(&samples, &config(Grid::rectangular(1, 1), Training::Batch)).unwrap();
     for feature in 0..3 {
         let mean = samples.column(feature).iter().sum::<f64>() / 100.0;
-        assert!((map.weights().get(0, feature) - mean).abs() < 1e-14);
+        assert_abs_diff_eq!(map.weights().get(0, feature), mean, epsilon = 1e-14);
     }
     assert_eq!(map.topographic_error(&samples).unwrap(), 0.0);
     assert_eq!(map.u_matrix(), [0.0]);

@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{Matrix, RankRule, Snapshots, SvdError, thin_svd};
 
 /// Backward error of a Householder-based thin SVD: a modest multiple of
@@ -48,9 +49,9 @@ fn closed_form_singular_values_of_scaled_columns() {
     let svd =
         thin_svd(&Snapshots::from_columns(&[[0.0, 3.0, 0.0, 4.0], [2.0, 0.0, 0.0, 0.0]]).unwrap())
             .unwrap();
-    assert!((svd.singular_values()[0] - 5.0).abs() < 1e-14);
-    assert!((svd.singular_values()[1] - 2.0).abs() < 1e-14);
-    assert!((svd.left().get(3, 0) - 0.8).abs() < 1e-15);
+    assert_abs_diff_eq!(svd.singular_values()[0], 5.0, epsilon = 1e-14);
+    assert_abs_diff_eq!(svd.singular_values()[1], 2.0, epsilon = 1e-14);
+    assert_abs_diff_eq!(svd.left().get(3, 0), 0.8, epsilon = 1e-15);
 }
 
 #[test]
