@@ -195,6 +195,10 @@ pub trait MachineKind {
 ///
 /// with the gains `k_p` and `k_v`, torque or force over the drive signal `c` and the inertia or
 /// mass moved `M`.
+///
+/// # Source
+///
+/// Two first-order loops, one within the other; a choice of this project, `docs/models/greybox.md`.
 pub fn bandwidth_hz(machine: &dyn MachineKind) -> f64 {
     let LoopGains { position_per_s, speed } = machine.loop_gains();
     let of_speed = speed * machine.torque_per_drive() / machine.moved_inertia();

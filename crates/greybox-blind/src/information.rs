@@ -1,4 +1,4 @@
-//! What the recordings tell of an effect, by the generator's own plant and noise.
+//! Information of the recordings on an effect, by the generator's own plant and noise.
 //!
 //! ```text
 //! λ = |(I − P)·W·d|²      d = current with the effect − without,  P projects on W·S
@@ -6,6 +6,10 @@
 //!
 //! `W` whitens the noise, `S` are the current's slopes over all faults and over the numbers known
 //! only roughly.
+//!
+//! # Source
+//!
+//! Noncentrality of a linear hypothesis beside nuisance parameters; `docs/models/blind-test.md`.
 
 use crate::{
     chance::{Chance, Purpose},

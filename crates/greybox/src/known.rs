@@ -137,6 +137,10 @@ fn beforehand(free: &Free) -> f64 {
 /// at its largest over the change `δ` of the numbers, within their bounds and reach: of all
 /// recordings together less that of those fitted (Laplace). A number that the recordings fitted
 /// push against a bound pays for leaving it by that slope too.
+///
+/// # Source
+///
+/// Laplace's approximation of a posterior predictive likelihood: Kass and Raftery 1995.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldOut {
     /// `r − J·δ`, not whitened.

@@ -8,6 +8,10 @@ const MOST_ORDER: usize = 15;
 /// ```text
 /// e_t = Σ a_i·e_{t−i} + s·ε_t        (e_t − Σ a_i·e_{t−i})/s = ε_t
 /// ```
+///
+/// # Source
+///
+/// Box, Jenkins and Reinsel, *Time Series Analysis* (Yule-Walker equations, Levinson's recursion).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Whitener {
     coefficients: Vec<f64>,

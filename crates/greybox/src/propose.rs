@@ -91,6 +91,11 @@ pub struct Proposal {
 /// with the sensitivities `J_a` of all that is free beside cause `a`, and what the recordings at
 /// hand say of it, `F_a`: the smaller of `(a, b)` and `(b, a)`, less what cannot be foreseen.
 ///
+/// # Source
+///
+/// Design for discrimination between models: Atkinson and Fedorov 1975, with the free numbers
+/// of a cause known as `F_a` says; `docs/models/greybox.md`.
+///
 /// # Errors
 ///
 /// [`GreyboxError`].

@@ -1,6 +1,6 @@
 //! Recordings as this crate takes them: equally long channels at one rate.
 
-use ema_sim::{CommandKind, MachineTest};
+use ema_sim::{CommandKind, MachineSignals, MachineTest};
 
 use crate::error::GreyboxError;
 
@@ -38,6 +38,21 @@ const LEAST_S: f64 = 0.4;
 const LEAST_SAMPLES: usize = 200;
 
 impl Record {
+    /// Recording of a test that was simulated, with all that its signals show.
+    pub fn of_test(name: &str, test: &MachineTest<'_>, signals: MachineSignals) -> Self {
+        Self {
+            name: name.to_owned(),
+            rate_hz: test.rate_hz,
+            command: test.command.to_vec(),
+            kind: test.asks_for,
+            drive: signals.drive,
+            position: Some(signals.motor),
+            load: test.load.map(<[f64]>::to_vec),
+            filter_hz: test.filter_hz,
+            start_rad: test.start_rad,
+        }
+    }
+
     /// Refuses a recording whose channels differ in length, are not finite, or are too short.
     ///
     /// # Errors

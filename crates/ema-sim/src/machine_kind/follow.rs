@@ -98,6 +98,10 @@ pub(super) fn follower(axis: &ServoAxis, rate_hz: f64) -> AxisController {
 /// ```
 ///
 /// sampled as in the simulation, with the signal held between its samples.
+///
+/// # Source
+///
+/// Transfer function of a double integrator under [`follower`]; `docs/models/greybox.md`.
 fn followed(drive: &[f64], rate_hz: f64) -> Vec<f64> {
     let bandwidth = bandwidth(rate_hz);
     let tick_s = 1.0 / (TICKS_PER_SAMPLE * rate_hz);

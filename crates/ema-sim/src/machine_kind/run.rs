@@ -36,7 +36,20 @@ pub struct MachineTest<'a> {
     pub start_rad: Option<f64>,
 }
 
-impl MachineTest<'_> {
+impl<'a> MachineTest<'a> {
+    /// Test of a position command without a load, the drive signal unfiltered.
+    pub fn of_position(rate_hz: f64, command: &'a [f64]) -> Self {
+        Self {
+            rate_hz,
+            command,
+            asks_for: CommandKind::Position,
+            load: None,
+            filter_hz: None,
+            shown_start: None,
+            start_rad: None,
+        }
+    }
+
     /// Length in seconds.
     pub(super) fn duration_s(&self) -> f64 {
         self.command.len() as f64 / self.rate_hz

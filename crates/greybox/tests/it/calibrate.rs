@@ -30,10 +30,10 @@ fn inertia_and_drag_are_found_within_their_intervals() {
 fn a_number_that_standstill_cannot_tell_keeps_its_nominal_value() {
     let truth = Truth { seed: 22, ..Truth::default() };
     let mut still = record(&truth, Motion::Waves, 2.0, 0);
-    still.drive.truncate(390);
-    still.command.truncate(390);
-    still.position.as_mut().expect("measured").truncate(390);
-    still.load.as_mut().expect("measured").truncate(390);
+    still.drive.truncate(400);
+    still.command.truncate(400);
+    still.position.as_mut().expect("measured").truncate(400);
+    still.load.as_mut().expect("measured").truncate(400);
     let recordings = Recordings { train: vec![still], ..Recordings::default() };
     let calibrated = calibrate(&model(), &recordings, 1).expect("a good recording");
     assert!(calibrated.numbers.iter().all(|number| !number.determined), "{:?}", calibrated.numbers);
