@@ -26,7 +26,7 @@ impl Subject {
     fn all() -> Vec<(&'static str, Self)> {
         let axis = |text: &str| match parse_machine(text).expect("a model of ours") {
             MachineModel::ServoAxis(model) => Self::Axis(model.axis),
-            _ => panic!("an axis"),
+            MachineModel::Actuator(_) => panic!("an axis"),
         };
         vec![
             ("ema-48, low", Self::Low(EMA_48)),

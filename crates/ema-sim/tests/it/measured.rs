@@ -39,7 +39,7 @@ fn recording(path: &str) -> Option<Vec<Vec<f64>>> {
 fn axis(text: &str) -> ServoAxis {
     match parse_machine(text).expect("a model") {
         MachineModel::ServoAxis(model) => model.axis,
-        other => panic!("{other:?}"),
+        other @ MachineModel::Actuator(_) => panic!("{other:?}"),
     }
 }
 

@@ -21,9 +21,16 @@ fn version_and_schemas_go_to_standard_output() {
     let (code, out, err) = fdi(&["--version"]);
     assert_eq!((code, err.as_str()), (0, ""));
     assert_eq!(out, format!("fdi {}\n", env!("CARGO_PKG_VERSION")));
-    for form in
-        ["recording", "diagnosis", "bundle", "evaluation", "explanation", "calibration", "fleet"]
-    {
+    for form in [
+        "recording",
+        "diagnosis",
+        "bundle",
+        "evaluation",
+        "explanation",
+        "calibration",
+        "effects",
+        "fleet",
+    ] {
         let (code, out, err) = fdi(&["schema", form]);
         assert_eq!((code, err.as_str()), (0, ""));
         assert!(out.len() > 500, "{form}");
