@@ -41,7 +41,7 @@ const VALIDATED: [&str; 10] = [
 
 /// What each crate of the workspace may use of the workspace; a new edge comes with
 /// a page in `docs/decisions/`.
-const EDGES: [(&str, &[&str]); 11] = [
+const EDGES: [(&str, &[&str]); 12] = [
     ("recordings", &[]),
     ("fdi-report", &["recordings"]),
     ("ema-sim", &[]),
@@ -54,6 +54,8 @@ const EDGES: [(&str, &[&str]); 11] = [
     ("validation", &VALIDATED),
     // hides effects, and so knows nothing of the catalogue
     ("greybox-blind", &[]),
+    // for tests alone
+    ("skipped-tests", &[]),
 ];
 
 /// Packages that may use anything, and that nothing may use.

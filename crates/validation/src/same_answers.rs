@@ -153,7 +153,7 @@ impl Program {
         self.folder.path()
     }
 
-    /// What a command leaves: exit code with messages, standard output, and its files.
+    /// The products of a command: messages, standard output, and its files.
     fn run(&self, asked: &Asked) -> Result<Vec<Product>> {
         let gls = if self.says_gls { "gls" } else { "composite" };
         let arguments = asked.arguments.iter().map(|argument| argument.replace("{gls}", gls));
@@ -164,12 +164,13 @@ impl Program {
             .env_clear()
             .output()
             .with_context(|| self.file.display().to_string())?;
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            bail!("`{} {}`: {}: {said}", self.file.display(), asked.name, output.status);
+        }
         let messages = String::from_utf8_lossy(&output.stderr);
         let mut products = vec![
-            Product {
-                of: "exit status and messages".to_owned(),
-                bytes: format!("{}\n{messages}", output.status).into_bytes(),
-            },
+            Product { of: "messages".to_owned(), bytes: messages.into_owned().into_bytes() },
             Product { of: "standard output".to_owned(), bytes: output.stdout },
         ];
         for file in &asked.files {

@@ -124,7 +124,7 @@ fn is_test(attributes: &[syn::Attribute]) -> bool {
 pub(crate) mod tests {
     use super::*;
 
-    /// A source of the crate `crates/a`.
+    /// A source of a crate `a`.
     pub(crate) fn source(inside: &str, text: &str) -> Source {
         parse(&format!("crates/a/src/{inside}"), "crates/a", inside, text.to_owned())
             .expect("the text is Rust")

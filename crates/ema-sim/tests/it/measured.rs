@@ -8,16 +8,18 @@ use ema_sim::{
     ServoAxisSimulation,
     model_file::{MachineModel, parse_machine},
 };
+use skipped_tests::skip;
 
-#[expect(clippy::print_stderr, reason = "a skipped test says so, and a figure is shown")]
+#[expect(clippy::print_stderr, reason = "a figure is shown")]
 fn say(what: &str) {
     eprintln!("{what}");
 }
 
 /// The columns of a recording; none where no folder is named.
+#[track_caller]
 fn recording(path: &str) -> Option<Vec<Vec<f64>>> {
     let Some(folder) = std::env::var_os("FDI_MEASURED_DATA") else {
-        say("skipped: FDI_MEASURED_DATA is not set");
+        skip("FDI_MEASURED_DATA is not set");
         return None;
     };
     let file = File::open(PathBuf::from(folder).join(path)).expect("the recording is there");

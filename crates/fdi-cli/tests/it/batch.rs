@@ -435,7 +435,7 @@ fn colours_add_nothing_but_colour() {
 #[test]
 fn a_real_recording_of_another_machine_names_both_rates() {
     let Some(data) = std::env::var_os("FDI_MEASURED_DATA") else {
-        eprintln!("skipped: FDI_MEASURED_DATA does not name the folder of measured data");
+        skipped_tests::skip("FDI_MEASURED_DATA does not name the folder of measured data");
         return;
     };
     let path = Path::new(&data).join("cranfield_ema/normal.csv.gz").display().to_string();

@@ -262,6 +262,7 @@ fn a_reader_that_goes_away_is_no_error_of_any_command() {
 }
 
 /// What a terminal shows of a command line, or nothing and why where none can be had.
+#[track_caller]
 fn on_a_terminal(folder: &Path, arguments: &[&str], variables: &[(&str, &str)]) -> Option<String> {
     let words: Vec<String> = arguments.iter().map(|word| format!("'{word}'")).collect();
     let program = assert_cmd::cargo::cargo_bin!("fdi").display().to_string();
@@ -277,7 +278,7 @@ fn on_a_terminal(folder: &Path, arguments: &[&str], variables: &[(&str, &str)]) 
             Some(String::from_utf8_lossy(&output.stdout).into_owned())
         }
         other => {
-            eprintln!("skipped: `script` gives no terminal here: {other:?}");
+            skipped_tests::skip(&format!("`script` gives no terminal here: {other:?}"));
             None
         }
     }

@@ -351,7 +351,7 @@ fn a_damaged_bundle_is_refused_in_one_line() {
 #[test]
 fn a_real_recording_of_another_machine_is_refused_with_both_rates() {
     let Some(data) = std::env::var_os("FDI_MEASURED_DATA") else {
-        eprintln!("skipped: FDI_MEASURED_DATA is not set");
+        skipped_tests::skip("FDI_MEASURED_DATA is not set");
         return;
     };
     let path = Path::new(&data).join("cranfield_ema/normal.csv.gz").display().to_string();

@@ -129,6 +129,7 @@ fn json_says_which_actuator_and_when() {
 }
 
 /// The browser, or nothing and the reason why its tests are skipped.
+#[track_caller]
 fn browser() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let folders = std::env::var_os("PATH").unwrap_or_default();
@@ -136,7 +137,7 @@ fn browser() -> Option<PathBuf> {
         .flat_map(|folder| names.map(|name| folder.join(name)))
         .find(|path| path.is_file());
     if found.is_none() {
-        eprintln!("skipped: none of {} is on the path", names.join(", "));
+        skipped_tests::skip(&format!("none of {} is on the path", names.join(", ")));
     }
     found
 }

@@ -1,10 +1,6 @@
 //! Integration tests of `recordings`: what a user of the crate can see.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::print_stderr,
-    reason = "helpers of tests fail by panicking, and say when a test is skipped"
-)]
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail by panicking")]
 
 mod files;
 mod properties;
