@@ -289,6 +289,8 @@ impl FidelityArg {
 pub enum MethodArg {
     /// Generalised least squares on the whitened envelope, without a surrogate.
     Gls,
+    /// Bayesian optimisation of the whitened residual, vector by vector.
+    Composite,
     /// The bundle's emulator of the signal: no simulation, incipient faults alone.
     Emulator,
     /// Two-step lookahead expected improvement.
@@ -304,6 +306,7 @@ impl MethodArg {
     pub fn of_report(self) -> Method {
         match self {
             Self::Gls => Method::Gls,
+            Self::Composite => Method::Composite,
             Self::Emulator => Method::Emulator,
             Self::TwoStepEi => Method::TwoStepEi,
             Self::Ei => Method::Ei,

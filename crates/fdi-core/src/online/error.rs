@@ -38,7 +38,9 @@ pub enum DiagnoseError {
     #[error("method `emulator` looks at the whole signal, not at an encoded one")]
     EmulatorEncoded,
     /// A scalar search with the high-fidelity model.
-    #[error("the high-fidelity model goes with the methods `gls` and `emulator`, found `{method}`")]
+    #[error(
+        "the high-fidelity model goes with the methods `gls`, `composite` and `emulator`, found `{method}`"
+    )]
     HighFidelityMethod {
         /// The method asked for.
         method: Method,

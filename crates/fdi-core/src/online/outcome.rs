@@ -34,6 +34,7 @@ pub(crate) struct Outcome {
 }
 
 /// Judgement of a fit.
+#[derive(Clone, Copy)]
 pub(crate) struct Judged {
     /// Method that found it.
     pub(crate) method: Method,

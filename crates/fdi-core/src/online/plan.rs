@@ -22,6 +22,9 @@ const LEAST_SQUARES_EVALUATIONS: usize = 200;
 /// Most evaluations of a search with the start.
 const FREE_START_EVALUATIONS: usize = 400;
 
+/// Most evaluations of one Bayesian optimisation of the residual.
+const COMPOSITE_EVALUATIONS: usize = 80;
+
 /// Search for the fault levels.
 #[derive(Clone, Debug)]
 pub(crate) enum Search {
@@ -29,6 +32,8 @@ pub(crate) enum Search {
     LeastSquares,
     /// The emulator, else generalised least squares.
     Emulator,
+    /// Bayesian optimisation of the residual.
+    Composite,
     /// Bayesian optimisation of the scalar discrepancy.
     Scalar(Criterion),
 }
@@ -40,6 +45,7 @@ pub(crate) struct Budget {
     pub(crate) least_squares: usize,
     pub(crate) free_start: usize,
     pub(crate) scalar: usize,
+    pub(crate) composite: usize,
 }
 
 /// Resolved options.
@@ -75,6 +81,7 @@ impl Plan {
             }
             (Some(criterion), _) => Search::Scalar(criterion),
             (None, Method::Emulator) => Search::Emulator,
+            (None, Method::Composite) => Search::Composite,
             (None, _) => Search::LeastSquares,
         };
         let most = |usual: usize| options.max_evaluations.unwrap_or(usual);
@@ -83,6 +90,7 @@ impl Plan {
             least_squares: most(LEAST_SQUARES_EVALUATIONS),
             free_start: most(FREE_START_EVALUATIONS),
             scalar: most(scalar::default_budget(experiment.sought_indices().len())),
+            composite: most(COMPOSITE_EVALUATIONS),
         };
         let freedom = Freedom::of(options, experiment);
         Ok(Self { search, method, fidelity, budget, noise_a, freedom, seed })

@@ -20,9 +20,8 @@ use crate::{
     online::{
         damage::coordinates_of,
         error::DiagnoseError,
-        fit::FitResult,
-        likelihood::misfit,
-        outcome::{Judged, MISFIT_DEVIATIONS, Outcome},
+        method::unsettled::Ended,
+        outcome::Outcome,
         run::{Hypothesis, Run},
     },
     report::Method,
@@ -129,9 +128,7 @@ pub(crate) fn minimise(
 }
 
 impl Run<'_> {
-    /// The paper's search on the mask. Where it ends is not where the likelihood is greatest:
-    /// the step that is left to there, to first order, is counted as uncertainty, and what the
-    /// model cannot explain is judged after it.
+    /// The paper's search on the mask. Where it ends is not where the likelihood is greatest.
     pub(crate) fn scalar(
         &self,
         hypothesis: &Hypothesis,
@@ -153,21 +150,9 @@ impl Run<'_> {
                 .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
         let estimate = coordinates_of(&sought, &levels);
         let residual_a = self.residual(hypothesis, &mut monitor, &estimate);
-        let slopes = likelihood.slopes(self.jacobian(hypothesis, &estimate)?);
         let white = likelihood.whiten(&residual_a);
-        let step = slopes.step(&white).ok_or(DiagnoseError::Undetermined)?;
-        let here = misfit(&white);
-        let misfit = misfit(&slopes.left(&white, &step));
-        let limit = likelihood.largest_misfit(MISFIT_DEVIATIONS);
-        let evaluations = evaluations + 1 + 2 * sought.len() as u64;
-        let slopes = Some(slopes);
-        let (cut_short, began) = (false, None);
-        let fit = FitResult { estimate, residual_a, misfit, evaluations, cut_short, slopes, began };
-        let (method, adequate) = (self.plan.method, here <= limit);
-        let judged = Judged { method, adequate, severe: false, spent: evaluations };
-        let mut outcome = self.outcome(hypothesis, &likelihood, fit, judged)?;
-        outcome.unfinished = here > limit;
-        outcome.posterior.covariance += &step * step.transpose();
-        Ok(outcome)
+        let evaluations = evaluations + 1;
+        let ended = Ended { estimate, residual_a, white, severe: false, evaluations };
+        self.unsettled(hypothesis, &likelihood, ended)
     }
 }
