@@ -21,7 +21,7 @@ pub enum DiagnoseError {
     /// The search could not be run.
     #[error("the search failed: {reason}")]
     Search {
-        /// What the solver says.
+        /// Message of the solver.
         reason: String,
     },
     /// The emulator is of one start of the rotor.

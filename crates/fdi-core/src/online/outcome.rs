@@ -40,7 +40,7 @@ pub(crate) struct Judged {
     pub(crate) method: Method,
     pub(crate) adequate: bool,
     pub(crate) severe: bool,
-    /// Evaluations of the monitor so far.
+    /// Evaluations of the low-fidelity model so far.
     pub(crate) spent: u64,
 }
 

@@ -96,7 +96,7 @@ impl Plan {
         Ok(Self { search, method, fidelity, budget, noise_a, freedom, seed })
     }
 
-    /// Whether the answer may be the emulator's.
+    /// True where the answer may be the emulator's.
     pub(crate) fn emulates(&self) -> bool {
         matches!(self.search, Search::Emulator)
     }

@@ -25,8 +25,9 @@ type Near = (Option<FitResult>, u64);
 
 impl Run<'_> {
     /// Generalised least squares from where the surface explains the recording best, with the
-    /// surface's slopes: the monitor is run for its residuals alone. `None` where that does not
-    /// settle within the range that the surface is learnt on; beside it the evaluations made.
+    /// surface's slopes: the low-fidelity model is run for its residuals alone. `None` where that
+    /// does not settle within the range that the surface is learnt on; beside it the evaluations
+    /// made.
     pub(crate) fn near_surface(
         &self,
         hypothesis: &Hypothesis,
@@ -68,9 +69,9 @@ impl Run<'_> {
         Ok((None, most))
     }
 
-    /// One step for a whitened residual with the monitor's own slopes, and its residual there: what
-    /// a surface leaves out is not to be read as damage. `None` where the slopes leave a coordinate
-    /// undetermined.
+    /// One step for a whitened residual with the low-fidelity model's own slopes, and its residual
+    /// there: what a surface leaves out is not to be read as damage. `None` where the slopes leave
+    /// a coordinate undetermined.
     fn last_step(
         &self,
         hypothesis: &Hypothesis,
@@ -94,7 +95,7 @@ impl Run<'_> {
         Ok(Some(FitResult { estimate, residual_a, misfit, evaluations, cut_short, slopes, began }))
     }
 
-    /// Whether the surface is learnt at a point, and the machine can be given it.
+    /// True where the response surface is learnt at a point, and the machine can be given it.
     fn within_surface(&self, point: &[f64]) -> bool {
         let sought = self.learnt.bundle.experiment.sought_indices();
         let mut levels = point.iter().zip(sought);

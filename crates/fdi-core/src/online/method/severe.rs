@@ -36,8 +36,8 @@ impl Run<'_> {
         Ok(Some(Likelihood::new(&error, &unit, whole_a, self.encoder())?))
     }
 
-    /// A fit by severe faults, from several starts, with the monitor's error growing with the
-    /// damage.
+    /// A fit by severe faults, from several starts, with the low-fidelity model's error growing
+    /// with the damage.
     pub(crate) fn severe_fit(
         &self,
         hypothesis: &Hypothesis,

@@ -27,7 +27,7 @@ pub(crate) struct Ended {
     pub(crate) residual_a: Vec<f64>,
     /// The residual as white numbers.
     pub(crate) white: Vec<f64>,
-    /// Whether a level lies beyond the incipient range.
+    /// True where a level lies beyond the incipient range.
     pub(crate) severe: bool,
     pub(crate) evaluations: u64,
 }
