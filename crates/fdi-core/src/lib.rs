@@ -61,8 +61,8 @@ pub use offline::store;
 pub use online::emulator::{Emulated, Emulator};
 pub use online::error_bounds::{ErrorBound, ErrorBounds};
 pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
-pub use online::method::scalar::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::observation::ObservationError;
+pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{

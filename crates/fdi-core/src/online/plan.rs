@@ -6,8 +6,8 @@ use crate::{
     online::{
         beginning::{Freedom, is_free},
         error::DiagnoseError,
-        method::scalar,
         options::DiagnoseOptions,
+        scalar_search,
     },
     report::{Fidelity, Method},
     simulation::experiment::Experiment,
@@ -75,7 +75,7 @@ impl Plan {
     ) -> Result<Self, DiagnoseError> {
         let &DiagnoseOptions { method, fidelity, noise_a, seed, .. } = options;
         check_start(options)?;
-        let search = match (scalar::criterion(method, seed), method) {
+        let search = match (scalar_search::criterion(method, seed), method) {
             (Some(_), _) if fidelity == Fidelity::High => {
                 return Err(DiagnoseError::HighFidelityMethod { method });
             }
@@ -89,7 +89,7 @@ impl Plan {
             surface: most(SURFACE_EVALUATIONS) as u64,
             least_squares: most(LEAST_SQUARES_EVALUATIONS),
             free_start: most(FREE_START_EVALUATIONS),
-            scalar: most(scalar::default_budget(experiment.sought_indices().len())),
+            scalar: most(scalar_search::default_budget(experiment.sought_indices().len())),
             composite: most(COMPOSITE_EVALUATIONS),
         };
         let freedom = Freedom::of(options, experiment);
