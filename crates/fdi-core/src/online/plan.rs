@@ -16,7 +16,7 @@ use crate::{
 /// Longest delay that is looked for, s: a search finds it from delays in even steps.
 const MOST_DELAY_S: f64 = 0.05;
 /// Most evaluations of a search with the response surface's slopes; three are usual.
-pub(crate) const SURFACE_EVALUATIONS: usize = 10;
+const SURFACE_EVALUATIONS: usize = 10;
 /// Most evaluations of one search by Levenberg and Marquardt.
 const LEAST_SQUARES_EVALUATIONS: usize = 200;
 /// Most evaluations of a search with the start.
@@ -86,7 +86,7 @@ impl Plan {
         };
         let most = |usual: usize| options.max_evaluations.unwrap_or(usual);
         let budget = Budget {
-            surface: most(SURFACE_EVALUATIONS) as u64,
+            surface: most(SURFACE_EVALUATIONS).min(SURFACE_EVALUATIONS) as u64,
             least_squares: most(LEAST_SQUARES_EVALUATIONS),
             free_start: most(FREE_START_EVALUATIONS),
             scalar: most(scalar_search::default_budget(experiment.sought_indices().len())),

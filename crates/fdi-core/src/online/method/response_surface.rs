@@ -16,7 +16,6 @@ use crate::online::{
     error::DiagnoseError,
     fit::FitResult,
     likelihood::{Likelihood, misfit},
-    plan::SURFACE_EVALUATIONS,
     run::{Hypothesis, Run},
 };
 
@@ -47,7 +46,7 @@ impl Run<'_> {
         let mut point = found.estimate;
         let mut monitor = self.monitor(hypothesis)?;
         let most = self.plan.budget.surface;
-        for evaluations in 1..=most.min(SURFACE_EVALUATIONS as u64) {
+        for evaluations in 1..=most {
             if !self.within_surface(&point) {
                 return Ok((None, evaluations - 1));
             }
