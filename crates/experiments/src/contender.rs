@@ -9,6 +9,8 @@ use gp_bayesopt::Population;
 pub enum Contender {
     /// The default method: generalised least squares on the whitened envelope.
     Gls,
+    /// Vector-valued Bayesian optimisation of the whitened residual.
+    Composite,
     /// The emulator of the reference signal; no simulation.
     Emulator,
     /// Expected improvement on the mask's scalar discrepancy.
@@ -31,8 +33,9 @@ pub enum Contender {
 
 impl Contender {
     /// Every contender.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Gls,
+        Self::Composite,
         Self::Emulator,
         Self::Ei,
         Self::Ucb,
@@ -48,6 +51,7 @@ impl Contender {
     pub fn name(self) -> &'static str {
         match self {
             Self::Gls => "gls",
+            Self::Composite => "composite",
             Self::Emulator => "emulator",
             Self::Ei => "ei",
             Self::Ucb => "ucb",
@@ -68,6 +72,7 @@ impl Contender {
     pub(crate) fn method(self) -> Option<Method> {
         match self {
             Self::Gls => Some(Method::Gls),
+            Self::Composite => Some(Method::Composite),
             Self::Ei => Some(Method::Ei),
             Self::Ucb => Some(Method::Ucb),
             Self::TwoStepEi => Some(Method::TwoStepEi),

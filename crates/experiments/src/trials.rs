@@ -167,6 +167,9 @@ impl Arena<'_> {
         }
         let now = || self.now_s();
         let recorder = Recorder::new(&now);
+        if self.high.is_some() && contender != Contender::Gls {
+            return Err(self.no_such(contender));
+        }
         if let (Some(high), Some(emulator)) = (&self.high, &self.emulator) {
             let found = high.diagnose(emulator, &test.signal_a, &|residual| {
                 recorder.note(self.norm_on_mask(residual));

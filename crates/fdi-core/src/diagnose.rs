@@ -191,10 +191,8 @@ impl Diagnoser {
             return Err(DiagnoseError::EmulatorStart { found_rad: Some(angle_rad) });
         }
         let mut notices = Vec::new();
-        let error_id = match at_zero {
-            false if self.learnt.turned()?.is_some() => ErrorId::Turned,
-            _ => ErrorId::Incipient,
-        };
+        let is_turned = !at_zero && self.learnt.turned()?.is_some();
+        let error_id = if is_turned { ErrorId::Turned } else { ErrorId::Incipient };
         if !at_zero && error_id == ErrorId::Incipient {
             notices.push(Notice {
                 code: NoticeCode::StartAngleNotLearnt,

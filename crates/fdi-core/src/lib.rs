@@ -5,10 +5,10 @@
 //! online   Recording ─▶ signal ─▶ likelihood (bundle) ─▶ search ─▶ RecordDiagnosis
 //! ```
 //!
-//! [`Bundle`] holds reference signals of the high-fidelity model. [`Diagnoser`] learns from them how
-//! the monitoring model errs, and finds the fault levels at which monitor and learnt error explain
-//! a recording. Levels come with a covariance, intervals and decisions; a recording that no levels
-//! explain is `model-inadequate` (`docs/models/diagnosis.md`).
+//! [`Bundle`] holds reference signals of the high-fidelity model. [`Diagnoser`] learns from them
+//! how the low-fidelity model errs, and finds the fault levels at which that model and its learnt
+//! error explain a recording. Levels come with a covariance, intervals and decisions; a recording
+//! that no levels explain is `model-inadequate` (`docs/models/diagnosis.md`).
 //!
 //! ```
 //! use fdi_core::{Bundle, EMBEDDED_BUNDLES, MASK_POINTS, ReferenceDesign};
@@ -61,8 +61,8 @@ pub use offline::store;
 pub use online::emulator::{Emulated, Emulator};
 pub use online::error_bounds::{ErrorBound, ErrorBounds};
 pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
-pub use online::method::scalar::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::observation::ObservationError;
+pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{

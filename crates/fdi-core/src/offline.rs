@@ -1,4 +1,4 @@
-//! What is learnt before a recording is seen: reference datasets, error models, bundles.
+//! Learning before a recording is seen: reference datasets, error models, bundles.
 
 pub(crate) mod artefact;
 pub(crate) mod bound;

@@ -22,6 +22,7 @@ pub(crate) mod plan;
 pub(crate) mod posterior;
 pub(crate) mod references;
 pub(crate) mod run;
+pub(crate) mod scalar_search;
 pub(crate) mod severe_errors;
 pub(crate) mod suspected_start;
 pub(crate) mod watch;

@@ -6,7 +6,7 @@ use rand_chacha::{
 };
 use sha2::{Digest, Sha256};
 
-/// What a derived seed is for.
+/// Purpose of a derived seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Purpose {

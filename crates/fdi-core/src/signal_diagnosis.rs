@@ -49,7 +49,7 @@ impl EnvelopeSignal {
 /// The answer for a signal, with the estimate that it was made from.
 #[derive(Clone, Debug)]
 pub struct SignalDiagnosis {
-    /// What is published.
+    /// Published answer.
     pub answer: RecordDiagnosis,
     /// Which coordinates were estimated, places in `k1..k7`.
     pub indices: Vec<usize>,
@@ -60,8 +60,8 @@ pub struct SignalDiagnosis {
 }
 
 impl Diagnoser {
-    /// Diagnoses a signal, showing the residual of every evaluation of the monitor as it is made,
-    /// A.
+    /// Diagnoses a signal, showing the residual of every evaluation of the low-fidelity model as it
+    /// is made, A.
     ///
     /// # Errors
     ///
@@ -83,7 +83,7 @@ impl Diagnoser {
         })
     }
 
-    /// Corrects the monitor's error by signals of the machine as new.
+    /// Corrects the low-fidelity model's error by signals of the machine as new.
     ///
     /// # Errors
     ///
@@ -93,8 +93,8 @@ impl Diagnoser {
         self.referred_to(&observed)
     }
 
-    /// The monitor's signal at coordinates looked for, start angle 0, with the mean of its error
-    /// added, A.
+    /// The low-fidelity model's signal at coordinates looked for, start angle 0, with the mean of
+    /// its error added, A.
     pub fn monitored_signal(&self, monitor: &mut Monitor, coordinates: &[f64]) -> Vec<f64> {
         self.learnt.monitored(monitor, coordinates)
     }

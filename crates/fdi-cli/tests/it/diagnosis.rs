@@ -398,7 +398,7 @@ fn a_scalar_search_with_the_high_fidelity_model_is_refused() {
     let path = committed("recordings/r16.csv.gz");
     let (code, _, err) = diagnose(&["--quiet", "--fidelity", "high", "--method", "ei", &path]);
     assert_eq!(code, 2);
-    let wanted = "the high-fidelity model goes with the methods `gls` and `emulator`, found `ei`";
+    let wanted = "the high-fidelity model goes with the methods `gls`, `composite` and `emulator`, found `ei`";
     assert!(err.trim_end().ends_with(wanted), "{err}");
 }
 

@@ -57,7 +57,7 @@ struct ExperimentData {
 #[derive(Encode, Decode)]
 struct ScenarioData {
     command: CommandData,
-    /// Whether the command is a speed.
+    /// True where the command is a speed.
     speed_mode: bool,
     load_n_m: f64,
     brake_n_m: f64,
@@ -89,7 +89,7 @@ struct DatasetData {
 
 #[derive(Encode, Decode)]
 struct ChoiceData {
-    /// 0: error of the monitor at start angle zero, 1: at any, 2: the signal itself.
+    /// 0: error of the low-fidelity model at start angle zero, 1: at any, 2: the signal itself.
     of: u8,
     trend: u8,
     taper_support_samples: u32,

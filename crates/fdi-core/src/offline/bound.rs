@@ -12,7 +12,7 @@ use crate::{
 const STEP: f64 = 1e-3;
 
 /// Standard deviations of the coordinates looked for that white noise on each phase sample
-/// allows at best, on the filtered envelope, the monitor and the start angle known.
+/// allows at best, on the filtered envelope, the low-fidelity model and the start angle known.
 ///
 /// ```text
 /// sd_i = √[(JᵀΣ⁻¹J)⁻¹]_ii,    Σ = a²·C
@@ -27,7 +27,8 @@ pub fn sensor_bound_std(
     experiment: &Experiment,
     coordinates: &FaultCoordinates,
     start_angle_rad: f64,
-    (noise_a, phase_rate_hz): (f64, f64),
+    noise_a: f64,
+    phase_rate_hz: f64,
 ) -> Result<[Option<f64>; FAULT_COUNT], BundleError> {
     let monitor = experiment.monitor(start_angle_rad)?;
     let sought = experiment.sought_indices();

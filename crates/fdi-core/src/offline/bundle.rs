@@ -46,7 +46,7 @@ pub enum BundleError {
     /// The content contradicts itself.
     #[error("the bundle holds {what}")]
     Content {
-        /// What is wrong.
+        /// Contradiction in the content.
         what: String,
     },
     /// The design that everything is learnt on is missing.
@@ -80,12 +80,12 @@ pub enum BundleError {
         /// Where the experiment does.
         expected_rad: f64,
     },
-    /// The same reference signals twice.
+    /// Reference signals that are given twice.
     #[error("the dataset of the design `{design}`, seed {seed}, is given twice")]
     Repeated {
         /// Design of the dataset.
         design: &'static str,
-        /// Its seed.
+        /// Seed of the dataset.
         seed: u64,
     },
     /// The error model cannot be learnt.
@@ -105,7 +105,7 @@ pub enum BundleError {
     Simulation(#[from] ema_sim::SimulationError),
 }
 
-/// Where the rotor starts: which reference signals tell the monitor's error.
+/// Where the rotor starts: which reference signals tell the low-fidelity model's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StartAngle {
     /// Where the experiment does, by default at zero: designs `incipient` and `sparse`.
@@ -123,7 +123,7 @@ impl StartAngle {
         }
     }
 
-    /// Whether a design tells the error for this start.
+    /// True for a design that tells the error for this start.
     pub(crate) fn has(self, design: ReferenceDesign) -> bool {
         match self {
             Self::Zero => {
@@ -134,10 +134,10 @@ impl StartAngle {
     }
 }
 
-/// What is modelled as a function of damage with a covariance.
+/// Quantity that is modelled as a function of damage with a covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Modelled {
-    /// The error of the monitor, for a start of the rotor.
+    /// The error of the low-fidelity model, for a start of the rotor.
     Error(StartAngle),
     /// The reference signal itself, for start angle zero: the emulator.
     Signal,
@@ -146,7 +146,7 @@ pub enum Modelled {
 /// How something is modelled, chosen on the reference signals alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelChoice {
-    /// What.
+    /// Quantity that is modelled.
     pub of: Modelled,
     /// How the mean depends on the damage.
     pub trend: Trend,
@@ -154,7 +154,7 @@ pub struct ModelChoice {
     pub shape: CovarianceShape,
 }
 
-/// What the offline stage learnt.
+/// Result of the offline stage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bundle {
     /// The actuator and its test.
@@ -191,7 +191,7 @@ impl Bundle {
         Self::build_told(experiment, datasets, noise_a, root, &|_| {})
     }
 
-    /// The same, with what is done next told in words: minutes can pass on a long test.
+    /// Learns a bundle and tells each step in words: minutes can pass on a long test.
     ///
     /// # Errors
     ///
@@ -236,7 +236,7 @@ impl Bundle {
     ///
     /// # Errors
     ///
-    /// [`BundleError`] when the monitor cannot be run or nothing can be learnt.
+    /// [`BundleError`] when the low-fidelity model cannot be run or nothing can be learnt.
     pub fn error_model(&self, start: StartAngle) -> Result<Option<ErrorModel>, BundleError> {
         self.model_of(Modelled::Error(start))
     }
@@ -246,9 +246,9 @@ impl Bundle {
         self.model_of(Modelled::Signal)
     }
 
-    /// The monitor's own signal with the mean of its error, as a quadratic function of damage at
-    /// the experiment's start angle, quartic for two faults; linear, or `None`, where there are
-    /// too few conditions.
+    /// The low-fidelity model's own signal with the mean of its error, as a quadratic function of
+    /// damage at the experiment's start angle, quartic for two faults; linear, or `None`, where
+    /// there are too few conditions.
     pub(crate) fn monitor_surface(
         &self,
         error: &ErrorModel,
@@ -276,9 +276,9 @@ impl Bundle {
         Ok(surfaces.iter().find_map(learnt))
     }
 
-    /// What is left between the reference signals and the high-fidelity model without noise: a
+    /// Difference between the reference signals and the high-fidelity model without noise: a
     /// constant, and the noise of the electronics, with the covariance shaped as that of the
-    /// monitor's error for the same start is; `None` where the bundle has none.
+    /// low-fidelity model's error for the same start is; `None` where the bundle has none.
     pub(crate) fn high_error_model(
         &self,
         start: StartAngle,
@@ -364,7 +364,7 @@ fn informative_points(dataset: &Dataset, root: RootSeed) -> Result<Vec<usize>, B
     Ok(points)
 }
 
-/// Reference less monitor, for every condition.
+/// Reference less low-fidelity model, for every condition.
 pub(crate) fn differences(
     experiment: &Experiment,
     dataset: &Dataset,
@@ -409,7 +409,7 @@ impl Modelled {
         }
     }
 
-    /// What is to be modelled, at every condition of some datasets.
+    /// Signals that are to be modelled, at every condition of some datasets.
     fn signals(
         self,
         experiment: &Experiment,
@@ -456,7 +456,7 @@ fn choose(
     Ok(ModelChoice { of, trend, shape })
 }
 
-/// Slopes of the monitor at every condition.
+/// Slopes of the low-fidelity model at every condition.
 fn monitor_jacobians(
     experiment: &Experiment,
     datasets: &[&Dataset],

@@ -17,11 +17,12 @@ use crate::{
 /// Which fault conditions a dataset holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReferenceDesign {
-    /// `k1..k6 = 0.05·u`, `k7 = u`, start angle of the experiment: what compression, offset and discrepancy
-    /// are learnt on.
+    /// `k1..k6 = 0.05·u`, `k7 = u`, start angle of the experiment: what compression, offset and
+    /// discrepancy are learnt on.
     Incipient,
-    /// The same ranges, with at most two faults at a time and the others absent: the corner of
-    /// the range where actuators are healthy or nearly so, which a Latin hypercube leaves empty.
+    /// The ranges of `Incipient`, with at most two faults at a time and the others absent: the
+    /// corner of the range where actuators are healthy or nearly so, which a Latin hypercube leaves
+    /// empty.
     Sparse,
     /// `k1..k6 = 0.05·u`, `k7 = u`, start angle uniform over one mechanical turn.
     Turned,
@@ -38,7 +39,7 @@ impl ReferenceDesign {
     pub const ALL: [Self; 6] =
         [Self::Incipient, Self::Sparse, Self::Turned, Self::TurnedSparse, Self::Wide, Self::Test];
 
-    /// Its name in files.
+    /// Name of the design in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Incipient => "incipient",
@@ -55,12 +56,12 @@ impl ReferenceDesign {
         Self::ALL.into_iter().find(|design| design.name() == name)
     }
 
-    /// Whether the rotor starts anywhere.
+    /// True where the rotor starts anywhere.
     pub fn is_turned(self) -> bool {
         matches!(self, Self::Turned | Self::TurnedSparse)
     }
 
-    /// Whether most faults are absent.
+    /// True where most faults are absent.
     fn is_sparse(self) -> bool {
         matches!(self, Self::Sparse | Self::TurnedSparse)
     }
@@ -126,7 +127,7 @@ pub struct Dataset {
     pub design: ReferenceDesign,
     /// Root seed of the design and of the controller's noise.
     pub seed: u64,
-    /// Whether the electronics were real.
+    /// Imperfections of the electronics.
     pub imperfections: Imperfections,
     /// The conditions.
     pub conditions: Vec<Condition>,
@@ -149,7 +150,7 @@ pub enum DatasetError {
     NoConditions,
 }
 
-/// What to make a dataset of.
+/// Request for a dataset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DatasetRequest {
     /// Which conditions.

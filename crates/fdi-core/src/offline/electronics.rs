@@ -1,5 +1,5 @@
-//! What the drive's own noise does to the diagnosed signal, from the monitor with that noise in
-//! its loops.
+//! Effect of the drive's own noise on the diagnosed signal, from the low-fidelity model with that
+//! noise in its loops.
 //!
 //! ```text
 //! S_e = cov(y_LF(c, electronics) − y_LF(c)) + w²/3·C
@@ -26,7 +26,7 @@ use crate::{
 const SAMPLES: usize = 400_000;
 /// Runs at least.
 const LEAST_RUNS: usize = 100;
-/// Keeps the monitor's noise apart from that of the reference signals.
+/// Keeps the low-fidelity model's noise apart from that of the reference signals.
 const STREAM: u64 = 0x6a09_e667_f3bc_c909;
 
 /// The covariance of the drive's noise, tapered; `None` where all reference signals are of ideal
@@ -34,7 +34,7 @@ const STREAM: u64 = 0x6a09_e667_f3bc_c909;
 ///
 /// # Errors
 ///
-/// [`SimulationError`] when the monitor cannot be run.
+/// [`SimulationError`] when the low-fidelity model cannot be run.
 pub(crate) fn electronics_covariance(
     experiment: &Experiment,
     datasets: &[&Dataset],
@@ -62,8 +62,8 @@ fn joined(
     }
 }
 
-/// Runs of the monitor with noise less those without, centred; `None` where all reference signals
-/// are of ideal electronics.
+/// Runs of the low-fidelity model with noise less those without, centred; `None` where all
+/// reference signals are of ideal electronics.
 fn noise_of_loops(
     experiment: &Experiment,
     datasets: &[&Dataset],
@@ -96,7 +96,7 @@ fn noise_of_loops(
     Ok(Some(scatter))
 }
 
-/// What the noise of the electronics adds to the reference signals of a dataset: these less the
+/// Noise of the electronics in the reference signals of a dataset: these less the
 /// model without noise at the same conditions.
 pub(crate) fn electronics_noise(
     experiment: &Experiment,

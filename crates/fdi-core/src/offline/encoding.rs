@@ -12,7 +12,7 @@ use crate::{
     statistics::banded::{BandedMatrix, dot},
 };
 
-/// What of the filtered envelope a diagnosis looks at.
+/// Part of the filtered envelope that a diagnosis looks at.
 ///
 /// # Source
 ///
@@ -39,7 +39,7 @@ impl Encoding {
     pub const ALL: [Self; 5] =
         [Self::Full, Self::Points, Self::ClusterMeans, Self::Modes, Self::Sensitivities];
 
-    /// Its name on the command line and in answers.
+    /// Name on the command line and in answers.
     pub fn name(self) -> &'static str {
         match self {
             Self::Full => "full",
@@ -69,7 +69,7 @@ impl Encoder {
         self.rows.len()
     }
 
-    /// What an answer says of it.
+    /// Notice that an answer has.
     pub(crate) fn notice(&self) -> Notice {
         let (name, size) = (self.encoding.name(), self.size());
         let message = format!("`{name}`: {size} numbers were looked at, not the whole signal");

@@ -1,4 +1,4 @@
-//! What each encoding costs in the accuracy that a bundle's experiment allows.
+//! Cost of each encoding in the accuracy that a bundle's experiment allows.
 
 use nalgebra::DMatrix;
 
@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// Differences for the derivatives of the monitor, as for
+/// Differences for the derivatives of the low-fidelity model, as for
 /// [`sensor_bound_std`](crate::sensor_bound_std).
 const STEP: f64 = 1e-3;
 
@@ -26,8 +26,8 @@ const STEP: f64 = 1e-3;
 ///
 /// The cost is the median, over the incipient conditions, of the Cramér-Rao bound of a level's
 /// standard deviation over that from the whole envelope. The noise is the bundle's, white on
-/// phases sampled at the controller's rate; the derivatives are the monitor's, so that an
-/// encoding by regressed sensitivities is not judged by itself. `k6` and `k7` are judged where
+/// phases sampled at the controller's rate; the derivatives are the low-fidelity model's, so that
+/// an encoding by regressed sensitivities is not judged by itself. `k6` and `k7` are judged where
 /// there is an eccentricity.
 pub(crate) fn encoding_summaries(bundle: &Bundle) -> Result<Vec<EncodingSummary>, BundleError> {
     let cases = cases(bundle)?;
@@ -63,7 +63,7 @@ struct Case {
     direction: Option<[f64; 2]>,
 }
 
-/// The incipient conditions, with central differences of the monitor.
+/// The incipient conditions, with central differences of the low-fidelity model.
 fn cases(bundle: &Bundle) -> Result<Vec<Case>, BundleError> {
     let dataset = bundle.dataset(ReferenceDesign::Incipient).ok_or(BundleError::NoIncipient)?;
     let mut monitor = bundle.experiment.monitor(0.0)?;

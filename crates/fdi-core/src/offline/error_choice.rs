@@ -8,9 +8,9 @@
 //! δ_i = (JᵀΣ⁻¹J)⁻¹·JᵀΣ⁻¹·r_i      Σ = S without the fold of i, with the noise expected
 //! ```
 //!
-//! with `r_i` the leave-one-out residual and `J` the slopes of monitor and mean at the true
-//! damage. The score is the mean over the coordinates of `ln(mean of δ²)`, the noise's own share
-//! of the variance included: half of it is the logarithm of the error to be expected. A model
+//! with `r_i` the leave-one-out residual and `J` the slopes of low-fidelity model and mean at the
+//! true damage. The score is the mean over the coordinates of `ln(mean of δ²)`, the noise's own
+//! share of the variance included: half of it is the logarithm of the error to be expected. A model
 //! that explains the residuals better but lends the search slopes of its own noise loses here,
 //! while it wins on the likelihood of left-out signals.
 
@@ -32,14 +32,14 @@ const TAPER_SUPPORTS_S: [f64; 5] = [0.010, 0.020, 0.040, 0.080, 0.120];
 /// Most reference signals that are diagnosed for a score.
 const MOST_DIAGNOSED: usize = 60;
 
-/// Reference less monitor at conditions, with the monitor's slopes there.
+/// Reference less low-fidelity model at conditions, with the low-fidelity model's slopes there.
 pub(crate) struct References {
     /// One a condition, A.
     pub(crate) differences: Vec<Vec<f64>>,
     /// Coordinates looked for, one row a condition.
     pub(crate) coordinates: Vec<Vec<f64>>,
-    /// Slopes of the monitor, one row a coordinate, for every condition; empty where there is no
-    /// monitor.
+    /// Slopes of the low-fidelity model, one row a coordinate, for every condition; empty where
+    /// there is no such model.
     pub(crate) jacobians: Vec<Vec<Vec<f64>>>,
     /// Covariance of the noise of the electronics; none for signals without it.
     pub(crate) electronics: Option<Arc<BandedMatrix>>,
@@ -110,7 +110,8 @@ struct Fold {
     left_out: Vec<LeftOut>,
 }
 
-/// A reference signal less the monitor and the mean that does not know it, with the slopes there.
+/// A reference signal less the low-fidelity model and the mean that does not know it, with the
+/// slopes there.
 struct LeftOut {
     residual: Vec<f64>,
     jacobian: Vec<Vec<f64>>,

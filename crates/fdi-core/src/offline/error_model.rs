@@ -1,4 +1,4 @@
-//! What the monitor gets wrong, learnt from reference signals: offset, trend and covariance.
+//! Error of the low-fidelity model, learnt from reference signals: offset, trend and covariance.
 //!
 //! ```text
 //! y_HF(k) − y_LF(k) = m + B·(c − c̄) + r,    r ~ N(0, S)
@@ -8,10 +8,10 @@
 //!
 //! Without `m` healthy actuators show faults that they do not have; without `S` the stated
 //! intervals are too narrow. The taper keeps what a hundred snapshots can tell, the covariance of
-//! neighbouring samples, and drops what they cannot. `S_e` is what the monitor itself says of the
-//! noise of its electronics (`electronics`), from as many runs as are wanted: the scatter of a
-//! hundred signals is drawn towards it. What is best is chosen on the reference signals
-//! (`error_choice`).
+//! neighbouring samples, and drops what they cannot. `S_e` is what the low-fidelity model itself
+//! says of the noise of its electronics (`electronics`), from as many runs as are wanted: the
+//! scatter of a hundred signals is drawn towards it. What is best is chosen on the reference
+//! signals (`error_choice`).
 
 use std::sync::{Arc, OnceLock};
 
@@ -31,7 +31,8 @@ pub enum Trend {
     Linear,
     /// With squares and products of the coordinates too.
     Quadratic,
-    /// With all products of up to four coordinates; of a monitor's signal, not of its error.
+    /// With all products of up to four coordinates; of a low-fidelity model's signal, not of its
+    /// error.
     Quartic,
 }
 
@@ -115,7 +116,7 @@ impl CovarianceShape {
     }
 }
 
-/// The learnt error of a monitor.
+/// The learnt error of a low-fidelity model.
 #[derive(Clone, Debug)]
 pub struct ErrorModel {
     trend: Trend,
@@ -139,9 +140,9 @@ struct Covariances {
 }
 
 impl ErrorModel {
-    /// Learns from differences "reference less monitor" (one a condition, equal lengths) at
-    /// damage coordinates (one row a condition), with the covariance of the electronics where the
-    /// shape has a share of it.
+    /// Learns from differences "reference less low-fidelity model" (one a condition, equal lengths)
+    /// at damage coordinates (one row a condition), with the covariance of the electronics where
+    /// the shape has a share of it.
     ///
     /// # Errors
     ///
@@ -215,8 +216,8 @@ impl ErrorModel {
         mean
     }
 
-    /// The same mean with other residuals, as learnt elsewhere; the taper reaches less far where
-    /// there are fewer of them.
+    /// Keeps the mean and takes other residuals, as learnt elsewhere; the taper reaches less far
+    /// where there are fewer of them.
     #[must_use]
     pub(crate) fn with_residuals(&self, residuals: Vec<Vec<f64>>) -> Self {
         let reach = self.shape.taper_support_samples;
@@ -234,7 +235,7 @@ impl ErrorModel {
         }
     }
 
-    /// The same with an offset added to the mean, and a covariance larger by a factor.
+    /// Adds an offset to the mean, and makes the covariance larger by a factor.
     #[must_use]
     pub(crate) fn corrected(&self, offset: &[f64], factor: f64) -> Self {
         let mut corrected = self.clone();

@@ -61,7 +61,7 @@ impl Factor {
         seen
     }
 
-    /// The same for several residuals.
+    /// White numbers from several residuals.
     pub(crate) fn whiten_each<'r>(
         &self,
         residuals: impl Iterator<Item = &'r Vec<f64>>,
@@ -90,7 +90,7 @@ impl Factor {
         }
     }
 
-    /// The same for several.
+    /// Signals of full length from several rows of white numbers, as [`spread`](Self::spread).
     pub(crate) fn spread_each(&self, mut white: Vec<Vec<f64>>, samples: usize) -> Vec<Vec<f64>> {
         self.cholesky.whiten_transposed_each(&mut white);
         match &self.encoder {

@@ -30,13 +30,13 @@ const PAYLOAD_START: usize = 56;
 /// here, and little enough that damaged lengths cannot exhaust a machine.
 pub const DECODE_LIMIT_BYTES: usize = 256 << 20;
 
-/// What an artefact is.
+/// Kind of an artefact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ArtefactKind {
     /// Snapshots of a reference model.
     Dataset,
-    /// What the offline stage learnt from datasets.
+    /// Result of the offline stage.
     Bundle,
 }
 
@@ -66,7 +66,7 @@ pub enum StoreError {
     /// The magic bytes are missing.
     #[error("not an artefact of this tool: expected a {}", expected.name())]
     NotAnArtefact {
-        /// What was asked for.
+        /// Kind that was asked for.
         expected: ArtefactKind,
     },
     /// The file ends early.
@@ -90,7 +90,7 @@ pub enum StoreError {
     TrailingBytes {
         /// Bytes that should not be there.
         extra: u64,
-        /// What was asked for.
+        /// Kind that was asked for.
         kind: ArtefactKind,
     },
     /// The content is not what was written.
@@ -104,17 +104,17 @@ pub enum StoreError {
     /// An artefact of another kind.
     #[error("is a {found}, expected a {}", expected.name())]
     OtherKind {
-        /// What it is.
+        /// Kind found.
         found: &'static str,
-        /// What was asked for.
+        /// Kind that was asked for.
         expected: ArtefactKind,
     },
     /// The payload is intact and yet not the data expected.
     #[error("content of the {} cannot be decoded: {reason}", kind.name())]
     Payload {
-        /// What was asked for.
+        /// Kind that was asked for.
         kind: ArtefactKind,
-        /// What the decoder said.
+        /// Message of the decoder.
         reason: String,
     },
 }

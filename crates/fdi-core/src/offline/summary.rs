@@ -11,7 +11,7 @@ use crate::{
 };
 
 impl Bundle {
-    /// What the bundle holds, for people and scripts, with what each encoding costs against the
+    /// Summary for people and scripts, with the cost of each encoding against the
     /// whole envelope: the median over the incipient conditions of the Cramér-Rao bounds' ratio.
     ///
     /// # Errors

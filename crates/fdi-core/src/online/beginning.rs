@@ -27,7 +27,7 @@ const START_STEP: f64 = 0.1;
 /// Most standard deviations of the prior that the integrator is looked for at.
 const MOST_DEVIATIONS: f64 = 3.0;
 
-/// Whether the start is estimated with the faults.
+/// True where the start is estimated with the faults.
 pub(crate) fn is_free(options: &DiagnoseOptions) -> bool {
     options.max_delay_s > 0.0 || options.free_start
 }
@@ -47,7 +47,7 @@ pub(crate) struct Freedom {
     pub(crate) unknowns: Vec<(Unknown, f64)>,
     /// Largest delay, s.
     pub(crate) most_s: f64,
-    /// Whether place in the play and integrator are among them.
+    /// True where place in the play and integrator are among them.
     pub(crate) free_start: bool,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Start {
 /// How a recording was found to begin.
 #[derive(Clone, Debug)]
 pub(crate) struct Began {
-    /// What was looked for, with estimate and standard deviation.
+    /// Parts that were looked for, with estimate and standard deviation.
     pub(crate) found: Vec<(Unknown, f64, f64)>,
 }
 
@@ -144,7 +144,7 @@ impl Start {
         Experiment { scenario, ..experiment.clone() }
     }
 
-    /// The monitor's signal with this start.
+    /// The low-fidelity model's signal with this start.
     pub(crate) fn signal(
         &self,
         experiment: &Experiment,

@@ -97,7 +97,7 @@ impl Commutation {
         self.sectors.iter().copied().map(middle_rad).collect()
     }
 
-    /// The same with every change of sector a tick of the drive's controller earlier: it is then
+    /// Moves every change of sector a tick of the drive's controller earlier: it is then
     /// that the drive commutates, and the phase that stops conducting shows it.
     pub(crate) fn before_the_tick(mut self, experiment: &Experiment) -> Self {
         let tick = (self.rate_hz / experiment.actuator.controller.sample_hz).round() as usize;
@@ -122,7 +122,7 @@ impl Commutation {
     }
 }
 
-/// How the monitor expects a machine to turn, and with what current.
+/// How the low-fidelity model expects a machine to turn, and with what current.
 struct Motion {
     /// Electrical angle from the start.
     electrical_rad: Vec<f64>,

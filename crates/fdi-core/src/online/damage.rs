@@ -9,8 +9,8 @@ pub(crate) const START: [f64; FAULT_COUNT] = [0.02, 0.02, 0.02, 0.02, 0.02, 0.0,
 pub(crate) const LEAST: [f64; FAULT_COUNT] = [-0.05, -0.0099, -0.05, -0.05, -0.05, -1.0, -1.0];
 /// Largest level that the incipient designs hold, with a margin for the estimate's scatter.
 pub(crate) const TRAINED_LEVEL: f64 = 0.06;
-/// Differences for derivatives: large against the monitor's own kinks (the controller's ticks),
-/// small against the damage looked for.
+/// Differences for derivatives: large against the low-fidelity model's own kinks (the controller's
+/// ticks), small against the damage looked for.
 pub(crate) const DIFFERENCE_STEP: f64 = 1e-3;
 /// Steps below this end a search; levels are of interest to 1e-5.
 pub(crate) const STEP_TOLERANCE: f64 = 1e-6;

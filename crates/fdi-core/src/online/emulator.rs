@@ -4,7 +4,8 @@
 //! y(c) = Σ_p t_p(c)·g_p + r,    r ~ N(0, S + a²·C)
 //! ```
 //!
-//! with `t` the constant, linear and (where left-out signals say so) quadratic terms of the damage coordinates and the signals
+//! with `t` the constant, linear and (where left-out signals say so) quadratic terms of the damage
+//! coordinates and the signals
 //! `g` learnt from reference signals. Since the signal is linear in `t`, the likelihood needs a
 //! recording only through its projections on the whitened `g`; everything else is formed
 //! beforehand, for one level of noise.
@@ -55,7 +56,7 @@ struct Fold {
     projections: Vec<DVector<f64>>,
 }
 
-/// What an emulator says of a signal.
+/// Answer of an emulator to a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emulated {
     /// Estimates of the coordinates looked for, free of bounds.
@@ -107,7 +108,7 @@ impl Emulator {
         Self { model, sought, likelihood, whitened, gram, noise_gram, folds }
     }
 
-    /// What noise and errors of the signal are.
+    /// Likelihood of noise and errors of the signal.
     pub(crate) fn likelihood(&self) -> &Arc<Likelihood> {
         &self.likelihood
     }

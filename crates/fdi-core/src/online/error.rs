@@ -21,7 +21,7 @@ pub enum DiagnoseError {
     /// The search could not be run.
     #[error("the search failed: {reason}")]
     Search {
-        /// What the solver says.
+        /// Message of the solver.
         reason: String,
     },
     /// The emulator is of one start of the rotor.
@@ -38,7 +38,9 @@ pub enum DiagnoseError {
     #[error("method `emulator` looks at the whole signal, not at an encoded one")]
     EmulatorEncoded,
     /// A scalar search with the high-fidelity model.
-    #[error("the high-fidelity model goes with the methods `gls` and `emulator`, found `{method}`")]
+    #[error(
+        "the high-fidelity model goes with the methods `gls`, `composite` and `emulator`, found `{method}`"
+    )]
     HighFidelityMethod {
         /// The method asked for.
         method: Method,

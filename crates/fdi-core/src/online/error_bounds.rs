@@ -35,7 +35,7 @@ pub struct ErrorBounds<'a> {
 /// Bounds of each coordinate looked for, as standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorBound {
-    /// On the filtered envelope, with sensor noise and the monitor's error.
+    /// On the filtered envelope, with sensor noise and the low-fidelity model's error.
     pub whole_std: Vec<f64>,
     /// On the filtered envelope, with sensor noise alone.
     pub sensor_std: Vec<f64>,

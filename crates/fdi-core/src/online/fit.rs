@@ -7,7 +7,7 @@ use crate::online::{
     likelihood::{Likelihood, Slopes},
 };
 
-/// A fit of the monitor to a signal.
+/// A fit of the low-fidelity model to a signal.
 pub(crate) struct FitResult {
     /// Estimates of the coordinates looked for.
     pub(crate) estimate: Vec<f64>,
@@ -16,7 +16,7 @@ pub(crate) struct FitResult {
     /// Mean square of the whitened residual.
     pub(crate) misfit: f64,
     pub(crate) evaluations: u64,
-    /// Whether the search ran out of evaluations.
+    /// True where the search ran out of evaluations.
     pub(crate) cut_short: bool,
     /// Slopes of the signal at the estimate, where they are known already.
     pub(crate) slopes: Option<Slopes>,

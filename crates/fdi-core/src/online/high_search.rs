@@ -1,4 +1,4 @@
-//! Diagnosis with the high-fidelity model as its own monitor, from where the emulator ends and with
+//! Diagnosis with the high-fidelity model alone, from where the emulator ends and with
 //! its slopes.
 
 use ema_sim::Imperfections;

@@ -146,7 +146,7 @@ impl Learnt {
                 return Ok(None);
             };
             let experiment = &self.bundle.experiment;
-            // what references correct is no error of the monitor on this machine's model
+            // what references correct is no error of the low-fidelity model on this machine's model
             let references = self.references.as_ref();
             let model = references.map_or(&*self.incipient, |references| &references.learnt);
             let errors = differences(experiment, dataset)?;
@@ -217,8 +217,8 @@ impl Learnt {
         prepared.map(Some)
     }
 
-    /// Signal of a monitor at coordinates looked for, start angle zero, with the mean of its error
-    /// added, A.
+    /// Signal of a low-fidelity model at coordinates looked for, start angle zero, with the mean of
+    /// its error added, A.
     pub(crate) fn monitored(&self, monitor: &mut Monitor, point: &[f64]) -> Vec<f64> {
         let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
         for (index, &value) in self.bundle.experiment.sought_indices().into_iter().zip(point) {
@@ -237,7 +237,7 @@ impl Learnt {
         ELECTRICAL_TOLERANCE_RAD / f64::from(self.bundle.experiment.actuator.motor.pole_pairs)
     }
 
-    /// Whether two start angles count as one.
+    /// True where two start angles count as one.
     pub(crate) fn same_start(&self, a_rad: f64, b_rad: f64) -> bool {
         let turn = (a_rad - b_rad).rem_euclid(TAU);
         turn.min(TAU - turn) < self.tolerance_rad()

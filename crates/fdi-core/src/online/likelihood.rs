@@ -5,10 +5,10 @@
 //! r(c) = y − y_LF(c) − m(c),   r ~ N(0, Σ),   Σ = S + a²·C
 //! ```
 //!
-//! with `S` the covariance of the monitor's error and `a²·C` that of the sensors' noise after
-//! the filter. The stated uncertainty is that of the estimator on errors that it has not seen:
-//! each reference error goes through the estimator built without its fold, and the scatter of
-//! what comes out is the monitor's share.
+//! with `S` the covariance of the low-fidelity model's error and `a²·C` that of the sensors' noise
+//! after the filter. The stated uncertainty is that of the estimator on errors that it has not
+//! seen: each reference error goes through the estimator built without its fold, and the scatter of
+//! what comes out is the low-fidelity model's share.
 
 use std::sync::{Arc, OnceLock};
 
@@ -60,7 +60,7 @@ impl Slopes {
         Some(self.information.clone().try_inverse()? * projected)
     }
 
-    /// What a step leaves of a whitened residual, to first order.
+    /// Whitened residual that a step leaves, to first order.
     pub(crate) fn left(&self, white: &[f64], step: &DVector<f64>) -> Vec<f64> {
         let mut left = white.to_vec();
         for (row, part) in self.white.iter().zip(step.iter()) {
@@ -91,7 +91,7 @@ impl Fold {
         self.white.get_or_init(|| self.factor.whiten_each(self.residuals.iter()))
     }
 
-    /// What an estimator without this fold makes of each of its residuals.
+    /// Estimates from each residual of the fold, by the estimator that does not know the fold.
     fn shifts(&self, jacobian: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<Vec<DVector<f64>>> {
         let rows = self.factor.whiten_each(jacobian.iter());
         let inverse = (gram(&rows) + prior).try_inverse()?;
@@ -197,7 +197,7 @@ impl Likelihood {
         self.estimate_covariance_given(slopes, &vec![0.0; slopes.rows.len()])
     }
 
-    /// The same where some coordinates are known to be near zero, `N(0, 1/p)` with `p` their
+    /// Covariance where some coordinates are known to be near zero, `N(0, 1/p)` with `p` their
     /// prior precision; 0 for what nothing is known of. With `V = (JᵀΣ⁻¹J + P)⁻¹` the prior
     /// adds `V·P·V`.
     pub(crate) fn estimate_covariance_given(

@@ -1,5 +1,6 @@
 //! Search methods, one file each, and the choice among them.
 
+pub(crate) mod composite;
 pub(crate) mod emulator;
 pub(crate) mod free_start;
 pub(crate) mod gls;
@@ -8,6 +9,7 @@ pub(crate) mod levenberg_marquardt;
 pub(crate) mod response_surface;
 pub(crate) mod scalar;
 pub(crate) mod severe;
+pub(crate) mod unsettled;
 
 use crate::{
     online::{
@@ -30,6 +32,7 @@ impl Run<'_> {
         let noise_a = noise.level_a;
         let outcome = match &self.plan.search {
             Search::LeastSquares => self.least_squares(hypothesis, noise_a)?,
+            Search::Composite => self.composite(hypothesis, noise_a)?,
             Search::Scalar(criterion) => self.scalar(hypothesis, noise_a, criterion.clone())?,
             Search::Emulator => match self.emulated(noise_a)? {
                 Some(outcome) => outcome,

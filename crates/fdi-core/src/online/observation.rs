@@ -61,9 +61,9 @@ pub enum ObservationError {
     Rate {
         /// Column.
         column: &'static str,
-        /// Its rate.
+        /// Rate of the column.
         found_hz: f64,
-        /// What the bundle takes.
+        /// Rates that the bundle takes.
         expected: String,
     },
     /// The recording ends too early.
@@ -74,7 +74,7 @@ pub enum ObservationError {
     TooShort {
         /// Column.
         column: &'static str,
-        /// Its length.
+        /// Length of the column.
         found_s: f64,
         /// Length needed.
         expected_s: f64,

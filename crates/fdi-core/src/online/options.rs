@@ -10,7 +10,7 @@ pub struct DiagnoseOptions {
     /// Which model the recording is compared with in the end: the low-fidelity one with its
     /// learnt error, or from its answer on the high-fidelity one.
     pub fidelity: Fidelity,
-    /// Most evaluations of the monitor in one search; `None`: 200 for `gls`, and
+    /// Most evaluations of the low-fidelity model in one search; `None`: 200 for `gls`, and
     /// 20 a fault and 10 for the scalar methods.
     pub max_evaluations: Option<usize>,
     /// Noise on each phase sample, where the user knows it, A.
@@ -18,7 +18,7 @@ pub struct DiagnoseOptions {
     /// Largest time by which the recording may begin before or after the command, s: the delay is
     /// then estimated with the faults. Zero where they are triggered together.
     pub max_delay_s: f64,
-    /// Whether the surface may begin anywhere in its play and the integrator of the speed loop
+    /// True where the surface may begin anywhere in its play and the integrator of the speed loop
     /// charged: both are then estimated with the faults.
     pub free_start: bool,
     /// Seed of what is random.

@@ -34,12 +34,13 @@ pub(crate) struct Outcome {
 }
 
 /// Judgement of a fit.
+#[derive(Clone, Copy)]
 pub(crate) struct Judged {
     /// Method that found it.
     pub(crate) method: Method,
     pub(crate) adequate: bool,
     pub(crate) severe: bool,
-    /// Evaluations of the monitor so far.
+    /// Evaluations of the low-fidelity model so far.
     pub(crate) spent: u64,
 }
 

@@ -6,8 +6,8 @@ use crate::{
     online::{
         beginning::{Freedom, is_free},
         error::DiagnoseError,
-        method::scalar,
         options::DiagnoseOptions,
+        scalar_search,
     },
     report::{Fidelity, Method},
     simulation::experiment::Experiment,
@@ -16,11 +16,14 @@ use crate::{
 /// Longest delay that is looked for, s: a search finds it from delays in even steps.
 const MOST_DELAY_S: f64 = 0.05;
 /// Most evaluations of a search with the response surface's slopes; three are usual.
-pub(crate) const SURFACE_EVALUATIONS: usize = 10;
+const SURFACE_EVALUATIONS: usize = 10;
 /// Most evaluations of one search by Levenberg and Marquardt.
 const LEAST_SQUARES_EVALUATIONS: usize = 200;
 /// Most evaluations of a search with the start.
 const FREE_START_EVALUATIONS: usize = 400;
+
+/// Most evaluations of one Bayesian optimisation of the residual.
+const COMPOSITE_EVALUATIONS: usize = 80;
 
 /// Search for the fault levels.
 #[derive(Clone, Debug)]
@@ -29,6 +32,8 @@ pub(crate) enum Search {
     LeastSquares,
     /// The emulator, else generalised least squares.
     Emulator,
+    /// Bayesian optimisation of the residual.
+    Composite,
     /// Bayesian optimisation of the scalar discrepancy.
     Scalar(Criterion),
 }
@@ -40,6 +45,7 @@ pub(crate) struct Budget {
     pub(crate) least_squares: usize,
     pub(crate) free_start: usize,
     pub(crate) scalar: usize,
+    pub(crate) composite: usize,
 }
 
 /// Resolved options.
@@ -69,26 +75,28 @@ impl Plan {
     ) -> Result<Self, DiagnoseError> {
         let &DiagnoseOptions { method, fidelity, noise_a, seed, .. } = options;
         check_start(options)?;
-        let search = match (scalar::criterion(method, seed), method) {
+        let search = match (scalar_search::criterion(method, seed), method) {
             (Some(_), _) if fidelity == Fidelity::High => {
                 return Err(DiagnoseError::HighFidelityMethod { method });
             }
             (Some(criterion), _) => Search::Scalar(criterion),
             (None, Method::Emulator) => Search::Emulator,
+            (None, Method::Composite) => Search::Composite,
             (None, _) => Search::LeastSquares,
         };
         let most = |usual: usize| options.max_evaluations.unwrap_or(usual);
         let budget = Budget {
-            surface: most(SURFACE_EVALUATIONS) as u64,
+            surface: most(SURFACE_EVALUATIONS).min(SURFACE_EVALUATIONS) as u64,
             least_squares: most(LEAST_SQUARES_EVALUATIONS),
             free_start: most(FREE_START_EVALUATIONS),
-            scalar: most(scalar::default_budget(experiment.sought_indices().len())),
+            scalar: most(scalar_search::default_budget(experiment.sought_indices().len())),
+            composite: most(COMPOSITE_EVALUATIONS),
         };
         let freedom = Freedom::of(options, experiment);
         Ok(Self { search, method, fidelity, budget, noise_a, freedom, seed })
     }
 
-    /// Whether the answer may be the emulator's.
+    /// True where the answer may be the emulator's.
     pub(crate) fn emulates(&self) -> bool {
         matches!(self.search, Search::Emulator)
     }

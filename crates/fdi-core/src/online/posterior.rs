@@ -15,7 +15,7 @@ const LEVEL: f64 = 0.95;
 /// Two-sided normal quantile of [`LEVEL`].
 const TWO_SIDED: f64 = 1.959_963_984_540_054;
 
-/// What is known of the damage: an estimate free of bounds, with its covariance, for the
+/// Knowledge of the damage: an estimate free of bounds, with its covariance, for the
 /// coordinates that the recording determines.
 #[derive(Clone, Debug)]
 pub(crate) struct Posterior {

@@ -1,4 +1,5 @@
-//! Recordings of the machine as new: what they leave of the monitor at `k = 0` corrects its error.
+//! Recordings of the machine as new: what they leave of the low-fidelity model at `k = 0` corrects
+//! its error.
 //!
 //! ```text
 //! δ = mean over n references of  y_ref − y_LF(0) − m(0)
@@ -6,8 +7,8 @@
 //! ```
 //!
 //! What the model file has wrong of the machine is in `δ`, as far as it does not depend on the
-//! damage; an error of the monitor that is known already is counted twice, once in the recording
-//! and once in the references.
+//! damage; an error of the low-fidelity model that is known already is counted twice, once in the
+//! recording and once in the references.
 //!
 //! # Source
 //!
@@ -66,7 +67,7 @@ impl Learnt {
         Ok(self)
     }
 
-    /// What references leave of the monitor with its learnt error, A.
+    /// Mean residual of references against the low-fidelity model with its learnt error, A.
     fn offset(
         &self,
         references: &[Observation],

@@ -33,13 +33,13 @@ pub(crate) struct Run<'a> {
     pub(crate) watch: &'a Watch<'a>,
 }
 
-/// One way to explain a recording: how the monitor stands and errs.
+/// One way to explain a recording: how the low-fidelity model stands and errs.
 pub(crate) struct Hypothesis {
     pub(crate) error: Arc<ErrorModel>,
     /// Which one that is.
     pub(crate) error_id: ErrorId,
     pub(crate) start_angle_rad: f64,
-    /// Whether that is where the bundle's experiment starts.
+    /// True where the bundle's experiment starts at that angle.
     pub(crate) at_own_start: bool,
 }
 
@@ -61,7 +61,7 @@ impl Run<'_> {
         self.learnt.likelihood(hypothesis.error_id, self.observation.phase_rate_hz, noise_a)
     }
 
-    /// What is measured less what is modelled.
+    /// Measured signal less a modelled one.
     pub(crate) fn less(&self, mut modelled: Vec<f64>) -> Vec<f64> {
         for (value, measured) in modelled.iter_mut().zip(&self.observation.signal_a) {
             *value = measured - *value;
@@ -85,7 +85,7 @@ impl Run<'_> {
         self.compare(hypothesis, signal, point)
     }
 
-    /// `y − y_LF(c) − m(c)` of a signal `y_LF(c)` of the monitor.
+    /// `y − y_LF(c) − m(c)` of a signal `y_LF(c)` of the low-fidelity model.
     pub(crate) fn compare(
         &self,
         hypothesis: &Hypothesis,

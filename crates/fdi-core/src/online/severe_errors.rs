@@ -13,7 +13,7 @@ use crate::{
     online::damage::{size_of, within_training},
 };
 
-/// Errors of the monitor on severe damage: they grow with a power of its size.
+/// Errors of the low-fidelity model on severe damage: they grow with a power of its size.
 #[derive(Debug)]
 pub(crate) struct SevereErrors {
     /// Errors at unit size, one a wide condition, with the logarithm of the condition's size.

@@ -19,7 +19,7 @@ use crate::{
 const SUSPECT: f64 = 4.0;
 
 impl Run<'_> {
-    /// What is told where a delay, another side of the play or a charged integrator is found in
+    /// Notice where a delay, another side of the play or a charged integrator is found in
     /// what is left of the signal, to first order.
     pub(crate) fn suspected_start(
         &self,
@@ -64,7 +64,7 @@ impl Run<'_> {
     }
 }
 
-/// What a unit of delay, 1 s, changes of the signal at an answer: differences over a sample to
+/// Change of the signal at an answer by a unit of delay, 1 s: differences over a sample to
 /// either side, which half of the filter's corner loses a seventh of.
 fn delay_effect(signal_a: &[f64], residual_a: &[f64], rate_hz: f64) -> Vec<f64> {
     let modelled: Vec<f64> = signal_a.iter().zip(residual_a).map(|(y, r)| y - r).collect();
@@ -89,7 +89,7 @@ fn apart(others: &[Vec<f64>], column: &[f64], left: &[f64]) -> Option<(f64, f64)
     (information > 0.0).then(|| (gradient / information, information.sqrt().recip()))
 }
 
-/// What is said of a start that is suspected: of a delay, of the side, of the integrator.
+/// Notice of a start that is suspected: of a delay, of the side, of the integrator.
 fn suspicion(which: usize, value: f64, distance: f64, moved: f64) -> Notice {
     let (what, option) = match which {
         0 => (format!("{} ms", delay_in_words(value)), "--max-delay-s"),

@@ -14,13 +14,13 @@ pub const MASK_POINTS: usize = 30;
 /// An actuator in a test, with the envelope that is diagnosed and the faults looked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
-    /// Its name, also that of the command in metadata.
+    /// Name, also that of the command in metadata.
     pub name: String,
     /// Name of the actuator's model.
     pub model_name: String,
     /// The machine.
     pub actuator: Actuator,
-    /// What it does besides the base model, in both fidelities.
+    /// Effects besides the base model, in both fidelities.
     pub effects: Vec<Effect>,
     /// The test, with ideal electronics, at the start angle that reference signals are made for.
     pub scenario: Scenario,
@@ -30,8 +30,8 @@ pub struct Experiment {
     pub filter: EnvelopeFilter,
     /// Which coordinates of [`FaultCoordinates`] are looked for; the others are zero.
     pub sought: [bool; FAULT_COUNT],
-    /// Rate at which the monitor's current is sampled before it is filtered; `None`: that of the
-    /// controller.
+    /// Rate at which the low-fidelity model's current is sampled before it is filtered; `None`:
+    /// that of the controller.
     pub phase_rate_hz: Option<f64>,
 }
 
@@ -47,7 +47,7 @@ pub enum ExperimentError {
     NoFaults {
         /// Name of the test.
         test: String,
-        /// What it shows.
+        /// Faults that it shows.
         shown: Vec<FaultId>,
     },
     /// One half of the eccentricity is listed without the other.
@@ -112,11 +112,12 @@ impl Experiment {
         Self { name: RECORDED.into(), scenario, ..Self::chirp() }
     }
 
-    /// The same test of another machine.
+    /// Takes this test to another machine.
     ///
     /// Rates follow from the machine: the envelope is kept at the whole share of its controller's
     /// rate that is nearest to that of [`EnvelopeFilter::DEFAULT`], and the test lasts a whole
-    /// number of its samples; a field-oriented drive is seen by its current in quadrature. Looked for are the faults that test and machine have in common.
+    /// number of its samples; a field-oriented drive is seen by its current in quadrature. Looked
+    /// for are the faults that test and machine have in common.
     ///
     /// # Errors
     ///
@@ -199,7 +200,7 @@ impl Experiment {
         self.filter.apply(&envelope, trace.rate_hz)
     }
 
-    /// The monitor at a start angle.
+    /// The low-fidelity model at a start angle.
     ///
     /// # Errors
     ///
@@ -208,7 +209,7 @@ impl Experiment {
         self.noisy_monitor(start_angle_rad, Imperfections::NONE, 0)
     }
 
-    /// The monitor with imperfect electronics in its loops, their noise by a seed.
+    /// The low-fidelity model with imperfect electronics in its loops, their noise by a seed.
     ///
     /// # Errors
     ///
@@ -302,7 +303,7 @@ impl Monitor {
         currents_a.iter().map(|current_a| self.filtered(current_a)).collect()
     }
 
-    /// What the sensors and the filter make of the current.
+    /// Signal that the sensors and the filter make of the current.
     fn filtered(&self, current_a: &[f64]) -> Vec<f64> {
         if self.keep_every == 1 {
             return self.filter.apply(current_a, self.rate_hz);

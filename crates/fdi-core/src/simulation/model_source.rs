@@ -23,7 +23,7 @@ pub enum ReadModelError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Message of the operating system.
         reason: String,
     },
     /// The text is not a model.

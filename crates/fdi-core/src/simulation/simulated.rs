@@ -13,7 +13,7 @@ use crate::simulation::{
     resampling::resampled,
 };
 
-/// What a simulated recording is of.
+/// Request for a simulated recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedRecording {
     /// Damage.
@@ -30,11 +30,11 @@ pub struct SimulatedRecording {
     pub phase_rate_hz: Option<f64>,
     /// Seed of the sensors' noise.
     pub sensor_seed: u64,
-    /// What the file holds.
+    /// Content of the file.
     pub content: RecordedContent,
 }
 
-/// What a simulated recording holds.
+/// Content of a simulated recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordedContent {
     /// The three phase currents and the rotor's angle.
@@ -133,7 +133,7 @@ impl SimulatedRecording {
         let start_angle_rad =
             (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);
         let recording =
-            envelope_recording(experiment, name, (&envelope_a, rate_hz), start_angle_rad)?;
+            envelope_recording(experiment, name, &envelope_a, rate_hz, start_angle_rad)?;
         Ok((recording, visited))
     }
 
@@ -174,8 +174,8 @@ impl SimulatedRecording {
         let current_a = resampled(&trace.current_a, trace.rate_hz, rate_hz);
         let [current_a, ..] =
             self.sensors.measure([&current_a, &current_a, &current_a], self.sensor_seed);
-        let envelope = (&current_a[..], rate_hz);
-        let recording = envelope_recording(experiment, name, envelope, Some(self.start_angle_rad))?;
+        let start_angle_rad = Some(self.start_angle_rad);
+        let recording = envelope_recording(experiment, name, &current_a, rate_hz, start_angle_rad)?;
         Ok((recording, visited))
     }
 
@@ -195,7 +195,8 @@ impl SimulatedRecording {
 fn envelope_recording(
     experiment: &Experiment,
     name: &str,
-    (envelope_a, rate_hz): (&[f64], f64),
+    envelope_a: &[f64],
+    rate_hz: f64,
     start_angle_rad: Option<f64>,
 ) -> Result<Recording, SimulatedRecordingError> {
     let output_hz = experiment.filter.output_hz;
@@ -219,7 +220,7 @@ fn envelope_recording(
     Ok(Recording::new(name, metadata, channels)?)
 }
 
-/// What metadata say of the command; one that was recorded stands in a channel.
+/// Command in metadata; one that was recorded stands in a channel.
 fn command_source(experiment: &Experiment) -> CommandSource {
     if experiment.name == RECORDED {
         CommandSource::Recorded

@@ -14,7 +14,7 @@ use crate::simulation::{
 /// A servo axis in a test: what it is given, for how long, under which load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisTest {
-    /// Its name, also that of the command in metadata.
+    /// Name, also that of the command in metadata.
     pub name: String,
     /// The test.
     pub scenario: AxisScenario,

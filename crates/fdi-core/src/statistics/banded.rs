@@ -225,7 +225,7 @@ impl BandedCholesky {
         self.whiten_each(&mut [r]);
     }
 
-    /// The same for several right-hand sides: the factor, which is larger than a cache, is read
+    /// Whitens several right-hand sides: the factor, which is larger than a cache, is read
     /// once for all of them.
     ///
     /// # Panics
@@ -245,7 +245,7 @@ impl BandedCholesky {
         self.whiten_transposed_each(&mut [z]);
     }
 
-    /// The same for several right-hand sides.
+    /// Solves the transposed factor for several right-hand sides.
     ///
     /// # Panics
     ///

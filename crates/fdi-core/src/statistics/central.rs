@@ -12,7 +12,7 @@ pub(crate) fn differences(
     differences_together(point, step, |points| points.iter().map(|at| function(at)).collect())
 }
 
-/// The same of a function of several points at once, which is asked for all of them together.
+/// Derivatives of a function of several points at once, which is asked for all of them together.
 pub(crate) fn differences_together(
     point: &[f64],
     step: f64,
@@ -23,7 +23,7 @@ pub(crate) fn differences_together(
     rows
 }
 
-/// The same of a function that can fail, with a step for each coordinate.
+/// Derivatives of a function that can fail, with a step for each coordinate.
 pub(crate) fn differences_of<E>(
     point: &[f64],
     steps: &[f64],

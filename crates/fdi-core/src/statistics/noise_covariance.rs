@@ -42,7 +42,7 @@ pub fn unit_noise_covariance(
     covariance
 }
 
-/// The same for any rate of the phases: noise of equal density at the next whole multiple of the
+/// Covariance for any rate of the phases: noise of equal density at the next whole multiple of the
 /// output's rate.
 pub(crate) fn unit_noise_at_rate(
     filter: &EnvelopeFilter,

@@ -1,4 +1,4 @@
-//! What little leaves: few evaluations, few samples.
+//! Answers from few evaluations and few samples.
 
 use fdi_core::{
     Bundle, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Experiment, RecordedContent,

@@ -185,7 +185,7 @@ fn peak() -> String {
     line.unwrap_or("peak memory unknown").to_owned()
 }
 
-/// What every caller relies on in a recording that was read.
+/// Properties that every caller relies on in a recording that was read.
 fn read_recording(format: FileFormat, bytes: &[u8], map: &ColumnMap) -> bool {
     let Ok(recording) = Recording::from_bytes("r", format, bytes.to_vec(), map) else {
         return false;

@@ -8,6 +8,7 @@
 
 mod beginning;
 mod budget;
+mod composite;
 mod encoding;
 mod fuzz;
 mod outside;

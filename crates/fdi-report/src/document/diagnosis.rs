@@ -130,6 +130,8 @@ pub enum Method {
     /// Generalised least squares on the whitened envelope (Gauss-Newton from a response surface,
     /// else Levenberg-Marquardt); no surrogate model is on its path.
     Gls,
+    /// Vector-valued Bayesian optimisation of the whitened residual.
+    Composite,
     /// The bundle's emulator, no simulation.
     Emulator,
     /// Two-step lookahead expected improvement.
@@ -186,7 +188,7 @@ words! {
         Healthy "healthy", Undetermined "undetermined",
     }
     Method {
-        Gls "gls", Emulator "emulator", TwoStepEi "two-step-ei", Ei "ei", Ucb "ucb",
+        Gls "gls", Composite "composite", Emulator "emulator", TwoStepEi "two-step-ei", Ei "ei", Ucb "ucb",
     }
     Fidelity { Low "low", High "high" }
     NoiseSource {
@@ -323,7 +325,14 @@ pub(crate) mod tests {
         agree(&[Status::Ok, Status::Partial], Status::word);
         agree(&[V::ModelInadequate, V::Faulty, V::Healthy, V::Undetermined], V::word);
         agree(
-            &[Method::Gls, Method::Emulator, Method::TwoStepEi, Method::Ei, Method::Ucb],
+            &[
+                Method::Gls,
+                Method::Composite,
+                Method::Emulator,
+                Method::TwoStepEi,
+                Method::Ei,
+                Method::Ucb,
+            ],
             Method::word,
         );
         agree(&[Fidelity::Low, Fidelity::High], Fidelity::word);

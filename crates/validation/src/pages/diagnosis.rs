@@ -72,7 +72,8 @@ fn cases(method: Method) -> Result<Vec<Case>> {
                 &diagnoser.bundle().experiment,
                 &HealthState::new(levels)?.coordinates(),
                 numbers[7],
-                (answer.fit.noise_a, 10e3),
+                answer.fit.noise_a,
+                10e3,
             )?;
             Ok(Case { name, truth: levels, turned: numbers[7] != 0.0, answer, bound })
         })

@@ -14,7 +14,7 @@ use crate::{
 };
 
 impl Run<'_> {
-    /// What the emulator says; `None` where it does not explain the recording by incipient faults.
+    /// Answer of the emulator; `None` where it does not explain the recording by incipient faults.
     pub(crate) fn emulated(&self, noise_a: f64) -> Result<Option<Outcome>, DiagnoseError> {
         if self.encoder().is_some() {
             return Err(DiagnoseError::EmulatorEncoded);

@@ -45,7 +45,7 @@ const STARTS: [[f64; 2]; 9] = [
     [-1.0, 1.0],
     [1.0, 1.0],
 ];
-/// Evaluations of both models that tell what a start adds to the monitor's error.
+/// Evaluations of both models that tell what a start adds to the low-fidelity model's error.
 const ERROR_EVALUATIONS: u64 = 4;
 
 /// A search over faults and start.
@@ -55,7 +55,7 @@ struct FreeFit<'a> {
     freedom: &'a Freedom,
     /// Coordinates looked for.
     order: usize,
-    /// What the start adds to the monitor's error, A.
+    /// Error of the low-fidelity model that the start adds, A.
     error_a: Vec<f64>,
 }
 
@@ -86,8 +86,8 @@ impl FreeFit<'_> {
         Ok(signal)
     }
 
-    /// What a start adds to the monitor's error at a point, from the high-fidelity model without
-    /// noise: two runs of it, and two of the monitor.
+    /// Error of the low-fidelity model that a start adds at a point, from the high-fidelity model
+    /// without noise: two runs of it, and two of the low-fidelity model.
     fn error_of_start(&self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let (point, units) = point.split_at(self.order);
         let bundle = &self.run.learnt.bundle;
@@ -101,11 +101,11 @@ impl FreeFit<'_> {
             Ok(high.residual(&begun.monitor(angle_rad)?.signal(&faults), point))
         };
         let (own, other) = (error(&Start::default())?, error(&self.freedom.start(units))?);
-        // residuals are monitor less high fidelity
+        // residuals are low less high fidelity
         Ok(own.iter().zip(&other).map(|(own, other)| own - other).collect())
     }
 
-    /// What is measured from where the command begins on, less what is modelled.
+    /// Measured signal from where the command begins on, less a modelled one.
     fn left(&self, modelled: &[f64], delay_s: f64) -> Vec<f64> {
         let mut left = self.run.observation.advanced(delay_s, self.experiment());
         for (value, modelled) in left.iter_mut().zip(modelled) {
@@ -114,7 +114,7 @@ impl FreeFit<'_> {
         left
     }
 
-    /// What is left at a point of coordinates and start.
+    /// Residual at a point of coordinates and start.
     fn residual(&self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let (point, units) = point.split_at(self.order);
         let start = self.freedom.start(units);
@@ -156,7 +156,8 @@ impl FreeFit<'_> {
         Ok(starts.len() as u64)
     }
 
-    /// The search from a start, and again with what the start found adds to the monitor's error.
+    /// The search from a start, and again with what the start found adds to the low-fidelity
+    /// model's error.
     fn settle(&mut self, likelihood: &Likelihood, from: &[f64]) -> Result<Settled, DiagnoseError> {
         self.error_a.fill(0.0);
         let (mut point, mut evaluations) = self.search(likelihood, from)?;

@@ -16,7 +16,6 @@ use crate::online::{
     error::DiagnoseError,
     fit::FitResult,
     likelihood::{Likelihood, misfit},
-    plan::SURFACE_EVALUATIONS,
     run::{Hypothesis, Run},
 };
 
@@ -25,8 +24,9 @@ type Near = (Option<FitResult>, u64);
 
 impl Run<'_> {
     /// Generalised least squares from where the surface explains the recording best, with the
-    /// surface's slopes: the monitor is run for its residuals alone. `None` where that does not
-    /// settle within the range that the surface is learnt on; beside it the evaluations made.
+    /// surface's slopes: the low-fidelity model is run for its residuals alone. `None` where that
+    /// does not settle within the range that the surface is learnt on; beside it the evaluations
+    /// made.
     pub(crate) fn near_surface(
         &self,
         hypothesis: &Hypothesis,
@@ -46,7 +46,7 @@ impl Run<'_> {
         let mut point = found.estimate;
         let mut monitor = self.monitor(hypothesis)?;
         let most = self.plan.budget.surface;
-        for evaluations in 1..=most.min(SURFACE_EVALUATIONS as u64) {
+        for evaluations in 1..=most {
             if !self.within_surface(&point) {
                 return Ok((None, evaluations - 1));
             }
@@ -68,9 +68,9 @@ impl Run<'_> {
         Ok((None, most))
     }
 
-    /// One step for a whitened residual with the monitor's own slopes, and its residual there: what
-    /// a surface leaves out is not to be read as damage. `None` where the slopes leave a coordinate
-    /// undetermined.
+    /// One step for a whitened residual with the low-fidelity model's own slopes, and its residual
+    /// there: what a surface leaves out is not to be read as damage. `None` where the slopes leave
+    /// a coordinate undetermined.
     fn last_step(
         &self,
         hypothesis: &Hypothesis,
@@ -94,7 +94,7 @@ impl Run<'_> {
         Ok(Some(FitResult { estimate, residual_a, misfit, evaluations, cut_short, slopes, began }))
     }
 
-    /// Whether the surface is learnt at a point, and the machine can be given it.
+    /// True where the response surface is learnt at a point, and the machine can be given it.
     fn within_surface(&self, point: &[f64]) -> bool {
         let sought = self.learnt.bundle.experiment.sought_indices();
         let mut levels = point.iter().zip(sought);

@@ -1,14 +1,11 @@
 //! Fits by severe faults, whose model errors grow with the damage.
 
-use crate::{
-    online::{
-        damage::{START, size_of},
-        error::DiagnoseError,
-        fit::FitResult,
-        likelihood::Likelihood,
-        run::{Hypothesis, Run},
-    },
-    statistics::banded::NotPositiveDefinite,
+use crate::online::{
+    damage::{START, size_of},
+    error::DiagnoseError,
+    fit::FitResult,
+    likelihood::Likelihood,
+    run::{Hypothesis, Run},
 };
 
 /// Damage that a search for severe faults starts from.
@@ -23,24 +20,33 @@ pub(crate) struct SevereFit {
 }
 
 impl Run<'_> {
-    /// A fit by severe faults, from several starts, with the monitor's error growing with the
-    /// damage.
+    /// Likelihood with the errors at a size of damage; `None` where the bundle has no wide design.
+    pub(crate) fn severe_likelihood(
+        &self,
+        hypothesis: &Hypothesis,
+        noise_a: f64,
+        size: f64,
+    ) -> Result<Option<Likelihood>, DiagnoseError> {
+        let Some(severe) = self.learnt.severe()? else {
+            return Ok(None);
+        };
+        let unit = self.learnt.unit_noise(self.observation.phase_rate_hz);
+        let error = hypothesis.error.with_residuals(severe.at_size(size));
+        let whole_a = self.learnt.with_reference_noise(noise_a);
+        Ok(Some(Likelihood::new(&error, &unit, whole_a, self.encoder())?))
+    }
+
+    /// A fit by severe faults, from several starts, with the low-fidelity model's error growing
+    /// with the damage.
     pub(crate) fn severe_fit(
         &self,
         hypothesis: &Hypothesis,
         noise_a: f64,
         near: &FitResult,
     ) -> Result<Option<SevereFit>, DiagnoseError> {
-        let Some(severe) = self.learnt.severe()? else {
+        let Some(wide) = self.severe_likelihood(hypothesis, noise_a, SEVERE_START)? else {
             return Ok(None);
         };
-        let unit = self.learnt.unit_noise(self.observation.phase_rate_hz);
-        let likelihood_at = |size: f64| -> Result<Likelihood, NotPositiveDefinite> {
-            let error = hypothesis.error.with_residuals(severe.at_size(size));
-            let whole_a = self.learnt.with_reference_noise(noise_a);
-            Likelihood::new(&error, &unit, whole_a, self.encoder())
-        };
-        let wide = likelihood_at(SEVERE_START)?;
         let mut starts = vec![self.all_coordinates(&near.estimate)];
         for index in self.learnt.bundle.experiment.sought_indices() {
             let mut start = START;
@@ -59,7 +65,11 @@ impl Run<'_> {
         let Some(mut best) = best else { return Ok(None) };
         let mut likelihood = wide;
         for _ in 0..SEVERE_ROUNDS {
-            likelihood = likelihood_at(size_of(&best.estimate))?;
+            let size = size_of(&best.estimate);
+            let Some(at_size) = self.severe_likelihood(hypothesis, noise_a, size)? else {
+                return Ok(None);
+            };
+            likelihood = at_size;
             best = self.fit(hypothesis, &likelihood, &self.all_coordinates(&best.estimate))?;
             evaluations += best.evaluations;
         }
