@@ -15,7 +15,7 @@ use fdi_core::{
     report::{Fidelity, Method},
 };
 
-use crate::config::ResolvedSetting;
+use crate::setting::ResolvedSetting;
 
 pub use effects::EffectsArgs;
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};

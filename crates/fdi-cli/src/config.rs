@@ -20,7 +20,7 @@ use clap::{
 };
 use fdi_core::nearest;
 
-use crate::{Cli, GlobalArgs, args::Color};
+use crate::{Cli, GlobalArgs, args::Color, setting::ResolvedSetting};
 use file::SettingsFile;
 
 /// The file that is read when none is named.
@@ -84,32 +84,6 @@ impl Setting {
         let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
         let possible = lines.find(|line| line.starts_with("[possible values"));
         Some(possible.map_or(first.clone(), |possible| format!("{first} {possible}")))
-    }
-}
-
-/// What a setting is in this run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ResolvedSetting {
-    path: String,
-    value: Option<String>,
-    origin: Option<String>,
-}
-
-impl ResolvedSetting {
-    /// Whether it is anything but left at its default.
-    pub(crate) fn is_set(&self) -> bool {
-        self.origin.is_some()
-    }
-
-    /// Whether the answer can differ with it: how many are worked on at the same time does not show.
-    pub(crate) fn is_of_the_answer(&self) -> bool {
-        self.path != "jobs"
-    }
-
-    /// Name, value and origin for a table.
-    pub(crate) fn row(&self) -> [String; 3] {
-        let value = self.value.clone().unwrap_or_else(|| "-".to_owned());
-        [self.path.clone(), value, self.origin.clone().unwrap_or_else(|| "default".to_owned())]
     }
 }
 

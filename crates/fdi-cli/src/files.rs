@@ -19,7 +19,8 @@ use crate::{
     args::{BundleCommand, Command, RecordArgs, ReportArgs, TestArgs},
     config,
     experiment::named_test,
-    html_report,
+    regular_file::require_file,
+    report_file,
 };
 
 /// Bases of a model that are looked for; more are refused when it is read.
@@ -89,7 +90,7 @@ impl Files {
         self.read("the reference", args.reference.iter().cloned());
         self.report(&args.report);
         if let Some(report) = &args.report.report {
-            for trends in html_report::trends_beside(report) {
+            for trends in report_file::trends_beside(report) {
                 self.product("--report", Some(&trends));
             }
         }
@@ -189,17 +190,6 @@ impl Files {
         }
         Ok(())
     }
-}
-
-/// Refuses what would be waited for, or read without end.
-pub(crate) fn require_file(path: &Path) -> Result<()> {
-    let is_strange = |found: Metadata| !found.is_file() && !found.is_dir();
-    // an empty file wherever there are devices
-    let is_empty = path == Path::new("/dev/null");
-    if !is_empty && fs::metadata(path).is_ok_and(is_strange) {
-        bail!("`{}` is not a regular file", path.display());
-    }
-    Ok(())
 }
 
 /// Which file a path is of, whatever its name.

@@ -6,7 +6,6 @@ mod human;
 mod json;
 #[cfg(feature = "parquet")]
 mod parquet;
-mod sentence;
 mod table;
 
 use std::io::{self, Write};
@@ -14,9 +13,7 @@ use std::io::{self, Write};
 use fdi_core::report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
-pub(crate) use human::{common_folder, fit_ratio, short_name};
 pub(crate) use json::{TOOL, to_line};
-pub(crate) use sentence::{plus_minus, sentence};
 pub(crate) use table::table;
 
 /// What came of one recording.

@@ -14,18 +14,16 @@
 //! ```
 
 mod decision;
-mod diagnosis_figure;
 mod document;
-mod drawing;
-mod evaluation_figure;
-mod explanation_figure;
+mod figure;
 mod fit_signals;
 mod fleet;
-mod mode_figure;
+mod folder;
+mod page;
 mod schema;
+mod sentence;
 
 pub use decision::{FALSE_ALARM_RATE, INCIPIENT_LEVEL};
-pub use diagnosis_figure::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
 pub use document::{
     ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, CatalogueEffect, CatalogueKey,
     CatalogueParameter, Change, ConvergencePoint, CoordinateShare, Covariance, CurveBin,
@@ -37,11 +35,13 @@ pub use document::{
     RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation,
     Slope, Standing, Status, TrendPoint, Verdict,
 };
-pub use evaluation_figure::{convergence_figure_svg, detection_figure_svg};
-pub use explanation_figure::{
-    fault_change_figure_svg, held_out_figure_svg, residual_curve_figure_svg,
-    residual_curves_figure_svg,
+pub use figure::{
+    DrawnMode, convergence_figure_svg, detection_figure_svg, fault_change_figure_svg,
+    fault_figure_svg, fit_figure_svg, held_out_figure_svg, mode_figure_svg,
+    residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg, trend_figure_svg,
 };
 pub use fit_signals::FitSignals;
-pub use mode_figure::{DrawnMode, mode_figure_svg};
+pub use folder::common_folder;
+pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
+pub use sentence::{plus_minus, sentence};

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use recordings::NamePattern;
 
 use super::positive;
-use crate::name_pattern::NamePattern;
+use crate::report_file::Places;
 
 /// Where the report and its drawings go.
 #[derive(Clone, Debug, Default, Args)]
@@ -16,6 +17,13 @@ pub struct ReportArgs {
     /// Write the drawings of the report into this folder, as SVG
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
+}
+
+impl ReportArgs {
+    /// Where a report and its drawings go.
+    pub(crate) fn places(&self) -> Places<'_> {
+        Places { report: self.report.as_deref(), figures: self.figures.as_deref() }
+    }
 }
 
 /// Which actuator a recording is of, and when it was taken.

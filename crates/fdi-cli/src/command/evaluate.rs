@@ -5,12 +5,14 @@ use std::{fmt::Write, num::NonZeroUsize, time::Instant};
 use anyhow::{Context, Result, bail};
 use experiments::{Contender, EvaluationRequest, EvaluationSetting, Protocol, evaluate};
 use fdi_core::{ema_sim::Imperfections, nearest, report::Evaluation};
+use fdi_report::Page;
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{EvaluateArgs, ProtocolArg, Switch},
-    html_report,
+    output::TOOL,
     progress::watched,
+    report_file,
 };
 
 /// Sensor noise of the experiment that is about it, A.
@@ -72,7 +74,7 @@ pub(crate) fn evaluate_protocol(
     let searched: Vec<_> = contenders.iter().map(|one| one.name()).collect();
     let what = format!("evaluating {} conditions by {}", request.conditions, searched.join(", "));
     let result = watched(streams, global.quiet, &what, || evaluate(&request))?;
-    html_report::write(&args.report, || Ok(html_report::of_evaluation(&result)))?;
+    report_file::write(args.report.places(), || Ok(Page::of_evaluation(&result, TOOL)))?;
     let text = render(&result)?;
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)

@@ -8,7 +8,7 @@ mod sentences;
 use compared::Asked;
 pub(crate) use compared::{lacks, says_its_command};
 pub(super) use document::holdout;
-pub(crate) use sentences::{instead, rounded};
+pub(crate) use sentences::rounded;
 
 use std::{path::PathBuf, time::Instant};
 
@@ -19,14 +19,15 @@ use fdi_core::{
     read_machine,
     report::ExplanationVerdict,
 };
+use fdi_report::Page;
 use greybox::{Explained, Options, Record, Recordings};
 use serde::Serialize;
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
-    html_report,
     progress::watched,
+    report_file,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -65,7 +66,7 @@ pub(crate) fn explain(
     }
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document::document(&explained, &model, global, elapsed_s);
-    html_report::write(&args.report, || Ok(html_report::of_explanation(&answer)))?;
+    report_file::write(args.report.places(), || Ok(Page::of_explanation(&answer)))?;
     let text = in_form(global.output_format, &answer, sentences::human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {

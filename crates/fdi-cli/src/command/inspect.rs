@@ -4,6 +4,7 @@ use std::{fmt::Write, path::Path};
 
 use anyhow::{Result, anyhow, bail};
 use fdi_core::{Channel, ColumnMap, Current, OtherColumn, RecordError, Recording, guess_columns};
+use fdi_report::SettingRow;
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams, args::InspectArgs, config::every_setting,
@@ -45,11 +46,15 @@ pub(crate) fn inspect(
     Ok(ExitStatus::Done)
 }
 
+fn words(setting: SettingRow) -> Vec<String> {
+    vec![setting.name, setting.value, setting.origin]
+}
+
 /// Every setting of every command, with what it is and where that is from.
 fn settings(global: &GlobalArgs) -> Result<String> {
     let mut text = String::new();
     let rows: Vec<Vec<String>> =
-        every_setting(global)?.iter().map(|setting| setting.row().into()).collect();
+        every_setting(global)?.iter().map(|setting| words(setting.row())).collect();
     table(&mut text, &["setting", "value", "from"].map(str::to_owned), &rows)?;
     Ok(text)
 }

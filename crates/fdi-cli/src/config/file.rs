@@ -10,7 +10,7 @@ use toml::{
 };
 
 use super::Setting;
-use crate::files::require_file;
+use crate::regular_file::require_file;
 
 /// The settings that a file gives.
 #[derive(Debug, Default)]

@@ -7,13 +7,11 @@ use std::{
 };
 
 use anstyle::{AnsiColor, Style};
-use fdi_core::report::{Fault, FaultId, NoticeCode, RecordDiagnosis, Verdict};
-
-use super::{
-    Answer, AnswerWriter, Head,
-    sentence::{plus_minus, sentence},
-    table,
+use fdi_report::{
+    Fault, FaultId, NoticeCode, RecordDiagnosis, Verdict, common_folder, plus_minus, sentence,
 };
+
+use super::{Answer, AnswerWriter, Head, table};
 
 /// How a detected fault is marked, besides colour.
 const MARK: &str = " *";
@@ -50,7 +48,7 @@ impl<'a> Human<'a> {
         let names = self.names();
         let header = ["recording", "verdict"].map(str::to_owned).into_iter();
         let header: Vec<_> =
-            header.chain(FaultId::ALL.map(short_name)).chain(["fit".into()]).collect();
+            header.chain(FaultId::ALL.map(FaultId::short_name)).chain(["fit".into()]).collect();
         let with_name = |(name, row): (&&str, &Row)| {
             std::iter::once((*name).to_owned()).chain(row.cells.iter().cloned()).collect()
         };
@@ -120,27 +118,15 @@ fn listed(rows: &[usize], names: &[&str]) -> String {
     format!("{}{more}", shown.join(", "))
 }
 
-/// A fault as the head of a column.
-pub(crate) fn short_name(id: FaultId) -> String {
-    let short = ["friction", "backlash", "short A", "short B", "short C", "eccentr.", "direction"];
-    format!("{id} {}", short[id as usize])
-}
-
 fn cells(record: &RecordDiagnosis) -> Vec<String> {
     let mut cells = vec![paint(record.verdict.word(), of_verdict(record.verdict))];
     for id in FaultId::ALL {
         cells.push(record.fault(id).map_or_else(|| "-".to_owned(), level));
     }
-    let fit = fit_ratio(record).map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"));
+    let fit = record.fit.ratio().map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"));
     let fit = if record.fit.adequate { fit } else { format!("{fit} !") };
     cells.push(fit);
     cells
-}
-
-/// The residual over what noise explains.
-pub(crate) fn fit_ratio(record: &RecordDiagnosis) -> Option<f64> {
-    let ratio = record.fit.rms_a / record.fit.noise_floor_a;
-    ratio.is_finite().then_some(ratio)
 }
 
 fn level(fault: &Fault) -> String {
@@ -166,27 +152,4 @@ fn of_verdict(verdict: Verdict) -> Style {
 /// colour.
 fn paint(text: &str, style: Style) -> String {
     format!("{style}{text}{style:#}")
-}
-
-/// Bytes that all names have in common up to their last `/`.
-pub(crate) fn common_folder(names: &[&str]) -> usize {
-    let Some((first, rest)) = names.split_first() else { return 0 };
-    let folder = first.rfind('/').map_or(0, |at| at + 1);
-    let shared = |length: &usize| rest.iter().all(|name| name.starts_with(&first[..*length]));
-    let ends = first[..folder].match_indices('/').map(|(at, _)| at + 1);
-    ends.rev().find(shared).unwrap_or(0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_lose_the_folder_they_share() {
-        assert_eq!(common_folder(&["a/b/r1.csv", "a/b/r2.csv"]), 4);
-        assert_eq!(common_folder(&["a/b/r1.csv", "a/c/r2.csv"]), 2);
-        assert_eq!(common_folder(&["a/r1.csv", "b/r2.csv"]), 0);
-        assert_eq!(common_folder(&["a/r1.csv"]), 2);
-        assert_eq!(common_folder(&["r1.csv", "r1.csv"]), 0);
-    }
 }

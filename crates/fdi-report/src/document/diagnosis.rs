@@ -195,6 +195,14 @@ words! {
     }
 }
 
+impl Fit {
+    /// The residual over what noise and learnt discrepancy explain, where that is a number.
+    pub fn ratio(self) -> Option<f64> {
+        let ratio = self.rms_a / self.noise_floor_a;
+        ratio.is_finite().then_some(ratio)
+    }
+}
+
 impl RecordDiagnosis {
     /// The level of a fault.
     pub fn fault(&self, id: FaultId) -> Option<&Fault> {

@@ -51,6 +51,15 @@ impl FaultId {
     }
 }
 
+impl FaultId {
+    /// The fault as the head of a column.
+    pub fn short_name(self) -> String {
+        let short =
+            ["friction", "backlash", "short A", "short B", "short C", "eccentr.", "direction"];
+        format!("{self} {}", short[self as usize])
+    }
+}
+
 impl fmt::Display for FaultId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.id())

@@ -7,6 +7,5 @@
 )]
 
 mod files;
-mod layout;
 mod properties;
 mod readers;

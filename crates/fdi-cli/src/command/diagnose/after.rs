@@ -8,14 +8,15 @@ use fdi_core::{
     Recording, read_model,
     report::{Fleet, RecordDiagnosis},
 };
+use fdi_report::DiagnosisPage;
 
 use super::{Batch, say_left};
 use crate::{
-    Cli, DiagnoseArgs, GlobalArgs, Streams,
+    Cli, DiagnoseArgs, GlobalArgs, ResolvedSetting, Streams,
     command::{lacks, says_its_command},
     experiment::named_test,
-    html_report::{self, DiagnosisReport, put, trends_beside},
     output::{TOOL, Tally},
+    report_file::{self, put, trends_beside},
     shell::{file_word, quoted},
     stamp,
 };
@@ -46,11 +47,12 @@ pub(super) fn batch(
     }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
     let made = global.stamp.then(stamp::now);
-    html_report::write(&args.report, || {
-        let report = DiagnosisReport {
+    report_file::write(args.report.places(), || {
+        let report = DiagnosisPage {
             records,
             failures: &tally.failures,
             fleet: &fleet,
+            tool: TOOL,
             bundle: batch.diagnoser.bundle_sha256(),
             seed: global.seed,
             stamp: made.as_deref(),
@@ -59,15 +61,14 @@ pub(super) fn batch(
                 .settings
                 .iter()
                 .filter(|one| one.is_set() && one.is_of_the_answer())
-                .cloned()
+                .map(ResolvedSetting::row)
                 .collect(),
-            signals: &|record| {
-                let recording = Recording::read(Path::new(&record.recording), &batch.map)
-                    .with_context(|| record.recording.clone())?;
-                batch.diagnoser.signals(&recording)
-            },
         };
-        report.page()
+        report.page(|record| {
+            let recording = Recording::read(Path::new(&record.recording), &batch.map)
+                .with_context(|| record.recording.clone())?;
+            batch.diagnoser.signals(&recording)
+        })
     })?;
     if let Some(report) = &args.report.report
         && !fleet.actuators.is_empty()

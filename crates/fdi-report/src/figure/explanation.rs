@@ -6,7 +6,7 @@
 
 use crate::{
     document::{CurveBin, Explanation, FaultBeforeAfter, FaultId, Holdout, ResidualCurve},
-    drawing::{
+    figure::drawing::{
         Axis, Plane, Stroke, around, dashed, opening, path, push, push_line, push_stroke, push_text,
     },
 };
@@ -157,7 +157,7 @@ pub fn held_out_figure_svg(explanation: &Explanation) -> Option<String> {
             ),
         );
         push_text(&mut svg, [198.0, y + 4.5], "text-anchor=\"end\"", name);
-        push_text(&mut svg, [616.0, y + 4.5], "", &format!("{} {unit}", digits(value)));
+        push_text(&mut svg, [616.0, y + 4.5], "", &format!("{} {unit}", four_digits(value)));
     }
     svg.push_str("</svg>\n");
     Some(svg)
@@ -361,14 +361,14 @@ fn spelt(unit: &str) -> &str {
 }
 
 /// Four significant digits.
-fn digits(value: f64) -> String {
+pub(crate) fn four_digits(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ExplanationVerdict, drawing::tests::assert_tags_match};
+    use crate::{ExplanationVerdict, figure::drawing::tests::assert_tags_match};
 
     fn explanation() -> Explanation {
         let bin = |place: usize| CurveBin {

@@ -1,9 +1,6 @@
 //! What a diagnosis means, in sentences that an engineer can act on.
 
-use fdi_core::report::{Fault, FaultId, RecordDiagnosis, Verdict};
-
-/// Levels below are incipient: FREEDOM paper, section III.
-const INCIPIENT: f64 = 0.05;
+use crate::{Fault, FaultId, INCIPIENT_LEVEL, RecordDiagnosis, Verdict};
 
 /// Friction at k1 = 1 is three times nominal: FREEDOM paper, Table 1, read linearly.
 const FRICTION_GAIN: f64 = 2.0;
@@ -11,8 +8,8 @@ const FRICTION_GAIN: f64 = 2.0;
 /// Backlash at k2 = 1 is a hundred times nominal: FREEDOM paper, Table 1, read linearly.
 const BACKLASH_GAIN: f64 = 99.0;
 
-/// What to say of a recording; nothing of a healthy one.
-pub(crate) fn sentence(record: &RecordDiagnosis) -> Option<String> {
+/// Findings of a recording in words; `None` of a healthy one.
+pub fn sentence(record: &RecordDiagnosis) -> Option<String> {
     let detected = record.faults.iter().filter(|fault| fault.detected == Some(true));
     let mut found: Vec<_> = detected.filter_map(|fault| of_fault(fault, record)).collect();
     let missing = missing(record);
@@ -57,7 +54,7 @@ fn of_fault(fault: &Fault, record: &RecordDiagnosis) -> Option<String> {
         FaultId::K6 => format!("{:.1} % of the air gap{}", 100.0 * value, direction(record)),
         FaultId::K7 => return None,
     };
-    let beyond = if value >= INCIPIENT { ", beyond incipient" } else { "" };
+    let beyond = if value >= INCIPIENT_LEVEL { ", beyond incipient" } else { "" };
     let level = plus_minus(value, std, " ± ");
     Some(format!("{} {level} ({meaning}{beyond})", fault.name))
 }
@@ -76,7 +73,7 @@ fn direction(record: &RecordDiagnosis) -> String {
 }
 
 /// A level and its standard deviation, the latter to one significant digit.
-pub(crate) fn plus_minus(value: f64, std: f64, sign: &str) -> String {
+pub fn plus_minus(value: f64, std: f64, sign: &str) -> String {
     const FEWEST: i32 = 3;
     const MOST: i32 = 6;
     let needed = if std > 0.0 { -std.log10().floor() } else { f64::from(MOST) };

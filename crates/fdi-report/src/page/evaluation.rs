@@ -1,15 +1,12 @@
 //! The report of one of the paper's experiments.
 
-use fdi_core::{
-    convergence_figure_svg, detection_figure_svg,
-    report::{Evaluation, FaultEvaluation, MethodEvaluation},
+use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use crate::{
+    Evaluation, FaultEvaluation, MethodEvaluation, convergence_figure_svg, detection_figure_svg,
 };
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table};
-use crate::output::TOOL;
-
 /// The page of a result.
-pub(crate) fn of_evaluation(result: &Evaluation) -> Page {
+pub(super) fn page(result: &Evaluation, tool: &str) -> Page {
     let mut sections = vec![methods(result)];
     sections.extend(result.methods.iter().map(|method| faults(result, method)));
     let source = source(result);
@@ -41,7 +38,7 @@ pub(crate) fn of_evaluation(result: &Evaluation) -> Page {
     if !blocks.is_empty() {
         sections.insert(1, Section { heading: "Figures".to_owned(), blocks });
     }
-    sections.push(basis(result));
+    sections.push(basis(result, tool));
     let title = format!("Experiment “{}”", result.protocol);
     Page { title, answer: answer(result), sections }
 }
@@ -152,9 +149,9 @@ fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
 }
 
 /// What the figures rest on.
-fn basis(result: &Evaluation) -> Section {
+fn basis(result: &Evaluation, tool: &str) -> Section {
     let facts = vec![
-        format!("Program: {TOOL}, seed {}.", result.seed),
+        format!("Program: {tool}, seed {}.", result.seed),
         format!("Conditions: {}", source(result)),
         "Everything is simulated: no machine was measured for this page.".to_owned(),
     ];

@@ -2,7 +2,7 @@
 
 use crate::{
     document::{ConvergencePoint, DetectionPoint, Evaluation, FaultEvaluation, MethodEvaluation},
-    drawing::{Axis, Plane, STROKES, opening, path, push, push_curve, push_text},
+    figure::drawing::{Axis, Plane, STROKES, opening, path, push, push_curve, push_text},
 };
 
 /// Least discrepancy reached against evaluations and, where times are known, against time, with
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
     use crate::{
         document::{EvaluationSettings, FaultId, Quartiles},
-        drawing::tests::assert_tags_match,
+        figure::drawing::tests::assert_tags_match,
     };
 
     fn evaluation() -> Evaluation {

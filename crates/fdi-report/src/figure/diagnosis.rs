@@ -8,7 +8,7 @@ use crate::{
     document::{
         ActuatorTrend, Change, Fault, FaultChange, FaultId, RecordDiagnosis, TrendPoint, Verdict,
     },
-    drawing::{
+    figure::drawing::{
         Axis, Plane, Stroke, around, dashed, opening, push, push_line, push_stroke, push_text,
     },
 };
@@ -307,7 +307,7 @@ mod tests {
     use super::*;
     use crate::{
         document::{Fleet, tests::record},
-        drawing::tests::assert_tags_match,
+        figure::drawing::tests::assert_tags_match,
     };
 
     fn signals(samples: usize) -> FitSignals {

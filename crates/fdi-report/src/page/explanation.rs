@@ -1,15 +1,12 @@
 //! The report of what a model misses.
 
-use fdi_core::{
-    fault_change_figure_svg, held_out_figure_svg,
-    report::{
-        EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, RecordFit, Standing,
-    },
-    residual_curve_figure_svg, residual_curves_figure_svg,
-};
-
 use super::{Block, Cell, Column, Figure, Page, Section, Table, diagnosis::capitalised};
-use crate::command::{instead, rounded};
+use crate::{
+    EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
+    NominalChange, RecordFit, Sensitivity, Standing, fault_change_figure_svg,
+    figure::four_digits as rounded, held_out_figure_svg, residual_curve_figure_svg,
+    residual_curves_figure_svg,
+};
 
 /// Standard deviations to either end of a 95 % interval.
 const Z_95: f64 = 1.96;
@@ -17,7 +14,7 @@ const Z_95: f64 = 1.96;
 const NOT_WHITE: f64 = 0.01;
 
 /// The page of an answer.
-pub(crate) fn of_explanation(answer: &Explanation) -> Page {
+pub(super) fn page(answer: &Explanation) -> Page {
     let sections = [
         found(answer),
         residual(answer),
@@ -198,7 +195,7 @@ fn faults(answer: &Explanation) -> Option<Section> {
     if !answer.nominal.is_empty() {
         let mut columns = vec![Column::text("number")];
         columns.extend(["model file", "fitted", "change, %"].map(Column::number));
-        let row = |(key, number): (&String, &fdi_core::report::NominalChange)| {
+        let row = |(key, number): (&String, &NominalChange)| {
             let change = 100.0 * (number.fitted / number.nominal - 1.0);
             vec![
                 Cell::text(key.as_str()),
@@ -266,7 +263,7 @@ fn hypotheses(answer: &Explanation) -> Option<Section> {
         ["log10 chance", "visible, %", "gain held out, nats", "± se", "gain in evidence, nats"];
     columns.extend(numbers.map(Column::number));
     let row = |one: &HypothesisOutcome| {
-        let refit = |of: fn(&fdi_core::report::HypothesisRefit) -> f64| {
+        let refit = |of: fn(&HypothesisRefit) -> f64| {
             Cell::number(one.refit.as_ref().map(of), |v| format!("{v:.1}"))
         };
         let on_bound = one.refit.is_some_and(|refit| refit.on_bound);
@@ -334,7 +331,7 @@ fn sensitivity(answer: &Explanation) -> Option<Section> {
     }
     let columns =
         vec![Column::text("effect"), Column::text("number"), Column::number("smallest size")];
-    let row = |one: &fdi_core::report::Sensitivity| {
+    let row = |one: &Sensitivity| {
         vec![
             Cell::text(one.id.as_str()),
             Cell::text(one.parameter.as_str()),
@@ -366,6 +363,12 @@ fn basis(answer: &Explanation) -> Section {
     facts.extend(answer.stamp.as_ref().map(|stamp| format!("Made: {stamp}.")));
     facts.extend(answer.elapsed_s.map(|s| format!("Computed in {s:.1} s.")));
     Section { heading: "What this rests on".to_owned(), blocks: vec![Block::List(facts)] }
+}
+
+/// The effect that an alternative may be the cause instead of.
+fn instead(effect: &EffectFinding) -> String {
+    let instead = effect.instead_of.as_ref();
+    instead.map_or_else(String::new, |id| format!(", instead of {id}"))
 }
 
 /// A chance, as short as it says enough.

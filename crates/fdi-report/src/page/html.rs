@@ -160,7 +160,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::html_report::Column;
+    use crate::page::Column;
 
     #[test]
     fn text_cannot_become_markup() {

@@ -1,8 +1,8 @@
-//! What the name of a file says: the actuator, the date.
+//! Names of files that say the actuator and the date.
 
 use std::{fmt, path::Path, str::FromStr};
 
-use fdi_core::{FileFormat, RecordingDate};
+use crate::{FileFormat, RecordingDate};
 
 /// A pattern for names of files: `{id}` and `{date}` stand for what is looked for, `*` for any
 /// text, everything else for itself. With `/`, folders above the file are compared as well.
@@ -34,13 +34,15 @@ impl fmt::Display for NamePattern {
     }
 }
 
-/// What a name says.
+/// Actuator and date that a name says.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Named {
-    pub(crate) id: Option<String>,
-    pub(crate) date: Option<RecordingDate>,
+pub struct NamedRecording {
+    /// The actuator.
+    pub id: Option<String>,
+    /// The date.
+    pub date: Option<RecordingDate>,
     /// What stands where a date should and looks like one, and is no day of the calendar.
-    pub(crate) no_day: Option<String>,
+    pub no_day: Option<String>,
 }
 
 impl FromStr for NamePattern {
@@ -90,7 +92,7 @@ fn placeholder(text: &str) -> Result<(Part, usize), String> {
 
 impl NamePattern {
     /// What the name of a file says; nothing where the pattern does not fit it.
-    pub(crate) fn read(&self, path: &Path) -> Named {
+    pub fn read(&self, path: &Path) -> NamedRecording {
         let text = path.to_string_lossy().replace('\\', "/");
         let from = text.rmatch_indices('/').nth(self.folders).map_or(0, |(at, _)| at + 1);
         let name = &text[from..];
@@ -108,9 +110,9 @@ impl NamePattern {
 }
 
 /// The values with which the parts make up the name; the earliest places are the shortest.
-fn fit(parts: &[Part], name: &str, day: fn(&str) -> Option<Day>) -> Option<Named> {
+fn fit(parts: &[Part], name: &str, day: fn(&str) -> Option<Day>) -> Option<NamedRecording> {
     let Some((part, rest)) = parts.split_first() else {
-        return name.is_empty().then(Named::default);
+        return name.is_empty().then(NamedRecording::default);
     };
     if let Part::Text(text) = part {
         return fit(rest, name.strip_prefix(text.as_str())?, day);

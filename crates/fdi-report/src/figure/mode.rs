@@ -1,6 +1,6 @@
 //! A dynamic mode and the points kept of it, as a drawing.
 
-use crate::drawing::{opening, push, push_line, push_text, ticks};
+use crate::figure::drawing::{opening, push, push_line, push_text, ticks};
 
 /// Width of the drawing, px.
 const WIDTH: f64 = 900.0;
@@ -160,7 +160,7 @@ fn push_legend(svg: &mut String, drawn: &DrawnMode) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::tests::assert_tags_match;
+    use crate::figure::drawing::tests::assert_tags_match;
 
     #[test]
     fn the_drawing_is_well_formed_and_has_every_point() {

@@ -2,39 +2,48 @@
 
 use std::collections::BTreeSet;
 
-use anyhow::Result;
-use fdi_core::{
-    FALSE_ALARM_RATE, FitSignals, INCIPIENT_LEVEL, fault_figure_svg, fit_figure_svg,
-    report::{
-        ActuatorTrend, Change, Failure, Fault, FaultChange, FaultId, Fleet, RecordDiagnosis,
-        Status, TrendPoint, Verdict,
-    },
-    search_figure_svg, trend_figure_svg,
-};
-
 use super::{Block, Cell, Column, Figure, Page, Section, Table};
-use crate::config::ResolvedSetting;
-use crate::output::{common_folder, fit_ratio, plus_minus, sentence, short_name};
+use crate::{
+    ActuatorTrend, Change, FALSE_ALARM_RATE, Failure, Fault, FaultChange, FaultId, FitSignals,
+    Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict, common_folder,
+    fault_figure_svg, fit_figure_svg, plus_minus, search_figure_svg, sentence, trend_figure_svg,
+};
 
 /// Recordings, and actuators, that are drawn; the tables have all.
 const FIGURES_SHOWN: usize = 12;
 
-/// Gives the signals behind a diagnosis, where they can be had.
-pub(crate) type SignalsOf<'a> = &'a dyn Fn(&RecordDiagnosis) -> Result<Option<FitSignals>>;
+/// A setting that is not left at its default.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingRow {
+    /// Its name, `diagnose.noise-a`.
+    pub name: String,
+    /// Its value.
+    pub value: String,
+    /// Where the value is from: a flag, a variable, or a file with the line.
+    pub origin: String,
+}
 
-/// What a report of diagnoses is made from.
-pub(crate) struct DiagnosisReport<'a> {
-    pub(crate) records: &'a [RecordDiagnosis],
-    pub(crate) failures: &'a [Failure],
-    pub(crate) fleet: &'a Fleet,
-    pub(crate) bundle: &'a str,
-    pub(crate) seed: u64,
-    pub(crate) stamp: Option<&'a str>,
-    /// What to run next, where the model does not explain a recording.
-    pub(crate) next: Option<String>,
+/// Material of a report of diagnoses.
+#[derive(Clone, Debug)]
+pub struct DiagnosisPage<'a> {
+    /// The answers.
+    pub records: &'a [RecordDiagnosis],
+    /// Recordings that could not be diagnosed.
+    pub failures: &'a [Failure],
+    /// Trends of the actuators.
+    pub fleet: &'a Fleet,
+    /// Name and version of the program, `fdi 0.1.0`.
+    pub tool: &'a str,
+    /// SHA-256 of the bundle, hexadecimal.
+    pub bundle: &'a str,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Date and time of the run, RFC 3339, where the page is to say it.
+    pub stamp: Option<&'a str>,
+    /// Command to run next, where the model does not explain a recording.
+    pub next: Option<String>,
     /// Settings with their origins.
-    pub(crate) settings: Vec<ResolvedSetting>,
-    pub(crate) signals: SignalsOf<'a>,
+    pub settings: Vec<SettingRow>,
 }
 
 /// The recordings to draw, at most [`FIGURES_SHOWN`]: what the model does not explain first, then
@@ -66,9 +75,15 @@ fn worst(record: &RecordDiagnosis) -> Option<&Fault> {
     detected.max_by(|a, b| a.value.unwrap_or(0.0).total_cmp(&b.value.unwrap_or(0.0)))
 }
 
-impl DiagnosisReport<'_> {
-    /// The page.
-    pub(crate) fn page(&self) -> Result<Page> {
+impl DiagnosisPage<'_> {
+    /// The page; `signals` gives the signals behind a diagnosis that is drawn, where they can be had.
+    ///
+    /// # Errors
+    /// Those of `signals`.
+    pub fn page<E>(
+        &self,
+        signals: impl Fn(&RecordDiagnosis) -> Result<Option<FitSignals>, E>,
+    ) -> Result<Page, E> {
         let names = self.names();
         let title = match self.records {
             [one] => format!("Diagnosis of {}", one.recording),
@@ -80,7 +95,8 @@ impl DiagnosisReport<'_> {
         }
         let mut taken = BTreeSet::new();
         for index in shown_first(self.records) {
-            sections.push(self.recording(index, names[index], &mut taken)?);
+            let signals = signals(&self.records[index])?;
+            sections.push(self.recording(index, names[index], signals.as_ref(), &mut taken));
         }
         if !self.failures.is_empty() {
             sections.push(self.failed());
@@ -148,7 +164,7 @@ impl DiagnosisReport<'_> {
         columns.extend(with_id.then(|| Column::text("actuator")));
         columns.extend(with_date.then(|| Column::text("date")));
         columns.push(Column::text("verdict"));
-        columns.extend(FaultId::ALL.map(|id| Column::number(&short_name(id))));
+        columns.extend(FaultId::ALL.map(|id| Column::number(&id.short_name())));
         columns.push(Column::number("fit"));
         let row = |(record, name): (&RecordDiagnosis, &&str)| {
             let text = |text: &Option<String>| Cell::text(text.as_deref().unwrap_or("–"));
@@ -159,7 +175,7 @@ impl DiagnosisReport<'_> {
             cells.push(Cell::text(record.verdict.word()).marked(unsound));
             let believed = record.verdict != Verdict::ModelInadequate;
             cells.extend(FaultId::ALL.map(|id| level(record.fault(id), believed)));
-            let ratio = fit_ratio(record);
+            let ratio = record.fit.ratio();
             let cell = Cell::number(ratio, |ratio| format!("{ratio:.2}"));
             cells.push(cell.marked(!record.fit.adequate));
             cells
@@ -218,7 +234,13 @@ impl DiagnosisReport<'_> {
     }
 
     /// One recording in figures.
-    fn recording(&self, index: usize, name: &str, taken: &mut BTreeSet<String>) -> Result<Section> {
+    fn recording(
+        &self,
+        index: usize,
+        name: &str,
+        signals: Option<&FitSignals>,
+        taken: &mut BTreeSet<String>,
+    ) -> Section {
         let record = &self.records[index];
         let stem = file_name(name, taken);
         let figure = |kind: &str, svg: String, caption: String| {
@@ -231,7 +253,7 @@ impl DiagnosisReport<'_> {
              {INCIPIENT_LEVEL}. Detected means a false-alarm rate of {FALSE_ALARM_RATE} at most."
         );
         blocks.push(figure("levels", fault_figure_svg(record), caption));
-        if let Some(signals) = (self.signals)(record)? {
+        if let Some(signals) = signals {
             let caption = format!(
                 "Filtered envelope of the stator current in A at {} Hz: measured, and the \
                  monitoring model at the levels above with the mean of its learnt error. Below, \
@@ -243,8 +265,8 @@ impl DiagnosisReport<'_> {
                 record.fit.noise_a,
                 record.fit.noise_source
             );
-            blocks.push(figure("current", fit_figure_svg(record, &signals), caption));
-            if let Some(svg) = search_figure_svg(record, &signals) {
+            blocks.push(figure("current", fit_figure_svg(record, signals), caption));
+            if let Some(svg) = search_figure_svg(record, signals) {
                 let caption = format!(
                     "Least rms of the residual in A that the method `{}` had reached after each \
                      evaluation of the model; {} evaluations in all.",
@@ -258,7 +280,7 @@ impl DiagnosisReport<'_> {
             let told = notices.map(|notice| format!("{}: {}", notice.code.code(), notice.message));
             blocks.push(Block::List(told.collect()));
         }
-        Ok(Section { heading: name.to_owned(), blocks })
+        Section { heading: name.to_owned(), blocks }
     }
 
     fn failed(&self) -> Section {
@@ -275,8 +297,7 @@ impl DiagnosisReport<'_> {
 
     /// What the answer rests on.
     fn basis(&self) -> Section {
-        let tool = concat!("fdi ", env!("CARGO_PKG_VERSION"));
-        let mut facts = vec![format!("Program: {tool}, seed {}.", self.seed)];
+        let mut facts = vec![format!("Program: {}, seed {}.", self.tool, self.seed)];
         let others: BTreeSet<&str> = self
             .records
             .iter()
@@ -297,7 +318,10 @@ impl DiagnosisReport<'_> {
         }
         let mut blocks = vec![Block::List(facts)];
         if !self.settings.is_empty() {
-            let rows = self.settings.iter().map(|one| one.row().map(Cell::text).into());
+            let rows = self.settings.iter().map(|one| {
+                let words = [&one.name, &one.value, &one.origin];
+                words.map(|word| Cell::text(word.as_str())).into()
+            });
             blocks.push(Block::Table(Table {
                 caption: "Settings that are not left at their defaults.".to_owned(),
                 columns: ["setting", "value", "from"].map(Column::text).into(),
