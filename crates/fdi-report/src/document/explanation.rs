@@ -142,6 +142,17 @@ pub struct FaultBeforeAfter {
     pub interval_95_after: [f64; 2],
 }
 
+/// Length of an interval from which on a level, which is of 0 to 1, may be anything.
+const ANYTHING: f64 = 0.99;
+
+impl FaultBeforeAfter {
+    /// True where the recordings determine a level: its 95 % interval is shorter than 0.99.
+    pub fn determines(interval_95: [f64; 2]) -> bool {
+        let [low, high] = interval_95;
+        high - low <= ANYTHING
+    }
+}
+
 /// A roughly known number of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NominalChange {

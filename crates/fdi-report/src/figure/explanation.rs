@@ -91,7 +91,8 @@ pub fn fault_change_figure_svg(explanation: &Explanation) -> Option<String> {
     let bottom = TOP + ROW * explanation.faults.len() as f64;
     let ends = explanation.faults.values().flat_map(|fault| {
         let [before, after] = both(fault);
-        [before, after].into_iter().flat_map(|(_, interval)| interval)
+        let shown = [before, after].into_iter().map(|(_, interval)| interval);
+        shown.filter(|interval| FaultBeforeAfter::determines(*interval)).flatten()
     });
     let least = ends.clone().fold(0.0, f64::min);
     let most = ends.fold(0.02, f64::max);
@@ -108,7 +109,13 @@ pub fn fault_change_figure_svg(explanation: &Explanation) -> Option<String> {
         push_text(&mut svg, [198.0, y + 4.5], "text-anchor=\"end\"", &fault_name(key));
         for (place, (level, ends)) in both(fault).into_iter().enumerate() {
             let y = y - 8.0 + 16.0 * place as f64;
-            push_interval(&mut svg, &plane, y, (level, ends), place == 1);
+            if FaultBeforeAfter::determines(ends) {
+                push_interval(&mut svg, &plane, y, (level, ends), place == 1);
+            }
+            if place == 0 {
+                let [zero, _] = plane.at(0.0, 0.0);
+                push(&mut svg, &dashed([zero, y - 14.0], [zero, y + 30.0], "#777"));
+            }
             push_text(
                 &mut svg,
                 [516.0, y + 4.5],
@@ -309,10 +316,6 @@ fn push_interval(
     let (stroke, fill) = if is_after { (AFTER, "#000") } else { (BEFORE, "#fff") };
     push_stroke(svg, (stroke.0, 2.0), &[[x(low), y], [x(high), y]]);
     push_mark(svg, [x(level), y], 4.0, (fill, stroke.0));
-    if !is_after {
-        let zero = x(0.0);
-        push(svg, &dashed([zero, y - 14.0], [zero, y + 30.0], "#777"));
-    }
 }
 
 /// Levels before and after, with their intervals.
@@ -322,6 +325,9 @@ fn both(fault: &FaultBeforeAfter) -> [(f64, [f64; 2]); 2] {
 
 fn interval(level: f64, [low, high]: [f64; 2], place: usize) -> String {
     let word = ["before", "after"][place];
+    if !FaultBeforeAfter::determines([low, high]) {
+        return format!("{word} not determined");
+    }
     format!("{word} {level:.4} ({low:.4} to {high:.4})").replace('-', "−")
 }
 
@@ -456,6 +462,18 @@ mod tests {
         let svg = fault_change_figure_svg(&explanation()).unwrap();
         assert!(svg.contains("before 0.2000 (0.1804 to 0.2196)"), "{svg}");
         assert!(svg.contains("k6 "), "{svg}");
+    }
+
+    #[test]
+    fn a_level_that_may_be_anything_is_not_determined() {
+        let mut answer = explanation();
+        let level = answer.faults.get_mut("k6").unwrap();
+        (level.before, level.interval_95_before) = (0.4321, [0.0, 1.0]);
+        let svg = fault_change_figure_svg(&answer).unwrap();
+        assert_tags_match(&svg);
+        assert_eq!(svg.matches("before not determined").count(), 1);
+        assert!(!svg.contains("0.4321"), "the level is not drawn");
+        assert_eq!(svg.matches("after 0.1000 (").count(), 2);
     }
 
     #[test]

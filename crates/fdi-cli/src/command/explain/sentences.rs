@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict};
+use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter};
 
 /// The answer in one sentence.
 pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
@@ -94,14 +94,11 @@ fn missed(answer: &Explanation) -> (String, Option<&str>) {
 
 /// A fault level and its interval; one that may be anything is none.
 fn shown(level: f64, [from, to]: [f64; 2]) -> (String, String) {
-    if to - from > ANYTHING {
+    if !FaultBeforeAfter::determines([from, to]) {
         return ("-".to_owned(), "not determined".to_owned());
     }
     (format!("{level:.4}"), format!("{from:.4} to {to:.4}"))
 }
-
-/// Length of an interval from which on a level, of 0 to 1, may be anything.
-const ANYTHING: f64 = 0.99;
 
 /// Four significant digits, or as many more as tell the ends of an interval apart.
 fn to_the_width(value: f64, width: f64) -> String {
