@@ -4,6 +4,7 @@ mod effects;
 mod evaluate;
 mod experiment;
 mod explain;
+mod published;
 mod report;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
@@ -16,6 +17,7 @@ use fdi_core::{
 };
 
 use crate::setting::ResolvedSetting;
+use published::published;
 
 pub use effects::EffectsArgs;
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
@@ -219,11 +221,11 @@ pub struct DiagnoseArgs {
     #[arg(long, value_name = "FILE")]
     pub reference: Vec<PathBuf>,
     /// How the fault levels are searched
-    #[arg(long, value_enum, default_value_t = MethodArg::Gls)]
-    pub method: MethodArg,
+    #[arg(long, value_parser = published::<Method>(), default_value_t = Method::Gls)]
+    pub method: Method,
     /// Which model the recording is compared with; `high` goes on from the answer of `low`
-    #[arg(long, value_enum, default_value_t = FidelityArg::Low)]
-    pub fidelity: FidelityArg,
+    #[arg(long, value_parser = published::<Fidelity>(), default_value_t = Fidelity::Low)]
+    pub fidelity: Fidelity,
     /// What of the filtered envelope is looked at; other than `full` misses faults that `full` finds
     #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
     pub encoding: EncodingArg,
@@ -263,53 +265,6 @@ pub struct DiagnoseArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub fleet: FleetArgs,
-}
-
-/// Which model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FidelityArg {
-    /// The monitoring model.
-    Low,
-    /// The reference model.
-    High,
-}
-
-impl FidelityArg {
-    /// The same in answers.
-    pub fn of_report(self) -> Fidelity {
-        match self {
-            Self::Low => Fidelity::Low,
-            Self::High => Fidelity::High,
-        }
-    }
-}
-
-/// How fault levels are searched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MethodArg {
-    /// Generalised least squares on the whitened envelope, without a surrogate.
-    Gls,
-    /// The bundle's emulator of the signal: no simulation, incipient faults alone.
-    Emulator,
-    /// Two-step lookahead expected improvement.
-    TwoStepEi,
-    /// Expected improvement.
-    Ei,
-    /// Upper confidence bound.
-    Ucb,
-}
-
-impl MethodArg {
-    /// The same in answers.
-    pub fn of_report(self) -> Method {
-        match self {
-            Self::Gls => Method::Gls,
-            Self::Emulator => Method::Emulator,
-            Self::TwoStepEi => Method::TwoStepEi,
-            Self::Ei => Method::Ei,
-            Self::Ucb => Method::Ucb,
-        }
-    }
 }
 
 /// What of the filtered envelope is looked at.
@@ -371,8 +326,8 @@ impl FromStr for Shard {
 #[derive(Clone, Debug, Args)]
 pub struct SimulateArgs {
     /// Model to simulate
-    #[arg(long, value_enum, default_value_t = FidelityArg::High)]
-    pub fidelity: FidelityArg,
+    #[arg(long, value_parser = published::<Fidelity>(), default_value_t = Fidelity::High)]
+    pub fidelity: Fidelity,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub test: TestArgs,

@@ -54,8 +54,8 @@ pub trait Diagnoser: Sync {
 /// The diagnosis that the options ask for.
 pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn Diagnoser>> {
     let options = DiagnoseOptions {
-        method: args.method.of_report(),
-        fidelity: args.fidelity.of_report(),
+        method: args.method,
+        fidelity: args.fidelity,
         max_evaluations: args.max_evaluations.map(usize::from),
         noise_a: args.noise_a,
         max_delay_s: args.max_delay_s.unwrap_or(0.0),

@@ -9,12 +9,10 @@ use fdi_core::{
         model_file::{AxisModel, EffectBlock, MachineModel, Model},
     },
     read_machine,
+    report::Fidelity,
 };
 
-use crate::{
-    args::{FidelityArg, SimulateArgs},
-    experiment,
-};
+use crate::{args::SimulateArgs, experiment};
 
 /// Beyond the converters of any drive.
 const FASTEST_PHASES_HZ: f64 = 1e7;
@@ -73,7 +71,7 @@ fn axis(
     for (given, option, why) in [
         (args.adc_bits.is_some(), "--adc-bits", "has no phases to digitise"),
         (args.rate_hz.is_some(), "--rate-hz", "is recorded at the rate of its controller"),
-        (args.fidelity == FidelityArg::Low, "--fidelity low", "has one model"),
+        (args.fidelity == Fidelity::Low, "--fidelity low", "has one model"),
     ] {
         if given {
             bail!("`{option}`: {} is a servo axis, which {why}", args.test.model);
@@ -134,8 +132,8 @@ fn actuator(
         content: RecordedContent::Phases,
     };
     Ok(match args.fidelity {
-        FidelityArg::High => simulated.record_visited(&experiment, "simulated")?,
-        FidelityArg::Low => simulated.record_low_fidelity_visited(&experiment, "simulated")?,
+        Fidelity::High => simulated.record_visited(&experiment, "simulated")?,
+        Fidelity::Low => simulated.record_low_fidelity_visited(&experiment, "simulated")?,
     })
 }
 

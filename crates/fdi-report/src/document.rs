@@ -51,6 +51,12 @@ macro_rules! words {
             }
         }
 
+        impl crate::Word for $type {
+            fn word(self) -> &'static str {
+                $type::word(self)
+            }
+        }
+
         impl std::fmt::Display for $type {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.pad(self.word())

@@ -13,6 +13,7 @@
 //! # Ok::<_, serde_json::Error>(())
 //! ```
 
+mod choice;
 mod decision;
 mod document;
 mod figure;
@@ -23,6 +24,7 @@ mod page;
 mod schema;
 mod sentence;
 
+pub use choice::{Choice, Word, choices};
 pub use decision::{FALSE_ALARM_RATE, INCIPIENT_LEVEL};
 pub use document::{
     ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, CatalogueEffect, CatalogueKey,

@@ -80,10 +80,14 @@ impl Schema {
 }
 
 fn json_schema<T: JsonSchema>() -> String {
-    let settings = SchemaSettings::draft2020_12().for_serialize();
-    let schema = settings.into_generator().into_root_schema_for::<T>();
-    let text = serde_json::to_string_pretty(&schema);
+    let text = serde_json::to_string_pretty(&schema_of::<T>());
     text.expect("a schema is plain JSON") + "\n"
+}
+
+/// The JSON Schema of a published type.
+pub(crate) fn schema_of<T: JsonSchema>() -> schemars::Schema {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    settings.into_generator().into_root_schema_for::<T>()
 }
 
 fn recording_tables() -> String {

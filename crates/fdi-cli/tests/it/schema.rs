@@ -129,3 +129,39 @@ fn the_guide_has_a_row_for_each_code_of_a_notice() {
     codes.sort_unstable();
     assert_eq!(rows, codes);
 }
+
+/// Values of an option that a published enumeration gives, against those of the schema.
+#[test]
+fn law_help_and_schema_agree_on_values_and_words() {
+    use clap::CommandFactory;
+
+    let schema: serde_json::Value =
+        serde_json::from_str(&fdi_report::Schema::Diagnosis.text()).unwrap();
+    for (command, option, definition) in [
+        ("diagnose", "method", "Method"),
+        ("diagnose", "fidelity", "Fidelity"),
+        ("simulate", "fidelity", "Fidelity"),
+    ] {
+        let root = fdi_cli::Cli::command();
+        let inner = root.find_subcommand(command).unwrap();
+        let arg = inner.get_arguments().find(|arg| arg.get_id() == option).unwrap();
+        let told: Vec<_> = arg
+            .get_possible_values()
+            .iter()
+            .map(|one| (one.get_name().to_owned(), one.get_help().unwrap().to_string()))
+            .collect();
+        let published: Vec<_> = schema["$defs"][definition]["oneOf"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|one| {
+                let meaning = one["description"].as_str().unwrap().replace('\n', " ");
+                (
+                    one["const"].as_str().unwrap().to_owned(),
+                    meaning.trim_end_matches('.').to_owned(),
+                )
+            })
+            .collect();
+        assert_eq!(told, published, "fdi {command} --{option}");
+    }
+}
