@@ -127,12 +127,11 @@ pub enum Verdict {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Method {
-    /// Generalised least squares on the whitened envelope (Gauss-Newton from a response surface,
-    /// else Levenberg-Marquardt); no surrogate model is on its path.
+    /// Generalised least squares on the whitened envelope, without a surrogate.
     Gls,
     /// Vector-valued Bayesian optimisation of the whitened residual.
     Composite,
-    /// The bundle's emulator, no simulation.
+    /// The bundle's emulator of the signal: no simulation, incipient faults alone.
     Emulator,
     /// Two-step lookahead expected improvement.
     TwoStepEi,
