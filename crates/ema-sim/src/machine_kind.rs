@@ -67,7 +67,7 @@ pub struct RoughNumber {
 pub struct NumberValue {
     /// Place among [`MachineKind::numbers`].
     pub place: usize,
-    /// Its value, in the unit of its key.
+    /// Value, in the unit of its key.
     pub value: f64,
 }
 
@@ -108,7 +108,7 @@ pub trait MachineKind {
     /// Unit of the signal that drives it.
     fn drive_unit(&self) -> DriveUnit;
 
-    /// Whether the controller's output is the signal that drives it. Between the voltage on a
+    /// True where the controller's output is the signal that drives it. Between the voltage on a
     /// winding and its current stand resistance and back-EMF.
     fn controls_its_drive(&self) -> bool;
 
@@ -152,7 +152,7 @@ pub trait MachineKind {
     /// Numbers that the data sheet knows only roughly, in the order of the file.
     fn rough(&self) -> Vec<RoughNumber>;
 
-    /// Whether a motion recorded under a controller that is not known can be followed
+    /// True where a motion recorded under a controller that is not known can be followed
     /// ([`CommandKind::Motion`]).
     fn can_follow_motion(&self) -> bool;
 

@@ -64,7 +64,7 @@ impl MachineModel {
         self.effects().iter().map(|block| block.effect.clone()).collect()
     }
 
-    /// Its text, complete and without a base; [`parse_machine`] gives it back bit for bit.
+    /// Text of the model, complete and without a base; [`parse_machine`] gives it back bit for bit.
     pub fn write(&self) -> String {
         self.kind().write()
     }

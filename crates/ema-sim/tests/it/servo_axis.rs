@@ -343,7 +343,7 @@ fn a_mass_too_small_for_the_tick_is_named() {
     let axis = ServoAxis { inertia: 1e-12, viscous: 0.0, ..emps.axis };
     let trace = run(&axis, &sine(), &[]);
     assert!(trace.position.iter().all(|x| x.is_finite()));
-    // a tick has at most twice the events that it is given patience for
+    // a tick has at most twice the events of its limit
     assert!(trace.segments < 2000 * 8192, "{}", trace.segments);
 }
 
@@ -463,7 +463,7 @@ proptest! {
         }
         // E21 raises the limit to ten times itself
         prop_assert!(trace.output.iter().all(|u| u.abs() <= 10.0 * axis.controller.output_limit));
-        // at most a thousandth of a tick a segment, and two of patience's events
+        // at most a thousandth of a tick a segment, and two events of its limit
         prop_assert!(trace.segments < 40 * 10_000, "{} {:?}", trace.segments, taken);
     }
 }
