@@ -133,7 +133,9 @@ pub(crate) fn measures(root: &Path) -> Result<()> {
     for Measure { name, check, .. } in MEASURES {
         let findings = check(&sources);
         say(&format!("{name}: {} findings", findings.len()));
-        findings.iter().for_each(|finding| say(&format!("  {finding}")));
+        for finding in findings {
+            say(&format!("  {finding}"));
+        }
     }
     Ok(())
 }
