@@ -12,7 +12,7 @@ use anyhow::{Result, bail};
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// What `cargo xtask` prints without a task.
+/// Text of `cargo xtask` without a task.
 const TASKS: &str = "\
 cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures

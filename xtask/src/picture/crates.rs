@@ -135,7 +135,7 @@ fn depth(members: &Members, name: &str) -> usize {
     members[name].uses.iter().map(|used| 1 + depth(members, used)).max().unwrap_or(0)
 }
 
-/// What a crate uses and none of the others that it uses does.
+/// Crates that a crate uses and none of the others that it uses does.
 fn direct(members: &Members, name: &str) -> Vec<String> {
     let uses = &members[name].uses;
     let follows =

@@ -20,13 +20,13 @@ use crate::median::median;
 /// Where a run comes from.
 pub(crate) struct Origin {
     pub(crate) set: &'static str,
-    /// What the seeds come from.
+    /// Source of the seeds.
     pub(crate) root: String,
     /// Cases of the whole set.
     pub(crate) planned: usize,
     /// Cases that the generator could not draw.
     pub(crate) not_drawn: usize,
-    /// What `PySINDy` answered, where it was run.
+    /// Answers of `PySINDy`, where it was run.
     pub(crate) pysindy: Vec<Kept>,
 }
 
