@@ -8,7 +8,7 @@ use ema_sim::{
 /// One test on one state of health, in both fidelities.
 #[derive(Debug)]
 pub struct Case {
-    /// What the bench calls it.
+    /// Name in the bench.
     pub id: &'static str,
     /// The reference.
     pub high: HighFidelity,

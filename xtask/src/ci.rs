@@ -1,6 +1,6 @@
 //! All that must pass, one step after another.
 
-use std::{path::Path, process::Command, time::Duration};
+use std::{fs, path::Path, process::Command, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use validation::{clock, say};
@@ -30,6 +30,7 @@ const STEPS: &[Step] = &[
     },
     step("reference pages", &["xtask", "docs", "--check"]),
     step("reference datasets", &["xtask", "gen-dataset", "--check"]),
+    step("budgets", &["xtask", "budget"]),
     step("validation figures", &["xtask", "validate", "--check"]),
 ];
 
@@ -54,6 +55,10 @@ pub(crate) fn run(root: &Path) -> Result<()> {
     for (name, took) in times.into_iter().chain([("all", total)]) {
         say(&format!("{name:<20} {:>7.1} s", took.as_secs_f64()));
     }
+    // target/release/xtask; the last test binary leaves the count of the tests that were skipped
+    let program = std::env::current_exe()?;
+    let target = program.ancestors().nth(2).context("the target folder")?;
+    say(&fs::read_to_string(target.join("skipped-tests.txt")).context("count of skipped tests")?);
     Ok(())
 }
 

@@ -36,7 +36,7 @@ fn designs(experiment: &Experiment) -> &'static [(ReferenceDesign, usize)] {
     }
 }
 
-/// What was made, with hashes: committed, and compared by `--check`.
+/// Products with their hashes: committed, and compared by `--check`.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Manifest {
@@ -122,7 +122,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
 /// Ending of a bundle's file.
 const BUNDLE_EXTENSION: &str = "fdi-bundle";
 
-/// What is in a file, without its compression: the same content has other bytes with another
+/// Content of a file, without its compression: the same content has other bytes with another
 /// compressor.
 fn content(path: &Path, bytes: &[u8]) -> Result<Vec<u8>> {
     if path.extension().is_none_or(|extension| extension != "gz") {

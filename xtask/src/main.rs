@@ -3,6 +3,7 @@
 mod ci;
 mod docs;
 mod gen_dataset;
+mod picture;
 mod tidy;
 
 use anyhow::{Result, bail};
@@ -11,14 +12,14 @@ use anyhow::{Result, bail};
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// What `cargo xtask` prints without a task.
+/// Text of `cargo xtask` without a task.
 const TASKS: &str = "\
 cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
 cargo xtask blind [FLAG...]             the scored hidden-effect cases
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
-cargo xtask docs [--check]              rebuild the generated reference pages, or compare them
+cargo xtask docs [--check]              rebuild the generated reference pages and drawings, or compare them
 cargo xtask tidy [--measures]           edges, paths, licences, prose, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
@@ -27,7 +28,7 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
         ["blind", flags @ ..] => validation::score_blind_cases(&root, flags),
-        ["budget"] => validation::check_budgets(),
+        ["budget"] => validation::check_budgets(&root),
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),
         ["docs", "--check"] => docs::run(&root, true),

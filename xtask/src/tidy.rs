@@ -1,4 +1,4 @@
-//! What the compiler does not check: edges between crates, paths named in the
+//! Checks beyond the compiler's: edges between crates, paths named in the
 //! documentation, licences, traces of a machine, length of sentences, and measures of the code.
 
 mod circles;
@@ -22,7 +22,7 @@ use self::source::Source;
 /// Crates that stand alone.
 const LEAVES: [&str; 3] = ["ema-sim", "reduction", "gp-bayesopt"];
 
-/// What `fdi-core` joins.
+/// Crates that `fdi-core` joins.
 const JOINED: [&str; 5] = ["recordings", "fdi-report", "ema-sim", "reduction", "gp-bayesopt"];
 
 /// Crates that `validation` measures: everything but the program, which it runs.
@@ -39,7 +39,7 @@ const VALIDATED: [&str; 10] = [
     "reduction",
 ];
 
-/// What each crate of the workspace may use of the workspace; a new edge comes with
+/// Edges that each crate of the workspace may have to others; a new edge comes with
 /// a page in `docs/decisions/`.
 const EDGES: [(&str, &[&str]); 12] = [
     ("recordings", &[]),
@@ -133,7 +133,9 @@ pub(crate) fn measures(root: &Path) -> Result<()> {
     for Measure { name, check, .. } in MEASURES {
         let findings = check(&sources);
         say(&format!("{name}: {} findings", findings.len()));
-        findings.iter().for_each(|finding| say(&format!("  {finding}")));
+        for finding in findings {
+            say(&format!("  {finding}"));
+        }
     }
     Ok(())
 }
@@ -214,7 +216,7 @@ fn edges(metadata: &Metadata) -> Vec<String> {
     problems
 }
 
-/// What the leaves bring along, without features and without tests.
+/// Unwanted crates that the leaves bring along, without features and without tests.
 fn leaves(root: &Path) -> Result<Vec<String>> {
     let mut problems = Vec::new();
     for leaf in LEAVES {
@@ -257,7 +259,7 @@ fn same_licences(root: &Path) -> Result<Option<String>> {
     Ok((!same).then(|| "deny.toml allows other licences than `cargo xtask tidy`".to_owned()))
 }
 
-/// Whether an SPDX expression can be met with the list. `AND` binds tighter than
+/// True where an SPDX expression can be met with the list. `AND` binds tighter than
 /// `OR`; an old `/` means `OR`.
 fn allowed(expression: &str) -> bool {
     let mut words =
@@ -381,7 +383,7 @@ fn paths_in<'a>(line: &'a str, fenced: bool, top: &BTreeSet<&str>) -> Vec<&'a st
     words.map(|word| word.split('#').next().unwrap_or(word)).filter(is_path).collect()
 }
 
-/// Whether a named path exists, from the root or from the page's own folder.
+/// True where a named path exists, from the root or from the page's own folder.
 fn exists(root: &Path, page: &str, named: &str) -> bool {
     let beside = Path::new(page).parent().unwrap_or(Path::new(""));
     root.join(named).exists() || root.join(beside).join(named).exists()
@@ -406,7 +408,7 @@ fn machine_paths(root: &Path, files: &[String]) -> Vec<String> {
     problems
 }
 
-/// Whether `trace` stands in the line as the beginning of an absolute path.
+/// True where `trace` stands in the line as the beginning of an absolute path.
 fn absolute(line: &str, trace: &str) -> bool {
     line.match_indices(trace).any(|(at, _)| {
         let before = line[..at].chars().next_back();

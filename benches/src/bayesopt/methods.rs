@@ -29,7 +29,7 @@ pub struct Method {
 }
 
 impl Method {
-    /// The same with another budget.
+    /// This method with another budget.
     #[must_use]
     pub fn with_budget(self, budget: usize) -> Self {
         Self { budget, ..self }
@@ -81,7 +81,7 @@ fn local(tracker: &mut Tracker<'_>, problem: &Problem, start: &[f64]) {
     }
 }
 
-/// Of `starts` local runs from a design on the whole box for each of the first `truths`, how
+/// Counts of `starts` local runs from a design on the whole box for each of the first `truths`: how
 /// many end at the truth, and how many there were.
 ///
 /// # Panics

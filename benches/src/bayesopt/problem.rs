@@ -1,4 +1,4 @@
-//! What an inverse problem is made of.
+//! The parts of an inverse problem.
 
 use gp_bayesopt::Bounds;
 

@@ -32,7 +32,7 @@ pub struct Tracker<'a> {
     improvements: Vec<Improvement>,
 }
 
-/// What one run of a method gave.
+/// The outcome of one run of a method.
 #[derive(Clone, Debug)]
 pub struct Run {
     improvements: Vec<Improvement>,

@@ -25,7 +25,7 @@ const HEALTHY_STREAM: u64 = 1 << 40;
 /// Where the eccentricity stands in the coordinates.
 const ECCENTRICITY: [usize; 2] = [5, 6];
 
-/// What one recording gave.
+/// The diagnosis of one recording, beside the truth.
 struct Sample {
     trial: Trial,
     found: SignalDiagnosis,
@@ -50,7 +50,7 @@ pub(crate) fn run(
     Ok(vec![summary(&experiment.sought_indices(), &samples, &alarms)])
 }
 
-/// What every recording is diagnosed with.
+/// The diagnoser of every recording, with the bounds of its errors.
 struct NoisyTrial<'a> {
     setting: EvaluationSetting,
     root: RootSeed,

@@ -50,7 +50,7 @@ impl Protocol {
         }
     }
 
-    /// What searches unless told otherwise.
+    /// The methods that search unless others are told.
     pub fn default_contenders(self) -> &'static [Contender] {
         match self {
             Self::Noisy => &[Contender::Gls],

@@ -19,7 +19,7 @@ use crate::{
 const REFERENCE_STREAM: u64 = 1 << 41;
 const HEALTHY_STREAM: u64 = 1 << 40;
 
-/// What is known of the machine beforehand, besides recordings of it as new.
+/// Knowledge of the machine beforehand, besides recordings of it as new.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Beforehand<'a> {
     /// High-fidelity signals of the machine itself.
@@ -30,10 +30,10 @@ pub enum Beforehand<'a> {
     LowFidelity,
 }
 
-/// What to evaluate: recordings of the preset `bench` on the sine.
+/// Recordings of the preset `bench` on the sine to evaluate.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceRequest<'a> {
-    /// What is known beforehand.
+    /// Knowledge of the machine beforehand.
     pub beforehand: Beforehand<'a>,
     /// Numbers of recordings of the machine as new; a score for each.
     pub references: &'a [usize],

@@ -20,7 +20,7 @@ pub struct EvaluationRequest<'a> {
     pub setting: EvaluationSetting,
     /// Test conditions.
     pub conditions: usize,
-    /// What searches.
+    /// Methods that search.
     pub contenders: &'a [Contender],
     /// Healthy recordings on which false alarms are counted ([`Protocol::Noisy`]).
     pub healthy: usize,
@@ -68,7 +68,7 @@ pub enum EvaluationError {
     /// A population method failed.
     #[error("the search failed: {reason}")]
     Search {
-        /// What the solver says.
+        /// Message of the solver.
         reason: String,
     },
     /// The protocol is about noise, and there is none.

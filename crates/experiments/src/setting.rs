@@ -1,4 +1,4 @@
-//! What an experiment's recordings are like, and the bundle that is learnt for them.
+//! Electronics and sensors of an experiment's recordings, and the bundle that is learnt for them.
 
 use fdi_core::{
     Bundle, Condition, Dataset, DatasetRequest, EnvelopeSignal, Experiment, ReferenceDesign,
@@ -102,7 +102,7 @@ impl EvaluationSetting {
         Experiment { phase_rate_hz: Some(self.phase_rate_hz), ..experiment.clone() }
     }
 
-    /// What a diagnosis is given of a signal.
+    /// A signal with the noise and the rate of this setting, as a diagnosis takes it.
     pub(crate) fn observed(&self, signal_a: Vec<f64>) -> EnvelopeSignal {
         EnvelopeSignal::new(signal_a, self.phase_rate_hz, self.noise_a())
     }

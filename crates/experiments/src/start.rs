@@ -28,7 +28,7 @@ pub struct Beginning {
     pub current_integral_v: f64,
 }
 
-/// What to evaluate: recordings of the chirp with sensor noise.
+/// Recordings of the chirp with sensor noise to evaluate.
 #[derive(Clone, Copy, Debug)]
 pub struct BeginningRequest<'a> {
     /// Name of each way to begin, and the way.
@@ -50,7 +50,7 @@ pub struct BeginningRequest<'a> {
 pub struct BeginningScore {
     /// Name of the way.
     pub name: String,
-    /// Whether the start was estimated.
+    /// True where the start was estimated.
     pub estimated: bool,
     /// Errors of each fault.
     pub faults: Vec<FaultEvaluation>,

@@ -50,7 +50,7 @@ cargo xtask blind [--seed dev|score] [--class C] [--cases N] [--resume FILE] [--
   --fdi     the program that explains (default: built with --release)
   --keep    write each answered case's recordings, roles and features, and its truth, to FOLDER/CLASS/INDEX";
 
-/// What is asked for.
+/// The flags of a call.
 struct Options {
     set: Set,
     class: Option<Class>,

@@ -9,6 +9,7 @@ mod diagnosis;
 mod experiments;
 mod explaining;
 mod fidelity;
+mod figure;
 mod measured;
 mod real_recordings;
 mod reduction;
@@ -19,19 +20,7 @@ use std::{fs, path::Path};
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
-/// One recomputable figure of a page.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub(crate) struct Figure {
-    /// What the page calls it.
-    pub(crate) id: String,
-    /// Its value.
-    pub(crate) value: f64,
-    /// Relative difference that a recomputation may show.
-    pub(crate) tolerance_rel: f64,
-    /// Unit, `1` for a pure number.
-    pub(crate) unit: String,
-}
+use self::figure::{Figure, Rendered};
 
 /// The quick figures of a page as they are stored beside it.
 #[derive(Debug, Serialize, Deserialize)]
@@ -44,19 +33,6 @@ struct Page {
     name: &'static str,
     quick: fn() -> Result<Vec<Figure>>,
     text: fn(&[Figure]) -> Result<Rendered>,
-}
-
-/// A page with its drawings.
-struct Rendered {
-    markdown: String,
-    /// File names in `figures/`, and what they hold.
-    drawings: Vec<(String, String)>,
-}
-
-impl From<String> for Rendered {
-    fn from(markdown: String) -> Self {
-        Self { markdown, drawings: Vec::new() }
-    }
 }
 
 /// Every page, in the order of the paper's pipeline.
@@ -130,7 +106,7 @@ pub fn validate_pages(root: &Path, only: Option<&str>, check: bool) -> Result<()
     Ok(())
 }
 
-/// What a page needs and does not have here.
+/// Data that a page needs and does not have here.
 fn lacks(page: &Page) -> Option<&'static str> {
     (page.name == "measured" && measured::is_without_data())
         .then_some("`FDI_MEASURED_DATA` does not name the folder of measured recordings")

@@ -89,7 +89,7 @@ fn without_comments(text: &str) -> String {
     code.flat_map(|line| [line, "\n"]).collect()
 }
 
-/// Whether `name::` or `use name` stands in the text as a word.
+/// True where `name::` or `use name` stands in the text as a word.
 fn names(text: &str, name: &str) -> bool {
     let in_word = |c: char| c.is_alphanumeric() || c == '_';
     text.match_indices(name).any(|(at, _)| {

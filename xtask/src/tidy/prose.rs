@@ -107,7 +107,7 @@ enum LeftOut {
 }
 
 impl LeftOut {
-    /// What is left out after a line.
+    /// Part that is left out after a line.
     fn after(self, line: &str) -> Self {
         match self {
             Self::Code if line.starts_with("```") => Self::Nothing,
@@ -177,7 +177,7 @@ fn sentences_of(paragraph: &str) -> Vec<String> {
     found
 }
 
-/// Whether a sentence can end with a word.
+/// True where a sentence can end with a word.
 fn ends(word: &str) -> bool {
     let bare = word.trim_end_matches(['"', '\'', ')', '*', '”', ']']);
     let opened = bare.trim_start_matches(['(', '"', '*', '[']);
@@ -187,7 +187,7 @@ fn ends(word: &str) -> bool {
         && !ABBREVIATIONS.contains(&opened.to_lowercase().as_str())
 }
 
-/// Whether a sentence can begin with a word.
+/// True where a sentence can begin with a word.
 fn begins(word: &str) -> bool {
     let bare = word.trim_start_matches('*');
     bare.starts_with(|c: char| c.is_uppercase() || c.is_ascii_digit() || "`\"'([“".contains(c))

@@ -1,4 +1,4 @@
-//! What three plain rules answer on the same files: a test of each feature alone for white noise,
+//! Answers of three plain rules on the same files: a test of each feature alone for white noise,
 //! thresholded least squares, and the least held-out rms.
 //!
 //! Each regresses the torque residual of the nominal machine, from measured current, position and

@@ -1,4 +1,4 @@
-//! What is written down of a case: its truth, the answers, one line of JSON each.
+//! Records of cases: truth and answers, one line of JSON each.
 
 use std::collections::BTreeMap;
 
@@ -33,14 +33,14 @@ pub(crate) struct Hidden {
     pub(crate) size: f64,
     pub(crate) form: String,
     pub(crate) lambda: f64,
-    /// The same by slopes over faults and rough numbers alone.
+    /// Lambda by slopes over faults and rough numbers alone.
     pub(crate) lambda_by_slopes: f64,
     pub(crate) visible: bool,
     pub(crate) own_share: f64,
     pub(crate) severity: f64,
 }
 
-/// What `fdi explain` says, as far as it is scored.
+/// Answer of `fdi explain`, as far as it is scored.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub(crate) struct Answer {
@@ -61,7 +61,7 @@ pub(crate) struct Answer {
 #[serde(default)]
 pub(crate) struct Named {
     pub(crate) id: String,
-    /// Of an alternative the effect that it may be instead; else it is the first.
+    /// Effect that an alternative may stand for; none for a first answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) instead_of: Option<String>,
     /// All else that is said of it.
@@ -103,10 +103,10 @@ pub(crate) struct Line {
     pub(crate) truth: Truth,
     /// None where `explain` gave none.
     pub(crate) answer: Option<Answer>,
-    /// What it said instead.
+    /// Message in place of an answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) error: Option<String>,
-    /// Of tied cases: the answer with the proposed recording.
+    /// Answer with the proposed recording, for tied cases.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) second: Option<Answer>,
     /// Effects that the baselines name on the same files, by rule, the first the best; lines from
@@ -117,7 +117,7 @@ pub(crate) struct Line {
 }
 
 impl Answer {
-    /// Whether it names a cause.
+    /// True where the answer names a cause.
     pub(crate) fn names(&self) -> bool {
         matches!(self.verdict.as_str(), "named" | "named-with-remainder" | "one-of")
             && !self.effects.is_empty()
@@ -128,7 +128,7 @@ impl Answer {
         self.names().then(|| self.effects[0].id.as_str())
     }
 
-    /// Whether an effect is one that was found, or an alternative to it.
+    /// True for an effect that was found, or an alternative to it.
     pub(crate) fn has_at(&self, place: usize, id: &str) -> bool {
         let Some(found) = self.effects.get(place) else { return false };
         let instead =

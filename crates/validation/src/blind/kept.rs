@@ -17,7 +17,7 @@ const DIGITS: usize = 6;
 /// The first line.
 #[derive(Deserialize, Serialize)]
 struct Header {
-    /// What the seeds come from: the git tree of the explainer.
+    /// Source of the seeds: the git tree of the explainer.
     tree: String,
 }
 

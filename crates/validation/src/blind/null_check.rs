@@ -1,4 +1,4 @@
-//! Whether the generator's nominal machines are those of `ema-sim`.
+//! Comparison of the generator's nominal machines with those of `ema-sim`.
 
 use anyhow::{Context, Result, bail};
 use ema_sim::{
@@ -50,7 +50,7 @@ pub(crate) fn judge(checks: &[NullCheck]) -> Result<()> {
     Ok(())
 }
 
-/// The same test by the project's own simulator, from the model file of the cases.
+/// Signal of the test by the project's own simulator, from the model file of the cases.
 fn simulated(run: &NominalRun) -> Result<Vec<f64>> {
     let duration_s = run.course.command_rad.len() as f64 / RATE_HZ;
     let faults = (&FaultCoordinates(run.faults)).into();

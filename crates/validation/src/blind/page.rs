@@ -20,13 +20,13 @@ use crate::median::median;
 /// Where a run comes from.
 pub(crate) struct Origin {
     pub(crate) set: &'static str,
-    /// What the seeds come from.
+    /// Source of the seeds.
     pub(crate) root: String,
     /// Cases of the whole set.
     pub(crate) planned: usize,
     /// Cases that the generator could not draw.
     pub(crate) not_drawn: usize,
-    /// What `PySINDy` answered, where it was run.
+    /// Answers of `PySINDy`, where it was run.
     pub(crate) pysindy: Vec<Kept>,
 }
 
@@ -61,9 +61,28 @@ pub(crate) fn page(lines: &[Line], checks: &[NullCheck], origin: &Origin, earlie
     false_names(&mut text, lines);
     baselines(&mut text, lines, &origin.pysindy);
     nulls(&mut text, checks);
-    let why = earlier.split_once(WHY).map_or("\n\nNothing is written here yet.\n", |(_, why)| why);
-    let _ = write!(text, "{WHY}{why}");
+    let _ = write!(text, "{WHY}{}", why(earlier));
     text
+}
+
+/// Beginning of the line that says which answers the part that people write is about.
+const ABOUT: &str = "*Written on the answers of commit ";
+
+/// The part that people wrote in an earlier page, with the commits of that page where it does not
+/// say its own: a new run moves the tables, not these words.
+fn why(earlier: &str) -> String {
+    let Some((page, why)) = earlier.split_once(WHY) else {
+        return "\n\nNothing is written here yet.\n".to_owned();
+    };
+    let answered = page
+        .split_once("Answered at commit ")
+        .and_then(|(_, rest)| rest.split_once(", seeds from ").map(|(commits, _)| commits));
+    match answered {
+        Some(commits) if !commits.is_empty() && !why.contains(ABOUT) => {
+            format!("\n\n{ABOUT}{commits}.*{why}")
+        }
+        _ => why.to_owned(),
+    }
 }
 
 /// The commits at which cases were answered, each with how many.

@@ -69,7 +69,7 @@ fn seed(root: &str, class: Class, index: usize) -> u64 {
     high << 16 | (index as u64 & 0xffff)
 }
 
-/// What the seeds of a set come from: of the scored one the git tree of the explainer.
+/// Source of the seeds of a set; for the scored one the git tree of the explainer.
 pub(crate) fn root_of(set: Set, root: &Path) -> Result<String> {
     match set {
         Set::Dev => Ok("development".to_owned()),

@@ -1,4 +1,4 @@
-//! What `PySINDy` answered, kept by the script in `fixtures/references/pysindy`.
+//! Answers of `PySINDy`, kept by the script in `fixtures/references/pysindy`.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -13,7 +13,7 @@ const FOLDER: &str = "fixtures/references/pysindy";
 /// Answers on a set of cases.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Kept {
-    /// Of `PySINDy`.
+    /// Version of `PySINDy`.
     pub(crate) version: String,
     /// The set that the cases are of.
     pub(crate) set: String,

@@ -1,4 +1,4 @@
-//! What counts as what, and the bars.
+//! Counting rules and bars.
 
 use ema_sim::EffectId;
 use greybox_blind::VISIBLE_LAMBDA;
@@ -17,7 +17,7 @@ pub(crate) struct Bar {
     pub(crate) measured: Measured,
 }
 
-/// What is asked for.
+/// Rate or figure that is asked for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     /// A rate at most this, its bound from above at most a multiple of it.
@@ -30,7 +30,7 @@ pub(crate) enum Kind {
     Figure { most: f64 },
 }
 
-/// What was found.
+/// Rate or figure that was found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Measured {
     Rate(Rate),
@@ -41,7 +41,7 @@ pub(crate) enum Measured {
 const BEHIND: f64 = 0.05;
 
 impl Bar {
-    /// Whether the bar is met; none where nothing was counted.
+    /// True where the bar is met; none where nothing was counted.
     pub(crate) fn met(&self) -> Option<bool> {
         match (self.kind, self.measured) {
             (_, Measured::Rate(Rate { of: 0, .. }) | Measured::Figure { of: 0, .. }) => None,
@@ -76,7 +76,7 @@ fn answer(line: &Line) -> Answer {
         .unwrap_or_else(|| Answer { verdict: "inconclusive".to_owned(), ..Answer::default() })
 }
 
-/// Whether something is claimed where nothing is hidden.
+/// True where something is claimed and nothing is hidden.
 fn alarms(line: &Line) -> bool {
     let answer = answer(line);
     answer.names() || answer.verdict == "unknown"
@@ -96,7 +96,7 @@ fn wrong_name(line: &Line) -> bool {
     answer.names() && !answer.set().contains(&true_id(line))
 }
 
-/// Whether the answer says that the truth is tied with its partner.
+/// True where the answer says that the truth is tied with its partner.
 fn states_tie(line: &Line) -> bool {
     let answer = answer(line);
     let partner_in =
@@ -109,7 +109,7 @@ fn states_tie(line: &Line) -> bool {
     }
 }
 
-/// Whether the proposed recording leaves the truth and not its partner.
+/// True where the proposed recording leaves the truth and not its partner.
 fn breaks_tie(line: &Line) -> bool {
     let Some(second) = &line.second else { return false };
     let set = second.set();
@@ -117,7 +117,7 @@ fn breaks_tie(line: &Line) -> bool {
         && !line.truth.tied_with.iter().any(|partner| set.contains(&partner.as_str()))
 }
 
-/// Whether two effects are found: each in a place of its own, one of them by name, the other by
+/// True where two effects are found: each in a place of its own, one of them by name, the other by
 /// name or as an alternative to what is there.
 fn finds_both(line: &Line) -> bool {
     let answer = answer(line);
@@ -300,13 +300,13 @@ pub(crate) fn bars(lines: &[Line]) -> Vec<Bar> {
     ]
 }
 
-/// What is counted of `fdi explain` and of baselines alike.
+/// Counts of `fdi explain` and of baselines alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Tally {
     pub(crate) null: Rate,
     pub(crate) unusual: Rate,
     pub(crate) fault_only: Rate,
-    /// Of visible singles.
+    /// Rate over visible singles.
     pub(crate) right: Rate,
     pub(crate) wrong: Rate,
     /// Named although outside the catalogue, and that without saying that something remains.
@@ -323,7 +323,7 @@ struct Claim {
 }
 
 impl Tally {
-    /// Of `fdi explain`.
+    /// Counts of `fdi explain`.
     pub(crate) fn of_explain(lines: &[&Line]) -> Self {
         Self::of(lines, |line| {
             let answer = answer(line);
@@ -334,7 +334,7 @@ impl Tally {
         })
     }
 
-    /// Of a baseline. Several names claim as many effects and are no alternatives: the first is
+    /// Counts of a baseline. Several names claim as many effects and are no alternatives: the first is
     /// its answer.
     pub(crate) fn of_rule(lines: &[&Line], rule: &str) -> Self {
         Self::of(lines, |line| {

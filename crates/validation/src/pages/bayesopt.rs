@@ -8,7 +8,7 @@ use fdi_benches::bayesopt::{
 };
 use gp_bayesopt::{Acquisition, Bounds, GaussianProcess, GpOptions};
 
-use super::Figure;
+use super::figure::Figure;
 
 /// Error levels of the tables.
 const LEVELS: [(&str, Level); 4] = [
@@ -220,7 +220,7 @@ fn quantiles(mut values: Vec<f64>) -> [f64; 3] {
     [values[n / 4], values[n / 2], values[3 * n / 4]]
 }
 
-/// What each job of this crate may take on the wall, ms.
+/// Most time of the clock for each job of this crate, ms.
 const TARGETS: [(&str, f64); 5] = [
     ("fit", 25.0),
     ("log-ei", 5.0),

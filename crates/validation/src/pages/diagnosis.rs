@@ -10,7 +10,7 @@ use fdi_core::{
     sensor_bound_std,
 };
 
-use super::Figure;
+use super::figure::Figure;
 
 /// Faults from this level on must not be missed.
 const NOT_TO_MISS: f64 = 0.010;
@@ -29,7 +29,7 @@ struct Case {
     bound: [Option<f64>; 7],
 }
 
-/// What is counted over all cases.
+/// Counts over all cases.
 #[derive(Default)]
 struct Tally {
     intervals: usize,

@@ -10,7 +10,7 @@ use fdi_core::{
     report::{Evaluation, FaultEvaluation, MethodEvaluation},
 };
 
-use super::{Figure, Rendered};
+use super::figure::{Figure, Rendered};
 
 /// Root seed of the page. Methods were developed on the conditions of another seed.
 const SEED: u64 = 1;
@@ -28,7 +28,7 @@ const NOISY_CONDITIONS: usize = 1000;
 const MANY_SNAPSHOTS: usize = 1000;
 /// Healthy recordings of each setting with noise.
 const HEALTHY: usize = 500;
-/// The same for bundles with fewer reference signals, as a comparison.
+/// Conditions for bundles with fewer reference signals, as a comparison.
 const FEW_NOISY_CONDITIONS: usize = 100;
 const FEW_HEALTHY: usize = 100;
 
@@ -67,7 +67,7 @@ fn run(
     run_within(1.0, protocol, setting, conditions, contenders, healthy)
 }
 
-/// The same with scalar searches up to a level.
+/// Runs an experiment with scalar searches up to a level.
 #[expect(clippy::disallowed_methods, reason = "the page states times of diagnoses")]
 fn run_within(
     largest_level: f64,

@@ -11,7 +11,7 @@ use ema_sim::{
 };
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain};
 
-use super::{Figure, measured::verdict};
+use super::{figure::Figure, measured::verdict};
 use crate::terminal::clock;
 
 /// Rate and length of the recordings.
@@ -154,7 +154,7 @@ impl Machine {
     }
 }
 
-/// What the recordings are like: the current of the first.
+/// Example of the recordings: the current of the first.
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let figure = |machine: &Machine| -> Result<Figure> {
         let record = machine.record(0)?;

@@ -15,7 +15,7 @@ use fdi_core::{
 };
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
 
-use super::{Figure, measured::verdict};
+use super::{figure::Figure, measured::verdict};
 use crate::median::median;
 
 /// Root seed of conditions and noise.
@@ -57,7 +57,7 @@ impl Move {
     }
 }
 
-/// What a healthy machine shows in high fidelity.
+/// Signals of a healthy machine in high fidelity.
 fn high(test: &Experiment, electronics: Imperfections, seed: u64) -> Result<Vec<f64>> {
     let model = test.high_fidelity(0.0, electronics)?.with_seed(seed);
     let healthy = PhysicalFaults::from(&HealthState::HEALTHY);

@@ -18,21 +18,21 @@ use greybox::{
     Calibrated, CalibratedNumber, Explained, Finding, Options, RecordChange, Use, Verdict,
 };
 
-use super::Figure;
+use super::figure::Figure;
 use crate::terminal::clock;
 
 /// Threads.
 const JOBS: usize = 2;
 /// Least squares over 2400 samples.
 const FITTED_REL: f64 = 1e-6;
-/// What a search with tolerances of its own comes to.
+/// Relative difference that a search with tolerances of its own may show.
 const SEARCHED_REL: f64 = 0.02;
 /// Recordings of the speed loop with the drive's own table switched on or off during the run.
 const SPEED_TESTS: [&str; 3] = ["speed_test", "speed_test1", "speed_test_old"];
 /// Samples after which a simulation of a speed test is started anew.
 const RESTARTED: usize = 25;
 
-/// Whether no folder of recordings is named.
+/// True where no folder of recordings is named.
 pub(super) fn is_without_data() -> bool {
     recording::folder().is_none()
 }
@@ -274,12 +274,12 @@ fn emps_residual(page: &mut String, data: &emps::Data, explained: &Explained) ->
     Ok(())
 }
 
-/// Whether a fit is what was published, to the digits given.
+/// True where a fit is what was published, to the digits given.
 fn within(fit: &benchmark::Refit, [train_n, test_n]: [f64; 2]) -> bool {
     (fit.train_n - train_n).abs() <= 0.005 && (fit.test_n - test_n).abs() <= 0.005
 }
 
-/// The same question with both halves cut a few samples later.
+/// Explains the recording with both halves cut a few samples later.
 fn emps_again(page: &mut String, data: &emps::Data) -> Result<()> {
     page.push_str(include_str!("measured/again.md"));
     for later in 0..5 {

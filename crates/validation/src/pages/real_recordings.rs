@@ -10,7 +10,7 @@ use experiments::{
 };
 use fdi_core::{DiagnoseOptions, ema_sim::presets::BENCH};
 
-use super::Figure;
+use super::figure::Figure;
 
 /// Root seed of the page. The search was developed on seed 7.
 const SEED: u64 = 1;

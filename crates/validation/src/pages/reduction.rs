@@ -17,13 +17,13 @@ use reduction::{
     Training, thin_svd,
 };
 
-use super::Figure;
+use super::figure::Figure;
 
 /// Figures at the level of rounding: another machine's may be this many times
 /// as large without a word; the bar they are held to is far above.
 const ROUNDING_REL: f64 = 1e3;
 
-/// What the page says, in its order: name, unit, bar.
+/// Figures of the page, in its order: name, unit, bar.
 struct Line {
     id: &'static str,
     what: &'static str,
@@ -307,7 +307,7 @@ fn on_reference_signals() -> Result<String> {
     Ok(text)
 }
 
-/// What encodings cost, with the sensitivities of both simulators and with regressed ones.
+/// Costs of encodings, with the sensitivities of both simulators and with regressed ones.
 fn encoding_tables(
     reference: &encodings::Reference<'_>,
     experiment: &Experiment,

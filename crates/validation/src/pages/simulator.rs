@@ -4,30 +4,24 @@ mod bench;
 mod limits;
 mod motulator;
 mod peers;
+mod signals;
 mod speed;
 
 use std::fmt::Write as _;
 
 use anyhow::Result;
 use ema_sim::{
-    Actuator, CurrentControl, Envelope, EnvelopeFilter, FaultCoordinates, HealthState,
-    HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario,
+    Actuator, CurrentControl, Envelope, EnvelopeFilter, Imperfections, LowFidelity, PhysicalFaults,
+    Scenario,
     presets::{BENCH, EMA_48},
 };
 use greybox::rms;
 
-use super::Figure;
-
-/// Rounding of another machine's compiler may move a figure by this much.
-const SETTLED_REL: f64 = 1e-3;
-/// A figure that is itself an error may come out several times as large.
-const ERROR_REL: f64 = 10.0;
-/// Fault level of a signature.
-const LEVEL: f64 = 0.05;
-/// Base points at which derivatives are compared.
-const BASE_POINTS: usize = 20;
-/// Coordinates of a fault vector, as the tables name them.
-const NAMES: [&str; 7] = FaultCoordinates::NAMES;
+use self::signals::{
+    BASE_POINTS, ERROR_REL, LEVEL, Lookup, NAMES, SETTLED_REL, base_points, combine, disagreements,
+    distance, figure, healthy, high, high_signal, low, low_signal, single, worn,
+};
+use super::figure::Figure;
 
 /// The deterministic figures.
 pub(super) fn quick() -> Result<Vec<Figure>> {
@@ -39,47 +33,6 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     figures.extend(limits::figures()?);
     figures.extend(smoothness()?);
     Ok(figures)
-}
-
-fn figure(id: impl Into<String>, value: f64, tolerance_rel: f64, unit: &str) -> Figure {
-    Figure { id: id.into(), value, tolerance_rel, unit: unit.to_owned() }
-}
-
-fn worn() -> Result<PhysicalFaults> {
-    Ok((&HealthState::new([0.04, 0.02, 0.05, 0.0, 0.03, 0.05, 0.7])?).into())
-}
-
-fn healthy() -> PhysicalFaults {
-    (&HealthState::HEALTHY).into()
-}
-
-fn high(scenario: &Scenario) -> Result<HighFidelity> {
-    Ok(HighFidelity::new(&EMA_48, scenario)?)
-}
-
-fn low(scenario: &Scenario) -> Result<LowFidelity> {
-    Ok(LowFidelity::new(&EMA_48, scenario)?)
-}
-
-/// The filtered envelope of a run.
-fn high_signal(model: &HighFidelity, faults: &PhysicalFaults, envelope: Envelope) -> Vec<f64> {
-    let trace = model.simulate(faults);
-    let raw = trace.envelope_a(envelope, EMA_48.motor.pole_pairs);
-    EnvelopeFilter::DEFAULT.apply(&raw, trace.rate_hz)
-}
-
-fn low_signal(model: &LowFidelity, faults: &PhysicalFaults) -> Vec<f64> {
-    let trace = model.simulate(faults);
-    EnvelopeFilter::DEFAULT.apply(&trace.current_a, trace.rate_hz)
-}
-
-fn combine(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| of(*a, *b)).collect()
-}
-
-/// Distance of two signals over the size of the second.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    rms(&combine(a, b, |a, b| a - b)) / rms(b)
 }
 
 fn physics() -> Result<Vec<Figure>> {
@@ -121,7 +74,7 @@ fn physics() -> Result<Vec<Figure>> {
     Ok(figures)
 }
 
-/// What the low-fidelity current differs from that of segments sixteen times finer.
+/// Difference of the low-fidelity current from that of segments sixteen times finer.
 fn convergence() -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     for (actuator, machine) in MACHINES {
@@ -142,13 +95,6 @@ fn convergence() -> Result<Vec<Figure>> {
 const FINER: f64 = 16.0;
 /// The two machines, as the page names them.
 const MACHINES: [(&str, Actuator); 2] = [("ema-48", EMA_48), ("bench", BENCH)];
-
-/// A fault vector with one coordinate at a level.
-fn single(coordinate: usize, level: f64) -> PhysicalFaults {
-    let mut coordinates = [0.0; 7];
-    coordinates[coordinate] = level;
-    (&FaultCoordinates(coordinates)).into()
-}
 
 fn fidelities() -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
@@ -189,7 +135,7 @@ fn fidelities() -> Result<Vec<Figure>> {
     Ok(figures)
 }
 
-/// What each fault adds to the signal in low fidelity, against what it adds in high fidelity.
+/// Change of the signal by each fault in low fidelity, against that in high fidelity.
 fn signatures(prefix: &str, scenario: &Scenario) -> Result<Vec<Figure>> {
     let e6 = Envelope::ConductingPhase;
     let mut figures = Vec::new();
@@ -207,61 +153,6 @@ fn signatures(prefix: &str, scenario: &Scenario) -> Result<Vec<Figure>> {
         figures.push(figure(format!("{prefix}/{name}/magnitude"), ratio, SETTLED_REL, "1"));
     }
     Ok(figures)
-}
-
-/// Pseudo-random base points: k1..k6 between 0.004 and 0.046, k7 anywhere.
-fn base_points() -> Result<Vec<FaultCoordinates>> {
-    let mut state = 12345_u64;
-    let mut uniform = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / (1_u64 << 31) as f64
-    };
-    (0..BASE_POINTS)
-        .map(|_| {
-            let mut levels = [0.0; 7];
-            for level in levels.iter_mut().take(6) {
-                *level = 0.004 + 0.042 * uniform();
-            }
-            levels[6] = uniform();
-            Ok(HealthState::new(levels)?.coordinates())
-        })
-        .collect()
-}
-
-/// Central difference of a signal along a coordinate.
-fn slope(
-    signal: &dyn Fn(&PhysicalFaults) -> Vec<f64>,
-    base: &FaultCoordinates,
-    coordinate: usize,
-    step: f64,
-) -> Vec<f64> {
-    let at = |by: f64| {
-        let mut moved = *base;
-        moved.0[coordinate] += by;
-        signal(&(&moved).into())
-    };
-    combine(&at(step), &at(-step), |a, b| (a - b) / (2.0 * step))
-}
-
-/// Relative differences between central differences at two steps, sorted over the base points.
-fn disagreements(
-    signal: &dyn Fn(&PhysicalFaults) -> Vec<f64>,
-    bases: &[FaultCoordinates],
-    coordinate: usize,
-    (wide, narrow): (f64, f64),
-) -> Vec<f64> {
-    let mut all: Vec<f64> = bases
-        .iter()
-        .map(|base| {
-            distance(
-                &slope(signal, base, coordinate, narrow),
-                &slope(signal, base, coordinate, wide),
-            )
-        })
-        .collect();
-    all.sort_by(f64::total_cmp);
-    all
 }
 
 fn smoothness() -> Result<Vec<Figure>> {
@@ -287,20 +178,6 @@ fn smoothness() -> Result<Vec<Figure>> {
         add("high-real", &disagreements(&high_real, few, coordinate, (1e-3, 1e-4)));
     }
     Ok(figures)
-}
-
-/// Stored figures by name.
-struct Lookup<'a>(&'a [Figure]);
-
-impl Lookup<'_> {
-    fn get(&self, id: &str) -> Result<f64> {
-        let found = self.0.iter().find(|figure| figure.id == id);
-        Ok(found.ok_or_else(|| anyhow::anyhow!("no figure `{id}`"))?.value)
-    }
-
-    fn percent(&self, id: &str) -> Result<f64> {
-        Ok(100.0 * self.get(id)?)
-    }
 }
 
 /// The page.

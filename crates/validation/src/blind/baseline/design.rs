@@ -208,7 +208,7 @@ fn stack(columns: &mut Vec<Vec<f64>>, more: Vec<Vec<f64>>) {
     }
 }
 
-/// What faults and rough numbers leave.
+/// Remainder after faults and rough numbers are projected out.
 fn without_nuisance(rows: &Rows) -> Vec<f64> {
     let columns: Vec<&[f64]> = rows.nuisance.iter().map(Vec::as_slice).collect();
     let gram = Gram::of(&columns, &rows.residual);

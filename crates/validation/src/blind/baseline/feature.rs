@@ -28,7 +28,7 @@ pub(super) enum Shape {
     Worn(f64, f64),
     /// `F·s·(1 − exp(−t/τ))`
     Drift(f64),
-    /// What a load behind a spring does besides what a stiff one does; its frequency, Hz.
+    /// Motion of a load behind a spring less that of a stiff one; its frequency, Hz.
     Swinging(f64),
     /// Wave of an order over the motor's angle in the position, its acceleration and the load's
     /// work on it.
@@ -217,7 +217,7 @@ impl Shape {
     }
 }
 
-/// What a wave in the position adds: where the position is shown, minus the inertia of its
+/// Part of a wave in the position: where the position is shown, minus the inertia of its
 /// acceleration, and everywhere the load's work.
 fn gear_wave(x: &Signals, contact: &[f64], order: f64) -> Vec<Vec<f64>> {
     let shown = x.nominal.pole_pairs.is_none();

@@ -15,7 +15,7 @@ pub(super) struct Gram {
 }
 
 impl Gram {
-    /// Of columns and a right-hand side.
+    /// Products of columns and a right-hand side.
     pub(super) fn of(columns: &[&[f64]], wanted: &[f64]) -> Self {
         let rows = wanted.len();
         let matrix = DMatrix::from_fn(rows, columns.len(), |n, m| columns[m][n]);
@@ -85,7 +85,7 @@ impl Gram {
         all
     }
 
-    /// What is left of all after the first columns have taken their part: products of the others,
+    /// Remainder of all after the first columns have taken their part: products of the others,
     /// numbered as before. The taken columns keep nothing.
     pub(super) fn after(&self, first: usize) -> Self {
         let taken: Vec<usize> = (0..first).collect();

@@ -1,4 +1,4 @@
-//! What the nominal model file says of a machine, as far as a torque balance needs it.
+//! Numbers of the nominal model file, as far as a torque balance needs them.
 
 use std::{fs, path::Path};
 
@@ -18,7 +18,7 @@ pub(super) struct Nominal {
     pub(super) efficiency: f64,
     /// Rate of the controller, which holds its current in between.
     pub(super) tick_hz: f64,
-    /// Of a six-step motor, whose turns and air gap can be at fault.
+    /// Pole pairs of a six-step motor, whose turns and air gap can be at fault.
     pub(super) pole_pairs: Option<f64>,
 }
 

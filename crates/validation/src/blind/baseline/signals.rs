@@ -159,7 +159,7 @@ impl Signals {
         })
     }
 
-    /// What a load behind a spring does to the motor besides what a stiff one does, driven by the
+    /// Torque of a load behind a spring on the motor less that of a stiff one, driven by the
     /// measured position; the load swings at a frequency while the motor is held.
     pub(super) fn swinging(&self, hz: f64) -> Vec<f64> {
         let inertia = BEHIND_SHARE * self.nominal.inertia_kg_m2;

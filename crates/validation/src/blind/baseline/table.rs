@@ -23,7 +23,7 @@ struct KeyOfFeature {
     plus: Option<&'static str>,
     minus: Option<&'static str>,
     columns: Vec<usize>,
-    /// Of a vibration: columns with the hold-out's own phases.
+    /// Columns of a vibration with the hold-out's own phases.
     own: Vec<usize>,
 }
 

@@ -50,7 +50,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Of the columns time, reference, position, voltage.
+    /// Recording from the columns time, reference, position, voltage.
     pub(super) fn of(columns: &[Vec<f64>]) -> Self {
         let position = LowPass::butterworth(4, 100.0 / 500.0).without_delay(&columns[2]);
         let speed = gradient(&position);
@@ -124,7 +124,7 @@ pub(super) struct Refit {
     pub(super) sizes: Vec<f64>,
     /// Root mean square that is left of the recording fitted, N.
     pub(super) train_n: f64,
-    /// Of the other, nothing fitted there, N.
+    /// Residual of the other recording, nothing fitted there, N.
     pub(super) test_n: f64,
 }
 

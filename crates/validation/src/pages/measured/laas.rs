@@ -198,7 +198,7 @@ pub(super) struct TableOff {
 }
 
 impl TableOff {
-    /// Of a file: the flag whose speed ripples more at order 72.
+    /// Flag of a file whose speed ripples more at order 72.
     pub(super) fn read(file: &str) -> Result<Self> {
         let all = columns(&format!("laas_cogging/{file}.csv.gz"))?;
         let phase = |flag: f64| -> Vec<Vec<f64>> {
@@ -244,7 +244,7 @@ impl TableOff {
         Ok(simulation.try_simulate(&(&HealthState::HEALTHY).into())?)
     }
 
-    /// What a model in closed loop leaves of the recording.
+    /// Remainder of the recording after a model in closed loop.
     pub(super) fn judged(&self, model: &AxisModel) -> Result<Judged> {
         let trace = self.simulated(model, 0, self.angle.len())?;
         let apart = |measured: &[f64], model: &[f64]| {
@@ -305,16 +305,16 @@ const SPEED_GAIN: f64 = 0.09;
 /// Most samples that a signal is tried later than another.
 const MOST_LATE: usize = 8;
 
-/// What the recorded signals of a speed test say of one another.
+/// Delays and remainders between the recorded signals of a speed test.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Signals {
     /// Ripple of order 72 of the recorded speed over that of the slope of the recorded angle.
     pub(super) slope_ratio: f64,
     /// By how much the recorded speed fits that slope best when later, ms.
     pub(super) speed_late_ms: f64,
-    /// The same of the recorded current and the law of the speed loop, ms.
+    /// Delay between the recorded current and the law of the speed loop, ms.
     pub(super) current_late_ms: f64,
-    /// What is left between them then, A.
+    /// Remainder between these two then, A.
     pub(super) current_off_a: f64,
     /// Phase of order 72 of the recorded current, degrees.
     pub(super) phase_deg: f64,
@@ -330,13 +330,13 @@ fn late(source: &[f64], signal: &[f64]) -> (f64, f64) {
     tried.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, 0.0))
 }
 
-/// What a model leaves: of speed in rad/s, of current in A.
+/// Remainders after a model: speed in rad/s, current in A.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judged {
     pub(super) mean_speed: f64,
     /// Root mean square of the difference at equal times.
     pub(super) in_time: [f64; 2],
-    /// The same of the means over each quarter of a degree of a turn.
+    /// Remainders of the means over each quarter of a degree of a turn.
     pub(super) over_angle: [f64; 2],
     /// Amplitude of order 72 in the simulated current, A.
     pub(super) ripple: f64,

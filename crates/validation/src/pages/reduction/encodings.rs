@@ -1,4 +1,4 @@
-//! What each encoding of a set of reference signals costs in the accuracy of the
+//! Cost of each encoding of a set of reference signals in the accuracy of the
 //! seven faults.
 
 use std::f64::consts::PI;
@@ -204,7 +204,7 @@ pub(super) fn table(reference: &Reference<'_>, cases: &[BoundCase]) -> Result<St
     Ok(page)
 }
 
-/// What thirty modes cost in the median and in the worst single case, by name.
+/// Cost of thirty modes in the median and in the worst single case, by name.
 fn verdict(reference: &Reference<'_>, modes: &EncodingBounds) -> Result<String> {
     let middle = largest(&modes.median_inflation());
     let (mut worst, mut fault, mut case) = (0.0, 0, 0);

@@ -1,4 +1,4 @@
-//! What the envelope and its filter cost against the raw phase currents.
+//! Cost of the envelope and its filter against the raw phase currents.
 
 use std::fmt::Write as _;
 

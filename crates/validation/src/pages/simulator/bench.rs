@@ -9,11 +9,14 @@ use ema_sim::{
 };
 use greybox::rms;
 
+use crate::pages::figure::Figure;
+
 use super::{
-    ERROR_REL, Figure, LEVEL, Lookup, NAMES, SETTLED_REL, base_points, combine, disagreements,
-    distance, figure, healthy, low_signal, single,
+    signals::{
+        ERROR_REL, LEVEL, Lookup, NAMES, SETTLED_REL, base_points, combine, disagreements,
+        distance, figure, healthy, low_signal, single, worn,
+    },
     speed::{least_cpu_ms, least_ms},
-    worn,
 };
 
 /// The two tests, as the page names them.

@@ -1,4 +1,4 @@
-//! What the monitor's two equations leave out on the bench, each cause shown by removing it.
+//! Causes that the monitor's two equations leave out on the bench, each shown by removing it.
 
 use std::{f64::consts::TAU, fmt::Write as _};
 
@@ -11,9 +11,13 @@ use ema_sim::{
 use greybox::rms;
 
 use super::{
-    Figure, LEVEL, Lookup, NAMES, SETTLED_REL, base_points, bench::signal, combine, disagreements,
-    figure, healthy, low_signal, single,
+    bench::signal,
+    signals::{
+        LEVEL, Lookup, NAMES, SETTLED_REL, base_points, combine, disagreements, figure, healthy,
+        low_signal, single,
+    },
 };
+use crate::pages::figure::Figure;
 
 /// Current loops of the sweep, with a carrier twenty times as fast.
 const LOOPS_HZ: [f64; 4] = [1e3, 2e3, 4e3, 8e3];

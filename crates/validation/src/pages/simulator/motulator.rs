@@ -10,9 +10,10 @@ use ema_sim::{
 };
 
 use super::{
-    Figure, Lookup, healthy,
     peers::{self, SIGNALS, differences, read},
+    signals::{Lookup, healthy},
 };
+use crate::pages::figure::Figure;
 
 macro_rules! fixture {
     ($name:literal) => {
@@ -20,7 +21,7 @@ macro_rules! fixture {
     };
 }
 
-/// What drives the machine.
+/// Drive of the machine.
 enum Law {
     /// Duties that are known before.
     Duties(fn() -> Result<Vec<PerPhase>>),
@@ -96,7 +97,7 @@ fn step_of_voltage() -> Result<Vec<PerPhase>> {
     Ok(angle_rad.into_iter().map(duties).collect())
 }
 
-/// What is computed in a period acts in the next.
+/// Duties of the native run: those computed in a period act in the next.
 fn native() -> Result<Vec<PerPhase>> {
     let names = ["duty_a_frac", "duty_b_frac", "duty_c_frac"];
     let [a, b, c] = read(fixture!("speed-sine-native.duty"), names)?;

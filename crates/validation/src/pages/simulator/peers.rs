@@ -1,4 +1,4 @@
-//! The same machine in other simulators: `fixtures/references`.
+//! One machine in this and other simulators: `fixtures/references`.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,8 @@ use ema_sim::{
     Actuator, Command, HealthState, HighFidelity, HighFidelityTrace, Scenario, presets::EMA_48,
 };
 
-use super::{ERROR_REL, Figure, Lookup, figure};
+use super::signals::{ERROR_REL, Lookup, figure};
+use crate::pages::figure::Figure;
 
 /// A case, its recording and what our machine is given.
 struct Case {

@@ -1,4 +1,4 @@
-//! What a run costs, beside other simulators on the same command.
+//! Cost of a run, beside other simulators on the same command.
 
 use std::{fmt::Write as _, process::Command};
 
@@ -8,7 +8,7 @@ use ema_sim::{
     presets::{BENCH, EMA_48},
 };
 
-use super::{Lookup, healthy, worn};
+use super::signals::{Lookup, healthy, worn};
 
 /// States of health in a batch.
 const BATCH: u32 = 64;
