@@ -44,7 +44,7 @@ const BATCHES: [Batch; 5] = [
         fidelity: Fidelity::Low,
         first: true,
         evaluations: &[20],
-        limit_ratio: 2.7,
+        limit_ratio: 2.0,
     },
     Batch {
         name: "chirps, batch",
@@ -65,7 +65,7 @@ const BATCHES: [Batch; 5] = [
         fidelity: Fidelity::Low,
         first: false,
         evaluations: &[20, 20, 19, 21, 22, 21, 19, 23, 23, 22, 20],
-        limit_ratio: 0.4,
+        limit_ratio: 0.3,
     },
     Batch {
         name: "chirps, high fidelity",
@@ -74,7 +74,7 @@ const BATCHES: [Batch; 5] = [
         fidelity: Fidelity::High,
         first: false,
         evaluations: &[49, 46],
-        limit_ratio: 2.3,
+        limit_ratio: 2.2,
     },
     Batch {
         name: "sine, first of a process",
@@ -83,7 +83,7 @@ const BATCHES: [Batch; 5] = [
         fidelity: Fidelity::Low,
         first: true,
         evaluations: &[16],
-        limit_ratio: 17.0,
+        limit_ratio: 16.0,
     },
     Batch {
         name: "sines, batch",
@@ -92,7 +92,7 @@ const BATCHES: [Batch; 5] = [
         fidelity: Fidelity::Low,
         first: false,
         evaluations: &[16, 15],
-        limit_ratio: 7.0,
+        limit_ratio: 8.0,
     },
 ];
 

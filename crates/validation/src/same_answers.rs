@@ -159,7 +159,7 @@ impl Program {
         let arguments = asked.arguments.iter().map(|argument| argument.replace("{gls}", gls));
         let output = Command::new(&self.file)
             .args(arguments)
-            .args(["--stable", "--no-progress"])
+            .args(["--stable", "--quiet"])
             .current_dir(self.folder())
             .env_clear()
             .output()

@@ -12,7 +12,7 @@ use syn::{
     visit::{self, Visit},
 };
 
-use super::source::Source;
+use super::source::{Source, line_of};
 
 /// Most lines of a file without a reason.
 const FILE_LINES: usize = 800;
@@ -53,7 +53,7 @@ struct Lengths<'a> {
 
 impl Lengths<'_> {
     fn judge(&mut self, signature: &syn::Signature, body: &syn::Block) {
-        let first = signature.fn_token.span().start().line;
+        let first = line_of(signature.fn_token.span());
         let count = body.brace_token.span.close().end().line + 1 - first;
         if count > FUNCTION_LINES {
             self.problems.push(format!(

@@ -19,7 +19,7 @@ use syn::{
     visit::{self, Visit},
 };
 
-use super::source::Source;
+use super::source::{Source, line_of};
 
 /// The crate of the published types.
 const PUBLISHED: &str = "crates/fdi-report";
@@ -70,7 +70,7 @@ fn codes(source: &Source) -> Vec<Code> {
         of: of.ident.to_string(),
         name: variant.ident.to_string(),
         path: source.path.clone(),
-        line: variant.ident.span().start().line,
+        line: line_of(variant.ident.span()),
         documented: variant.attrs.iter().any(|attribute| attribute.path().is_ident("doc")),
     };
     enums

@@ -49,6 +49,11 @@ pub(crate) fn parse(path: &str, package: &str, inside: &str, text: String) -> Re
     })
 }
 
+/// Line of the beginning of a piece of syntax, from 1.
+pub(crate) fn line_of(span: proc_macro2::Span) -> usize {
+    span.start().line
+}
+
 /// A path's package and the rest of the path below the package's `src`.
 fn split(path: &str) -> Option<(&str, &str)> {
     let is_rust = Path::new(path).extension().is_some_and(|extension| extension == "rs");

@@ -12,7 +12,7 @@ use syn::{
     visit::{self, Visit},
 };
 
-use super::source::Source;
+use super::source::{Source, line_of};
 
 /// Beginnings of a summary that lean on the line above.
 const BEGINNINGS: [&str; 4] = ["The same", "What", "Whether", "Of"];
@@ -53,7 +53,7 @@ impl Summaries<'_> {
             return;
         };
         let Some(beginning) = line(first).as_deref().and_then(leaning) else { return };
-        let at = first.span().start().line;
+        let at = line_of(first.span());
         self.problems.push(format!("{}:{at}: a summary begins with `{beginning}`", self.path));
     }
 }

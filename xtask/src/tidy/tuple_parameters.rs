@@ -13,7 +13,7 @@ use syn::{
     visit::{self, Visit},
 };
 
-use super::source::Source;
+use super::source::{Source, line_of};
 
 /// Functions of a thousand that may have a parameter of tuple type.
 const PER_MILLE: usize = 10;
@@ -51,7 +51,7 @@ impl Functions<'_> {
             syn::FnArg::Receiver(_) => false,
         });
         if tupled {
-            let line = signature.fn_token.span.start().line;
+            let line = line_of(signature.fn_token.span);
             self.found.push(format!("{}:{line}: `{}` takes a tuple", self.path, signature.ident));
         }
     }
