@@ -209,7 +209,6 @@ pub struct GaussianProcess {
     pub(super) inverse_scale: Vec<f64>,
     /// Observations appended since the factor was made at once.
     pub(super) appended: usize,
-    pub(super) effort: Effort,
 }
 
 /// Cost of finding the hyperparameters.
@@ -374,7 +373,6 @@ impl GaussianProcess {
             weights: Vec::new(),
             inverse_scale,
             appended: 0,
-            effort,
         };
         gp.arrange();
         Ok(gp)

@@ -60,8 +60,8 @@ impl From<GaussianProcess> for Layout {
             outputs: gp.data.raw,
             hyperparameters: gp.theta,
             appended: gp.appended,
-            evaluations: gp.effort.evaluations,
-            fitted_on: gp.effort.points,
+            evaluations: gp.report.evaluations,
+            fitted_on: gp.report.fitted_on,
         }
     }
 }
