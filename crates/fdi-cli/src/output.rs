@@ -16,7 +16,7 @@ use crate::OutputFormat;
 pub(crate) use json::{TOOL, to_line};
 pub(crate) use table::table;
 
-/// What came of one recording.
+/// Result of one recording.
 #[derive(Debug)]
 pub(crate) enum Answer {
     Diagnosed(Box<RecordDiagnosis>),
@@ -44,7 +44,7 @@ impl Answer {
     }
 }
 
-/// What stands before all answers.
+/// Facts that stand before all answers.
 #[derive(Debug)]
 pub(crate) struct Head {
     pub(crate) bundle: String,
@@ -80,7 +80,7 @@ pub(crate) fn writer<'a>(
     }
 }
 
-/// What came of a batch.
+/// Counts of the answers of a batch.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     /// Answers of an earlier run among them.
@@ -93,7 +93,7 @@ pub(crate) struct Tally {
     pub(crate) unexplained: Vec<String>,
 }
 
-/// Whether an answer says neither that the actuator is healthy nor what is wrong with it.
+/// Tells whether an answer says neither that the actuator is healthy nor what is wrong with it.
 fn is_open(record: &RecordDiagnosis) -> bool {
     let unfinished = |notice: &Notice| notice.code == NoticeCode::SearchUnfinished;
     match record.verdict {
@@ -128,7 +128,7 @@ impl Tally {
         self.taken_over += usize::from(matches!(answer, Answer::Diagnosed(_)));
     }
 
-    /// Whether no recording could be diagnosed.
+    /// Tells whether no recording could be diagnosed.
     pub(crate) fn is_empty(&self) -> bool {
         self.verdicts == [0; 4]
     }
@@ -138,7 +138,7 @@ impl Tally {
         counted.filter(|(of, _)| **of == verdict).map(|(_, count)| count).sum()
     }
 
-    /// What came of the batch in one line.
+    /// Sums the batch up in one line.
     pub(crate) fn sentence(&self) -> String {
         let all: usize = self.verdicts.iter().sum();
         let told = VERDICTS.iter().zip(self.verdicts).filter(|(_, count)| *count > 0);

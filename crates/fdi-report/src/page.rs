@@ -39,7 +39,7 @@ use crate::{Evaluation, Explanation};
 /// ```
 #[derive(Debug, Default)]
 pub struct Page {
-    /// What the report is of.
+    /// Title of the report.
     pub(crate) title: String,
     /// The answer in a sentence.
     pub(crate) answer: String,
@@ -94,9 +94,9 @@ impl Column {
 #[derive(Debug, Default)]
 pub(crate) struct Cell {
     pub(crate) text: String,
-    /// What it is sorted by, where that is a number; missing ones come last.
+    /// Key that the column is sorted by, where that is a number; missing ones come last.
     pub(crate) value: Option<f64>,
-    /// Whether it is to be seen at a glance.
+    /// True where the cell is to be seen at a glance.
     pub(crate) marked: bool,
 }
 
@@ -122,7 +122,7 @@ pub struct Figure {
     pub name: String,
     /// The drawing.
     pub svg: String,
-    /// What it shows.
+    /// Explanation of the drawing, in words.
     pub caption: String,
     /// The recordings, or the experiment, that it was made from.
     pub source: String,

@@ -24,7 +24,7 @@ pub(super) struct Human<'a> {
     notices: BTreeMap<(NoticeCode, String), Vec<usize>>,
 }
 
-/// What the table and the sentences need of a record.
+/// Parts of a record that the table and the sentences need.
 struct Row {
     recording: String,
     cells: Vec<String>,

@@ -295,7 +295,7 @@ impl DiagnosisPage<'_> {
         Section { heading: "Not diagnosed".to_owned(), blocks: vec![Block::Table(table)] }
     }
 
-    /// What the answer rests on.
+    /// Makes the section on the basis of the answer.
     fn basis(&self) -> Section {
         let mut facts = vec![format!("Program: {}, seed {}.", self.tool, self.seed)];
         let others: BTreeSet<&str> = self

@@ -148,7 +148,7 @@ fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
     Section { heading: format!("Faults, `{}`", method.method), blocks: vec![Block::Table(table)] }
 }
 
-/// What the figures rest on.
+/// Makes the section on the basis of the figures.
 fn basis(result: &Evaluation, tool: &str) -> Section {
     let facts = vec![
         format!("Program: {tool}, seed {}.", result.seed),

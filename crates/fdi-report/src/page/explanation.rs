@@ -47,7 +47,7 @@ fn figure(
     svg.map(of).map(Block::Figure)
 }
 
-/// What recordings are used for.
+/// Uses of recordings, by the names of their roles.
 const ROLES: [(&str, &str); 3] =
     [("train", "fitted"), ("holdout", "held out"), ("repeat", "repetitions")];
 
@@ -66,7 +66,7 @@ fn source(answer: &Explanation, roles: &[&str]) -> String {
     wanted.filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// What was found, in numbers, and what it is worth on recordings that were not fitted.
+/// Effects found, in numbers, and their worth on recordings that were not fitted.
 fn found(answer: &Explanation) -> Option<Section> {
     let mut blocks = Vec::new();
     for (effects, caption) in [
@@ -298,7 +298,7 @@ fn hypotheses(answer: &Explanation) -> Option<Section> {
     section("Hypotheses", vec![Block::Table(table)])
 }
 
-/// What is left, and what cannot be told apart.
+/// Remainder, and effects that cannot be told apart.
 fn left(answer: &Explanation) -> Option<Section> {
     let mut blocks = Vec::new();
     if let Some(remainder) = &answer.remainder {
@@ -324,7 +324,7 @@ fn left(answer: &Explanation) -> Option<Section> {
     section("What is left open", blocks)
 }
 
-/// What would have been seen.
+/// Least effects that would have been seen.
 fn sensitivity(answer: &Explanation) -> Option<Section> {
     if answer.sensitivity.is_empty() {
         return None;
@@ -348,7 +348,7 @@ fn sensitivity(answer: &Explanation) -> Option<Section> {
     section("What would have been seen", vec![Block::Table(table)])
 }
 
-/// What the answer rests on.
+/// Makes the section on the basis of the answer.
 fn basis(answer: &Explanation) -> Section {
     let mut facts = vec![format!("Program: {}, seed {}.", answer.tool, answer.seed)];
     if !answer.records.is_empty() {

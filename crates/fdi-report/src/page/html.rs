@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::{Block, Cell, Figure, Page, Section, Table};
 
-/// What a report may load: nothing but what is in it.
+/// Sources that a report may load from: the report itself alone.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// Screen and paper; marks are bold and underlined, so that they are seen in grey.
