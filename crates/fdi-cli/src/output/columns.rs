@@ -2,7 +2,7 @@
 
 use fdi_core::report::{Fault, FaultId, RecordDiagnosis};
 
-use super::Answer;
+use super::answer::Answer;
 
 /// Type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,10 @@ use fdi_report::{
     Fault, FaultId, NoticeCode, RecordDiagnosis, Verdict, common_folder, plus_minus, sentence,
 };
 
-use super::{Answer, AnswerWriter, Head, table};
+use super::{
+    answer::{Answer, AnswerWriter, Head},
+    table,
+};
 
 /// How a detected fault is marked, besides colour.
 const MARK: &str = " *";

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use super::content::{Block, Cell, Column, Figure, Page, Section, Table};
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, Failure, Fault, FaultChange, FaultId, FitSignals,
     Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict, common_folder,

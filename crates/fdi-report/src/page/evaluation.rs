@@ -1,6 +1,6 @@
 //! The report of one of the paper's experiments.
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use super::content::{Block, Cell, Column, Figure, Page, Section, Table};
 use crate::{
     Evaluation, FaultEvaluation, MethodEvaluation, convergence_figure_svg, detection_figure_svg,
 };

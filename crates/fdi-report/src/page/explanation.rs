@@ -1,6 +1,9 @@
 //! The report of what a model misses.
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table, diagnosis::capitalised};
+use super::{
+    content::{Block, Cell, Column, Figure, Page, Section, Table},
+    diagnosis::capitalised,
+};
 use crate::{
     EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
     NominalChange, RecordFit, Sensitivity, Standing, fault_change_figure_svg,

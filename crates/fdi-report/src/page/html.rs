@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::{Block, Cell, Figure, Page, Section, Table};
+use super::content::{Block, Cell, Figure, Page, Section, Table};
 
 /// Sources that a report may load from: the report itself alone.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
@@ -160,7 +160,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::Column;
+    use crate::page::content::Column;
 
     #[test]
     fn text_cannot_become_markup() {
