@@ -34,10 +34,10 @@ pub use report::{FleetArgs, ReportArgs};
 #[derive(Debug, Parser)]
 #[command(name = "fdi", version, propagate_version = true, max_term_width = 100)]
 pub struct Cli {
-    /// What to do.
+    /// Command to carry out.
     #[command(subcommand)]
     pub command: Command,
-    /// What means the same everywhere.
+    /// Options with one meaning in every command.
     #[command(flatten)]
     pub global: GlobalArgs,
 }
@@ -135,7 +135,7 @@ pub enum OutputFormat {
 }
 
 impl OutputFormat {
-    /// Whether it is no text.
+    /// Tells whether the form is binary, hence nothing for a terminal.
     pub fn is_binary(self) -> bool {
         match self {
             Self::Human | Self::Json | Self::Jsonl | Self::Csv => false,
@@ -158,7 +158,7 @@ pub enum Color {
 }
 
 impl Color {
-    /// The same for the library that strips the colours.
+    /// Converts the setting for the library that strips the colours.
     pub fn choice(self) -> anstream::ColorChoice {
         match self {
             Self::Auto => anstream::ColorChoice::Auto,
@@ -184,13 +184,13 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     /// The numbers of a machine of your own from healthy recordings
     Calibrate(CalibrateArgs),
-    /// What the simulation gets wrong, its cause, the extended model and the gain
+    /// Errors of a simulation, their cause, the extended model and the gain
     Explain(ExplainArgs),
     /// The recording to take next: which safe command tells open causes apart
     Propose(ProposeArgs),
     /// The catalogue of effects: keys, units, what each is confounded with
     Effects(EffectsArgs),
-    /// What a recording holds, and how to map its columns
+    /// Content of a recording, and how to map its columns
     Inspect(InspectArgs),
     /// The JSON Schema of an answer, or the columns of a recording
     Schema(SchemaArgs),
@@ -226,7 +226,7 @@ pub struct DiagnoseArgs {
     /// Which model the recording is compared with; `high` goes on from the answer of `low`
     #[arg(long, value_parser = published::<Fidelity>(), default_value_t = Fidelity::Low)]
     pub fidelity: Fidelity,
-    /// What of the filtered envelope is looked at; other than `full` misses faults that `full` finds
+    /// Part of the filtered envelope that is looked at; other than `full` misses faults that `full` finds
     #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
     pub encoding: EncodingArg,
     /// Most evaluations of the model in one search; noise, uncertainty and severe faults take more [default: the method's own]
@@ -267,7 +267,7 @@ pub struct DiagnoseArgs {
     pub fleet: FleetArgs,
 }
 
-/// What of the filtered envelope is looked at.
+/// Part of the filtered envelope that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EncodingArg {
     /// Every sample.
@@ -283,7 +283,7 @@ pub enum EncodingArg {
 }
 
 impl EncodingArg {
-    /// The same in the diagnosis.
+    /// Converts the argument into the encoding of the diagnosis.
     pub fn of_diagnosis(self) -> Encoding {
         match self {
             Self::Full => Encoding::Full,
@@ -303,7 +303,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Whether the recording with that index, from 0, belongs to it.
+    /// Tells whether the recording with that index, from 0, belongs to the shard.
     pub fn holds(self, recording: usize) -> bool {
         recording % self.of == self.index - 1
     }

@@ -83,7 +83,7 @@ fn difference(expected: &Experiment, found: &Experiment) -> Option<String> {
     (found.envelope != expected.envelope).then(|| "the envelope is not the one".to_owned())
 }
 
-/// What the bundle in `file`, or the embedded one, holds.
+/// Summarises the bundle in `file`, or the embedded one.
 pub(crate) fn summarise(file: Option<&Path>) -> Result<BundleSummary> {
     let (bundle, sha256) = read(file)?;
     Ok(bundle.summary(sha256)?)

@@ -141,7 +141,7 @@ fn value_of(words: &[OsString], option: &str) -> Option<OsString> {
     None
 }
 
-/// Whether help and errors of usage are coloured: they are told before `--color` is parsed.
+/// Colouring of help and of errors of usage: they are told before `--color` is parsed.
 fn color(words: &[OsString], file: &SettingsFile) -> ColorChoice {
     let given = value_of(words, "--color").or_else(|| std::env::var_os("FDI_COLOR"));
     let of_file = || file.values("color").and_then(|values| values.first()).map(OsString::from);

@@ -68,7 +68,7 @@ pub(crate) fn axis_test(model: &AxisModel, args: &TestArgs) -> Result<AxisTest> 
     Ok(test)
 }
 
-/// Whether it is the command's fault that the test cannot be run.
+/// Tells whether it is the command's fault that the test cannot be run.
 fn of_the_command(error: &ExperimentError) -> bool {
     matches!(
         error,

@@ -31,7 +31,7 @@ const MOST_LINKS: usize = 40;
 /// The files that a command reads and writes.
 #[derive(Debug, Default)]
 pub(crate) struct Files {
-    /// What each one is, in words, and where.
+    /// Description of each file that is read, and where it is.
     read: Vec<(&'static str, PathBuf)>,
     /// The option that asks for each one, and where it goes.
     products: Vec<(&'static str, PathBuf)>,
@@ -230,10 +230,10 @@ fn real(path: &Path) -> PathBuf {
     fs::canonicalize(folder).map_or_else(|_| path.clone(), |folder| folder.join(name))
 }
 
-/// What a file is known by: hard links have one in common.
+/// Key by which a file is known: hard links have one in common.
 #[cfg(unix)]
 type Identity = (u64, u64);
-/// What a file is known by.
+/// Key by which a file is known.
 #[cfg(not(unix))]
 type Identity = PathBuf;
 

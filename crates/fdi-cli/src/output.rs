@@ -1,5 +1,6 @@
 //! The forms of an answer.
 
+mod answer;
 mod columns;
 mod csv;
 mod human;
@@ -8,61 +9,14 @@ mod json;
 mod parquet;
 mod table;
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use fdi_core::report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
+pub(crate) use answer::{Answer, AnswerWriter, Head};
 pub(crate) use json::{TOOL, to_line};
 pub(crate) use table::table;
-
-/// What came of one recording.
-#[derive(Debug)]
-pub(crate) enum Answer {
-    Diagnosed(Box<RecordDiagnosis>),
-    Failed(Failure),
-}
-
-impl Answer {
-    /// The recording that it is of.
-    pub(crate) fn recording(&self) -> &str {
-        match self {
-            Self::Diagnosed(record) => &record.recording,
-            Self::Failed(failure) => &failure.recording,
-        }
-    }
-
-    /// One line that says that it is done.
-    pub(crate) fn in_a_word(&self) -> String {
-        match self {
-            Self::Diagnosed(record) => {
-                let took = record.elapsed_s.map(|elapsed_s| format!(" in {elapsed_s:.3} s"));
-                format!("{}: {}{}", record.recording, record.verdict, took.unwrap_or_default())
-            }
-            Self::Failed(failure) => format!("{}: failed", failure.recording),
-        }
-    }
-}
-
-/// What stands before all answers.
-#[derive(Debug)]
-pub(crate) struct Head {
-    pub(crate) bundle: String,
-    pub(crate) seed: u64,
-    pub(crate) stamp: Option<String>,
-}
-
-/// Writes answers in one form, as they come.
-pub(crate) trait AnswerWriter {
-    /// Before the first answer.
-    fn begin(&mut self, head: &Head) -> io::Result<()>;
-
-    /// One answer, in the order of the input.
-    fn answer(&mut self, answer: &Answer) -> io::Result<()>;
-
-    /// After the last answer.
-    fn end(&mut self) -> io::Result<()>;
-}
 
 /// The writer of a form; `styled` where the stream takes care of colours.
 pub(crate) fn writer<'a>(
@@ -80,7 +34,7 @@ pub(crate) fn writer<'a>(
     }
 }
 
-/// What came of a batch.
+/// Counts of the answers of a batch.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     /// Answers of an earlier run among them.
@@ -93,7 +47,7 @@ pub(crate) struct Tally {
     pub(crate) unexplained: Vec<String>,
 }
 
-/// Whether an answer says neither that the actuator is healthy nor what is wrong with it.
+/// Tells whether an answer says neither that the actuator is healthy nor what is wrong with it.
 fn is_open(record: &RecordDiagnosis) -> bool {
     let unfinished = |notice: &Notice| notice.code == NoticeCode::SearchUnfinished;
     match record.verdict {
@@ -128,7 +82,7 @@ impl Tally {
         self.taken_over += usize::from(matches!(answer, Answer::Diagnosed(_)));
     }
 
-    /// Whether no recording could be diagnosed.
+    /// Tells whether no recording could be diagnosed.
     pub(crate) fn is_empty(&self) -> bool {
         self.verdicts == [0; 4]
     }
@@ -138,7 +92,7 @@ impl Tally {
         counted.filter(|(of, _)| **of == verdict).map(|(_, count)| count).sum()
     }
 
-    /// What came of the batch in one line.
+    /// Sums the batch up in one line.
     pub(crate) fn sentence(&self) -> String {
         let all: usize = self.verdicts.iter().sum();
         let told = VERDICTS.iter().zip(self.verdicts).filter(|(_, count)| *count > 0);

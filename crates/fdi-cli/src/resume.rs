@@ -51,7 +51,7 @@ pub(crate) struct Resume {
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     span: Span,
-    /// Whether it says more than that it failed.
+    /// True where the line says more than that the diagnosis failed.
     is_diagnosed: bool,
 }
 

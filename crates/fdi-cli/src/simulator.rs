@@ -26,7 +26,7 @@ pub(crate) struct Simulated {
     pub(crate) notices: Vec<String>,
 }
 
-/// What the options ask for.
+/// Simulates the test that the options ask for.
 pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated> {
     let machine = read_machine(&args.test.model)?;
     check_faults(args, &machine)?;

@@ -14,7 +14,7 @@ pub struct Streams<'a> {
     pub out: &'a mut dyn Write,
     /// Everything else.
     pub err: &'a mut dyn Write,
-    /// Whether someone watches standard error on a terminal, where a line can be rewritten.
+    /// True where someone watches standard error on a terminal, where a line can be rewritten.
     pub is_terminal: bool,
 }
 
@@ -57,7 +57,7 @@ impl Streams<'_> {
     }
 }
 
-/// What a product is worth.
+/// Worth of a product against an older one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Worth {
     /// It takes the place of an older one.
@@ -104,7 +104,7 @@ pub(crate) fn in_place_of(
     })
 }
 
-/// Whether there can be no file beside the one that is wanted, which may still be written itself.
+/// Tells whether no file can be made beside the wanted one, which may still be written itself.
 fn is_of_the_folder(error: &io::Error) -> bool {
     use ErrorKind::{InvalidFilename, IsADirectory, PermissionDenied};
 

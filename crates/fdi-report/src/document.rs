@@ -1,4 +1,4 @@
-//! What is written as JSON: plain data with stable names.
+//! Published forms written as JSON: plain data with stable names.
 //!
 //! These types are the interface to scripts (`docs/stability.md`); the types that
 //! compute are free to change and are converted into these. Numbers are always

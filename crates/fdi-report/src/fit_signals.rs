@@ -1,6 +1,6 @@
 //! The signals behind an answer: what was measured, what the model says, what is left.
 
-/// What a diagnosis compared, on the filtered envelope.
+/// Signals that a diagnosis compared, on the filtered envelope.
 ///
 /// All signals have one sample at each time `i / rate_hz` from the start of the test.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct FitSignals {
 }
 
 impl FitSignals {
-    /// What is measured less what is modelled, A.
+    /// Measured less modelled envelope, A.
     pub fn residual_a(&self) -> Vec<f64> {
         self.measured_a.iter().zip(&self.modelled_a).map(|(y, m)| y - m).collect()
     }

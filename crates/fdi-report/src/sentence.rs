@@ -1,4 +1,4 @@
-//! What a diagnosis means, in sentences that an engineer can act on.
+//! Meaning of a diagnosis, in sentences that an engineer can act on.
 
 use crate::{Fault, FaultId, INCIPIENT_LEVEL, RecordDiagnosis, Verdict};
 

@@ -1,5 +1,5 @@
-//! What can be hidden: effects of the catalogue in forms of this crate's own, and effects that no
-//! catalogue has. Torques are against positive motion, on the motor's shaft.
+//! Effects that can be hidden: those of the catalogue in forms of this crate's own, and some that
+//! no catalogue has. Torques are against positive motion, on the motor's shaft.
 
 use core::f64::consts::{PI, TAU};
 

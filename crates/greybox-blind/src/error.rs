@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of blind cases.
 
 use crate::class::Class;
 

@@ -1,4 +1,4 @@
-//! What is true of a case, as JSON, and its seal.
+//! Truth of a case, as JSON, and its seal.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! What a reader wants to see: the residual over each coordinate before and after, and how every
+//! Curves for a reader: the residual over each coordinate before and after, and how every
 //! effect of the catalogue fared.
 
 use ema_sim::{EffectId, Geometry};

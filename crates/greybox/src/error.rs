@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of an explanation.
 
 use ema_sim::SimulationError;
 

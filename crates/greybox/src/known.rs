@@ -1,4 +1,4 @@
-//! What recordings say of the numbers fitted to them, and what others make of that.
+//! Information that recordings hold on the numbers fitted to them, and its use by other steps.
 
 use nalgebra::{DMatrix, DVector};
 

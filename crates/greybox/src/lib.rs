@@ -1,4 +1,4 @@
-//! What a simulation of a servo machine leaves out, found from recordings in closed loop.
+//! Effects that a simulation of a servo machine leaves out, found from recordings in closed loop.
 //!
 //! ```text
 //! recordings ─▶ Problem ─▶ fit ─▶ scan ─▶ rivals ─▶ verdict

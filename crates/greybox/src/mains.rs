@@ -1,4 +1,4 @@
-//! What hums at the frequency of the mains: it is no machine's, and has a phase of its own in each
+//! Hum at the frequency of the mains: it is no machine's, and has a phase of its own in each
 //! recording.
 
 use core::{f64::consts::TAU, ops::Range};

@@ -1,4 +1,4 @@
-//! What is left of a recording, described: fit, whiteness, and which coordinate it follows.
+//! Remainder of a recording, described: fit, whiteness, and which coordinate it follows.
 
 use ema_sim::MachineSignals;
 

@@ -1,4 +1,4 @@
-//! What of a model is free in a fit: rough numbers, damage, numbers of effects.
+//! Free numbers of a model in a fit: rough numbers, damage, numbers of effects.
 
 use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates, MotionTerm};
 

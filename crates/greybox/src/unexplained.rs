@@ -1,4 +1,4 @@
-//! What nothing in the catalogue explains, as a curve that a model file can hold.
+//! Residual that nothing in the catalogue explains, as a curve that a model file can hold.
 
 use ema_sim::{
     Coordinate, Curve, CurveKind, Effect, Geometry,

@@ -63,7 +63,7 @@ macro_rules! channels {
                 match self { $(Self::$variant => ChannelKind::$kind,)+ }
             }
 
-            /// What the channel is, in a few words.
+            /// Description of the channel, in a few words.
             pub fn meaning(self) -> &'static str {
                 match self { $(Self::$variant => $meaning,)+ }
             }

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use super::{ChannelName, nearest::nearest};
 
-/// What a mapped column becomes.
+/// Meaning of a mapped column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Time,
@@ -130,7 +130,7 @@ impl ColumnMap {
         Ok(map)
     }
 
-    /// Whether no column is mapped.
+    /// Tells whether no column is mapped.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }

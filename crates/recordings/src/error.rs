@@ -17,7 +17,7 @@ pub enum RecordError {
     /// The operating system refused.
     #[error("cannot be read: {reason}")]
     Unreadable {
-        /// What it said.
+        /// Message of the operating system.
         reason: io::Error,
     },
     /// A folder, a pipe or a device.
@@ -46,7 +46,7 @@ pub enum RecordError {
     /// The compressed data are damaged.
     #[error("damaged gzip data: {reason}")]
     Gzip {
-        /// What the decoder said.
+        /// Message of the decoder.
         reason: io::Error,
     },
     /// A file that is not text is damaged, or is not what its name says.
@@ -54,7 +54,7 @@ pub enum RecordError {
     Damaged {
         /// The form that its name tells.
         format: FileFormat,
-        /// What is wrong.
+        /// Description of the damage.
         reason: String,
     },
     /// A file that is not text holds its data in a way that is not read.
@@ -62,9 +62,9 @@ pub enum RecordError {
     Unsupported {
         /// The form.
         format: FileFormat,
-        /// What is not read.
+        /// Part of the format that is not read.
         what: String,
-        /// What helps, or nothing.
+        /// Advice on a way out, or nothing.
         advice: &'static str,
     },
     /// More numbers in the channels than is reasonable.
@@ -78,7 +78,7 @@ pub enum RecordError {
     NotNumbers {
         /// The column.
         column: String,
-        /// What it holds.
+        /// Content of the column.
         found: &'static str,
     },
     /// A name stands for several columns.
@@ -90,7 +90,7 @@ pub enum RecordError {
     ColumnAmbiguous {
         /// The name.
         column: String,
-        /// What it may be.
+        /// Columns that the name may stand for.
         columns: Vec<String>,
     },
     /// No column `time_s` is as long as a channel, or several are.
@@ -127,9 +127,9 @@ pub enum RecordError {
     Property {
         /// The key.
         key: &'static str,
-        /// What the key takes.
+        /// Form of value that the key takes.
         expected: &'static str,
-        /// What stands there.
+        /// Value that stands there.
         found: String,
     },
     /// There is no text.
@@ -323,7 +323,7 @@ pub enum RecordError {
     MetadataSyntax {
         /// Line, from 1.
         line: u64,
-        /// What the parser said.
+        /// Message of the parser.
         reason: String,
     },
     /// A metadata key is not known.
@@ -343,9 +343,9 @@ pub enum RecordError {
         line: u64,
         /// The key.
         key: &'static str,
-        /// What the key takes.
+        /// Form of value that the key takes.
         expected: &'static str,
-        /// What stands there.
+        /// Value that stands there.
         found: String,
     },
     /// The metadata state a rate that the time axis does not have.

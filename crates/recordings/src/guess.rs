@@ -1,4 +1,4 @@
-//! What the columns of a foreign file may be, from their names.
+//! Guesses at the columns of a foreign file, from their names.
 
 use std::fmt;
 
@@ -27,7 +27,7 @@ impl fmt::Display for ColumnGuess {
     }
 }
 
-/// What a target is called elsewhere, words in their order joined by spaces.
+/// Names of each target in other programs, words in their order joined by spaces.
 const NAMES: &[(Target, &[&str])] = &[
     (Target::Time, &["time", "t", "timestamp", "zeit"]),
     (

@@ -1,4 +1,4 @@
-//! What a recording says of itself: TOML in `#` lines before the header.
+//! Metadata that a recording states: TOML in `#` lines before the header.
 
 use std::{borrow::Cow, fmt, str::FromStr};
 
@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::{METADATA_KEYS, RecordError, metadata_key::keys, nearest::nearest, property::Property};
 
-/// What a recording says of itself; all of it is optional.
+/// Metadata that a recording states; all of it is optional.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
     /// `actuator-id`: which actuator it is of.
@@ -215,7 +215,7 @@ impl Metadata {
     }
 }
 
-/// What a number in the metadata may be.
+/// Range that a number in the metadata may be in.
 #[derive(Clone, Copy)]
 struct Range {
     expected: &'static str,

@@ -41,7 +41,7 @@ pub struct NamedRecording {
     pub id: Option<String>,
     /// The date.
     pub date: Option<RecordingDate>,
-    /// What stands where a date should and looks like one, and is no day of the calendar.
+    /// Text that stands where a date should and looks like one, and is no day of the calendar.
     pub no_day: Option<String>,
 }
 
@@ -91,7 +91,7 @@ fn placeholder(text: &str) -> Result<(Part, usize), String> {
 }
 
 impl NamePattern {
-    /// What the name of a file says; nothing where the pattern does not fit it.
+    /// Reads the facts in the name of a file; nothing where the pattern does not fit it.
     pub fn read(&self, path: &Path) -> NamedRecording {
         let text = path.to_string_lossy().replace('\\', "/");
         let from = text.rmatch_indices('/').nth(self.folders).map_or(0, |(at, _)| at + 1);
@@ -147,7 +147,7 @@ fn fit(parts: &[Part], name: &str, day: fn(&str) -> Option<Day>) -> Option<Named
     None
 }
 
-/// What stands where a date should.
+/// Text that stands where a date should.
 enum Day {
     Real(RecordingDate),
     /// Its digits are those of a date, and there is no such day.

@@ -1,6 +1,6 @@
 //! Properties: what files that are not text say of themselves.
 
-/// What a file says of itself under some name.
+/// Value that a file states under some name.
 #[cfg_attr(
     not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
     expect(dead_code, reason = "without another format no file has properties")

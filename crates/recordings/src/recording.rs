@@ -12,9 +12,9 @@ pub(crate) const MOST_PLAUSIBLE: f64 = 1e12;
 /// empty and none appears twice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// What to call it in answers: the path as it was given.
+    /// Name in answers: the path as it was given.
     pub name: String,
-    /// What the file says of itself.
+    /// Metadata that the file states.
     pub metadata: Metadata,
     pub(crate) channels: Vec<Channel>,
     pub(crate) other_columns: Vec<OtherColumn>,

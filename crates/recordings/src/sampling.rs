@@ -51,12 +51,12 @@ impl Sampling {
         })
     }
 
-    /// Whether the samples stand on a uniform grid, as far as the file resolves it.
+    /// Tells whether the samples stand on a uniform grid, as far as the file resolves it.
     pub fn is_uniform(&self) -> bool {
         self.deviation_s <= self.tolerance_s
     }
 
-    /// Whether the axis can be taken as one at `rate_hz`: over the whole length
+    /// Tells whether the axis can be taken as one at `rate_hz`: over the whole length
     /// the two drift apart by at most half a sample (beyond rounding), so that no
     /// sample has the index of its neighbour.
     pub fn agrees_with(&self, rate_hz: f64) -> bool {

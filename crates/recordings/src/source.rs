@@ -40,7 +40,7 @@ pub fn list_recordings(path: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(found)
 }
 
-/// Whether a file of that name in a folder is a recording.
+/// Tells whether a file of that name in a folder is a recording.
 fn is_recording(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
     let truth = lower == "truth.csv" || lower == "truth.csv.gz";

@@ -32,8 +32,8 @@ pub(super) fn si_unit(target: Target) -> &'static str {
     }
 }
 
-/// What a number in the stated unit is multiplied by to be in this SI unit; `None` where the unit
-/// is not known as one of that kind. A pure number takes any.
+/// Factor from the stated unit to this SI unit; `None` where the unit is not known as one of that
+/// kind. A pure number takes any.
 pub(super) fn factor(stated: &str, si: &str) -> Option<f64> {
     if si == "1" {
         return Some(1.0);
@@ -55,9 +55,9 @@ pub struct StatedUnit {
     pub column: String,
     /// The unit, as the file states it.
     pub unit: String,
-    /// What the column was multiplied by.
+    /// Factor that the column was multiplied by.
     pub factor: f64,
-    /// Whether that factor is from a [`ColumnMap`](super::ColumnMap), which goes before the unit.
+    /// True where a [`ColumnMap`](super::ColumnMap) gave that factor; it goes before the unit.
     pub is_mapped: bool,
 }
 

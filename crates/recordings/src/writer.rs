@@ -68,7 +68,7 @@ pub enum WriteError {
     Io {
         /// The path.
         path: PathBuf,
-        /// What it said.
+        /// Message of the operating system.
         reason: io::Error,
     },
 }

@@ -15,7 +15,7 @@ pub struct EvaluateArgs {
     /// Test conditions [default: the paper's number; 1000 for `noisy`]
     #[arg(long, value_name = "N")]
     pub conditions: Option<NonZeroUsize>,
-    /// What searches: `gls`, `composite`, `emulator`, `ei`, `ucb`, `two-step-ei`, `ga`, `pso`, `de`, `gwo`, `cma-es` [default: those of the experiment]
+    /// Search methods: `gls`, `composite`, `emulator`, `ei`, `ucb`, `two-step-ei`, `ga`, `pso`, `de`, `gwo`, `cma-es` [default: those of the experiment]
     #[arg(long, value_delimiter = ',', value_name = "METHOD,...")]
     pub methods: Vec<String>,
     /// Noise inside the controller of the reference

@@ -55,7 +55,7 @@ pub struct DatasetArgs {
 pub enum DesignArg {
     /// All faults at once, levels up to 0.05; every bundle needs it
     Incipient,
-    /// The same with at most two faults at a time: healthy machines, or nearly so
+    /// At most two faults at a time, levels up to 0.05: healthy machines, or nearly so
     Sparse,
     /// As `incipient`, with the rotor starting anywhere
     Turned,
@@ -66,7 +66,7 @@ pub enum DesignArg {
 }
 
 impl DesignArg {
-    /// The same in the dataset.
+    /// Converts the argument into the design of the dataset.
     pub fn of_dataset(self) -> ReferenceDesign {
         match self {
             Self::Incipient => ReferenceDesign::Incipient,

@@ -69,7 +69,7 @@ fn check(args: &DatasetArgs, experiment: &Experiment) -> Result<()> {
 /// A sample in full and rounded to 16 bits.
 const BYTES_PER_SAMPLE: usize = 10;
 
-/// What was made, in words.
+/// Describes the dataset that was made, in words.
 fn sentence(args: &DatasetArgs, experiment: &Experiment) -> String {
     let designs = args.design.iter().copied().map(DesignArg::of_dataset);
     let names: Vec<_> = designs.map(ReferenceDesign::name).collect();

@@ -45,7 +45,7 @@ pub fn diagnose_with(
     diagnose(diagnoser, args, global, streams)
 }
 
-/// The same, once what it reads and writes has been checked.
+/// Diagnoses recordings, once the files that are read and written have been checked.
 pub(crate) fn diagnose(
     diagnoser: &dyn Diagnoser,
     args: &DiagnoseArgs,
@@ -225,14 +225,14 @@ struct Identity {
     no_day: Option<String>,
 }
 
-/// What is the same for all recordings.
+/// Values that all recordings of a batch share.
 struct Batch<'a> {
     diagnoser: &'a dyn Diagnoser,
     map: ColumnMap,
     fleet: &'a FleetArgs,
     stable: bool,
     one_a_line: bool,
-    /// Whether the answers are gone on with later.
+    /// True where the answers are gone on with later.
     is_kept: bool,
 }
 
@@ -335,7 +335,7 @@ fn clock() -> Instant {
 }
 
 impl Tally {
-    /// Whether a fault or a model error was found.
+    /// Tells whether a fault or a model error was found.
     fn found(&self) -> bool {
         self.of(Verdict::Faulty) + self.of(Verdict::ModelInadequate) > 0
     }

@@ -95,7 +95,7 @@ pub(super) fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
     symbols.iter().map(find).collect()
 }
 
-/// What is being done with the recordings, in a line.
+/// Describes in a line the step that the recordings go through.
 pub(super) fn stage(what: &str, recordings: &Recordings) -> String {
     let train = recordings.train.len();
     let noun = if train == 1 { "recording" } else { "recordings" };

@@ -2,9 +2,9 @@
 
 use fdi_core::report::{Fault, FaultId, RecordDiagnosis};
 
-use super::Answer;
+use super::answer::Answer;
 
-/// What the cells of a column hold.
+/// Type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Text,

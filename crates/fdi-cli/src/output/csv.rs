@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use csv::Writer;
 
 use super::{
-    Answer, AnswerWriter, Head,
+    answer::{Answer, AnswerWriter, Head},
     columns::{Cell, columns, row},
 };
 

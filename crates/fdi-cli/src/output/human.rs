@@ -11,7 +11,10 @@ use fdi_report::{
     Fault, FaultId, NoticeCode, RecordDiagnosis, Verdict, common_folder, plus_minus, sentence,
 };
 
-use super::{Answer, AnswerWriter, Head, table};
+use super::{
+    answer::{Answer, AnswerWriter, Head},
+    table,
+};
 
 /// How a detected fault is marked, besides colour.
 const MARK: &str = " *";
@@ -24,7 +27,7 @@ pub(super) struct Human<'a> {
     notices: BTreeMap<(NoticeCode, String), Vec<usize>>,
 }
 
-/// What the table and the sentences need of a record.
+/// Parts of a record that the table and the sentences need.
 struct Row {
     recording: String,
     cells: Vec<String>,

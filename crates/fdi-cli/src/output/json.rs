@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use fdi_core::report::{Failure, SCHEMA_VERSION};
 use serde::Serialize;
 
-use super::{Answer, AnswerWriter, Head};
+use super::answer::{Answer, AnswerWriter, Head};
 
 /// Name and version of this program.
 pub(crate) const TOOL: &str = concat!("fdi ", env!("CARGO_PKG_VERSION"));

@@ -17,7 +17,7 @@ use parquet::{
 };
 
 use super::{
-    Answer, AnswerWriter, Head,
+    answer::{Answer, AnswerWriter, Head},
     columns::{Cell, Kind, columns, row},
 };
 

@@ -6,7 +6,7 @@ use recordings::EnvelopeKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a bundle holds.
+/// Content of a bundle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BundleSummary {
     /// Version of this form.

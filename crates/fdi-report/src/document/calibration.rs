@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Holdout;
 
-/// What recordings of a healthy machine say of its numbers.
+/// Numbers of a machine, refined from recordings of it while healthy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Calibration {
     /// Version of this form.
@@ -17,7 +17,7 @@ pub struct Calibration {
     /// When it was made, RFC 3339; only with `--stamp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stamp: Option<String>,
-    /// What the model calls itself.
+    /// Name that the model gives itself.
     pub model: String,
     /// The numbers, by their keys in the model file.
     pub parameters: BTreeMap<String, CalibratedParameter>,
@@ -39,7 +39,7 @@ pub struct CalibratedParameter {
     pub std: f64,
     /// Its 95 % interval.
     pub interval_95: [f64; 2],
-    /// Whether the recordings determine it; if not the model keeps the nominal value.
+    /// True where the recordings determine it; if not the model keeps the nominal value.
     pub determined: bool,
     /// A number that these recordings cannot tell it from.
     pub tied_to: Option<String>,

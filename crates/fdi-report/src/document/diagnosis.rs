@@ -70,7 +70,7 @@ pub struct RecordDiagnosis {
     /// When the recording was taken, RFC 3339, where it says so or its name does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
-    /// Whether everything could be determined.
+    /// Tells whether everything could be determined.
     pub status: Status,
     /// The answer in a word.
     pub verdict: Verdict,
@@ -94,11 +94,11 @@ pub struct RecordDiagnosis {
     pub faults: Vec<Fault>,
     /// Joint uncertainty of what is determined.
     pub covariance: Covariance,
-    /// What the reader of the answer should know.
+    /// Things that the reader of the answer should know.
     pub notices: Vec<Notice>,
 }
 
-/// Whether everything could be determined.
+/// Completeness of a diagnosis: whether everything could be determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
@@ -156,13 +156,13 @@ pub enum Fidelity {
 pub struct Fit {
     /// Root mean square of the residual, A.
     pub rms_a: f64,
-    /// What noise and learnt discrepancy explain of it, A.
+    /// Part of the residual that noise and learnt discrepancy explain, A.
     pub noise_floor_a: f64,
     /// Noise on each phase per sample, rms, A.
     pub noise_a: f64,
     /// Where that level is from.
     pub noise_source: NoiseSource,
-    /// Whether the residual is explained.
+    /// True where the residual is explained.
     pub adequate: bool,
 }
 
@@ -210,7 +210,7 @@ impl RecordDiagnosis {
         self.faults.iter().find(|fault| fault.id == id)
     }
 
-    /// Whether any fault is detected.
+    /// Tells whether any fault is detected.
     pub fn any_detected(&self) -> bool {
         self.faults.iter().any(|fault| fault.detected == Some(true))
     }

@@ -16,13 +16,13 @@ pub struct Evaluation {
     pub conditions: u64,
     /// Root seed.
     pub seed: u64,
-    /// What the recordings and the reference signals were like.
+    /// Properties of the recordings and of the reference signals.
     pub settings: EvaluationSettings,
     /// One entry a method.
     pub methods: Vec<MethodEvaluation>,
 }
 
-/// What the recordings of an experiment are like.
+/// Properties of the recordings of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EvaluationSettings {
     /// Noise inside the controller, of recordings and reference signals.
@@ -51,7 +51,7 @@ pub struct MethodEvaluation {
     pub method: String,
     /// Mean over the faults of the median percentage error.
     pub average_percent: f64,
-    /// What the stated standard deviations predict for it: mean over the faults of the median of
+    /// Prediction of it from the stated standard deviations: mean over the faults of the median of
     /// 67.4 % of the standard deviation over the level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_percent: Option<f64>,

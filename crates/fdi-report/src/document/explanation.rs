@@ -1,11 +1,11 @@
-//! What a model misses in recordings, as JSON.
+//! Explanations as JSON: effects that a model misses in recordings.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a model misses in recordings of one machine, and what that did to its fault levels.
+/// Effects that a model misses in recordings of one machine, and their cost in its fault levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Explanation {
     /// Version of this form.
@@ -17,15 +17,15 @@ pub struct Explanation {
     /// When it was made, RFC 3339; only with `--stamp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stamp: Option<String>,
-    /// What the model calls itself.
+    /// Name that the model gives itself.
     pub model: String,
     /// The answer in a word.
     pub verdict: ExplanationVerdict,
     /// The answer in a sentence.
     pub sentence: String,
-    /// What was found, strongest first, but for one in doubt before the others.
+    /// Effects that were found, strongest first, but for one in doubt before the others.
     pub effects: Vec<EffectFinding>,
-    /// What explains the recordings as well as one of `effects`.
+    /// Effects that explain the recordings as well as one of `effects`.
     pub alternatives: Vec<EffectFinding>,
     /// Catalogue identifiers of effects that these recordings cannot tell from damage or from
     /// what the model file calls roughly known.
@@ -38,7 +38,7 @@ pub struct Explanation {
     pub nominal: BTreeMap<String, NominalChange>,
     /// How well each recording is explained without and with the effects.
     pub records: Vec<RecordFit>,
-    /// What is left unexplained, described; where something is.
+    /// Description of the part left unexplained, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub remainder: Option<Remainder>,
     /// Smallest size of each effect that would have been named nine times in ten.
@@ -69,7 +69,7 @@ pub enum ExplanationVerdict {
     OneOf,
     /// Something is left that nothing in the catalogue explains.
     Unknown,
-    /// What looks like damage or tolerance may be an effect: the recordings cannot tell.
+    /// Apparent damage or tolerance may be an effect: the recordings cannot tell.
     Absorbed,
     /// The recordings do not suffice; `sentence` says what is missing.
     Inconclusive,
@@ -80,7 +80,7 @@ pub enum ExplanationVerdict {
 pub struct EffectFinding {
     /// Catalogue identifier, `E03`.
     pub id: String,
-    /// What an engineer calls it.
+    /// Name that an engineer gives it.
     pub name: String,
     /// Where it acts.
     pub port: String,
@@ -94,9 +94,9 @@ pub struct EffectFinding {
     pub holdout_gain_nats: f64,
     /// Its standard error.
     pub holdout_gain_se: f64,
-    /// What tells it from its look-alikes.
+    /// Evidence that tells it from its look-alikes.
     pub separated_by: String,
-    /// Of an alternative the one of `effects` that it may be instead.
+    /// For an alternative, the one of `effects` that it may be instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instead_of: Option<String>,
 }
@@ -115,9 +115,9 @@ pub struct EffectNumber {
 pub struct Holdout {
     /// Root mean square with the nominal model.
     pub rms_before: f64,
-    /// With the effects.
+    /// Root mean square with the effects.
     pub rms_after: f64,
-    /// Of the noise.
+    /// Root mean square of the noise.
     pub noise_floor: f64,
     /// Share of the gap to the noise that the effects close, where there is a gap.
     pub gap_closed_frac: Option<f64>,
@@ -167,21 +167,21 @@ pub struct NominalChange {
 pub struct RecordFit {
     /// The path as it was given.
     pub recording: String,
-    /// What it was used for: `train`, `holdout` or `repeat`.
+    /// Use of the recording: `train`, `holdout` or `repeat`.
     pub role: String,
     /// Root mean square of measured less nominal model.
     pub rms_before: f64,
-    /// Of measured less model with effects.
+    /// Root mean square of measured less model with effects.
     pub rms_after: f64,
     /// `100·(1 − |residual|/|measured − mean|)`, nominal.
     pub fit_percent_before: f64,
-    /// The same with effects.
+    /// `100·(1 − |residual|/|measured − mean|)`, with effects.
     pub fit_percent_after: f64,
     /// Chance that white noise is as little white as the residual with effects.
     pub whiteness_p: f64,
 }
 
-/// What is left unexplained.
+/// Description of the part left unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Remainder {
     /// Share of the residual's variance, noise included, that each coordinate explains alone
@@ -220,20 +220,20 @@ pub struct Sensitivity {
 pub struct HypothesisOutcome {
     /// Catalogue identifier.
     pub id: String,
-    /// What an engineer calls it.
+    /// Name that an engineer gives it.
     pub name: String,
-    /// What became of it.
+    /// Outcome of the hypothesis.
     pub standing: Standing,
     /// Decimal logarithm of the chance that noise alone scores as much for this effect.
     pub log10_p: f64,
     /// Share of what the effect does that damage and roughly known numbers cannot imitate.
     pub visible_share: f64,
-    /// What its refit came to, for the best of the scan.
+    /// Result of the refit, for the best of the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refit: Option<HypothesisRefit>,
 }
 
-/// What became of a hypothesis.
+/// Outcome of a hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Standing {
@@ -243,11 +243,11 @@ pub enum Standing {
     AsLikely,
     /// Fitted, and not good enough or beaten.
     FellShort,
-    /// Of too little promise to be fitted.
+    /// Too little promise to be fitted.
     NotFitted,
 }
 
-/// What fitting an effect came to.
+/// Result of fitting an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HypothesisRefit {
     /// Gain in log-likelihood on recordings that were not fitted.
@@ -256,7 +256,7 @@ pub struct HypothesisRefit {
     pub holdout_gain_se: f64,
     /// Gain in evidence on those that were.
     pub evidence_nats: f64,
-    /// Whether a number of the effect stands on a bound, which no explanation may.
+    /// True where a number of the effect stands on a bound, which no explanation may.
     pub on_bound: bool,
 }
 
@@ -270,7 +270,7 @@ pub struct ResidualCurve {
     pub unit: String,
     /// Share of the nominal residual's variance that the means explain, beyond chance.
     pub share_before: f64,
-    /// The same of the residual with what was found.
+    /// Share of the variance of the residual with the effects found that the means explain.
     pub share_after: f64,
     /// The bins that hold samples, along the coordinate.
     pub bins: Vec<CurveBin>,

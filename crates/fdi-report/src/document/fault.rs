@@ -37,7 +37,7 @@ impl FaultId {
         ["k1", "k2", "k3", "k4", "k5", "k6", "k7"][self as usize]
     }
 
-    /// What it is.
+    /// Name in words.
     pub fn name(self) -> &'static str {
         [
             "friction",
@@ -74,7 +74,7 @@ impl fmt::Display for FaultId {
 pub struct Fault {
     /// Which fault.
     pub id: FaultId,
-    /// What it is, in words.
+    /// Name of the fault, in words.
     pub name: String,
     /// The level, 0 to 1.
     pub value: Option<f64>,
@@ -82,7 +82,7 @@ pub struct Fault {
     pub std: Option<f64>,
     /// Its 95 % interval; for k7 read upward on the circle, where 1 is 0.
     pub interval_95: Option<[f64; 2]>,
-    /// Whether the fault is there; left out for k7 and for what is not determined.
+    /// True where the fault is there; left out for k7 and for what is not determined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detected: Option<bool>,
 }

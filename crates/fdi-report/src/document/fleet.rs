@@ -81,13 +81,13 @@ pub struct FaultChange {
     /// Standard deviation of that difference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub difference_std: Option<f64>,
-    /// What to think of it; left out with the difference, and where the model does not explain
+    /// Judgement of the change; left out with the difference, and where the model does not explain
     /// the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<Change>,
 }
 
-/// What to think of a change.
+/// Judgement of a change.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 /// Something the reader of the answer should know.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Notice {
-    /// What kind of thing.
+    /// Kind of notice.
     pub code: NoticeCode,
     /// It in words.
     pub message: String,
 }
 
-/// What a notice is about.
+/// Subject of a notice.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]

@@ -15,7 +15,7 @@ pub struct Proposal {
     /// When it was made, RFC 3339; only with `--stamp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stamp: Option<String>,
-    /// What the model calls itself.
+    /// Name that the model gives itself.
     pub model: String,
     /// Symbols of the causes that are open, the likeliest first.
     pub open: Vec<String>,
@@ -29,7 +29,7 @@ pub struct Proposal {
 /// A recording that might be taken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProposedRecording {
-    /// What the machine does in it.
+    /// Course of the machine in the test.
     pub description: String,
     /// Its length, s.
     pub duration_s: f64,

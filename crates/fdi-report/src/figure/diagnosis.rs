@@ -27,7 +27,7 @@ const Z_95: f64 = 1.96;
 const MEASURED: Stroke = ("#a0a0a0", 4.5);
 const MODELLED: Stroke = ("#000", 1.3);
 const RESIDUAL: Stroke = ("#000", 1.0);
-/// What is conspicuous, dark in grey too.
+/// Colour of conspicuous marks, dark in grey too.
 const ALARM: &str = "#b23a00";
 
 /// Measured and modelled envelope over time, below them the residual with the band in which noise

@@ -19,9 +19,9 @@ const LEFT: f64 = 96.0;
 const RIGHT: f64 = 744.0;
 /// Standard deviations to either end of a 95 % interval.
 const Z_95: f64 = 1.96;
-/// What belongs to the nominal model.
+/// Stroke of the nominal model.
 const BEFORE: Stroke = ("#8a8a8a", 1.5);
-/// What belongs to the model with the effects found.
+/// Stroke of the model with the effects found.
 const AFTER: Stroke = ("#000", 1.5);
 
 /// Mean residual over the coordinate that explains most of it, with the number of samples below;
@@ -262,7 +262,7 @@ fn push_mark(svg: &mut String, [x, y]: [f64; 2], radius: f64, (fill, stroke): (&
     );
 }
 
-/// What the marks mean.
+/// Draws the key of the marks.
 fn push_key(svg: &mut String, with_band: bool, y: f64) {
     let marks =
         [("nominal model", LEFT, BEFORE, "#fff"), ("with what was found", 250.0, AFTER, "#000")];
@@ -337,7 +337,7 @@ fn fault_name(key: &str) -> String {
     format!("{key} {}", fault.map_or("", FaultId::name)).trim_end().to_owned()
 }
 
-/// What a coordinate is called in a sentence.
+/// Names a coordinate in a sentence.
 fn named(curve: &ResidualCurve) -> &str {
     match curve.coordinate.as_str() {
         "motor-angle" => "motor angle",

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use super::content::{Block, Cell, Column, Figure, Page, Section, Table};
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, Failure, Fault, FaultChange, FaultId, FitSignals,
     Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict, common_folder,
@@ -295,7 +295,7 @@ impl DiagnosisPage<'_> {
         Section { heading: "Not diagnosed".to_owned(), blocks: vec![Block::Table(table)] }
     }
 
-    /// What the answer rests on.
+    /// Makes the section on the basis of the answer.
     fn basis(&self) -> Section {
         let mut facts = vec![format!("Program: {}, seed {}.", self.tool, self.seed)];
         let others: BTreeSet<&str> = self

@@ -1,6 +1,6 @@
 //! The report of one of the paper's experiments.
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table};
+use super::content::{Block, Cell, Column, Figure, Page, Section, Table};
 use crate::{
     Evaluation, FaultEvaluation, MethodEvaluation, convergence_figure_svg, detection_figure_svg,
 };
@@ -148,7 +148,7 @@ fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
     Section { heading: format!("Faults, `{}`", method.method), blocks: vec![Block::Table(table)] }
 }
 
-/// What the figures rest on.
+/// Makes the section on the basis of the figures.
 fn basis(result: &Evaluation, tool: &str) -> Section {
     let facts = vec![
         format!("Program: {tool}, seed {}.", result.seed),

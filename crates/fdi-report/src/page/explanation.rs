@@ -1,6 +1,9 @@
 //! The report of what a model misses.
 
-use super::{Block, Cell, Column, Figure, Page, Section, Table, diagnosis::capitalised};
+use super::{
+    content::{Block, Cell, Column, Figure, Page, Section, Table},
+    diagnosis::capitalised,
+};
 use crate::{
     EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
     NominalChange, RecordFit, Sensitivity, Standing, fault_change_figure_svg,
@@ -47,7 +50,7 @@ fn figure(
     svg.map(of).map(Block::Figure)
 }
 
-/// What recordings are used for.
+/// Uses of recordings, by the names of their roles.
 const ROLES: [(&str, &str); 3] =
     [("train", "fitted"), ("holdout", "held out"), ("repeat", "repetitions")];
 
@@ -66,7 +69,7 @@ fn source(answer: &Explanation, roles: &[&str]) -> String {
     wanted.filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// What was found, in numbers, and what it is worth on recordings that were not fitted.
+/// Effects found, in numbers, and their worth on recordings that were not fitted.
 fn found(answer: &Explanation) -> Option<Section> {
     let mut blocks = Vec::new();
     for (effects, caption) in [
@@ -298,7 +301,7 @@ fn hypotheses(answer: &Explanation) -> Option<Section> {
     section("Hypotheses", vec![Block::Table(table)])
 }
 
-/// What is left, and what cannot be told apart.
+/// Remainder, and effects that cannot be told apart.
 fn left(answer: &Explanation) -> Option<Section> {
     let mut blocks = Vec::new();
     if let Some(remainder) = &answer.remainder {
@@ -324,7 +327,7 @@ fn left(answer: &Explanation) -> Option<Section> {
     section("What is left open", blocks)
 }
 
-/// What would have been seen.
+/// Least effects that would have been seen.
 fn sensitivity(answer: &Explanation) -> Option<Section> {
     if answer.sensitivity.is_empty() {
         return None;
@@ -348,7 +351,7 @@ fn sensitivity(answer: &Explanation) -> Option<Section> {
     section("What would have been seen", vec![Block::Table(table)])
 }
 
-/// What the answer rests on.
+/// Makes the section on the basis of the answer.
 fn basis(answer: &Explanation) -> Section {
     let mut facts = vec![format!("Program: {}, seed {}.", answer.tool, answer.seed)];
     if !answer.records.is_empty() {

@@ -2,9 +2,9 @@
 
 use std::fmt::{self, Write};
 
-use super::{Block, Cell, Figure, Page, Section, Table};
+use super::content::{Block, Cell, Figure, Page, Section, Table};
 
-/// What a report may load: nothing but what is in it.
+/// Sources that a report may load from: the report itself alone.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// Screen and paper; marks are bold and underlined, so that they are seen in grey.
@@ -160,7 +160,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::Column;
+    use crate::page::content::Column;
 
     #[test]
     fn text_cannot_become_markup() {

@@ -1,6 +1,6 @@
 //! Covariance matrix adaptation with growing restarts.
 
-use super::{Crowd, Ended, ranking};
+use super::crowd::{Crowd, Ended, ranking};
 use crate::{
     linalg::eigen,
     matrix::{Matrix, norm},

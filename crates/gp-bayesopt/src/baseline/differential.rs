@@ -1,6 +1,6 @@
 //! Differential evolution, best/1/bin.
 
-use super::{Crowd, Ended, ranking};
+use super::crowd::{Crowd, Ended, ranking};
 use crate::random::{Purpose, Stream};
 
 const CROSSOVER: f64 = 0.7;

@@ -1,6 +1,6 @@
 //! A real-coded genetic algorithm.
 
-use super::{Crowd, Ended, ranking};
+use super::crowd::{Crowd, Ended, ranking};
 use crate::random::{Purpose, Stream};
 
 const ELITES: usize = 2;

@@ -14,7 +14,7 @@ use argmin::{
 use argmin_math as _;
 use rand_xoshiro::{Xoshiro256PlusPlus, rand_core::SeedableRng};
 
-use super::{Crowd, Ended};
+use super::crowd::{Crowd, Ended};
 use crate::random::{Purpose, Stream};
 
 /// Largest first speed in each input, as a fraction of its interval.

@@ -1,6 +1,6 @@
 //! Grey wolf optimiser.
 
-use super::{Crowd, Ended, ranking};
+use super::crowd::{Crowd, Ended, ranking};
 use crate::random::{Purpose, Stream};
 
 /// Moves until the crowd ends the run.

@@ -26,7 +26,7 @@ const FINEST_CLOCK_DECIMALS: i32 = 9;
 /// One column of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Head {
-    /// What it shares a time axis with; `None` where all columns do.
+    /// Group of columns with one time axis; `None` where all columns share one.
     pub(super) group: Option<String>,
     /// Its own name.
     pub(super) name: String,
@@ -41,7 +41,7 @@ pub(super) struct Head {
 }
 
 impl Head {
-    /// What makes SI of its numbers where it is this channel, unless a map has a factor.
+    /// Factor that makes SI of the numbers as this channel, unless a map has a factor.
     fn factor(&self, target: Target, mapped: Option<&Entry>) -> Result<f64, RecordError> {
         if let Some(factor) = mapped.and_then(|entry| entry.factor) {
             return Ok(factor);
@@ -56,7 +56,7 @@ impl Head {
         })
     }
 
-    /// What is to be told of it: a unit that is not the SI unit, or whose factor a map replaces.
+    /// Notice of a unit that is not the SI unit, or whose factor a map replaces.
     fn converted(&self, used: Target, mapped: Option<&Entry>, factor: f64) -> Option<StatedUnit> {
         let stated = self.stated_unit()?;
         let is_mapped = mapped.is_some_and(|entry| entry.factor.is_some());
@@ -93,7 +93,7 @@ pub(super) struct Samples {
     pub(super) values: Vec<f64>,
     /// Which of them are there; `None` where all are.
     pub(super) present: Option<Vec<bool>>,
-    /// Whether they were held in single precision.
+    /// True where the file holds the numbers in single precision.
     pub(super) single: bool,
 }
 
@@ -112,7 +112,7 @@ pub(super) trait Container {
     /// Its columns.
     fn heads(&self) -> &[Head];
 
-    /// What it says of itself.
+    /// Properties that the file states.
     fn properties(&self) -> Vec<(String, Property)>;
 
     /// The numbers of a column; points in time as seconds since the first.
@@ -196,7 +196,7 @@ struct TimeColumn {
     factor: f64,
 }
 
-/// What each column of a file is taken for.
+/// Targets that the columns of a file are taken for.
 #[derive(Debug, Default)]
 struct Plan {
     channels: Vec<Wanted>,

@@ -148,7 +148,7 @@ fn header(record: &ByteRecord, line: u64) -> Result<Vec<String>, RecordError> {
     Ok(columns)
 }
 
-/// What a column is read as.
+/// Role of a column in reading.
 enum Role {
     Time,
     Known(KnownColumn),
@@ -175,14 +175,14 @@ struct Table {
     line_runs: Vec<(usize, u64)>,
 }
 
-/// What the rows amount to.
+/// Content of all rows, column by column.
 struct Rows {
     channels: Vec<Channel>,
     other_columns: Vec<OtherColumn>,
     lines: Lines,
 }
 
-/// What is wrong with a row.
+/// Fault in a row.
 enum RowProblem {
     Ragged { found: usize },
     NotUtf8,
@@ -366,7 +366,7 @@ impl KnownColumn {
     }
 }
 
-/// What a column is, after mapping: a mapped channel hides the column of its own name.
+/// Target of a column, after mapping: a mapped channel hides the column of its own name.
 fn target_of(column: &str, map: &ColumnMap) -> (Option<Target>, f64) {
     if let Some(entry) = map.of_column(column) {
         return (Some(entry.target), entry.factor.unwrap_or(1.0));

@@ -156,7 +156,7 @@ impl MatFile {
     }
 }
 
-/// Whether an array is several signals side by side.
+/// Tells whether an array is several signals side by side.
 fn is_matrix(rows: usize, columns: usize) -> bool {
     rows > 1 && (2..=MOST_COLUMNS).contains(&columns)
 }

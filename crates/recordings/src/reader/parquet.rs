@@ -81,7 +81,7 @@ impl ParquetFile {
         &self.reader.metadata().file_metadata().schema_descr().columns()[column]
     }
 
-    /// Whether the file is a table of recordings, one a row, their samples in lists.
+    /// Tells whether the file is a table of recordings, one a row, their samples in lists.
     fn is_one_row_of_lists(&self) -> bool {
         let schema = self.reader.metadata().file_metadata().schema_descr();
         let lists = schema.columns().iter().any(|column| is_list(column));
@@ -143,7 +143,7 @@ fn is_list(column: &ColumnDescriptor) -> bool {
     column.max_rep_level() > 0
 }
 
-/// What the numbers of a column are.
+/// Meaning of the numbers of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Meaning {
     Plain,

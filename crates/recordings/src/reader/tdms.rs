@@ -61,7 +61,7 @@ impl DataType {
         }
     }
 
-    /// What it is, where it is no number.
+    /// Name of the type, where it is no number.
     fn not_a_number(self) -> Option<&'static str> {
         match self.0 {
             1..=10 | 0x19 | 0x1a | 0x21 | 0x44 => None,
@@ -85,7 +85,7 @@ struct Run {
     big_endian: bool,
 }
 
-/// What an object has in each chunk of a segment.
+/// Data of an object in each chunk of a segment.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     kind: DataType,
@@ -100,7 +100,7 @@ struct Object {
     layout: Option<Layout>,
     runs: Vec<Run>,
     daqmx: bool,
-    /// Whether the chunks of the current segment hold data of it.
+    /// True where the chunks of the current segment hold data of the object.
     listed: bool,
     /// When its waveform began.
     started: Option<Instant>,
@@ -199,7 +199,7 @@ fn damaged(reason: &str) -> RecordError {
     RecordError::Damaged { format: FileFormat::Tdms, reason: reason.to_owned() }
 }
 
-/// What the segments so far have said.
+/// Index of the file, from the segments read so far.
 #[derive(Default)]
 struct Index {
     objects: Vec<(String, Object)>,
@@ -340,7 +340,7 @@ impl Index {
     }
 }
 
-/// What a property is.
+/// Value of a property.
 enum Found {
     Property(Property),
     Instant(Instant),
@@ -509,7 +509,7 @@ impl Container for TdmsFile {
     }
 }
 
-/// What makes physical values of the numbers in the file: polynomials, one after the other.
+/// Steps from the numbers in the file to physical values: polynomials, one after the other.
 struct Scaling {
     steps: Vec<Vec<f64>>,
 }

@@ -1,4 +1,4 @@
-//! What follows a batch: the report, the trends beside it, and what to run next.
+//! Steps after a batch: the report, the trends beside it, and the command to run next.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use crate::{
     stamp,
 };
 
-/// Whether the answers have to be kept until the batch has ended.
+/// Tells whether the answers have to be kept until the batch has ended.
 pub(super) fn wanted(args: &DiagnoseArgs) -> bool {
     args.report.report.is_some() || args.report.figures.is_some()
 }
@@ -83,7 +83,7 @@ pub(super) fn batch(
 /// Recordings named in a command; a longer one is a script's work.
 const NAMED: usize = 12;
 
-/// What to run when the model does not explain recordings.
+/// Command to run when the model does not explain recordings.
 fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> Option<String> {
     // a program without the command must not advise it
     Cli::command().find_subcommand("explain")?;

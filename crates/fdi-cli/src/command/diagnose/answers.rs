@@ -1,4 +1,4 @@
-//! What an answer depends on, besides its recording.
+//! Inputs that an answer depends on, besides its recording.
 
 use std::{collections::BTreeMap, path::PathBuf};
 

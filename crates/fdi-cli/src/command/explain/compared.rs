@@ -112,7 +112,7 @@ struct OnAxis {
 }
 
 impl Asked {
-    /// What `--command` says: a name, or a recording.
+    /// Reads the value of `--command`: a name, or a recording.
     pub(super) fn of_option(text: &str, model: &MachineModel) -> Result<Self> {
         if let Some(named) = Self::named(text) {
             if !matches!(model, MachineModel::Actuator(_)) {
@@ -158,12 +158,12 @@ impl Asked {
     }
 }
 
-/// What a recording lacks for a conclusion about actuators, besides a command.
+/// Names the column that a recording lacks for a conclusion about actuators, besides a command.
 pub(crate) fn lacks(recording: &Recording) -> Option<&'static str> {
     recording.channel(ChannelName::MotorAngle).is_none().then_some("motor_angle_rad")
 }
 
-/// Whether a recording says its command, in a column or by the name of a test.
+/// Tells whether a recording says its command, in a column or by the name of a test.
 pub(crate) fn says_its_command(recording: &Recording) -> bool {
     let column = [ChannelName::Command, ChannelName::SpeedCommand];
     let named = match &recording.metadata.command {

@@ -1,4 +1,4 @@
-//! What the answer rests on: every hypothesis, and the residual over the coordinates.
+//! Evidence for the answer: every hypothesis, and the residual over the coordinates.
 
 use fdi_core::report::{CurveBin, HypothesisOutcome, HypothesisRefit, ResidualCurve, Standing};
 use greybox::{Explained, Finding, Hypothesis};

@@ -120,7 +120,7 @@ fn significant(value: f64, digits: usize) -> String {
     text.parse::<f64>().map_or_else(|_| value.to_string(), |v| v.to_string())
 }
 
-/// What an alternative may be the cause instead of.
+/// Names the effect that an alternative may be the cause instead of.
 pub(crate) fn instead(effect: &EffectFinding) -> String {
     let instead = effect.instead_of.as_ref();
     instead.map_or_else(String::new, |id| format!(", instead of {id}"))

@@ -1,4 +1,4 @@
-//! What the pages of a Parquet column claim to unpack to, read before they are unpacked.
+//! Sizes that the pages of a Parquet column claim to unpack to, read before they are unpacked.
 //!
 //! The decoder takes memory on the word of a page's header. The headers are Thrift structs in
 //! the compact protocol (`parquet.thrift`, `PageHeader`; Thrift compact protocol encoding):
@@ -35,7 +35,7 @@ pub(super) fn check_pages(mut chunk: &[u8]) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// What of a page header matters here.
+/// Fields of a page header that matter here.
 #[derive(Default)]
 struct Header {
     unpacked: i64,

@@ -1,0 +1,53 @@
+//! The answer for one recording, and the interface of its writers.
+
+use std::io;
+
+use fdi_core::report::{Failure, RecordDiagnosis};
+
+/// Result of one recording.
+#[derive(Debug)]
+pub(crate) enum Answer {
+    Diagnosed(Box<RecordDiagnosis>),
+    Failed(Failure),
+}
+
+impl Answer {
+    /// The recording that it is of.
+    pub(crate) fn recording(&self) -> &str {
+        match self {
+            Self::Diagnosed(record) => &record.recording,
+            Self::Failed(failure) => &failure.recording,
+        }
+    }
+
+    /// One line that says that it is done.
+    pub(crate) fn in_a_word(&self) -> String {
+        match self {
+            Self::Diagnosed(record) => {
+                let took = record.elapsed_s.map(|elapsed_s| format!(" in {elapsed_s:.3} s"));
+                format!("{}: {}{}", record.recording, record.verdict, took.unwrap_or_default())
+            }
+            Self::Failed(failure) => format!("{}: failed", failure.recording),
+        }
+    }
+}
+
+/// Facts that stand before all answers.
+#[derive(Debug)]
+pub(crate) struct Head {
+    pub(crate) bundle: String,
+    pub(crate) seed: u64,
+    pub(crate) stamp: Option<String>,
+}
+
+/// Writes answers in one form, as they come.
+pub(crate) trait AnswerWriter {
+    /// Before the first answer.
+    fn begin(&mut self, head: &Head) -> io::Result<()>;
+
+    /// One answer, in the order of the input.
+    fn answer(&mut self, answer: &Answer) -> io::Result<()>;
+
+    /// After the last answer.
+    fn end(&mut self) -> io::Result<()>;
+}
