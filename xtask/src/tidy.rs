@@ -120,11 +120,11 @@ const fn measure(
 
 const MEASURES: [Measure; 6] = [
     measure("circles of imports", circles::check, false),
-    measure("long files", lengths::files, false),
-    measure("long functions", lengths::functions, false),
-    measure("tuple parameters", tuple_parameters::check, false),
+    measure("long files", lengths::files, true),
+    measure("long functions", lengths::functions, true),
+    measure("tuple parameters", tuple_parameters::check, true),
     measure("summaries", summaries::check, false),
-    measure("published codes", published_codes::check, false),
+    measure("published codes", published_codes::check, true),
 ];
 
 /// Tells every finding of every measure of the code.
