@@ -26,7 +26,7 @@ pub(crate) fn check(sources: &[Source]) -> Vec<String> {
         functions.visit_file(&source.syntax);
         count += functions.count;
     }
-    if 1000 * found.len() < PER_MILLE * count {
+    if found.is_empty() || 1000 * found.len() < PER_MILLE * count {
         return Vec::new();
     }
     let head = format!(
