@@ -46,6 +46,22 @@ const RENAMES: &[Rename] = &[
         words: &["composite", "gls"],
         reason: "the same word in tables and messages for people",
     },
+    Rename {
+        words: &[
+            "\"outside-training\"",
+            "\"start-angle-not-learnt\"",
+            "\"emulator-replaced\"",
+            "\"phases-sampled-slowly\"",
+            "\"noise-hides-levels\"",
+            "\"start-estimated\"",
+            "\"start-suspected\"",
+        ],
+        reason: "one code stood for seven facts; each has a code of its own",
+    },
+    Rename {
+        words: &["\"bundle-of-another-model\"", "\"reference-used\""],
+        reason: "the use of references has a code of its own",
+    },
 ];
 
 /// Fields whose values say which program wrote them, not what it found.
