@@ -106,31 +106,25 @@ const LICENCES: &[&str] = &[
 struct Measure {
     name: &'static str,
     check: fn(&[Source]) -> Vec<String>,
-    /// A finding fails; otherwise the number of findings is told.
-    enforced: bool,
 }
 
-const fn measure(
-    name: &'static str,
-    check: fn(&[Source]) -> Vec<String>,
-    enforced: bool,
-) -> Measure {
-    Measure { name, check, enforced }
+const fn measure(name: &'static str, check: fn(&[Source]) -> Vec<String>) -> Measure {
+    Measure { name, check }
 }
 
 const MEASURES: [Measure; 6] = [
-    measure("circles of imports", circles::check, true),
-    measure("long files", lengths::files, true),
-    measure("long functions", lengths::functions, true),
-    measure("tuple parameters", tuple_parameters::check, true),
-    measure("summaries", summaries::check, true),
-    measure("published codes", published_codes::check, true),
+    measure("circles of imports", circles::check),
+    measure("long files", lengths::files),
+    measure("long functions", lengths::functions),
+    measure("tuple parameters", tuple_parameters::check),
+    measure("summaries", summaries::check),
+    measure("published codes", published_codes::check),
 ];
 
 /// Tells every finding of every measure of the code.
 pub(crate) fn measures(root: &Path) -> Result<()> {
     let sources = source::read(root, &committed(root)?)?;
-    for Measure { name, check, .. } in MEASURES {
+    for Measure { name, check } in MEASURES {
         let findings = check(&sources);
         say(&format!("{name}: {} findings", findings.len()));
         for finding in findings {
@@ -140,18 +134,9 @@ pub(crate) fn measures(root: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Findings of the measures that are enforced; the number of the others' is told.
+/// Findings of every measure.
 fn measured(sources: &[Source]) -> Vec<String> {
-    let mut problems = Vec::new();
-    for Measure { name, check, enforced } in MEASURES {
-        let findings = check(sources);
-        if enforced {
-            problems.extend(findings);
-        } else if !findings.is_empty() {
-            say(&format!("{name}: {} findings, not enforced yet", findings.len()));
-        }
-    }
-    problems
+    MEASURES.iter().flat_map(|measure| (measure.check)(sources)).collect()
 }
 
 /// Runs all checks and tells everything that they find.

@@ -47,7 +47,7 @@ impl Contender {
         Self::CmaEs,
     ];
 
-    /// Its name on the command line and in files.
+    /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gls => "gls",

@@ -25,7 +25,7 @@ impl Protocol {
     pub const ALL: [Self; 5] =
         [Self::High, Self::Low, Self::Metaheuristics, Self::Bench, Self::Noisy];
 
-    /// Its name on the command line and in files.
+    /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::High => "high",

@@ -16,7 +16,7 @@ pub trait Word: Copy + JsonSchema + DeserializeOwned {
 pub struct Choice<T> {
     /// The value.
     pub value: T,
-    /// Its meaning, as the schema describes it.
+    /// Meaning of the value, as the schema describes it.
     pub meaning: String,
 }
 

@@ -48,7 +48,7 @@ impl Schema {
         Self::Fleet,
     ];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Recording => "recording",

@@ -28,40 +28,22 @@ cargo xtask same-answers OTHER_FDI [--renames] [--fdi PROGRAM]
   --renames  count the published words that were renamed as equal
   --fdi      the program of this commit (default: built with --release)";
 
-/// Words for one fact, of which either program may use any.
-struct Rename {
-    words: &'static [&'static str],
-    /// Why the words are one.
-    #[expect(dead_code, reason = "read by people: every rename has its reason beside it")]
-    reason: &'static str,
-}
-
-/// Published words that were renamed.
-const RENAMES: &[Rename] = &[
-    Rename {
-        words: &["\"composite\"", "\"gls\""],
-        reason: "the default method is generalised least squares and is called so",
-    },
-    Rename {
-        words: &["composite", "gls"],
-        reason: "the same word in tables and messages for people",
-    },
-    Rename {
-        words: &[
-            "\"outside-training\"",
-            "\"start-angle-not-learnt\"",
-            "\"emulator-replaced\"",
-            "\"phases-sampled-slowly\"",
-            "\"noise-hides-levels\"",
-            "\"start-estimated\"",
-            "\"start-suspected\"",
-        ],
-        reason: "one code stood for seven facts; each has a code of its own",
-    },
-    Rename {
-        words: &["\"bundle-of-another-model\"", "\"reference-used\""],
-        reason: "the use of references has a code of its own",
-    },
+/// Published words that were renamed: of each row either program may use any.
+const RENAMES: &[&[&str]] = &[
+    // the default method is generalised least squares and is called so
+    &["composite", "gls"],
+    // one code stood for seven facts; each has a code of its own
+    &[
+        "\"outside-training\"",
+        "\"start-angle-not-learnt\"",
+        "\"emulator-replaced\"",
+        "\"phases-sampled-slowly\"",
+        "\"noise-hides-levels\"",
+        "\"start-estimated\"",
+        "\"start-suspected\"",
+    ],
+    // the use of references has a code of its own
+    &["\"bundle-of-another-model\"", "\"reference-used\""],
 ];
 
 /// Fields whose values say which program wrote them, not what it found.
@@ -210,7 +192,7 @@ fn compared(other: &Product, own: &Product, renames: bool) -> Option<String> {
 fn renamed(bytes: &[u8]) -> Vec<u8> {
     let Ok(text) = std::str::from_utf8(bytes) else { return bytes.to_vec() };
     let mut text = STAMPS.iter().fold(text.to_owned(), |text, stamp| without_values(&text, stamp));
-    for Rename { words, .. } in RENAMES {
+    for words in RENAMES {
         let [first, rest @ ..] = words else { continue };
         for word in rest {
             text = text.replace(word, first);

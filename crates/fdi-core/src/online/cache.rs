@@ -27,7 +27,7 @@ impl<K: Copy + Ord, V: Clone> Kept<K, V> {
     ///
     /// # Errors
     ///
-    /// Those of `make`; nothing is kept then.
+    /// The errors of `make`; nothing is kept then.
     pub(crate) fn get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<V, E> {
         let slot = self.slot(key);
         let mut value = locked(&slot);

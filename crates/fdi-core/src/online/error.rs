@@ -61,7 +61,7 @@ pub enum DiagnoseError {
     ReferenceStart {
         /// Start angle found.
         found_rad: Option<f64>,
-        /// That of the references.
+        /// Start angle of the references.
         expected_rad: Option<f64>,
     },
     /// A method that does not take references.

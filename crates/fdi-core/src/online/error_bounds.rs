@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates, PhysicalFaults};
+use ema_sim::{FaultCoordinates, PhysicalFaults};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -76,10 +76,7 @@ impl<'a> ErrorBounds<'a> {
         let mut signal = |point: &[f64]| self.diagnoser.learnt.monitored(&mut monitor, point);
         let jacobian = central::differences(&centre, STEP, &mut signal);
         let mut current = |point: &[f64]| {
-            let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
-            for (&index, &value) in sought.iter().zip(point) {
-                all.0[index] = value;
-            }
+            let all = experiment.all_coordinates(point);
             let mut current_a = Vec::new();
             raw.simulate_current(&PhysicalFaults::from(&all), &mut current_a);
             resampled(&current_a, raw_hz, self.phase_rate_hz)

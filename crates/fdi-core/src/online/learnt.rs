@@ -2,8 +2,6 @@
 
 use std::{f64::consts::TAU, sync::Arc};
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates};
-
 use crate::{
     offline::{
         bundle::{Bundle, BundleError, StartAngle, differences},
@@ -220,11 +218,7 @@ impl Learnt {
     /// Signal of a low-fidelity model at coordinates looked for, start angle zero, with the mean of
     /// its error added, A.
     pub(crate) fn monitored(&self, monitor: &mut Monitor, point: &[f64]) -> Vec<f64> {
-        let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
-        for (index, &value) in self.bundle.experiment.sought_indices().into_iter().zip(point) {
-            all.0[index] = value;
-        }
-        let mut signal = monitor.signal(&all);
+        let mut signal = monitor.signal(&self.bundle.experiment.all_coordinates(point));
         for (value, mean) in signal.iter_mut().zip(self.incipient.mean_at(&within_training(point)))
         {
             *value += mean;

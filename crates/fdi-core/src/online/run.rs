@@ -103,12 +103,7 @@ impl Run<'_> {
 
     /// The coordinates looked for among all seven, the others zero.
     pub(crate) fn all_coordinates(&self, point: &[f64]) -> [f64; FAULT_COUNT] {
-        let mut all = [0.0; FAULT_COUNT];
-        for (index, &value) in self.learnt.bundle.experiment.sought_indices().into_iter().zip(point)
-        {
-            all[index] = value;
-        }
-        all
+        self.experiment().all_coordinates(point).0
     }
 
     /// Central differences of the modelled signal, one row a coordinate looked for.

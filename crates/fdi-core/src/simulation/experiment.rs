@@ -173,6 +173,15 @@ impl Experiment {
         (0..FAULT_COUNT).filter(|&i| self.sought[i]).collect()
     }
 
+    /// All coordinates at a point of those looked for, the others zero.
+    pub(crate) fn all_coordinates(&self, point: &[f64]) -> FaultCoordinates {
+        let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
+        for (index, &value) in self.sought_indices().into_iter().zip(point) {
+            all.0[index] = value;
+        }
+        all
+    }
+
     /// The high-fidelity model at a start angle.
     ///
     /// # Errors

@@ -1,8 +1,6 @@
 //! The diagnosed signal of the high-fidelity model, as a recording's phases are sampled.
 
-use ema_sim::{
-    FAULT_COUNT, FaultCoordinates, HighFidelity, Imperfections, PhysicalFaults, SimulationError,
-};
+use ema_sim::{HighFidelity, Imperfections, PhysicalFaults, SimulationError};
 
 use crate::simulation::{envelope::filtered, experiment::Experiment, resampling::resampled};
 
@@ -30,10 +28,7 @@ impl HighFidelitySignal {
     /// The signal at a point of the coordinates looked for, A.
     pub(crate) fn signal(&self, point: &[f64]) -> Vec<f64> {
         let experiment = &self.experiment;
-        let mut all = FaultCoordinates([0.0; FAULT_COUNT]);
-        for (index, &value) in experiment.sought_indices().into_iter().zip(point) {
-            all.0[index] = value;
-        }
+        let all = experiment.all_coordinates(point);
         let mut trace = self.model.simulate(&PhysicalFaults::from(&all));
         for channel in &mut trace.phase_currents_a {
             *channel = resampled(channel, trace.rate_hz, self.phase_rate_hz);
