@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 use fdi_core::{
     Bundle, CsvFormat, Dataset, DatasetRequest, Experiment, Purpose, RecordedContent,
     ReferenceDesign, RootSeed, SimulatedRecording, dataset_to_bytes, default_noise_a,
-    ema_sim::{Converter, HealthState, Imperfections, PhaseSensors},
+    ema_sim::{Converter, HealthState, Imperfections, PhaseSensors, presets},
 };
 use flate2::read::GzDecoder;
 use serde::{Deserialize, Serialize};
@@ -179,7 +179,8 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
     let mut manifest =
         Manifest { seed: SEED, dataset: Vec::new(), bundle: Vec::new(), recording: Vec::new() };
     let (mut products, mut scratch) = (Vec::new(), Vec::new());
-    for experiment in [Experiment::chirp(), Experiment::sine()] {
+    let tolerance = presets::ema_48_tolerance();
+    for experiment in [Experiment { tolerance, ..Experiment::chirp() }, Experiment::sine()] {
         let mut of_bundle = Vec::new();
         for imperfections in [Imperfections::REAL, Imperfections::NONE] {
             for &(design, conditions) in designs(&experiment) {

@@ -20,7 +20,7 @@ cargo xtask blind [FLAG...]             the scored hidden-effect cases
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
 cargo xtask docs [--check]              rebuild the generated reference pages and drawings, or compare them
-cargo xtask tidy [--measures]           edges, paths, licences, prose, measures of the code; or all findings of these
+cargo xtask tidy [--measures]           edges, paths, licences, prose, help, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
 fn main() -> Result<()> {

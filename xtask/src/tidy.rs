@@ -1,5 +1,6 @@
 //! Checks beyond the compiler's: edges between crates, paths named in the
-//! documentation, licences, traces of a machine, length of sentences, and measures of the code.
+//! documentation, licences, traces of a machine, length of sentences, help against schema, and
+//! measures of the code.
 
 mod circles;
 mod lengths;
@@ -10,6 +11,7 @@ mod summaries;
 mod tuple_parameters;
 
 mod dependencies;
+mod help;
 
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
@@ -20,10 +22,11 @@ use validation::say;
 use self::source::Source;
 
 /// Crates that stand alone.
-const LEAVES: [&str; 3] = ["ema-sim", "reduction", "gp-bayesopt"];
+const LEAVES: [&str; 4] = ["ema-sim", "inference", "reduction", "gp-bayesopt"];
 
 /// Crates that `fdi-core` joins.
-const JOINED: [&str; 5] = ["recordings", "fdi-report", "ema-sim", "reduction", "gp-bayesopt"];
+const JOINED: [&str; 6] =
+    ["recordings", "fdi-report", "ema-sim", "inference", "reduction", "gp-bayesopt"];
 
 /// Crates that `validation` measures: everything but the program, which it runs.
 const VALIDATED: [&str; 10] = [
@@ -41,15 +44,16 @@ const VALIDATED: [&str; 10] = [
 
 /// Edges that each crate of the workspace may have to others; a new edge comes with
 /// a page in `docs/decisions/`.
-const EDGES: [(&str, &[&str]); 12] = [
+const EDGES: [(&str, &[&str]); 13] = [
     ("recordings", &[]),
     ("fdi-report", &["recordings"]),
     ("ema-sim", &[]),
+    ("inference", &[]),
     ("reduction", &[]),
     ("gp-bayesopt", &[]),
     ("fdi-core", &JOINED),
-    ("greybox", &["ema-sim"]),
-    ("experiments", &["fdi-core", "gp-bayesopt"]),
+    ("greybox", &["ema-sim", "inference"]),
+    ("experiments", &["fdi-core", "gp-bayesopt", "inference"]),
     ("fdi-cli", &["experiments", "fdi-core", "fdi-report", "greybox", "recordings"]),
     ("validation", &VALIDATED),
     // hides effects, and so knows nothing of the catalogue
@@ -152,6 +156,7 @@ pub(crate) fn run(root: &Path) -> Result<()> {
     problems.extend(machine_paths(root, &files));
     problems.extend(unformatted(root, &files)?);
     problems.extend(prose::check(root, &files));
+    problems.extend(help::check());
     problems.extend(measured(&source::read(root, &files)?));
     if problems.is_empty() {
         return Ok(());

@@ -45,7 +45,7 @@ pub(crate) mod shaft_load;
 pub use catalogue::EffectId;
 pub use curve::{Coordinate, Curve, CurveError, CurveKind};
 pub use error::EffectError;
-pub use info::{EffectClass, EffectInfo, Port, Repetition};
+pub use info::{EffectClass, EffectInfo, LoopPart, Port, Repetition};
 pub use instance::Effect;
 pub use number::{EffectParameter, MOST_PARAMETERS, MachineScales, Role, ShapeScales};
 pub use quantity::{Geometry, Quantity};

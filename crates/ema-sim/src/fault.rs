@@ -20,7 +20,7 @@ pub enum FaultId {
     ShortB,
     /// `k5`, partial inter-turn short of phase C.
     ShortC,
-    /// `k6`, rotor eccentricity.
+    /// `k6`, eccentricity that turns with the rotor (dynamic eccentricity).
     Eccentricity,
     /// `k7`, direction of the eccentricity.
     EccentricityPhase,

@@ -71,6 +71,7 @@ mod servo_control;
 mod shape_function;
 mod simulation_error;
 mod speed_guard;
+mod tolerance;
 mod trace;
 mod valid_range;
 mod waveform;
@@ -80,8 +81,8 @@ pub use axis_parameter::AxisParameter;
 pub use back_emf::BackEmfTable;
 pub use effect::{
     Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
-    EffectInfo, EffectParameter, Geometry, MOST_PARAMETERS, MachineScales, Port, Quantity,
-    Repetition, Role, ShapeScales,
+    EffectInfo, EffectParameter, Geometry, LoopPart, MOST_PARAMETERS, MachineScales, Port,
+    Quantity, Repetition, Role, ShapeScales,
 };
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};
@@ -114,5 +115,6 @@ pub use servo_axis::{
 };
 pub use servo_control::{AxisController, Drive, Feedback};
 pub use simulation_error::SimulationError;
+pub use tolerance::{Level, Spread, Tolerance, UncertainNumber};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
 pub use valid_range::{Departure, RangeOf, ValidRange, VisitedRange};

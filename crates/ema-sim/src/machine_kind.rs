@@ -58,7 +58,7 @@ pub struct MachineNumber {
 pub struct RoughNumber {
     /// Place among [`MachineKind::numbers`].
     pub place: usize,
-    /// Half-width of the tolerance over the value.
+    /// Half-width of the tolerance over the value; of a normal distribution √3 standard deviations.
     pub half_width_frac: f64,
 }
 
@@ -149,7 +149,8 @@ pub trait MachineKind {
     /// Where there is no such place among [`numbers`](Self::numbers).
     fn set_numbers(&mut self, values: &[NumberValue]);
 
-    /// Numbers that the data sheet knows only roughly, in the order of the file.
+    /// Numbers that the data sheet knows only roughly, in the order of the file: their tolerances
+    /// of type and unit in one. Numbers that are no parameter of the machine are left out.
     fn rough(&self) -> Vec<RoughNumber>;
 
     /// True where a motion recorded under a controller that is not known can be followed
@@ -203,6 +204,16 @@ pub fn bandwidth_hz(machine: &dyn MachineKind) -> f64 {
     let LoopGains { position_per_s, speed } = machine.loop_gains();
     let of_speed = speed * machine.torque_per_drive() / machine.moved_inertia();
     position_per_s.max(of_speed) / core::f64::consts::TAU
+}
+
+/// Adds a tolerance to those before it: several of one number add in squares.
+fn add_rough(known: &mut Vec<RoughNumber>, new: RoughNumber) {
+    match known.iter_mut().find(|earlier| earlier.place == new.place) {
+        Some(earlier) => {
+            earlier.half_width_frac = libm::hypot(earlier.half_width_frac, new.half_width_frac);
+        }
+        None => known.push(new),
+    }
 }
 
 /// Static friction for a new kinetic one, in the ratio of the old ones.

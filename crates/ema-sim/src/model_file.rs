@@ -10,7 +10,15 @@
 //!
 //! [tolerance.motor]           # relative half-widths of what is known only roughly
 //! resistance-ohm = 0.05
+//! inertia-kg-m2 = { sd = 0.03, level = "unit" }
+//!
+//! [tolerance.sensors]         # one table for each level
+//! phase-offset-a = [{ sd = 0.02, level = "unit" }, { sd = 0.01, level = "session" }]
 //! ```
+//!
+//! A tolerance is a half-width of the units, or a table with one of `sd` (normal) and `half-width`
+//! (uniform) and a `level`: `type`, `unit` (where it is left out), `session` or `recording`.
+//! [`UncertainNumber`] has the keys.
 //!
 //! A servo axis says so, and gives its own blocks ([`parse_machine`]):
 //!
@@ -49,10 +57,11 @@
 mod axis;
 mod effect_block;
 mod machine;
+mod tolerance_block;
 
 pub use axis::{AxisModel, AxisTolerance};
 pub use effect_block::{Annotation, EffectBlock};
-pub use machine::{MachineModel, parse_machine, parse_machine_onto};
+pub use machine::{FaultRefused, MachineModel, parse_machine, parse_machine_onto};
 
 use toml::{
     Spanned,
@@ -67,7 +76,9 @@ use crate::{
     parameter_error::ParameterError,
     params::{Actuator, BackEmfShape, Commutation, PositionSensor},
     presets,
+    tolerance::{Tolerance, UncertainNumber},
 };
+use tolerance_block::{Line, Scatter};
 
 /// Machine that a model file describes.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +89,7 @@ pub struct Model {
     pub actuator: Actuator,
     /// The faults that it can have.
     pub faults: Vec<FaultId>,
-    /// Numbers that are known only roughly.
+    /// Numbers that are known only roughly, and how far they scatter at each level.
     pub tolerance: Vec<Tolerance>,
     /// Effects besides the base model.
     pub effects: Vec<EffectBlock>,
@@ -89,22 +100,6 @@ impl Model {
     /// [`LowFidelity::with_effects`](crate::LowFidelity::with_effects).
     pub fn switched_on(&self) -> Vec<Effect> {
         self.effects.iter().map(|block| block.effect.clone()).collect()
-    }
-}
-
-/// A parameter that a data sheet knows only roughly: uniform within a relative half-width.
-#[derive(Clone, Copy, Debug)]
-pub struct Tolerance {
-    /// Which parameter.
-    pub parameter: &'static Parameter,
-    /// Half-width over value.
-    pub half_width_frac: f64,
-}
-
-impl PartialEq for Tolerance {
-    fn eq(&self, other: &Self) -> bool {
-        self.parameter.key() == other.parameter.key()
-            && self.half_width_frac == other.half_width_frac
     }
 }
 
@@ -379,15 +374,12 @@ pub fn write(model: &Model) -> String {
         }
     }
     let mut tolerance = model.tolerance.clone();
-    tolerance.sort_by_key(|tolerance| tolerance.parameter.key());
-    for tolerance in tolerance {
-        let (block, key) = split(tolerance.parameter.key());
-        let header = format!("\n[tolerance.{block}]");
-        if !lines.contains(&header) {
-            lines.push(header);
-        }
-        lines.push(format!("{key} = {:?}", tolerance.half_width_frac));
-    }
+    tolerance.sort_by_key(Tolerance::key);
+    let written = tolerance.iter().map(|Tolerance { number, spread, level }| Line {
+        path: number.key(),
+        scatter: Scatter { spread: *spread, level: *level },
+    });
+    tolerance_block::write(&written.collect::<Vec<_>>(), &mut lines);
     effect_block::write(&model.effects, &mut lines);
     lines.join("\n") + "\n"
 }
@@ -524,18 +516,16 @@ impl Reader<'_> {
     ) -> Result<(), ModelFileError> {
         for (key, value) in self.table("tolerance", value)? {
             let path = format!("{block}.{}", key.get_ref());
-            let parameter = Parameter::find(&path).ok_or_else(|| self.unknown(&path, key))?;
-            let half_width_frac = self.number(&path, value)?;
-            if !(0.0..1.0).contains(&half_width_frac) {
-                return Err(self.wrong(
-                    &format!("tolerance.{path}"),
-                    "a share of the value, from 0 to 1",
-                    value,
-                    half_width_frac.to_string(),
-                ));
-            }
-            tolerances.retain(|earlier| earlier.parameter.key() != parameter.key());
-            tolerances.push(Tolerance { parameter, half_width_frac });
+            let number =
+                UncertainNumber::find(&path).ok_or_else(|| self.unknown_number(&path, key))?;
+            let scatters = self.scatters(&path, value, number.is_relative())?;
+            tolerances.retain(|earlier| earlier.number != number);
+            let read = scatters.into_iter();
+            tolerances.extend(read.map(|Scatter { spread, level }| Tolerance {
+                number,
+                spread,
+                level,
+            }));
         }
         Ok(())
     }
@@ -633,7 +623,12 @@ fn closest(key: &str) -> Option<&'static str> {
     let choices = CHOICES.iter().map(|choice| choice.key);
     let known = Parameter::ALL.iter().map(Parameter::key).chain(choices).chain(TOP);
     let blocks = Parameter::ALL.iter().map(|parameter| split(parameter.key()).0);
-    let (edits, best) = known.chain(blocks).map(|name| (distance(key, name), name)).min()?;
+    closest_of(key, known.chain(blocks))
+}
+
+/// The name with the fewest edits, when they are few.
+fn closest_of(key: &str, names: impl Iterator<Item = &'static str>) -> Option<&'static str> {
+    let (edits, best) = names.map(|name| (distance(key, name), name)).min()?;
     (edits * 3 <= key.len()).then_some(best)
 }
 

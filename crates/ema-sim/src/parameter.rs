@@ -53,6 +53,12 @@ macro_rules! parameters {
     };
 }
 
+impl PartialEq for Parameter {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
 impl Parameter {
     /// All numbers, block by block.
     pub const ALL: &'static [Self] = parameters! {

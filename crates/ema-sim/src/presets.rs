@@ -4,9 +4,12 @@
 //! consistent set, argued in `docs/models/ema-48.md`; "choice" below means a realistic value
 //! without a published source.
 
-use crate::params::{
-    Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
-    Transmission,
+use crate::{
+    params::{
+        Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
+        Transmission,
+    },
+    tolerance::{Level, Spread, Tolerance, UncertainNumber},
 };
 
 /// Torque constant with two phases conducting, N·m/A.
@@ -143,3 +146,113 @@ pub const BENCH: Actuator = Actuator {
         ..EMA_48.sensing
     },
 };
+
+/// Scatter of a number that is usual in the field.
+struct Usual {
+    key: &'static str,
+    level: Level,
+    std: f64,
+}
+
+const fn unit(key: &'static str, std: f64) -> Usual {
+    Usual { key, level: Level::Unit, std }
+}
+
+const fn session(key: &'static str, std: f64) -> Usual {
+    Usual { key, level: Level::Session, std }
+}
+
+/// Standard deviations of a machine like [`EMA_48`], by key: between units, and between sessions
+/// of one unit.
+const EMA_48_SCATTER: [Usual; 22] = [
+    unit("as-built.eccentricity", 0.02),
+    unit("as-built.turns", 0.003),
+    unit("inverter.bus-voltage-v", 0.01),
+    session("inverter.bus-voltage-v", 0.01),
+    unit("motor.back-emf-v-s-per-rad", 0.03),
+    unit("motor.inductance-henry", 0.10),
+    unit("motor.inertia-kg-m2", 0.03),
+    unit("motor.resistance-ohm", 0.05),
+    unit("motor.viscous-n-m-s-per-rad", 0.30),
+    session("motor.viscous-n-m-s-per-rad", 0.05),
+    unit("sensors.phase-gain", 0.01),
+    session("sensors.phase-gain", 0.002),
+    unit("sensors.phase-offset-a", 0.020),
+    session("sensors.phase-offset-a", 0.010),
+    unit("test.load-n-m", 0.103),
+    unit("transmission.backlash-rad", 0.30),
+    unit("transmission.efficiency-ratio", 0.02 / 0.85),
+    unit("transmission.kinetic-friction-n-m", 0.20),
+    session("transmission.kinetic-friction-n-m", 0.03),
+    unit("transmission.static-over-kinetic", 0.10),
+    session("transmission.static-over-kinetic", 0.03),
+    unit("transmission.surface-inertia-kg-m2", 0.05),
+];
+
+/// Scatter of what [`BENCH`] has besides: the user shaft's friction is dry friction too.
+const BENCH_SCATTER: [Usual; 2] = [
+    unit("transmission.surface-friction-n-m", 0.20),
+    session("transmission.surface-friction-n-m", 0.03),
+];
+
+fn normal(usual: &[Usual]) -> Vec<Tolerance> {
+    let tolerance = |usual: &Usual| Tolerance {
+        number: UncertainNumber::find(usual.key).expect("a test looks up each key"),
+        spread: Spread::Std(usual.std),
+        level: usual.level,
+    };
+    usual.iter().map(tolerance).collect()
+}
+
+/// Tolerances of [`EMA_48`] that are usual in the field, in the order of their keys.
+///
+/// All are normal. A model made of an actuator has none of them: it has those that its file, or
+/// its maker, gives.
+///
+/// | number | standard deviation between units | between sessions | source |
+/// |---|---|---|---|
+/// | back-EMF | 3 % | | Parker, Trilogy: magnets differ by 3 to 5 % from lot to lot |
+/// | resistance | 5 % | | the same: ±10 %, as two standard deviations |
+/// | inductance | 10 % | | the same: ±30 %, as three standard deviations |
+/// | motor inertia | 3 % | | IEC 60034-1: ±10 %, as three standard deviations |
+/// | surface inertia | 5 % | | choice |
+/// | kinetic friction | 20 % | 3 % | choice; it changes with load and temperature (Bittencourt and Gunnarsson) |
+/// | static over kinetic friction | 10 % | 3 % | choice |
+/// | viscous drag | 30 % | 5 % | choice |
+/// | play | 30 % | | choice |
+/// | efficiency | 0.02 of 0.85 | | choice; IEC 60034-1 allows a motor 15 % of its losses, 0.0225 here |
+/// | load | 0.103 N·m | | choice: 5 % of 0.5 N·m and 0.1 N·m, in squares |
+/// | supply | 1 % | 1 % | choice |
+/// | gain of a phase's sensor | 1 % | 0.2 % | choice: that of a shunt |
+/// | offset of a phase's sensor | 20 mA | 10 mA | choice: 0.1 % of ±20 A, and half of it |
+/// | turns of a phase | 0.3 % | | choice |
+/// | eccentricity | 2 % of the air gap | | choice |
+///
+/// # Source
+///
+/// Parker Hannifin, "Winding Tolerances and Resistance Measurement", support page 187 of the
+/// Trilogy linear motors, "similar to rotary servo motor tolerances". IEC 60034-1, schedule of
+/// tolerances, as gear-motor manuals print it. A. C. Bittencourt and S. Gunnarsson, "Static
+/// Friction in a Robot Joint", LiTH-ISY-R-3038, 2011.
+///
+/// # Examples
+///
+/// ```
+/// use ema_sim::{Level, presets::ema_48_tolerance};
+///
+/// let of_units = ema_48_tolerance().into_iter().filter(|one| one.level == Level::Unit);
+/// assert_eq!(of_units.count(), 16);
+/// ```
+pub fn ema_48_tolerance() -> Vec<Tolerance> {
+    normal(&EMA_48_SCATTER)
+}
+
+/// Tolerances of [`BENCH`] that are usual in the field, in the order of their keys: those of
+/// [`ema_48_tolerance`], and dry friction of the user shaft, 20 % between units and 3 % between
+/// sessions (choice, as the friction of EMA-48).
+pub fn bench_tolerance() -> Vec<Tolerance> {
+    let mut tolerances = ema_48_tolerance();
+    tolerances.extend(normal(&BENCH_SCATTER));
+    tolerances.sort_by_key(Tolerance::key);
+    tolerances
+}

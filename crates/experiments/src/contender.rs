@@ -47,15 +47,15 @@ impl Contender {
         Self::CmaEs,
     ];
 
-    /// Name on the command line and in files.
+    /// Name on the command line and in files: of a method of the diagnosis its published word.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Gls => "gls",
-            Self::Composite => "composite",
-            Self::Emulator => "emulator",
-            Self::Ei => "ei",
-            Self::Ucb => "ucb",
-            Self::TwoStepEi => "two-step-ei",
+            Self::Gls => Method::Gls.word(),
+            Self::Composite => Method::Composite.word(),
+            Self::Emulator => Method::Emulator.word(),
+            Self::Ei => Method::Ei.word(),
+            Self::Ucb => Method::Ucb.word(),
+            Self::TwoStepEi => Method::TwoStepEi.word(),
             Self::Genetic => "ga",
             Self::Swarm => "pso",
             Self::DifferentialEvolution => "de",

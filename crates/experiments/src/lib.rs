@@ -20,6 +20,7 @@ mod score;
 mod setting;
 mod start;
 mod trials;
+mod units;
 
 pub use contender::Contender;
 pub use evaluation::evaluate;
@@ -28,3 +29,6 @@ pub use reference::{Beforehand, ReferenceRequest, ReferenceScore, evaluate_refer
 pub use request::{Clock, EvaluationError, EvaluationRequest};
 pub use setting::EvaluationSetting;
 pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};
+pub use units::{
+    HiddenDamage, UnitsLine, UnitsResult, UnitsScore, bundle_at, evaluate_units, unit_bounds,
+};

@@ -4,7 +4,7 @@ use std::fmt;
 
 use fdi_core::{
     BundleError, Condition, Dataset, DatasetError, DatasetRequest, DiagnoseError, Experiment,
-    ExperimentError, ReferenceDesign, ema_sim::SimulationError,
+    ExperimentError, RecordError, ReferenceDesign, ema_sim::SimulationError,
 };
 
 use crate::{contender::Contender, protocol::Protocol, setting::EvaluationSetting};
@@ -62,6 +62,9 @@ pub enum EvaluationError {
     /// Nothing can be learnt from the reference signals.
     #[error(transparent)]
     Bundle(#[from] BundleError),
+    /// A simulated recording is none.
+    #[error(transparent)]
+    Record(#[from] RecordError),
     /// A diagnosis failed.
     #[error(transparent)]
     Diagnose(#[from] DiagnoseError),

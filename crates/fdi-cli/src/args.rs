@@ -13,7 +13,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
     ColumnMap, Encoding, RootSeed, Schema,
     ema_sim::PhaseSensors,
-    report::{Fidelity, Method},
+    report::{Fidelity, Method, ToleranceUse},
 };
 
 use crate::setting::ResolvedSetting;
@@ -227,8 +227,11 @@ pub struct DiagnoseArgs {
     #[arg(long, value_parser = published::<Fidelity>(), default_value_t = Fidelity::Low)]
     pub fidelity: Fidelity,
     /// Part of the filtered envelope that is looked at; other than `full` misses faults that `full` finds
-    #[arg(long, value_enum, default_value_t = EncodingArg::Full)]
-    pub encoding: EncodingArg,
+    #[arg(long, value_parser = published::<Encoding>(), default_value_t = Encoding::Full)]
+    pub encoding: Encoding,
+    /// Use of the machine's tolerances: `model`, it differs from its file as they say; `none`, it is exactly its file
+    #[arg(long, value_parser = published::<ToleranceUse>(), default_value_t = ToleranceUse::Model)]
+    pub tolerance: ToleranceUse,
     /// Most evaluations of the model in one search; noise, uncertainty and severe faults take more [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,
@@ -265,34 +268,6 @@ pub struct DiagnoseArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub fleet: FleetArgs,
-}
-
-/// Part of the filtered envelope that is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum EncodingArg {
-    /// Every sample.
-    Full,
-    /// The 30 samples of the bundle's mask.
-    Points,
-    /// Means over the clusters of the map that places the points.
-    ClusterMeans,
-    /// Projection on the leading modes of the reference signals.
-    Modes,
-    /// Projection on the effects of the faults in the reference signals.
-    Sensitivities,
-}
-
-impl EncodingArg {
-    /// Converts the argument into the encoding of the diagnosis.
-    pub fn of_diagnosis(self) -> Encoding {
-        match self {
-            Self::Full => Encoding::Full,
-            Self::Points => Encoding::Points,
-            Self::ClusterMeans => Encoding::ClusterMeans,
-            Self::Modes => Encoding::Modes,
-            Self::Sensitivities => Encoding::Sensitivities,
-        }
-    }
 }
 
 /// Every N-th recording, beginning with the I-th.
@@ -409,47 +384,8 @@ pub struct ShowArgs {
 #[derive(Clone, Debug, Args)]
 pub struct SchemaArgs {
     /// Which form
-    #[arg(value_enum)]
-    pub form: SchemaArg,
-}
-
-/// A form that is read or written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SchemaArg {
-    /// Columns and metadata of a recording.
-    Recording,
-    /// The JSON of `diagnose`.
-    Diagnosis,
-    /// The JSON of `bundle show`.
-    Bundle,
-    /// The JSON of `evaluate`.
-    Evaluation,
-    /// The JSON of `explain`.
-    Explanation,
-    /// The JSON of `calibrate`.
-    Calibration,
-    /// The JSON of `propose`.
-    Proposal,
-    /// The JSON of `effects`.
-    Effects,
-    /// The JSON of the trends beside a report of `diagnose`.
-    Fleet,
-}
-
-impl SchemaArg {
-    pub(crate) fn schema(self) -> Schema {
-        match self {
-            Self::Recording => Schema::Recording,
-            Self::Diagnosis => Schema::Diagnosis,
-            Self::Bundle => Schema::Bundle,
-            Self::Evaluation => Schema::Evaluation,
-            Self::Explanation => Schema::Explanation,
-            Self::Calibration => Schema::Calibration,
-            Self::Proposal => Schema::Proposal,
-            Self::Effects => Schema::Effects,
-            Self::Fleet => Schema::Fleet,
-        }
-    }
+    #[arg(value_parser = published::<Schema>())]
+    pub form: Schema,
 }
 
 /// Options of `fdi completions`.
@@ -510,12 +446,27 @@ fn mapping(text: &str) -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
+    use fdi_core::ema_sim::model_file::PRESETS;
 
     use super::*;
 
     #[test]
     fn the_tree_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn help_of_models_names_every_preset() {
+        let tree = Cli::command();
+        let models = tree.get_subcommands().flat_map(|command| {
+            command.get_arguments().filter(|argument| argument.get_id() == "model")
+        });
+        let helps: Vec<String> = models.map(|a| a.get_help().unwrap().to_string()).collect();
+        assert_eq!(helps.len(), 5);
+        for (name, _) in PRESETS {
+            let named = format!("`{name}`");
+            assert!(helps.iter().all(|help| help.contains(&named)), "{named}: {helps:?}");
+        }
     }
 
     #[test]

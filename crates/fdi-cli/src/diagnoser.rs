@@ -4,8 +4,8 @@ use std::{fs, path::PathBuf, sync::OnceLock};
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, ColumnMap, CommandSource, Current, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding,
-    FitSignals, Purpose, Recording, RootSeed, report::RecordDiagnosis,
+    Bundle, ColumnMap, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding, FitSignals, Purpose, Recording,
+    RootSeed, fitting_experiment, report::RecordDiagnosis,
 };
 
 use crate::DiagnoseArgs;
@@ -60,6 +60,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         noise_a: args.noise_a,
         max_delay_s: args.max_delay_s.unwrap_or(0.0),
         free_start: args.free_start,
+        tolerance: args.tolerance,
         seed: seed.derive(Purpose::Diagnosis, 0),
     };
     let bundles = match &args.bundle {
@@ -78,7 +79,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>>>()?;
     let rates_hz = bundles.iter().map(|one| one.bundle.experiment.filter.output_hz).collect();
-    let encoding = args.encoding.of_diagnosis();
+    let encoding = args.encoding;
     Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, rates_hz }))
 }
 
@@ -119,28 +120,10 @@ struct BundleDiagnoser {
 }
 
 impl BundleDiagnoser {
-    /// The bundle of the recording's command; without one, the longest test that the recording
-    /// is long enough for.
+    /// The bundle that a recording is diagnosed with.
     fn fitting(&self, recording: &Recording) -> &Prepared {
-        let first = &self.bundles[0];
-        if let Some(CommandSource::Named(name)) = &recording.metadata.command {
-            let named = self.bundles.iter().find(|one| one.bundle.experiment.name == *name);
-            return named.unwrap_or(first);
-        }
-        let Ok(Current::Phases([channel, ..]) | Current::Envelope(channel)) =
-            recording.require_current()
-        else {
-            return first;
-        };
-        let length_s = match (channel.times_s().first(), channel.times_s().last()) {
-            (Some(start), Some(end)) => end - start,
-            _ => 0.0,
-        };
-        let duration = |one: &Prepared| one.bundle.experiment.scenario.duration_s;
-        // a recording ends one sample before the test's duration
-        let fits = |one: &&Prepared| duration(one) <= length_s * 1.001 + 1e-3;
-        let longest = self.bundles.iter().filter(fits);
-        longest.max_by(|a, b| duration(a).total_cmp(&duration(b))).unwrap_or(first)
+        let experiments: Vec<_> = self.bundles.iter().map(|one| &one.bundle.experiment).collect();
+        &self.bundles[fitting_experiment(&experiments, recording)]
     }
 }
 

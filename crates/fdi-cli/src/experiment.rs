@@ -4,9 +4,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    AxisTest, ColumnMap, Experiment, ExperimentError, Recording,
+    AxisTest, ColumnMap, Experiment, Recording,
     ema_sim::{
-        Geometry, SimulationError,
+        Geometry,
         model_file::{AxisModel, Model},
     },
     read_model,
@@ -22,7 +22,7 @@ pub(crate) fn experiment(args: &TestArgs) -> Result<Experiment> {
 /// An actuator in the test that the options name.
 pub(crate) fn experiment_of(model: &Model, args: &TestArgs) -> Result<Experiment> {
     let name = model.name.clone().context("a model that is read has a name")?;
-    let mut test = match named_test(&args.command) {
+    let mut test = match Experiment::named(&args.command) {
         Some(test) => test,
         None => recorded(Path::new(&args.command))?,
     };
@@ -31,18 +31,9 @@ pub(crate) fn experiment_of(model: &Model, args: &TestArgs) -> Result<Experiment
     }
     test.scenario.start_angle_rad = args.start_angle_rad;
     test.of_model(&name, model).map_err(|error| {
-        let blamed = if of_the_command(&error) { &args.command } else { &args.model };
+        let blamed = if error.is_of_the_command() { &args.command } else { &args.model };
         anyhow::Error::new(error).context(blamed.clone())
     })
-}
-
-/// The test of actuators that has this name.
-pub(crate) fn named_test(name: &str) -> Option<Experiment> {
-    match name {
-        "chirp" => Some(Experiment::chirp()),
-        "sine" => Some(Experiment::sine()),
-        _ => None,
-    }
 }
 
 /// The test of a servo axis that the options name.
@@ -66,17 +57,6 @@ pub(crate) fn axis_test(model: &AxisModel, args: &TestArgs) -> Result<AxisTest> 
     };
     test.scenario.load = args.load_n_m.unwrap_or(0.0);
     Ok(test)
-}
-
-/// Tells whether it is the command's fault that the test cannot be run.
-fn of_the_command(error: &ExperimentError) -> bool {
-    matches!(
-        error,
-        ExperimentError::TooShort { .. }
-            | ExperimentError::Simulation(
-                SimulationError::CommandBeyondStops { .. } | SimulationError::Scenario { .. }
-            )
-    )
 }
 
 /// The test of a recording.

@@ -10,6 +10,7 @@ use std::{
 
 use anyhow::{Result, bail};
 use fdi_core::{
+    Experiment,
     ema_sim::model_file::{PRESETS, base_of},
     list_recordings,
 };
@@ -18,7 +19,6 @@ use crate::{
     DiagnoseArgs, GlobalArgs,
     args::{BundleCommand, Command, RecordArgs, ReportArgs, TestArgs},
     config,
-    experiment::named_test,
     regular_file::require_file,
     report_file,
 };
@@ -118,7 +118,7 @@ impl Files {
     }
 
     fn command(&mut self, command: &str) {
-        if named_test(command).is_none() {
+        if Experiment::named(command).is_none() {
             self.read("the command", [command.into()]);
         }
     }

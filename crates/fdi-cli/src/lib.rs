@@ -27,7 +27,7 @@ pub use command::diagnose_with;
 pub use config::{LoadError, config_reference, load};
 pub use diagnoser::Diagnoser;
 pub use exit::ExitStatus;
-pub use reference::reference;
+pub use reference::{ListedOption, OptionValue, listed_options, reference};
 pub use setting::ResolvedSetting;
 pub use streams::Streams;
 

@@ -11,7 +11,7 @@ mod table;
 
 use std::io::Write;
 
-use fdi_core::report::{Failure, Notice, NoticeCode, RecordDiagnosis, Verdict};
+use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
 pub(crate) use answer::{Answer, AnswerWriter, Head};
@@ -49,10 +49,9 @@ pub(crate) struct Tally {
 
 /// Tells whether an answer says neither that the actuator is healthy nor what is wrong with it.
 fn is_open(record: &RecordDiagnosis) -> bool {
-    let unfinished = |notice: &Notice| notice.code == NoticeCode::SearchUnfinished;
     match record.verdict {
         Verdict::Undetermined | Verdict::ModelInadequate => true,
-        Verdict::Healthy => record.notices.iter().any(unfinished),
+        Verdict::Healthy => record.is_unfinished(),
         Verdict::Faulty => false,
     }
 }

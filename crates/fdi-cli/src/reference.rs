@@ -41,3 +41,50 @@ fn section(page: &mut String, command: &mut clap::Command, parent: &str) {
         section(page, inner, &name);
     }
 }
+
+/// A value that an option may have, with its help.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OptionValue {
+    /// The word of the command line.
+    pub word: String,
+    /// Help on it, without a full stop.
+    pub help: String,
+}
+
+/// An option whose help lists its values.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ListedOption {
+    /// Command that has it, `fdi diagnose`.
+    pub command: String,
+    /// Name of the option or argument.
+    pub name: String,
+    /// Values in the order of the help.
+    pub values: Vec<OptionValue>,
+}
+
+/// Every option whose help lists its values, command by command.
+pub fn listed_options() -> Vec<ListedOption> {
+    let mut root = Cli::command();
+    root.build();
+    let mut found = Vec::new();
+    list(&mut found, &root, "");
+    found
+}
+
+fn list(found: &mut Vec<ListedOption>, command: &clap::Command, parent: &str) {
+    let path = format!("{parent} {}", command.get_name()).trim().to_owned();
+    for arg in command.get_arguments() {
+        let listed = arg.get_possible_values().into_iter().map(|value| OptionValue {
+            word: value.get_name().to_owned(),
+            help: value.get_help().map(ToString::to_string).unwrap_or_default(),
+        });
+        let values: Vec<_> = listed.collect();
+        if !values.is_empty() {
+            let (command, name) = (path.clone(), arg.get_id().to_string());
+            found.push(ListedOption { command, name, values });
+        }
+    }
+    for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
+        list(found, inner, &path);
+    }
+}

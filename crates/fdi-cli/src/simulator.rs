@@ -1,23 +1,19 @@
 //! The seam between the command line and the simulation.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, anyhow, bail};
 use fdi_core::{
-    Channel, ChannelName, CsvFormat, Purpose, RecordedContent, Recording, RootSeed,
-    SimulatedRecording,
+    CsvFormat, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
+    SimulatedRecordingError, axis_csv_format,
     ema_sim::{
-        Converter, FaultId, Geometry, HealthState, Imperfections, PhaseSensors, VisitedRange,
-        model_file::{AxisModel, EffectBlock, MachineModel, Model},
+        Converter, Geometry, HealthState, Imperfections, PhaseSensors, VisitedRange,
+        model_file::{AxisModel, EffectBlock, FaultRefused, MachineModel, Model},
     },
     read_machine,
     report::Fidelity,
+    with_current_noise,
 };
 
 use crate::{args::SimulateArgs, experiment};
-
-/// Beyond the converters of any drive.
-const FASTEST_PHASES_HZ: f64 = 1e7;
-/// Samples of a recording: those of a simulated hour at 10 kHz.
-const MOST_SAMPLES: f64 = 4e7;
 
 /// A simulated recording, with what is to be said of it.
 pub(crate) struct Simulated {
@@ -30,11 +26,7 @@ pub(crate) struct Simulated {
 pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated> {
     let machine = read_machine(&args.test.model)?;
     check_faults(args, &machine)?;
-    let mut format = CsvFormat::default();
-    if machine.geometry() == Geometry::Linear {
-        // encoders of a linear axis resolve nanometres
-        format.value_decimals = 9;
-    }
+    let format = axis_csv_format(machine.geometry());
     let (recording, visited) = match &machine {
         MachineModel::Actuator(model) => actuator(args, model, seed)?,
         MachineModel::ServoAxis(model) => axis(args, model, seed)?,
@@ -43,23 +35,20 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated>
     Ok(Simulated { recording, format, notices })
 }
 
-/// Refuses faults that an axis cannot have, or that the model does not list.
+/// Refuses faults that the machine cannot have, or that its model does not list.
 fn check_faults(args: &SimulateArgs, machine: &MachineModel) -> Result<()> {
-    // k7 is the direction of k6 and no damage of its own
-    for fault in FaultId::ALL.into_iter().take(FaultId::EccentricityPhase.index()) {
-        if args.faults.0[fault.index()] > 0.0 {
-            let (symbol, model) = (fault.symbol(), &args.test.model);
-            if let MachineModel::ServoAxis(axis) = machine {
-                axis.axis
-                    .check_fault(fault)
-                    .with_context(|| format!("`--faults {symbol}=…`: {model}"))?;
-            }
-            if !machine.faults().contains(&fault) {
-                bail!("`--faults {symbol}=…`: `faults` of {model} does not list {symbol}");
-            }
+    let model = &args.test.model;
+    machine.check_faults(&args.faults.0).map_err(|refused| match refused {
+        FaultRefused::Impossible { fault, reason } => {
+            let symbol = fault.symbol();
+            anyhow::Error::new(reason).context(format!("`--faults {symbol}=…`: {model}"))
         }
-    }
-    Ok(())
+        FaultRefused::NotListed { fault } => {
+            let symbol = fault.symbol();
+            anyhow!("`--faults {symbol}=…`: `faults` of {model} does not list {symbol}")
+        }
+        other => anyhow::Error::new(other).context(format!("`--faults`: {model}")),
+    })
 }
 
 /// A servo axis; it has no phases, and one model.
@@ -83,31 +72,22 @@ fn axis(
     if args.noise_a == 0.0 {
         return Ok((recording, visited));
     }
-    if recording.channel(ChannelName::QAxisCurrent).is_none() {
+    let sensor_seed = seed.derive(Purpose::SensorNoise, 0);
+    let Some(noisy) = with_current_noise(&recording, args.noise_a, sensor_seed)? else {
         bail!("`--noise-a`: {} is a servo axis whose current is not recorded", args.test.model);
-    }
-    let sensor = PhaseSensors { noise_a: args.noise_a, converter: None };
-    let measured = |channel: &Channel| {
-        if channel.name() != ChannelName::QAxisCurrent {
-            return Ok(channel.clone());
-        }
-        let seed = seed.derive(Purpose::SensorNoise, 0);
-        let [current_a, _, _] = sensor.measure([channel.values(), &[], &[]], seed);
-        Channel::new(channel.name(), channel.times_s(), current_a)
     };
-    let channels = recording.channels().iter().map(measured).collect::<Result<_, _>>()?;
-    Ok((Recording::new("simulated", recording.metadata.clone(), channels)?, visited))
+    Ok((noisy, visited))
 }
 
 /// Refuses more samples of the phases than a recording holds.
 fn check_rate(args: &SimulateArgs, duration_s: f64) -> Result<()> {
-    let most_hz = FASTEST_PHASES_HZ.min(MOST_SAMPLES / duration_s);
-    match args.rate_hz {
-        Some(rate_hz) if rate_hz > most_hz => {
-            bail!("`--rate-hz` is {rate_hz}, expected at most {most_hz} for {duration_s} s")
+    let Some(rate_hz) = args.rate_hz else { return Ok(()) };
+    SimulatedRecording::check_fastest(rate_hz, duration_s).map_err(|error| match error {
+        SimulatedRecordingError::TooFast { rate_hz, most_hz, duration_s } => {
+            anyhow!("`--rate-hz` is {rate_hz}, expected at most {most_hz} for {duration_s} s")
         }
-        _ => Ok(()),
-    }
+        other => other.into(),
+    })
 }
 
 /// An actuator with three phases.

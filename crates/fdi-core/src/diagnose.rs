@@ -6,10 +6,7 @@ use ema_sim::FAULT_COUNT;
 use recordings::Recording;
 
 use crate::{
-    offline::{
-        bundle::{Bundle, BundleError},
-        encoding::Encoding,
-    },
+    offline::bundle::{Bundle, BundleError},
     online::{
         cache::ErrorId,
         commutation::Commutation,
@@ -23,7 +20,8 @@ use crate::{
         run::{Hypothesis, Run},
         watch::Watch,
     },
-    report::{Notice, NoticeCode, RecordDiagnosis},
+    report::{Encoding, Notice, NoticeCode, RecordDiagnosis},
+    unit::error::UnitError,
 };
 
 /// Most rounds in which faults and the start angle that commutation shows settle.
@@ -176,12 +174,51 @@ impl Diagnoser {
     ) -> Result<Answered, DiagnoseError> {
         let run = Run { learnt: &self.learnt, observation, plan, watch };
         let referred = self.learnt.reference_notice(observation.start_angle_rad, plan)?;
+        let mut within = None;
+        let unused = match self.unit_error(&run) {
+            Ok((error, angle_rad)) => {
+                let (answer, posterior) = run.diagnose_unit(error, angle_rad)?;
+                if answer.fit.adequate {
+                    return Ok((answer, posterior));
+                }
+                within = Some((answer, posterior));
+                Some(
+                    "no machine within its tolerances with incipient faults explains it".to_owned(),
+                )
+            }
+            Err(reason) => reason,
+        };
         let (mut answer, posterior) = match observation.start_angle_rad {
             Some(angle_rad) => self.with_known_angle(&run, angle_rad)?,
             None => self.with_unknown_angle(&run)?,
         };
+        if let Some(within) = within
+            && !answer.fit.adequate
+        {
+            return Ok(within);
+        }
         answer.notices.extend(referred);
+        answer.notices.extend(unused.map(|reason| Notice {
+            code: NoticeCode::TolerancesUnused,
+            message: format!("the machine is taken to be exactly its model file: {reason}"),
+        }));
         Ok((answer, posterior))
+    }
+
+    /// The error on machines within the tolerances and the start angle, where they are used; else
+    /// why not, if they were asked for.
+    fn unit_error<'a>(&'a self, run: &'a Run<'a>) -> Result<(&'a UnitError, f64), Option<String>> {
+        run.plan.tolerance.map_err(|reason| reason.map(str::to_owned))?;
+        if self.learnt.references.is_some() {
+            return Err(Some("levels are against reference recordings".to_owned()));
+        }
+        if self.learnt.encoder.is_some() {
+            return Err(Some("few numbers are looked at in place of the signal".to_owned()));
+        }
+        let Some(angle_rad) = run.observation.start_angle_rad else {
+            return Err(Some("the rotor's start angle is not known".to_owned()));
+        };
+        Ok((run.unit_error(angle_rad).map_err(Some)?, angle_rad))
     }
 
     fn with_known_angle(&self, run: &Run<'_>, angle_rad: f64) -> Result<Answered, DiagnoseError> {
@@ -248,8 +285,8 @@ impl Diagnoser {
         spent -= outcome.evaluations;
         let notices = vec![Notice {
             code: NoticeCode::StartAngleUnknown,
-            message: "the rotor's start angle is not known, so that k3, k4, k5 and k7 cannot be \
-                      told apart; record `motor_angle_rad` or give `start-angle-rad`"
+            message: "the rotor's start angle is not known, so that k3 to k7 are not determined; \
+                      record `motor_angle_rad` or give `start-angle-rad`"
                 .to_owned(),
         }];
         let answer = run.answer(&outcome, noise, spent, notices);

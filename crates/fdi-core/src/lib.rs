@@ -35,6 +35,7 @@ mod signal_diagnosis;
 mod signals;
 mod simulation;
 mod statistics;
+mod unit;
 
 pub use diagnose::Diagnoser;
 /// The simulation whose types stand in this crate's interface.
@@ -42,11 +43,13 @@ pub use ema_sim;
 /// The published forms that answers have.
 pub use fdi_report as report;
 pub use fdi_report::{
-    FALSE_ALARM_RATE, FitSignals, INCIPIENT_LEVEL, Schema, convergence_figure_svg,
-    detection_figure_svg, fault_change_figure_svg, fault_figure_svg, fit_figure_svg,
-    held_out_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg,
-    trend_figure_svg,
+    Encoding, FALSE_ALARM_RATE, FitSignals, INCIPIENT_LEVEL, Schema, ToleranceUse,
+    convergence_figure_svg, detection_figure_svg, fault_change_figure_svg, fault_figure_svg,
+    fit_figure_svg, held_out_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg,
+    search_figure_svg, trend_figure_svg,
 };
+/// The statistics whose types stand in this crate's interface.
+pub use inference::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
 pub use offline::artefact::{dataset_from_bytes, dataset_to_bytes};
 pub use offline::bound::sensor_bound_std;
 pub use offline::bundle::{
@@ -54,12 +57,13 @@ pub use offline::bundle::{
 };
 pub use offline::dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
 pub use offline::embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
-pub use offline::encoding::Encoding;
 pub use offline::error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
+pub use offline::joined_datasets::{ExperimentDifference, JoinedDatasets};
 pub use offline::mode_figure::mode_figure_svg;
 pub use offline::store;
 pub use online::emulator::{Emulated, Emulator};
 pub use online::error_bounds::{ErrorBound, ErrorBounds};
+pub use online::fitting::fitting_experiment;
 pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
 pub use online::observation::ObservationError;
 pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
@@ -78,7 +82,6 @@ pub use simulation::model_source::{ReadModelError, read_machine, read_model};
 pub use simulation::recorded_test::RecordedTestError;
 pub use simulation::resampling::resampled;
 pub use simulation::simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
-pub use simulation::simulated_axis::AxisTest;
-pub use statistics::banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+pub use simulation::simulated_axis::{AxisTest, axis_csv_format, with_current_noise};
 pub use statistics::noise_covariance::unit_noise_covariance;
 pub use statistics::parallel::in_parallel;

@@ -13,6 +13,8 @@ pub(crate) mod error_choice;
 pub(crate) mod error_model;
 pub(crate) mod estimator;
 pub(crate) mod factor;
+pub(crate) mod joined_datasets;
 pub(crate) mod mode_figure;
+pub(crate) mod signal_codes;
 pub mod store;
 pub(crate) mod summary;

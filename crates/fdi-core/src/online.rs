@@ -9,6 +9,7 @@ pub(crate) mod emulator;
 pub(crate) mod error;
 pub(crate) mod error_bounds;
 pub(crate) mod fit;
+pub(crate) mod fitting;
 pub(crate) mod high_search;
 pub(crate) mod learnt;
 pub(crate) mod likelihood;

@@ -22,6 +22,8 @@ pub enum Purpose {
     Map,
     /// Conditions of the committed recordings.
     Fixture,
+    /// Machines drawn within tolerances.
+    Units,
 }
 
 impl Purpose {
@@ -35,6 +37,7 @@ impl Purpose {
             Self::Diagnosis => "diagnosis",
             Self::Map => "map",
             Self::Fixture => "fixture",
+            Self::Units => "units",
         }
     }
 }
@@ -49,6 +52,11 @@ impl Purpose {
 /// with integers in little endian and the key padded with zeros to 32 bytes.
 /// A draw added for one purpose or index moves nothing for another, and the order
 /// in which parallel work is done does not matter.
+///
+/// # Source
+///
+/// Ours, `docs/decisions/0004-checksums-and-seeds.md`. SHA-256: FIPS 180-4. `ChaCha` with eight
+/// rounds: Bernstein, "`ChaCha`, a variant of Salsa20" (2008).
 ///
 /// # Examples
 ///
@@ -73,6 +81,38 @@ impl RootSeed {
     }
 }
 
+/// Random numbers of one derived seed.
+#[derive(Clone, Debug)]
+pub(crate) struct Draws(ChaCha8Rng);
+
+impl Draws {
+    /// A stream; equal seeds give equal streams.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// Uniform on `[0, 1)`, 53 bits.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+    }
+
+    /// Standard normal, of Box and Muller's pair the first.
+    pub(crate) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (core::f64::consts::TAU * self.uniform()).cos()
+    }
+
+    /// Standard normal within some standard deviations of its mean.
+    pub(crate) fn normal_within(&mut self, most: f64) -> f64 {
+        loop {
+            let value = self.normal();
+            if value.abs() <= most {
+                return value;
+            }
+        }
+    }
+}
+
 fn stream(purpose: Purpose, index: u64) -> u64 {
     let mut hasher = Sha256::new();
     hasher.update(purpose.name());
@@ -88,13 +128,14 @@ mod tests {
 
     use super::*;
 
-    const ALL: [Purpose; 6] = [
+    const ALL: [Purpose; 7] = [
         Purpose::Design,
         Purpose::ControllerNoise,
         Purpose::SensorNoise,
         Purpose::Diagnosis,
         Purpose::Map,
         Purpose::Fixture,
+        Purpose::Units,
     ];
 
     /// Committed datasets rest on these numbers. They were computed from the
@@ -114,7 +155,7 @@ mod tests {
         assert_eq!(got, PINNED);
     }
 
-    /// Anti-test: root, purpose and index all matter. The 663 000 pairs of
+    /// Anti-test: root, purpose and index all matter. The 903 000 pairs of
     /// 64-bit numbers collide by chance with probability below 1e-13.
     #[test]
     fn every_part_changes_the_seed() {

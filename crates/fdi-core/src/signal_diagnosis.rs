@@ -31,6 +31,8 @@ impl EnvelopeSignal {
                 commutation: None,
                 phase_rate_hz,
                 measured_noise_a: None,
+                noise_beside_gains_a: None,
+                sensor_shares: None,
                 stated_noise_a: Some(noise_a),
                 notices: Vec::new(),
             },

@@ -1,6 +1,4 @@
-//! Covariances of sampled signals and derivatives, without a machine.
+//! Noise of a filtered envelope, and work in parallel.
 
-pub(crate) mod banded;
-pub(crate) mod central;
 pub(crate) mod noise_covariance;
 pub(crate) mod parallel;

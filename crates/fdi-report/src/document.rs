@@ -8,12 +8,15 @@ mod bundle;
 mod calibration;
 mod diagnosis;
 mod effects;
+mod encoding;
 mod evaluation;
 mod explanation;
 mod fault;
+mod finding;
 mod fleet;
 mod notice;
 mod proposal;
+mod tolerance_use;
 
 pub use bundle::{BundleSummary, DatasetSummary, EncodingSummary};
 pub use calibration::{CalibratedParameter, Calibration};
@@ -24,6 +27,7 @@ pub use diagnosis::{
     Verdict,
 };
 pub use effects::{CatalogueEffect, CatalogueKey, CatalogueParameter, EffectCatalogue};
+pub use encoding::Encoding;
 pub use evaluation::{
     ConvergencePoint, DetectionPoint, Evaluation, EvaluationSettings, FaultEvaluation,
     MethodEvaluation, Quartiles,
@@ -34,9 +38,13 @@ pub use explanation::{
     Remainder, ResidualCurve, Sensitivity, Standing,
 };
 pub use fault::{Covariance, Fault, FaultId};
+#[cfg(test)]
+pub(crate) use finding::tests as finding_tests;
+pub use finding::{Finding, FindingKind};
 pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, TrendPoint};
 pub use notice::{Notice, NoticeCode};
 pub use proposal::{Proposal, ProposedRecording, Separation};
+pub use tolerance_use::ToleranceUse;
 
 /// Version of the JSON documents: raised when a field changes its meaning or goes,
 /// not when one is added.

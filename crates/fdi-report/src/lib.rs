@@ -20,6 +20,7 @@ mod figure;
 mod fit_signals;
 mod fleet;
 mod folder;
+mod open_findings;
 mod page;
 mod schema;
 mod sentence;
@@ -30,12 +31,12 @@ pub use document::{
     ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, CatalogueEffect, CatalogueKey,
     CatalogueParameter, Change, ConvergencePoint, CoordinateShare, Covariance, CurveBin,
     DatasetSummary, DetectionPoint, Diagnosis, EffectCatalogue, EffectFinding, EffectNumber,
-    EncodingSummary, Evaluation, EvaluationSettings, Explanation, ExplanationVerdict, Failure,
-    Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, Fidelity, Fit, Fleet, Holdout,
-    HypothesisOutcome, HypothesisRefit, LeftOut, Method, MethodEvaluation, NoiseSource,
-    NominalChange, Notice, NoticeCode, Proposal, ProposedRecording, Quartiles, RecordDiagnosis,
-    RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation,
-    Slope, Standing, Status, TrendPoint, Verdict,
+    Encoding, EncodingSummary, Evaluation, EvaluationSettings, Explanation, ExplanationVerdict,
+    Failure, Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, Fidelity, Finding,
+    FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LeftOut, Method,
+    MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal, ProposedRecording,
+    Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION,
+    Sensitivity, Separation, Slope, Standing, Status, ToleranceUse, TrendPoint, Verdict,
 };
 pub use figure::{
     DrawnMode, convergence_figure_svg, detection_figure_svg, fault_change_figure_svg,
@@ -44,6 +45,7 @@ pub use figure::{
 };
 pub use fit_signals::FitSignals;
 pub use folder::common_folder;
+pub use open_findings::OpenFindings;
 pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
-pub use sentence::{plus_minus, sentence};
+pub use sentence::{detected_findings, plus_minus, sentence};

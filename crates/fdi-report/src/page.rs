@@ -7,6 +7,7 @@ mod content;
 mod diagnosis;
 mod evaluation;
 mod explanation;
+mod findings;
 mod html;
 
 pub use content::{Figure, Page};

@@ -4,33 +4,35 @@ use std::fmt::Write;
 
 use recordings::{ChannelName, METADATA_KEYS, MetadataKey};
 use schemars::{JsonSchema, generate::SchemaSettings};
+use serde::{Deserialize, Serialize};
 
 use crate::document::{
     BundleSummary, Calibration, Diagnosis, EffectCatalogue, Evaluation, Explanation, Fleet,
-    Proposal,
+    Proposal, words,
 };
 
-/// A form that the tool reads or writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A form that the program reads or writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Schema {
     /// Columns and metadata of a recording.
     Recording,
-    /// The JSON of a diagnosis.
+    /// The JSON of `diagnose`.
     Diagnosis,
-    /// The JSON that describes a bundle.
+    /// The JSON of `bundle show`.
     Bundle,
-    /// The JSON of one of the paper's experiments.
+    /// The JSON of `evaluate`.
     Evaluation,
-    /// The JSON of what a model misses.
+    /// The JSON of `explain`.
     Explanation,
-    /// The JSON of the numbers of a healthy machine.
+    /// The JSON of `calibrate`.
     Calibration,
-    /// The JSON of the recording to take next.
+    /// The JSON of `propose`.
     Proposal,
-    /// The JSON of the catalogue of effects.
+    /// The JSON of `effects`.
     Effects,
-    /// The JSON of the trends beside a report.
+    /// The JSON of the trends beside a report of `diagnose`.
     Fleet,
 }
 
@@ -48,21 +50,6 @@ impl Schema {
         Self::Fleet,
     ];
 
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Recording => "recording",
-            Self::Diagnosis => "diagnosis",
-            Self::Bundle => "bundle",
-            Self::Evaluation => "evaluation",
-            Self::Explanation => "explanation",
-            Self::Calibration => "calibration",
-            Self::Proposal => "proposal",
-            Self::Effects => "effects",
-            Self::Fleet => "fleet",
-        }
-    }
-
     /// A JSON Schema (draft 2020-12), or for the recording its tables in Markdown.
     pub fn text(self) -> String {
         match self {
@@ -76,6 +63,14 @@ impl Schema {
             Self::Effects => json_schema::<EffectCatalogue>(),
             Self::Fleet => json_schema::<Fleet>(),
         }
+    }
+}
+
+words! {
+    Schema {
+        Recording "recording", Diagnosis "diagnosis", Bundle "bundle", Evaluation "evaluation",
+        Explanation "explanation", Calibration "calibration", Proposal "proposal",
+        Effects "effects", Fleet "fleet",
     }
 }
 

@@ -1,12 +1,15 @@
 //! Meaning of a diagnosis, in sentences that an engineer can act on.
 
-use crate::{Fault, FaultId, INCIPIENT_LEVEL, RecordDiagnosis, Verdict};
+use crate::{Fault, FaultId, Finding, INCIPIENT_LEVEL, RecordDiagnosis, Verdict};
 
 /// Friction at k1 = 1 is three times nominal: FREEDOM paper, Table 1, read linearly.
 const FRICTION_GAIN: f64 = 2.0;
 
 /// Backlash at k2 = 1 is a hundred times nominal: FREEDOM paper, Table 1, read linearly.
 const BACKLASH_GAIN: f64 = 99.0;
+
+/// Answer where the search ended before the model explained the recording.
+const UNFINISHED: &str = "the search did not finish; nothing is determined";
 
 /// Findings of a recording in words; `None` of a healthy one.
 pub fn sentence(record: &RecordDiagnosis) -> Option<String> {
@@ -16,7 +19,8 @@ pub fn sentence(record: &RecordDiagnosis) -> Option<String> {
     match record.verdict {
         Verdict::Healthy => return None,
         Verdict::ModelInadequate => return Some(residual(record)),
-        Verdict::Faulty => {}
+        Verdict::Faulty => found.extend(beside_faults(record)),
+        Verdict::Undetermined if record.is_unfinished() => return Some(UNFINISHED.to_owned()),
         Verdict::Undetermined => found.push("no fault detected".to_owned()),
     }
     if !missing.is_empty() {
@@ -25,12 +29,37 @@ pub fn sentence(record: &RecordDiagnosis) -> Option<String> {
     Some(found.join("; "))
 }
 
+/// Detected findings none of whose faults is detected by itself.
+fn beside_faults(record: &RecordDiagnosis) -> impl Iterator<Item = String> + '_ {
+    let is_detected =
+        |id| record.fault(id).is_some_and(|fault: &Fault| fault.detected == Some(true));
+    let detected = record.findings.iter().filter(|finding| finding.detected);
+    let beside = detected.filter(move |finding| {
+        finding.faults().next().is_some() && !finding.faults().any(is_detected)
+    });
+    beside.map(sized)
+}
+
+/// A finding with its size.
+pub(crate) fn sized(finding: &Finding) -> String {
+    format!("{} {}", finding.label(), plus_minus(finding.value, finding.std, " ± "))
+}
+
+/// Findings that neither noise nor tolerances explain, in a line; `None` where there are none, or
+/// the levels are not to be believed.
+pub fn detected_findings(record: &RecordDiagnosis) -> Option<String> {
+    let detected = record.findings.iter().filter(|finding| finding.detected);
+    let told: Vec<String> = detected.map(sized).collect();
+    let any = record.is_believed() && !told.is_empty();
+    any.then(|| format!("detected beyond noise and tolerances: {}", told.join(", ")))
+}
+
 fn residual(record: &RecordDiagnosis) -> String {
     let (rms_a, floor_a) = (record.fit.rms_a, record.fit.noise_floor_a);
     let times = if floor_a > 0.0 { rms_a / floor_a } else { f64::INFINITY };
     format!(
         "no fault levels explain the recording: residual {rms_a:.4} A rms, {times:.1} times what \
-         noise explains"
+         noise and learnt error explain"
     )
 }
 
@@ -74,16 +103,26 @@ fn direction(record: &RecordDiagnosis) -> String {
 
 /// A level and its standard deviation, the latter to one significant digit.
 pub fn plus_minus(value: f64, std: f64, sign: &str) -> String {
+    format!("{}{sign}{}", to_digits_of(value, std), to_digits_of(std, std))
+}
+
+/// A number to the digits that its standard deviation leaves it; zero has no sign.
+pub(crate) fn to_digits_of(value: f64, std: f64) -> String {
     const FEWEST: i32 = 3;
     const MOST: i32 = 6;
     let needed = if std > 0.0 { -std.log10().floor() } else { f64::from(MOST) };
     let decimals = (needed as i32).clamp(FEWEST, MOST) as usize;
-    format!("{value:.decimals$}{sign}{std:.decimals$}")
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.bytes().all(|byte| b"-0.".contains(&byte));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Notice, NoticeCode, document::finding_tests::finding};
+
+    const SHORTS: [&str; 4] = ["k3", "k4", "k5", "motor.back-emf-v-s-per-rad"];
 
     #[test]
     fn digits_follow_the_uncertainty() {
@@ -91,5 +130,51 @@ mod tests {
         assert_eq!(plus_minus(0.0312, 0.000_25, "±"), "0.0312±0.0003");
         assert_eq!(plus_minus(0.5, 0.2, "±"), "0.500±0.200");
         assert_eq!(plus_minus(0.5, 0.0, "±"), "0.500000±0.000000");
+        assert_eq!(plus_minus(-0.0312, 0.0021, "±"), "-0.031±0.002");
+        assert_eq!(plus_minus(-0.0003, 0.0021, "±"), "0.000±0.002");
+    }
+
+    #[test]
+    fn a_search_that_did_not_finish_says_nothing_of_faults() {
+        let mut record = crate::document::tests::record();
+        record.verdict = Verdict::Undetermined;
+        for fault in &mut record.faults {
+            fault.detected = None;
+        }
+        let open = "no fault detected; k2, k3, k4, k5, k6 not determined";
+        assert_eq!(sentence(&record).as_deref(), Some(open));
+        record.notices.push(Notice {
+            code: NoticeCode::SearchUnfinished,
+            message: "the search did not finish".to_owned(),
+        });
+        assert_eq!(sentence(&record).as_deref(), Some(UNFINISHED));
+    }
+
+    #[test]
+    fn what_is_detected_is_a_line_where_it_is_to_be_believed() {
+        let mut record = crate::document::tests::record();
+        assert_eq!(detected_findings(&record), None);
+        record.findings = vec![
+            finding("imbalance-a", &["k3", "as-built.turns"], 0.031, 0.004),
+            finding("imbalance-b", &["k4", "as-built.turns"], 0.001, 0.004),
+        ];
+        let told = "detected beyond noise and tolerances: imbalance of phase A (k3) 0.031 ± 0.004";
+        assert_eq!(detected_findings(&record).as_deref(), Some(told));
+        record.verdict = Verdict::ModelInadequate;
+        assert_eq!(detected_findings(&record), None);
+    }
+
+    #[test]
+    fn a_finding_without_a_detected_fault_is_told() {
+        let mut record = crate::document::tests::record();
+        record.faults = FaultId::ALL
+            .map(|id| Fault::determined(id, 0.01, 0.01, [0.0, 0.03], Some(false)))
+            .into();
+        record.findings = vec![finding("torque-constant", &SHORTS, 0.2, 0.04)];
+        let told = "torque constant (k3, k4, k5) 0.200 ± 0.040";
+        assert_eq!(sentence(&record).as_deref(), Some(told));
+        record.faults[3].detected = Some(true);
+        let told = "short circuit of phase B 0.010 ± 0.010 (1.0 % of the turns shorted)";
+        assert_eq!(sentence(&record).as_deref(), Some(told));
     }
 }

@@ -21,7 +21,7 @@ pub enum FinalJacobian {
     Central,
 }
 
-/// A solver for `min ‖r(x)‖` on a box when evaluations are dear.
+/// A solver for `min ‖r(x)‖` on a box when evaluations are expensive.
 ///
 /// One finite-difference Jacobian (or one that the caller brings), then
 /// Broyden's rank-one update after every evaluation; a fresh Jacobian only when

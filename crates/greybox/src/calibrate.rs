@@ -1,13 +1,13 @@
 //! The numbers of a machine from recordings of it in health.
 
 use ema_sim::model_file::MachineModel;
+use inference::{Whitener, rms};
 
 use crate::{
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
     floor::{Floor, NoiseFloor, pairs},
     machine::{Machine, State},
-    noise::{Whitener, rms},
     problem::Problem,
     record::{Record, Recordings},
     structure::Structure,

@@ -1,11 +1,11 @@
 //! Residuals of recordings that were not fitted, where some effects have another size in each.
 
+use inference::Whitener;
 use nalgebra::DVector;
 
 use crate::{
     error::GreyboxError,
     gram::{Gram, solve},
-    noise::Whitener,
     problem::{PerRecord, Problem},
     structure::{Structure, set},
 };

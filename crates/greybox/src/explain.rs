@@ -3,6 +3,7 @@
 use core::cmp::Ordering;
 
 use ema_sim::{EffectId, MachineSignals, model_file::MachineModel};
+use inference::{Whitener, rms};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
@@ -17,7 +18,6 @@ use crate::{
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
     machine::{Machine, Rough},
-    noise::{Whitener, rms},
     problem::{PerRecord, Problem, Split},
     record::{Record, Recordings},
     response::travel,

@@ -1,12 +1,11 @@
 //! Bounded least squares on whitened residuals.
 
+use inference::{QuadraticForm, Whitener, least_in_box};
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
     error::GreyboxError,
-    gram::{dot, solve},
-    in_box::least_in_box,
-    noise::Whitener,
+    gram::{dot, solve, symmetric},
     problem::{PerRecord, Problem},
     structure::{Free, Structure},
 };
@@ -284,7 +283,8 @@ impl Normal {
         }
         let places = || free.iter().zip(values);
         let (least, most): (Vec<f64>, Vec<f64>) = places().map(|(f, v)| f.room(*v)).unzip();
-        let step = least_in_box(&curvature, &self.descent, &least, &most);
+        let (curvature, descent) = (symmetric(&curvature), self.descent.as_slice().to_vec());
+        let step = least_in_box(&QuadraticForm { curvature, descent }, &least, &most);
         let next = places().zip(step.iter());
         next.map(|((free, value), step)| (value + step).clamp(free.least, free.most)).collect()
     }

@@ -1,10 +1,11 @@
 //! The noise that no model can explain: from repetitions of a recording, or from what is left
 //! when everything that the catalogue can do is taken away.
 
+use inference::{Whitener, rms};
+
 use crate::{
     elsewhere::elsewhere,
     error::GreyboxError,
-    noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
     response::{orthonormal, without},

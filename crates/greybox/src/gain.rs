@@ -1,8 +1,9 @@
 //! Gain in likelihood on recordings that were not fitted, and how sure it is.
 
+use inference::Whitener;
+
 use crate::{
     gram::dot,
-    noise::Whitener,
     problem::{PerRecord, Prepared, Problem},
 };
 

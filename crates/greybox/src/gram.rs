@@ -1,5 +1,6 @@
 //! Inner products of whitened columns, and columns with others projected off.
 
+use inference::SymmetricMatrix;
 use nalgebra::{DMatrix, DVector};
 
 /// Share of a column's energy below which nothing of it is left.
@@ -88,28 +89,12 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Solves a symmetric positive semidefinite system; what has no size gets no weight.
 pub(crate) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let n = right.len();
-    let scale: Vec<f64> = (0..n)
-        .map(|i| if matrix[(i, i)] > 0.0 { 1.0 / libm::sqrt(matrix[(i, i)]) } else { 0.0 })
-        .collect();
-    let scaled = DMatrix::from_fn(n, n, |i, j| {
-        let jitter = if i != j {
-            0.0
-        } else if scale[i] > 0.0 {
-            1e-10
-        } else {
-            1.0
-        };
-        matrix[(i, j)] * scale[i] * scale[j] + jitter
-    });
-    let b = DVector::from_fn(n, |i, _| right[i] * scale[i]);
-    match scaled.cholesky() {
-        Some(factor) => {
-            let solution = factor.solve(&b);
-            DVector::from_fn(n, |i, _| solution[i] * scale[i])
-        }
-        None => DVector::zeros(n),
-    }
+    DVector::from_vec(symmetric(matrix).solve_semidefinite(right.as_slice()))
+}
+
+/// A matrix as `inference` takes it.
+pub(crate) fn symmetric(matrix: &DMatrix<f64>) -> SymmetricMatrix {
+    SymmetricMatrix::from_fn(matrix.nrows(), |row, column| matrix[(row, column)])
 }
 
 #[cfg(test)]

@@ -139,14 +139,14 @@ pub(crate) fn first_size(parameter: &EffectParameter, scales: &Scales) -> f64 {
 }
 
 /// Effects whose action is not in proportion to their size.
-pub(crate) fn is_stiff(id: EffectId) -> bool {
+pub(crate) fn is_nonlinear_in_size(id: EffectId) -> bool {
     id.info().nonlinear_in_size
 }
 
 /// Multiples of the first size at which an effect is tried. What a softness does is not in
 /// proportion to it: it is looked for at several, each taken as it is.
 pub(crate) fn multiples(id: EffectId) -> &'static [f64] {
-    if is_stiff(id) { &[1.0, 0.2, 0.04] } else { &[1.0] }
+    if is_nonlinear_in_size(id) { &[1.0, 0.2, 0.04] } else { &[1.0] }
 }
 
 /// Effects whose sizes are others in each recording: a vibration has no phase of its own.
@@ -165,8 +165,8 @@ pub(crate) fn numbers(
     let size = |&(place, step): &(usize, f64)| Number {
         place,
         in_record: None,
-        step: if is_stiff(effect.id()) { 0.1 * step } else { step },
-        least: if is_stiff(effect.id()) { 0.01 * step } else { f64::NEG_INFINITY },
+        step: if is_nonlinear_in_size(effect.id()) { 0.1 * step } else { step },
+        least: if is_nonlinear_in_size(effect.id()) { 0.01 * step } else { f64::NEG_INFINITY },
         most: f64::INFINITY,
     };
     let shape = |&place: &usize| {

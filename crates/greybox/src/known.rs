@@ -1,5 +1,6 @@
 //! Information that recordings hold on the numbers fitted to them, and its use by other steps.
 
+use inference::{Whitener, rms};
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
@@ -7,7 +8,6 @@ use crate::{
     error::GreyboxError,
     fit::{Fitted, Normal, inverse, whitened},
     gram::{Gram, dot},
-    noise::{Whitener, rms},
     problem::{PerRecord, Problem},
     structure::{Free, Structure},
 };

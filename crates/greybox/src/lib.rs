@@ -23,12 +23,10 @@ mod floor;
 mod gain;
 mod gram;
 mod hypothesis;
-mod in_box;
 mod known;
 mod machine;
 mod mains;
 mod menu;
-mod noise;
 mod parallel;
 mod problem;
 mod propose;
@@ -55,7 +53,7 @@ pub use explained::{
     SmallestNamed, Use, Verdict,
 };
 pub use floor::{NoiseFloor, NoiseSource};
-pub use noise::{Whitener, rms};
+pub use inference::{Whitener, rms};
 pub use propose::{Proposal, Proposed, Separation, propose};
 pub use record::{Record, Recordings};
 pub use show::{CoordinateShare, RecordFit, Remainder};

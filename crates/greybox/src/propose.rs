@@ -2,6 +2,7 @@
 //! recordings at hand leave open.
 
 use ema_sim::{CommandKind, EffectId};
+use inference::Whitener;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
@@ -12,7 +13,6 @@ use crate::{
     known::Known,
     machine::Machine,
     menu::{Offer, PaceLimit, menu},
-    noise::Whitener,
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
     structure::Free,

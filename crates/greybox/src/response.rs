@@ -4,6 +4,7 @@
 use core::f64::consts::TAU;
 
 use ema_sim::{CommandKind, Coordinate, Curve, CurveKind, Effect, MachineSignals};
+use inference::Whitener;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
 use crate::{
@@ -12,7 +13,6 @@ use crate::{
     gram::{Gram, dot},
     hypothesis::{Leads, Scales},
     machine::State,
-    noise::Whitener,
     problem::{PerRecord, Prepared, Problem},
     random::normal,
 };

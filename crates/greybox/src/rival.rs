@@ -1,6 +1,7 @@
 //! An explanation among others: fitted to the recordings for it, judged on those that are not.
 
 use ema_sim::{Effect, EffectId};
+use inference::{Whitener, rms};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -9,7 +10,6 @@ use crate::{
     gain::{Block, Gain, block_length, in_blocks},
     hypothesis::{Family, differs_by_record, numbers},
     known::HeldOut,
-    noise::{Whitener, rms},
     problem::{PerRecord, Prepared, Problem, Split},
     scan::{Scored, log_tail},
     structure::{Number, Structure, set},

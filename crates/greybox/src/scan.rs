@@ -1,6 +1,7 @@
 //! The score scan: how much of the residual each effect of the catalogue explains that neither
 //! damage nor rough numbers can.
 
+use inference::Whitener;
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
@@ -11,8 +12,7 @@ use ema_sim::Effect;
 use crate::{
     fit::{Fitted, whitened},
     gram::Gram,
-    hypothesis::{Family, is_stiff},
-    noise::Whitener,
+    hypothesis::{Family, is_nonlinear_in_size},
     random::normal,
     trial::Tried,
 };
@@ -79,7 +79,7 @@ pub(crate) fn score(
         .zip(&places)
         .enumerate()
         .map(|(number, (entry, places))| {
-            let (statistic, weights) = if is_stiff(entry.plain.id()) {
+            let (statistic, weights) = if is_nonlinear_in_size(entry.plain.id()) {
                 as_it_is(&rest, target, places)
             } else {
                 rest.explained(target, places)

@@ -1,6 +1,7 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
-use ema_sim::{CommandKind, EffectId, Repetition};
+use ema_sim::{CommandKind, EffectId, LoopPart, Repetition};
+use inference::Whitener;
 
 use crate::{
     curve::{Hypothesis, hypotheses},
@@ -8,8 +9,7 @@ use crate::{
     explain::Session,
     fit::{Fitted, fit, whitened},
     floor::Floor,
-    hypothesis::{Family, Leads, Scales, differs_by_record, families, is_stiff},
-    noise::Whitener,
+    hypothesis::{Family, Leads, Scales, differs_by_record, families, is_nonlinear_in_size},
     response::leads,
     rival::{Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, log_tail, score},
@@ -448,11 +448,11 @@ impl Session<'_> {
         let far_off = current.fitted.objective > self.train.samples() as f64;
         let rest = if far_off { 0..scored.len() } else { 0..0 };
         let rest = rest.filter(|n| !by_score.contains(n));
-        let (stiff, mut by_likeness): (Vec<usize>, Vec<usize>) =
-            rest.partition(|&n| is_stiff(round.families[scored[n].family].id));
+        let (nonlinear, mut by_likeness): (Vec<usize>, Vec<usize>) =
+            rest.partition(|&n| is_nonlinear_in_size(round.families[scored[n].family].id));
         by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
         by_likeness.truncate(3);
-        let chosen = by_score.into_iter().chain(by_likeness).chain(stiff);
+        let chosen = by_score.into_iter().chain(by_likeness).chain(nonlinear);
         let mut rivals: Vec<Rival> = Vec::new();
         let mut bar = f64::INFINITY;
         for place in chosen {
@@ -558,9 +558,8 @@ impl Session<'_> {
         let mut families = families(self.machine.geometry(), leads, self.machine.is_axis());
         families.retain(|family| !self.options.without.contains(&family.id));
         // a controller that follows the motion is neither wrong nor misled
-        let in_loop = [EffectId::ControllerMismatch, EffectId::PositionSensor];
         if self.train.records.iter().any(|r| r.record.kind == CommandKind::Motion) {
-            families.retain(|family| !in_loop.contains(&family.id));
+            families.retain(|family| family.id.info().acts_through != LoopPart::Controller);
         }
         families
     }

@@ -1,11 +1,11 @@
 //! Remainder of a recording, described: fit, whiteness, and which coordinate it follows.
 
 use ema_sim::MachineSignals;
+use inference::{Whitener, rms};
 
 use crate::{
     error::GreyboxError,
     machine::{Machine, State},
-    noise::{Whitener, rms},
     problem::{PerRecord, Prepared, Problem},
     scan::log_tail,
 };

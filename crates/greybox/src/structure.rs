@@ -69,13 +69,14 @@ impl Structure {
             target: Target::Rough(place),
             key: rough.key.clone(),
             start: rough.value,
-            least: rough.value - rough.half_width,
-            most: rough.value + rough.half_width,
+            least: rough.least.max(rough.value - rough.half_width),
+            most: rough.most.min(rough.value + rough.half_width),
             step: 0.1 * rough.half_width,
             reach: f64::INFINITY,
             // of the uniform distribution over the tolerance
             prior: Some((rough.value, rough.half_width / libm::sqrt(3.0))),
         });
+        let rough = rough.map(|free| Free { least: free.least.max(least_of(&free)), ..free });
         let faults = machine.fault_coordinates().into_iter().map(|place| Free {
             target: Target::Fault(place),
             key: FaultCoordinates::NAMES[place].to_owned(),

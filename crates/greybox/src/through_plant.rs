@@ -1,11 +1,12 @@
 //! How much of a residual came about through the plant: a disturbance that no recording repeats
 //! hides in the difference of two recordings, but it moves the motor, and the controller answers.
 
+use inference::{Whitener, rms};
+
 use crate::{
     error::GreyboxError,
     gram::dot,
     machine::State,
-    noise::Whitener,
     problem::{PerRecord, Problem},
 };
 
@@ -60,7 +61,7 @@ impl ThroughPlant {
         Ok(Some(Self {
             excess: gains.iter().sum::<f64>() / noise,
             std: usual_scatter(&gains) * libm::sqrt(count) / noise,
-            rms: crate::noise::rms(&beside.concat()),
+            rms: rms(&beside.concat()),
         }))
     }
 

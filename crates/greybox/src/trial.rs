@@ -3,14 +3,14 @@
 use core::ops::Range;
 
 use ema_sim::Effect;
+use inference::Whitener;
 
 use crate::{
     error::{GreyboxError, if_run},
     fit::whitened,
     gram::dot,
-    hypothesis::{Family, Scales, differs_by_record, first_size, is_stiff, multiples},
+    hypothesis::{Family, Scales, differs_by_record, first_size, is_nonlinear_in_size, multiples},
     machine::State,
-    noise::Whitener,
     parallel,
     problem::{PerRecord, Problem},
 };
@@ -123,7 +123,7 @@ impl Trial<'_> {
         let mut size = self.first_size(candidate, place);
         let mut among = 0..all.min(1);
         let mut wanted = WANTED_CHANGE;
-        let mut left = if is_stiff(plain.id()) { 0 } else { MOST_RESIZINGS };
+        let mut left = if is_nonlinear_in_size(plain.id()) { 0 } else { MOST_RESIZINGS };
         let mut changes = self.change(plain, place, size, among.clone())?;
         while let Some(mut columns) = changes {
             let seen = self.seen(&columns);
@@ -148,7 +148,7 @@ impl Trial<'_> {
 
     /// The size at which it was seen before, or a guess.
     fn first_size(&self, Candidate { plain, multiple, .. }: &Candidate<'_>, place: usize) -> f64 {
-        let same = |tried: &&Tried| tried.plain == **plain && !is_stiff(plain.id());
+        let same = |tried: &&Tried| tried.plain == **plain && !is_nonlinear_in_size(plain.id());
         let mut before = self.before.iter().filter(same).flat_map(|tried| &tried.sizes);
         let seen = before.find(|(of, _)| *of == place);
         let parameter = &plain.id().info().parameters[place];

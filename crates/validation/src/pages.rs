@@ -14,6 +14,7 @@ mod measured;
 mod real_recordings;
 mod reduction;
 mod simulator;
+mod units;
 
 use std::{fs, path::Path};
 
@@ -65,6 +66,7 @@ const PAGES: &[Page] = &[
         text: |_| explaining::text().map(Into::into),
     },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
+    Page { name: "units", quick: units::quick, text: |_| units::text().map(Into::into) },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
 ];
 

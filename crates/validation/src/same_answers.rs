@@ -42,6 +42,8 @@ const RENAMES: &[&[&str]] = &[
         "\"start-estimated\"",
         "\"start-suspected\"",
     ],
+    // one code stood for no eccentricity and for an angle known within an electrical turn
+    &["\"phase-undetermined\"", "\"electrical-turn-unknown\""],
     // the use of references has a code of its own
     &["\"bundle-of-another-model\"", "\"reference-used\""],
 ];

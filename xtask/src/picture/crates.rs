@@ -25,7 +25,7 @@ const CHARACTERS: usize = 30;
 const FILLS: [&str; 2] = ["#e8f0fb", "#f3f0e6"];
 
 /// Column of each crate, from the left; parts of a column are allowed.
-const COLUMNS: [(&str, f64); 13] = [
+const COLUMNS: [(&str, f64); 14] = [
     ("xtask", 3.8),
     ("validation", 3.2),
     ("fdi-cli", 4.4),
@@ -33,12 +33,13 @@ const COLUMNS: [(&str, f64); 13] = [
     ("fdi-benches", 0.6),
     ("fdi-core", 1.2),
     ("fdi-report", 0.3),
-    ("greybox", 4.0),
+    ("greybox", 4.4),
     ("recordings", 0.0),
-    ("gp-bayesopt", 1.1),
-    ("reduction", 2.2),
-    ("ema-sim", 3.3),
-    ("greybox-blind", 5.0),
+    ("gp-bayesopt", 0.95),
+    ("reduction", 1.9),
+    ("ema-sim", 2.85),
+    ("inference", 3.8),
+    ("greybox-blind", 5.4),
 ];
 
 /// A crate of the workspace.

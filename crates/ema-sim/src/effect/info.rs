@@ -120,6 +120,17 @@ impl Repetition {
     }
 }
 
+/// Part of the closed loop through which an effect acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LoopPart {
+    /// The machine with drive and current loop.
+    Machine,
+    /// The control of the motion alone: its law, or the position that it reads. The drive signal
+    /// that a measured motion asks for does not depend on it.
+    Controller,
+}
+
 /// Description of an effect, without the values of its numbers.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -148,6 +159,8 @@ pub struct EffectInfo {
     pub differs_by_recording: bool,
     /// True where its action is not in proportion to its size.
     pub nonlinear_in_size: bool,
+    /// Part of the closed loop through which it acts.
+    pub acts_through: LoopPart,
     /// True where it takes a measured [`Curve`](crate::Curve).
     pub takes_curve: bool,
 }

@@ -131,7 +131,12 @@ impl Effect {
         !self.is_off() && self.law(|law| law.rubs())
     }
 
-    /// Asks the effect's law.
+    /// Error of the position that a servo axis shows where it stands, at rest.
+    pub(crate) fn error_of_position(&self, position: f64) -> f64 {
+        self.law(|law| law.error_of_position(position))
+    }
+
+    /// Asks the law of the effect, with its numbers.
     pub(crate) fn law<T>(&self, ask: impl FnOnce(&dyn EffectLaw) -> T) -> T {
         catalogue::with_law(self.id, &self.given(), ask)
     }

@@ -20,7 +20,7 @@ pub(crate) struct Given<'a> {
 
 /// Law of one effect, in every model.
 ///
-/// The first four are decisions that each effect states. Of the last three an effect has those by
+/// The first four are decisions that each effect states. Of the last four an effect has those by
 /// which it acts; a test over the catalogue fails for a number that changes nothing.
 pub(crate) trait EffectLaw {
     /// Reason for which a model has no place for the effect.
@@ -35,6 +35,11 @@ pub(crate) trait EffectLaw {
 
     /// True where it adds dry friction.
     fn rubs(&self) -> bool;
+
+    /// Error of the position that a servo axis shows where it stands, at rest.
+    fn error_of_position(&self, _position: f64) -> f64 {
+        0.0
+    }
 
     /// Changes constants of the machine for the whole run.
     fn rescale(&self, _machine: &mut Rescaling) {}

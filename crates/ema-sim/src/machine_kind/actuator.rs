@@ -2,7 +2,7 @@
 
 use super::{
     CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber,
+    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber, add_rough,
     run::{Departure, delayed, difference, every},
     static_friction,
 };
@@ -14,6 +14,7 @@ use crate::{
     model_file::{self, EffectBlock, Model},
     parameter::Parameter,
     scenario::{Command, ControlMode, Scenario},
+    tolerance::UncertainNumber,
     trace::LowFidelityTrace,
 };
 
@@ -112,11 +113,16 @@ impl MachineKind for Model {
 
     fn rough(&self) -> Vec<RoughNumber> {
         let place = |key| Parameter::ALL.iter().position(|parameter| parameter.key() == key);
-        let known = self.tolerance.iter().filter_map(|tolerance| {
-            let place = place(tolerance.parameter.key())?;
-            Some(RoughNumber { place, half_width_frac: tolerance.half_width_frac })
-        });
-        known.collect()
+        let mut known = Vec::new();
+        for tolerance in self.tolerance.iter().filter(|t| t.level.is_of_machine()) {
+            if let UncertainNumber::Parameter(parameter) = tolerance.number
+                && let Some(place) = place(parameter.key())
+            {
+                let half_width_frac = tolerance.spread.half_width();
+                add_rough(&mut known, RoughNumber { place, half_width_frac });
+            }
+        }
+        known
     }
 
     fn can_follow_motion(&self) -> bool {

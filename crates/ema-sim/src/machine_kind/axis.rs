@@ -2,14 +2,14 @@
 
 use super::{
     CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber,
+    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber, add_rough,
     follow::{follower, motion},
     run::{Departure, delayed, difference, every},
     static_friction,
 };
 use crate::{
     axis_parameter::AxisParameter,
-    effect::{Effect, EffectId, Geometry},
+    effect::{Effect, Geometry},
     fault::{FaultId, PhysicalFaults},
     model_file::{AxisModel, EffectBlock},
     scenario::Command,
@@ -107,12 +107,16 @@ impl MachineKind for AxisModel {
 
     fn rough(&self) -> Vec<RoughNumber> {
         let (geometry, drive) = (self.axis.geometry, self.axis.drive);
-        let known = self.tolerance.iter().filter_map(|tolerance| {
+        let mut known = Vec::new();
+        for tolerance in self.tolerance.iter().filter(|t| t.level.is_of_machine()) {
             let key = tolerance.parameter.key(geometry, drive);
-            let place = AxisParameter::ALL.iter().position(|p| p.key(geometry, drive) == key)?;
-            Some(RoughNumber { place, half_width_frac: tolerance.half_width_frac })
-        });
-        known.collect()
+            let place = AxisParameter::ALL.iter().position(|p| p.key(geometry, drive) == key);
+            if let Some(place) = place {
+                let half_width_frac = tolerance.spread.half_width();
+                add_rough(&mut known, RoughNumber { place, half_width_frac });
+            }
+        }
+        known
     }
 
     fn can_follow_motion(&self) -> bool {
@@ -178,18 +182,10 @@ fn scenario(test: &MachineTest<'_>, effects: &[Effect]) -> AxisScenario {
 
 /// Where an axis is whose sensor, with the errors that it has, shows a position.
 fn stands_at(shown: f64, effects: &[Effect]) -> f64 {
-    let wave = |effect: &Effect, position: f64| match (effect.id(), effect.values()) {
-        (EffectId::TransmissionError, &[a, b, order, ..]) => {
-            let (sin, cos) = libm::sincos(order * position);
-            a * sin + b * cos
-        }
-        (EffectId::PositionSensor, &[_, a, b, ..]) => {
-            let (sin, cos) = libm::sincos(position);
-            a * sin + b * cos
-        }
-        _ => 0.0,
+    let error = |position: f64| {
+        let errors = effects.iter().map(|effect| effect.error_of_position(position));
+        errors.sum::<f64>()
     };
-    let error = |position: f64| effects.iter().map(|effect| wave(effect, position)).sum::<f64>();
     // an error changes over turns that are long against itself
     (0..STAND_STEPS).fold(shown, |position, _| shown - error(position))
 }
@@ -237,5 +233,34 @@ impl MachineRun for AxisRun {
         let difference = difference(&self.simulation.replayed_output(&seen), &self.trace.output);
         let shown = if self.drive == Drive::Amplifier { difference } else { delayed(difference) };
         every(&shown, step, samples)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::EffectId;
+
+    #[test]
+    fn an_axis_stands_where_its_errors_show_the_position() {
+        let rotary = |id, sizes: &[(&str, f64)]| {
+            let plain = Effect::new(id, Geometry::Rotary);
+            sizes.iter().fold(plain, |effect, &(key, value)| effect.with(key, value).unwrap())
+        };
+        let sensor = [("eccentricity_sin_rad", 2e-3), ("eccentricity_cos_rad", -1e-3)];
+        let effects = [
+            rotary(EffectId::PositionSensor, &sensor),
+            rotary(EffectId::TransmissionError, &[("error_sin_rad", 1e-3), ("order", 3.0)]),
+            rotary(EffectId::Cogging, &[("cogging_sin_n_m", 0.1)]),
+        ];
+        for shown in [-1.3, 0.0, 0.7] {
+            let position = stands_at(shown, &effects);
+            let error =
+                2e-3 * position.sin() - 1e-3 * position.cos() + 1e-3 * (3.0 * position).sin();
+            // each step leaves at most the slope of the error, 6e-3, of what was left: 6e-3^4·4e-3
+            assert!((position + error - shown).abs() < 1e-11, "{position}");
+            assert!(position != shown);
+        }
+        assert_eq!(stands_at(0.7, &effects[2..]), 0.7);
     }
 }

@@ -8,6 +8,7 @@ use toml::{
 use super::{
     EffectBlock, ModelFileError, Reader, effect_block, entry, faults_line, line_of, name_line,
     string,
+    tolerance_block::{self, Line, Scatter},
 };
 use crate::{
     axis_parameter::AxisParameter,
@@ -15,6 +16,7 @@ use crate::{
     fault::FaultId,
     servo_axis::ServoAxis,
     servo_control::{AxisController, Drive, Feedback},
+    tolerance::{Level, Spread},
 };
 
 /// Machine that a model file of a servo axis describes.
@@ -32,20 +34,29 @@ pub struct AxisModel {
     pub effects: Vec<EffectBlock>,
 }
 
-/// A number of an axis that a data sheet knows only roughly: uniform within a relative
-/// half-width.
+/// How far a number of an axis scatters at one level. Several levels of one number are several
+/// tolerances.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisTolerance {
     /// Which number.
     pub parameter: &'static AxisParameter,
-    /// Half-width over value.
-    pub half_width_frac: f64,
+    /// Distribution about the nominal value, as a share of it.
+    pub spread: Spread,
+    /// Level at which it scatters.
+    pub level: Level,
+}
+
+impl AxisTolerance {
+    /// Standard deviation over value.
+    pub fn std(&self) -> f64 {
+        self.spread.std()
+    }
 }
 
 impl PartialEq for AxisTolerance {
     fn eq(&self, other: &Self) -> bool {
         let key = |t: &Self| t.parameter.key(Geometry::Rotary, Drive::Current);
-        key(self) == key(other) && self.half_width_frac == other.half_width_frac
+        key(self) == key(other) && self.spread == other.spread && self.level == other.level
     }
 }
 
@@ -197,15 +208,15 @@ impl Reader<'_> {
             let path = format!("{block}.{}", key.get_ref());
             let parameter = AxisParameter::find(&path, geometry, drive)
                 .ok_or_else(|| self.unknown(&path, key))?;
-            let half_width_frac = self.number(&path, value)?;
-            if !(0.0..1.0).contains(&half_width_frac) {
-                let (path, found) = (format!("tolerance.{path}"), half_width_frac.to_string());
-                return Err(self.wrong(&path, "a share of the value, from 0 to 1", value, found));
-            }
-            let new = AxisTolerance { parameter, half_width_frac };
+            let scatters = self.scatters(&path, value, true)?;
             let key = parameter.key(geometry, drive);
             model.tolerance.retain(|earlier| earlier.parameter.key(geometry, drive) != key);
-            model.tolerance.push(new);
+            let read = scatters.into_iter();
+            model.tolerance.extend(read.map(|Scatter { spread, level }| AxisTolerance {
+                parameter,
+                spread,
+                level,
+            }));
         }
         Ok(())
     }
@@ -266,20 +277,13 @@ impl AxisModel {
         let law = &axis.controller;
         lines.push(format!("speed-samples = {}", law.speed_samples));
         lines.push(format!("feedback = \"{}\"", named(&FEEDBACKS, law.feedback)));
-        let mut blocks: Vec<(String, Vec<String>)> = Vec::new();
-        for tolerance in &self.tolerance {
-            let path = tolerance.parameter.key(geometry, drive);
-            let (block, key) = path.split_once('.').unwrap_or(("", &path));
-            let line = format!("{key} = {:?}", tolerance.half_width_frac);
-            match blocks.iter_mut().find(|(known, _)| known == block) {
-                Some((_, lines)) => lines.push(line),
-                None => blocks.push((block.to_owned(), vec![line])),
-            }
-        }
-        for (block, within) in blocks {
-            lines.push(format!("\n[tolerance.{block}]"));
-            lines.extend(within);
-        }
+        let path = |tolerance: &AxisTolerance| tolerance.parameter.key(geometry, drive);
+        let paths: Vec<_> = self.tolerance.iter().map(path).collect();
+        let written = self.tolerance.iter().zip(&paths).map(|(tolerance, path)| Line {
+            path,
+            scatter: Scatter { spread: tolerance.spread, level: tolerance.level },
+        });
+        tolerance_block::write(&written.collect::<Vec<_>>(), &mut lines);
         effect_block::write(&self.effects, &mut lines);
         lines.join("\n") + "\n"
     }

@@ -3,9 +3,30 @@
 use super::{AxisModel, EffectBlock, Model, ModelFileError, Reader, document, entry, string};
 use crate::{
     effect::{Effect, Geometry},
-    fault::FaultId,
+    fault::{FAULT_COUNT, FaultId},
     machine_kind::MachineKind,
+    parameter_error::ParameterError,
 };
+
+/// Why a machine is not given a fault.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FaultRefused {
+    /// The machine has no such part.
+    #[error("{reason}")]
+    Impossible {
+        /// The fault.
+        fault: FaultId,
+        /// The part that is missing.
+        reason: ParameterError,
+    },
+    /// `faults` of the model leaves it out.
+    #[error("`faults` of the model does not list {}", .fault.symbol())]
+    NotListed {
+        /// The fault.
+        fault: FaultId,
+    },
+}
 
 /// A machine of one of the kinds. A match on it names each, so that no kind is passed over.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +85,26 @@ impl MachineModel {
         self.effects().iter().map(|block| block.effect.clone()).collect()
     }
 
+    /// Checks that the machine can have the faults whose level is not zero. k7 is the direction of
+    /// k6 and no damage of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`FaultRefused`] for the first fault that the machine cannot have or does not list.
+    pub fn check_faults(&self, levels: &[f64; FAULT_COUNT]) -> Result<(), FaultRefused> {
+        let damages = FaultId::ALL.into_iter().filter(|&fault| fault != FaultId::EccentricityPhase);
+        for fault in damages.filter(|fault| levels[fault.index()] > 0.0) {
+            if let Self::ServoAxis(model) = self {
+                let impossible = |reason| FaultRefused::Impossible { fault, reason };
+                model.axis.check_fault(fault).map_err(impossible)?;
+            }
+            if !self.faults().contains(&fault) {
+                return Err(FaultRefused::NotListed { fault });
+            }
+        }
+        Ok(())
+    }
+
     /// Text of the model, complete and without a base; [`parse_machine`] gives it back bit for bit.
     pub fn write(&self) -> String {
         self.kind().write()
@@ -113,5 +154,37 @@ fn is_axis(text: &str) -> Result<bool, ModelFileError> {
     match entry(&document(text)?, "kind") {
         Some(kind) => Ok(string(text, "kind", kind)? == "servo-axis"),
         None => Ok(false),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::presets::EMA_48;
+
+    fn refused(machine: &MachineModel, symbol: usize) -> Option<String> {
+        let mut levels = [0.0; FAULT_COUNT];
+        levels[symbol - 1] = 0.02;
+        machine.check_faults(&levels).err().map(|refused| refused.to_string())
+    }
+
+    #[test]
+    fn a_machine_has_the_faults_that_its_model_lists() {
+        let faults = vec![FaultId::Friction];
+        let machine = MachineModel::Actuator(Model { faults, ..EMA_48.into() });
+        assert_eq!(refused(&machine, 1), None);
+        let told = "`faults` of the model does not list k2";
+        assert_eq!(refused(&machine, 2).as_deref(), Some(told));
+        // a direction alone is no damage
+        assert_eq!(refused(&machine, 7), None);
+    }
+
+    #[test]
+    fn an_axis_without_a_part_cannot_have_its_fault() {
+        let text = include_str!("../../../../fixtures/models/emps.toml");
+        let machine = parse_machine(text).unwrap();
+        assert_eq!(refused(&machine, 1), None);
+        let told = "k2 changes nothing in this axis: it has no backlash";
+        assert_eq!(refused(&machine, 2).as_deref(), Some(told));
     }
 }

@@ -2,9 +2,10 @@
 
 use ema_sim::{
     Actuator, BackEmfShape, Coordinate, Curve, CurveKind, Effect, EffectId, FaultId, Geometry,
-    HealthState, HighFidelity, LowFidelity, Parameter, RangeOf, Scenario, VisitedRange,
-    model_file::{self, Model, ModelFileError},
-    presets::{BENCH, EMA_48},
+    HealthState, HighFidelity, Level, LowFidelity, MachineKind, Parameter, RangeOf, RoughNumber,
+    Scenario, Spread, Tolerance, UncertainNumber, VisitedRange,
+    model_file::{self, MachineModel, Model, ModelFileError},
+    presets::{BENCH, EMA_48, bench_tolerance, ema_48_tolerance},
 };
 use proptest::prelude::*;
 
@@ -83,7 +84,7 @@ fn a_base_fills_what_is_left_out() {
     wanted.motor.pole_pairs = 5;
     assert_eq!(model.actuator, wanted);
     assert_eq!(model.faults, [FaultId::Friction, FaultId::Backlash]);
-    assert_eq!(model.tolerance[0].parameter.key(), "motor.resistance-ohm");
+    assert_eq!(model.tolerance[0].key(), "motor.resistance-ohm");
     assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
     let onto = model_file::parse_onto("base = \"left.toml\"\n[motor]\npole-pairs = 6\n", &model);
     let onto = onto.unwrap();
@@ -329,4 +330,240 @@ fn a_slip_in_an_effect_is_named() {
     }
     let error = model_file::parse("kind = \"servo-axis\"\n").unwrap_err().to_string();
     assert_eq!(error, "line 1: a `servo-axis` where an actuator is expected");
+}
+
+const TOLERANCES: &str = r#"
+base = "ema-48"
+
+[tolerance.motor]
+inertia-kg-m2 = 0.1
+resistance-ohm = { sd = 0.05 }
+viscous-n-m-s-per-rad = { half-width = 0.05, level = "session" }
+
+[tolerance.transmission]
+static-over-kinetic = [{ sd = 0.1, level = "unit" }, { sd = 0.03, level = "session" }]
+
+[tolerance.test]
+load-n-m = { sd = 2.5, level = "recording" }
+
+[tolerance.sensors]
+phase-gain = { sd = 0.01 }
+phase-offset-a = [
+    { sd = 0.005, level = "type" },
+    { half-width = 0.02, level = "unit" },
+    { sd = 0.01, level = "session" },
+    { sd = 0.001, level = "recording" },
+]
+
+[tolerance.as-built]
+turns = { sd = 0.003 }
+eccentricity = { sd = 0.02 }
+"#;
+
+fn tolerance(key: &str, spread: Spread, level: Level) -> Tolerance {
+    Tolerance { number: UncertainNumber::find(key).expect(key), spread, level }
+}
+
+#[test]
+fn tolerances_are_read_at_their_levels() {
+    let model = model_file::parse(TOLERANCES).unwrap();
+    let wanted = [
+        ("motor.inertia-kg-m2", Spread::HalfWidth(0.1), Level::Unit),
+        ("motor.resistance-ohm", Spread::Std(0.05), Level::Unit),
+        ("motor.viscous-n-m-s-per-rad", Spread::HalfWidth(0.05), Level::Session),
+        ("transmission.static-over-kinetic", Spread::Std(0.1), Level::Unit),
+        ("transmission.static-over-kinetic", Spread::Std(0.03), Level::Session),
+        ("test.load-n-m", Spread::Std(2.5), Level::Recording),
+        ("sensors.phase-gain", Spread::Std(0.01), Level::Unit),
+        ("sensors.phase-offset-a", Spread::Std(0.005), Level::Type),
+        ("sensors.phase-offset-a", Spread::HalfWidth(0.02), Level::Unit),
+        ("sensors.phase-offset-a", Spread::Std(0.01), Level::Session),
+        ("sensors.phase-offset-a", Spread::Std(0.001), Level::Recording),
+        ("as-built.turns", Spread::Std(0.003), Level::Unit),
+        ("as-built.eccentricity", Spread::Std(0.02), Level::Unit),
+    ];
+    assert_eq!(model.tolerance.len(), wanted.len());
+    for (key, spread, level) in wanted {
+        assert!(model.tolerance.contains(&tolerance(key, spread, level)), "{key} {level:?}");
+    }
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+}
+
+#[test]
+fn a_tolerance_of_the_file_replaces_all_levels_of_its_base() {
+    let base = model_file::parse(TOLERANCES).unwrap();
+    let text = "[tolerance.sensors]\nphase-offset-a = { sd = 0.03, level = \"session\" }\n";
+    let onto = model_file::parse_onto(text, &base).unwrap();
+    let (new, old): (Vec<Tolerance>, Vec<Tolerance>) =
+        onto.tolerance.into_iter().partition(|one| one.key() == "sensors.phase-offset-a");
+    let session = tolerance("sensors.phase-offset-a", Spread::Std(0.03), Level::Session);
+    assert_eq!(new, [session]);
+    assert_eq!(old.len(), base.tolerance.len() - 4);
+}
+
+#[test]
+fn a_plain_tolerance_is_written_as_it_was() {
+    let text = model_file::write(&model_file::parse(TOLERANCES).unwrap());
+    for line in [
+        "\ninertia-kg-m2 = 0.1\n",
+        "\nresistance-ohm = { sd = 0.05, level = \"unit\" }\n",
+        "\nstatic-over-kinetic = [{ sd = 0.1, level = \"unit\" }, { sd = 0.03, level = \"session\" }]\n",
+    ] {
+        assert!(text.contains(line), "{text}");
+    }
+}
+
+#[test]
+fn a_slip_in_a_tolerance_is_named_with_its_line() {
+    let told = |block: &str, line: &str| {
+        message(&format!("base = \"ema-48\"\n[tolerance.{block}]\n{line}\n"))
+    };
+    let cases = [
+        (
+            "motor",
+            "inertia-kg-m2 = { level = \"unit\" }",
+            "`tolerance.motor.inertia-kg-m2` is a table with neither of `sd` and `half-width`, \
+             expected a table with one of them",
+        ),
+        (
+            "motor",
+            "inertia-kg-m2 = { sd = 0.1, half-width = 0.1 }",
+            "`tolerance.motor.inertia-kg-m2` is a table with both of `sd` and `half-width`, \
+             expected a table with one of them",
+        ),
+        (
+            "motor",
+            "inertia-kg-m2 = { sd = 0.1, level = \"batch\" }",
+            "`tolerance.motor.inertia-kg-m2.level` is \"batch\", expected \"type\", \"unit\", \
+             \"session\" or \"recording\"",
+        ),
+        (
+            "motor",
+            "inertia-kg-m2 = { sd = 0.1, levle = \"unit\" }",
+            "unknown key `tolerance.motor.inertia-kg-m2.levle`",
+        ),
+        (
+            "motor",
+            "inertia-kg-m2 = { half-with = 0.1 }",
+            "unknown key `tolerance.motor.inertia-kg-m2.half-with`, did you mean `half-width`",
+        ),
+        (
+            "sensors",
+            "phase-gian = 0.1",
+            "unknown key `sensors.phase-gian`, did you mean `sensors.phase-gain`",
+        ),
+        (
+            "sensor",
+            "phase-gain = 0.1",
+            "unknown key `sensor.phase-gain`, did you mean `sensors.phase-gain`",
+        ),
+        (
+            "as-built",
+            "turns = { sd = 1.0 }",
+            "`tolerance.as-built.turns.sd` is 1, expected a share of the value, from 0 to 1",
+        ),
+        (
+            "test",
+            "load-n-m = -0.1",
+            "`tolerance.test.load-n-m` is -0.1, expected a finite number from 0",
+        ),
+        (
+            "sensors",
+            "phase-offset-a = { sd = inf }",
+            "`tolerance.sensors.phase-offset-a.sd` is inf, expected a finite number from 0",
+        ),
+        (
+            "sensors",
+            "phase-gain = [{ sd = 0.01 }, { half-width = 0.02, level = \"unit\" }]",
+            "`tolerance.sensors.phase-gain` is given twice for level \"unit\", \
+             expected one table for each level",
+        ),
+        (
+            "sensors",
+            "phase-gain = [0.01]",
+            "`tolerance.sensors.phase-gain` is a list with float, expected tables with `sd` or \
+             `half-width`, one for each level",
+        ),
+        ("sensors", "phase-gain = []", "`tolerance.sensors.phase-gain` is an empty list, expected"),
+        (
+            "sensors",
+            "phase-gain = \"1 %\"",
+            "`tolerance.sensors.phase-gain` is string, expected a number",
+        ),
+    ];
+    for (block, line, wanted) in cases {
+        let found = told(block, line);
+        assert!(found.starts_with(&format!("line 3: {wanted}")), "{line}: {found}");
+    }
+}
+
+#[test]
+fn rough_numbers_are_parameters_of_type_and_unit() {
+    let text = "base = \"ema-48\"\n[tolerance.motor]\n\
+                inertia-kg-m2 = 0.1\n\
+                resistance-ohm = [{ half-width = 0.03, level = \"type\" }, { half-width = 0.04 }, \
+                { sd = 0.3, level = \"session\" }]\n\
+                viscous-n-m-s-per-rad = { sd = 0.2 }\n\
+                inductance-henry = { sd = 0.1, level = \"recording\" }\n\
+                [tolerance.sensors]\nphase-gain = { sd = 0.01 }\n";
+    let model = model_file::parse(text).unwrap();
+    let rough = |key| {
+        let place = Parameter::ALL.iter().position(|p| p.key() == key).expect("a parameter");
+        let one = model.rough().into_iter().find(|rough: &RoughNumber| rough.place == place);
+        one.map(|rough| rough.half_width_frac)
+    };
+    assert_eq!(model.rough().len(), 3);
+    assert_eq!(rough("motor.inertia-kg-m2"), Some(0.1));
+    // 3-4-5
+    assert_eq!(rough("motor.resistance-ohm"), Some(0.05));
+    assert_eq!(rough("motor.viscous-n-m-s-per-rad"), Some(0.2 * 3.0_f64.sqrt()));
+}
+
+#[test]
+fn an_axis_has_tolerances_at_levels_too() {
+    let text = include_str!("../../../../fixtures/models/axis.toml");
+    let plain = model_file::parse_machine(text).unwrap();
+    let text = text.replace(
+        "viscous-n-m-s-per-rad = 0.3",
+        "viscous-n-m-s-per-rad = [{ sd = 0.3, level = \"unit\" }, \
+         { sd = 0.05, level = \"session\" }]",
+    );
+    let levels = model_file::parse_machine(&text).unwrap();
+    assert_eq!(model_file::parse_machine(&levels.write()).unwrap(), levels);
+    let MachineModel::ServoAxis(axis) = &levels else { panic!("{levels:?}") };
+    assert_eq!(axis.tolerance.len(), 3);
+    let half_widths = |model: &MachineModel| -> Vec<f64> {
+        model.kind().rough().iter().map(|rough| rough.half_width_frac).collect()
+    };
+    assert_eq!(half_widths(&plain), [0.1, 0.3]);
+    assert_eq!(half_widths(&levels), [0.1, 0.3 * 3.0_f64.sqrt()]);
+    let twice = text.replace("level = \"session\"", "level = \"unit\"");
+    let error = model_file::parse_machine(&twice).unwrap_err().to_string();
+    assert!(error.contains("given twice for level \"unit\""), "{error}");
+}
+
+#[test]
+fn a_spread_has_a_standard_deviation() {
+    assert_eq!(Spread::Std(0.03).std(), 0.03);
+    assert_eq!(Spread::HalfWidth(0.3).std(), 0.3 / 3.0_f64.sqrt());
+    assert_eq!(Spread::HalfWidth(0.3).half_width(), 0.3);
+    for number in UncertainNumber::BESIDES_PARAMETERS {
+        assert_eq!(UncertainNumber::find(number.key()), Some(number));
+        assert!(Parameter::find(number.key()).is_none(), "{number:?}");
+    }
+    for level in Level::ALL {
+        assert_eq!(Level::find(level.key()), Some(level));
+    }
+}
+
+#[test]
+fn the_tolerances_of_the_presets_survive_a_file() {
+    for (actuator, tolerance) in [(EMA_48, ema_48_tolerance()), (BENCH, bench_tolerance())] {
+        assert_eq!(Model::from(actuator).tolerance, []);
+        let model = Model { tolerance, ..actuator.into() };
+        assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    }
+    let play = tolerance("transmission.backlash-rad", Spread::Std(0.3), Level::Unit);
+    assert!(ema_48_tolerance().contains(&play));
+    assert_eq!(bench_tolerance().len(), ema_48_tolerance().len() + 2);
 }

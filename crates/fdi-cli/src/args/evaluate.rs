@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 
 use clap::{Args, ValueEnum};
+use experiments::Contender;
 
 use super::{ReportArgs, noise_a};
 
@@ -15,8 +16,8 @@ pub struct EvaluateArgs {
     /// Test conditions [default: the paper's number; 1000 for `noisy`]
     #[arg(long, value_name = "N")]
     pub conditions: Option<NonZeroUsize>,
-    /// Search methods: `gls`, `composite`, `emulator`, `ei`, `ucb`, `two-step-ei`, `ga`, `pso`, `de`, `gwo`, `cma-es` [default: those of the experiment]
-    #[arg(long, value_delimiter = ',', value_name = "METHOD,...")]
+    /// Search methods, by the names of [`Contender::ALL`]
+    #[arg(long, value_delimiter = ',', value_name = "METHOD,...", help = methods_help())]
     pub methods: Vec<String>,
     /// Noise inside the controller of the reference
     #[arg(long, value_enum, default_value_t = Switch::Off)]
@@ -48,6 +49,12 @@ pub struct EvaluateArgs {
     /// Most evaluations of the model in one search [default: the method's own]
     #[arg(long, value_name = "N")]
     pub max_evaluations: Option<NonZeroUsize>,
+}
+
+/// Help that lists the methods as the experiments name them.
+fn methods_help() -> String {
+    let names = Contender::ALL.map(|one| format!("`{}`", one.name()));
+    format!("Search methods: {} [default: those of the experiment]", names.join(", "))
 }
 
 /// An experiment.

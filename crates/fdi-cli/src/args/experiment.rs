@@ -10,7 +10,7 @@ use super::finite;
 /// An actuator in a test.
 #[derive(Clone, Debug, Args)]
 pub struct TestArgs {
-    /// Actuator: `ema-48` or a model file; `simulate` takes that of a servo axis too
+    /// Actuator: `ema-48`, `bench` or a model file; `simulate` takes that of a servo axis too
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "ema-48")]
     pub model: String,
     /// Command: `chirp`, `sine` or a recording with the column `command_rad`, for a servo axis that slides `command_m`

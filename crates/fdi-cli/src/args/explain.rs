@@ -33,7 +33,7 @@ pub struct RecordArgs {
 /// Options of `fdi explain`.
 #[derive(Clone, Debug, Args)]
 pub struct ExplainArgs {
-    /// Model that is compared with the recordings: a preset or a model file
+    /// Model that is compared with the recordings: `ema-48`, `bench` or a model file
     #[arg(long, value_name = "MODEL", default_value = "ema-48")]
     pub model: String,
     #[command(flatten)]
@@ -53,7 +53,7 @@ pub struct ExplainArgs {
 /// Options of `fdi calibrate`.
 #[derive(Clone, Debug, Args)]
 pub struct CalibrateArgs {
-    /// Model file, or preset, with the numbers of the data sheet
+    /// Model with the numbers of the data sheet: `ema-48`, `bench` or a model file
     #[arg(long, value_name = "MODEL")]
     pub model: String,
     #[command(flatten)]
@@ -68,7 +68,7 @@ pub struct CalibrateArgs {
 /// known, and needs no more than half of its limit of current.
 #[derive(Clone, Debug, Args)]
 pub struct ProposeArgs {
-    /// Model that is compared with the recordings: a preset or a model file
+    /// Model that is compared with the recordings: `ema-48`, `bench` or a model file
     #[arg(long, value_name = "MODEL", default_value = "ema-48")]
     pub model: String,
     #[command(flatten)]

@@ -35,7 +35,7 @@ pub struct FleetArgs {
     /// Read the date off the file name, such as `*_{date}`; the recording's own `date` counts where the name has none
     #[arg(long, value_name = "PATTERN")]
     pub date_from: Option<NamePattern>,
-    /// Warn when a level has risen by this much since the actuator's reference recording
+    /// Warn when a level has risen by this much, and by more than noise, since the actuator's reference recording
     #[arg(long, value_name = "LEVEL", default_value_t = 0.02, value_parser = positive)]
     pub warning_change: f64,
 }

@@ -72,7 +72,7 @@ fn describe(summary: &BundleSummary) -> String {
         let inflation = encoding.bound_inflation.iter().map(|(id, x)| format!("{id} {x:.2}"));
         let inflation: Vec<_> = inflation.collect();
         let used = if encoding.name == summary.default_encoding { " (default)" } else { "" };
-        let (name, size) = (&encoding.name, encoding.size);
+        let (name, size) = (encoding.name, encoding.size);
         let bounds = inflation.join(", ");
         line("encoding", &format!("{name}{used}, {size} numbers; bounds wider by {bounds}"));
     }
@@ -81,7 +81,7 @@ fn describe(summary: &BundleSummary) -> String {
 
 #[cfg(test)]
 mod tests {
-    use fdi_core::report::{DatasetSummary, EncodingSummary, SCHEMA_VERSION};
+    use fdi_core::report::{DatasetSummary, Encoding, EncodingSummary, SCHEMA_VERSION};
 
     use super::*;
 
@@ -101,9 +101,9 @@ mod tests {
                 seed: 1,
                 sha256: "cd".repeat(32),
             }],
-            default_encoding: "full".to_owned(),
+            default_encoding: Encoding::Full,
             encodings: vec![EncodingSummary {
-                name: "full".to_owned(),
+                name: Encoding::Full,
                 size: 1000,
                 bound_inflation: [("k1".to_owned(), 1.0)].into(),
             }],

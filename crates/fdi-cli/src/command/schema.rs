@@ -10,7 +10,7 @@ pub(crate) fn schema(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    let text = args.form.schema().text();
+    let text = args.form.text();
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
 }

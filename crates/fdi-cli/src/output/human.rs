@@ -8,7 +8,8 @@ use std::{
 
 use anstyle::{AnsiColor, Style};
 use fdi_report::{
-    Fault, FaultId, NoticeCode, RecordDiagnosis, Verdict, common_folder, plus_minus, sentence,
+    Fault, FaultId, NoticeCode, OpenFindings, RecordDiagnosis, Verdict, common_folder,
+    detected_findings, plus_minus, sentence,
 };
 
 use super::{
@@ -24,6 +25,9 @@ pub(super) struct Human<'a> {
     out: &'a mut dyn Write,
     styled: bool,
     rows: Vec<Row>,
+    /// Rows by what is detected beyond tolerances.
+    detected: BTreeMap<String, Vec<usize>>,
+    open: OpenFindings,
     notices: BTreeMap<(NoticeCode, String), Vec<usize>>,
 }
 
@@ -37,7 +41,14 @@ struct Row {
 
 impl<'a> Human<'a> {
     pub(super) fn new(out: &'a mut dyn Write, styled: bool) -> Self {
-        Self { out, styled, rows: Vec::new(), notices: BTreeMap::new() }
+        Self {
+            out,
+            styled,
+            rows: Vec::new(),
+            detected: BTreeMap::new(),
+            open: OpenFindings::default(),
+            notices: BTreeMap::new(),
+        }
     }
 
     fn names(&self) -> Vec<&str> {
@@ -58,7 +69,7 @@ impl<'a> Human<'a> {
         let rows: Vec<Vec<String>> = names.iter().zip(&self.rows).map(with_name).collect();
         table(text, &header, &rows)?;
         let marked = if self.rows.iter().any(|row| row.detected) { "* detected; " } else { "" };
-        writeln!(text, "\n{marked}- not determined; fit: residual over what noise explains")?;
+        writeln!(text, "\n{marked}- not determined; fit: residual over noise and learnt error")?;
         let sentence = |(name, row): (&&str, &Row)| {
             row.sentence.as_ref().map(|sentence| format!("{name}: {sentence}\n"))
         };
@@ -67,7 +78,14 @@ impl<'a> Human<'a> {
             format!("{}: {message} ({})\n", code.code(), listed(of, &names))
         };
         let notices: Vec<_> = self.notices.iter().map(notice).collect();
-        for block in [sentences, notices] {
+        let mut findings: Vec<(&str, &[usize])> =
+            self.detected.iter().map(|(line, of)| (line.as_str(), &of[..])).collect();
+        findings.sort_by_key(|(_, of)| of.first());
+        let open = self.open.lines();
+        findings.extend(open.iter().map(|(line, of)| (line.as_str(), *of)));
+        let finding = |(line, of): (&str, &[usize])| format!("{line} ({})\n", listed(of, &names));
+        let findings: Vec<_> = findings.into_iter().map(finding).collect();
+        for block in [sentences, findings, notices] {
             if !block.is_empty() {
                 write!(text, "\n{}", block.concat())?;
             }
@@ -83,9 +101,14 @@ impl AnswerWriter for Human<'_> {
 
     fn answer(&mut self, answer: &Answer) -> io::Result<()> {
         let Answer::Diagnosed(record) = answer else { return Ok(()) };
+        let row = self.rows.len();
+        if let Some(line) = detected_findings(record) {
+            self.detected.entry(line).or_default().push(row);
+        }
+        self.open.push(row, record);
         for notice in &record.notices {
             let of = self.notices.entry((notice.code, notice.message.clone())).or_default();
-            of.push(self.rows.len());
+            of.push(row);
         }
         self.rows.push(Row {
             recording: record.recording.clone(),

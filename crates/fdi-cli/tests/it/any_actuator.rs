@@ -65,7 +65,10 @@ fn record(folder: &TempDir, name: &str, options: &[&str]) {
 
 fn diagnose(folder: &TempDir, name: &str) -> RecordDiagnosis {
     let told = ["--stable", "--output-format", "json", "-o", "answer.json"];
-    done(folder, &[&["diagnose", "--bundle", "b"], &told[..], &[name]].concat());
+    done(
+        folder,
+        &[&["diagnose", "--tolerance", "none", "--bundle", "b"], &told[..], &[name]].concat(),
+    );
     let text = fs::read_to_string(folder.path().join("answer.json")).unwrap();
     let mut diagnosis: Diagnosis = serde_json::from_str(&text).unwrap();
     diagnosis.records.remove(0)

@@ -42,6 +42,13 @@ fn people_get_a_table_sentences_and_one_line_for_each_failure() {
 }
 
 #[test]
+fn findings_stand_below_the_table_once_for_recordings_that_share_them() {
+    let folder = folder(&[("healthy-1.csv", GOOD), ("unit-1.csv", GOOD), ("unit-2.csv", GOOD)]);
+    let path = folder.path().display().to_string();
+    insta::assert_snapshot!(diagnose(&["--stable", &path]).out);
+}
+
+#[test]
 fn scripts_get_rows() {
     let folder = mixed();
     let path = folder.path().display().to_string();

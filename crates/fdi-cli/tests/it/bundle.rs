@@ -52,8 +52,8 @@ fn show_says_what_the_embedded_bundle_holds() {
 #[test]
 fn the_document_has_every_encoding_and_the_default_costs_nothing() {
     let summary = summary();
-    let names: Vec<_> = summary.encodings.iter().map(|one| one.name.as_str()).collect();
-    assert_eq!(names, Encoding::ALL.map(Encoding::name));
+    let names: Vec<_> = summary.encodings.iter().map(|one| one.name).collect();
+    assert_eq!(names, Encoding::ALL);
     let default = summary.encodings.iter().find(|one| one.name == summary.default_encoding);
     assert!(default.unwrap().bound_inflation.values().all(|&factor| factor == 1.0));
 }

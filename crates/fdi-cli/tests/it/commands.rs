@@ -297,7 +297,7 @@ fn recordings() -> TempDir {
 #[test]
 fn a_terminal_is_told_how_far_a_batch_is_and_gets_colours() {
     let recordings = recordings();
-    let batch = ["diagnose", "--stable", "r01.csv.gz", "r12.csv.gz"];
+    let batch = ["diagnose", "--tolerance", "none", "--stable", "r01.csv.gz", "r12.csv.gz"];
     let Some(coloured) = on_a_terminal(recordings.path(), &batch, &[]) else { return };
     assert!(coloured.contains("\r0 of 2 recordings, 0 %"), "{coloured:?}");
     let (_, second) = coloured.split_once("\r2 of 2 recordings, 100 %, ").unwrap();

@@ -16,7 +16,8 @@ fn diagnose(arguments: &[&str]) -> (i32, String, String) {
     for variable in ["FDI_SEED", "FDI_JOBS", "FDI_OUTPUT_FORMAT", "CLICOLOR_FORCE", "NO_COLOR"] {
         command.env_remove(variable);
     }
-    let output = command.arg("diagnose").args(arguments).output().unwrap();
+    let output =
+        command.args(["diagnose", "--tolerance", "none"]).args(arguments).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
@@ -152,7 +153,7 @@ fn assert_found_without_turn(answer: &RecordDiagnosis) {
     }
     assert_eq!((answer.status, answer.verdict), (Status::Partial, Verdict::Faulty));
     assert_eq!(answer.faults[6].value, None);
-    let told = answer.notices.iter().find(|n| n.code == NoticeCode::PhaseUndetermined).unwrap();
+    let told = answer.notices.iter().find(|n| n.code == NoticeCode::ElectricalTurnUnknown).unwrap();
     assert!(told.message.contains("looks alike 4 times a turn"), "{}", told.message);
 }
 

@@ -271,7 +271,7 @@ fn the_hint_of_a_diagnosis_leads_to_an_explanation() {
         let text = fs::read_to_string(&file).unwrap();
         fs::write(&file, text.replacen("# command = \"chirp\"\n", "", 1)).unwrap();
     }
-    let (code, _, err) = shell("fdi diagnose 1.csv 2.csv");
+    let (code, _, err) = shell("fdi diagnose --tolerance none 1.csv 2.csv");
     assert_eq!(code, Some(0), "{err}");
     let hint = err.lines().last().unwrap_or_default();
     let line = hint.split('`').nth(1).unwrap_or_default();
@@ -280,7 +280,7 @@ fn the_hint_of_a_diagnosis_leads_to_an_explanation() {
     assert_eq!(code, Some(0), "{err}");
     assert!(out.starts_with("The model misses cogging (E11)"), "{out}");
     // one alone needs a second, and the hint says so
-    let (_, _, err) = shell("fdi diagnose 1.csv");
+    let (_, _, err) = shell("fdi diagnose --tolerance none 1.csv");
     let line = err.lines().last().unwrap_or_default();
     assert!(line.contains("--holdout SECOND.csv`, where `SECOND.csv` is a second"), "{line}");
     let line = line.split('`').nth(1).unwrap_or_default().replace("SECOND", "2");

@@ -23,7 +23,16 @@ fn answers(path: &Path) -> usize {
 fn start(recordings: &Path, files: &Path) -> Child {
     fs::create_dir_all(files).unwrap();
     Command::new(assert_cmd::cargo::cargo_bin!("fdi"))
-        .args(["diagnose", "--stable", "--jobs", "2", "--output-format", "json"])
+        .args([
+            "diagnose",
+            "--tolerance",
+            "none",
+            "--stable",
+            "--jobs",
+            "2",
+            "--output-format",
+            "json",
+        ])
         .args(["--resume", "kept.jsonl", "--output", "out.json", "--report", "r.html"])
         .arg(recordings)
         .current_dir(files)

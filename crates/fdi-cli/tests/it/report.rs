@@ -208,7 +208,8 @@ fn a_browser_shows_it_and_sorts_and_asks_for_nothing() {
     let page = folder.path().join("report.html");
     let names = ["r01", "r12", "r20", "r26"];
     let recordings = names.map(|name| committed(&format!("recordings/{name}.csv.gz")));
-    let mut arguments = vec!["diagnose", "-q", "--report", page.to_str().unwrap()];
+    let mut arguments =
+        vec!["diagnose", "-q", "--tolerance", "none", "--report", page.to_str().unwrap()];
     arguments.extend(recordings.iter().map(String::as_str));
     assert_eq!(fdi(&arguments).0, 0);
     // a wide screen, and the 186 mm of A4 between its margins at 96 px an inch

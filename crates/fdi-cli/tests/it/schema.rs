@@ -1,9 +1,14 @@
 //! Answers against the schema that is published for them.
 
+use std::fs;
+
 use fdi_core::{Schema, report::NoticeCode};
 use serde_json::Value;
 
-use crate::{batch::mixed, stand_in::diagnose};
+use crate::{
+    batch::mixed,
+    stand_in::{GOOD, diagnose},
+};
 
 /// Where a value is not what the schema says: the keywords that the published
 /// schemas use, and an error for any other.
@@ -87,11 +92,13 @@ fn is(value: &Value, kind: &Value) -> bool {
 fn answers_are_of_the_published_form() {
     let schema: Value = serde_json::from_str(&Schema::Diagnosis.text()).unwrap();
     let folder = mixed();
+    fs::write(folder.path().join("unit-1.csv"), GOOD).unwrap();
     let path = folder.path().display().to_string();
     for extra in [&["--stable"][..], &["--stamp"]] {
         let arguments = [&["--output-format", "json", &path], extra].concat();
         let answer: Value = serde_json::from_str(&diagnose(&arguments).out).unwrap();
         assert_eq!(violations(&answer, &schema, &schema, ""), Vec::<String>::new());
+        assert_eq!(answer.pointer("/records/6/findings/1/kind"), Some(&"ambiguous".into()));
     }
 }
 
@@ -135,13 +142,13 @@ fn the_guide_has_a_row_for_each_code_of_a_notice() {
 fn law_help_and_schema_agree_on_values_and_words() {
     use clap::CommandFactory;
 
-    let schema: serde_json::Value =
-        serde_json::from_str(&fdi_report::Schema::Diagnosis.text()).unwrap();
-    for (command, option, definition) in [
-        ("diagnose", "method", "Method"),
-        ("diagnose", "fidelity", "Fidelity"),
-        ("simulate", "fidelity", "Fidelity"),
+    for (command, option, form, definition) in [
+        ("diagnose", "method", Schema::Diagnosis, "Method"),
+        ("diagnose", "fidelity", Schema::Diagnosis, "Fidelity"),
+        ("diagnose", "encoding", Schema::Bundle, "Encoding"),
+        ("simulate", "fidelity", Schema::Diagnosis, "Fidelity"),
     ] {
+        let schema: serde_json::Value = serde_json::from_str(&form.text()).unwrap();
         let root = fdi_cli::Cli::command();
         let inner = root.find_subcommand(command).unwrap();
         let arg = inner.get_arguments().find(|arg| arg.get_id() == option).unwrap();

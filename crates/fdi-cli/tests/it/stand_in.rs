@@ -9,8 +9,8 @@ use fdi_cli::{Cli, Diagnoser, Streams, args::Command, diagnose_with};
 use fdi_core::{
     Recording,
     report::{
-        Covariance, Fault, FaultId, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode,
-        RecordDiagnosis, Status, Verdict,
+        Covariance, Fault, FaultId, Fidelity, Finding, FindingKind, Fit, Method, NoiseSource,
+        Notice, NoticeCode, RecordDiagnosis, Status, Verdict,
     },
 };
 
@@ -45,6 +45,11 @@ impl Diagnoser for StandIn {
                 Ok(record)
             }
             "partial" => Ok(partial(recording)),
+            "unit" => {
+                let mut record = record(recording, Verdict::Faulty, [0.0; 7]);
+                record.findings = findings().into();
+                Ok(record)
+            }
             "strange" => {
                 let mut record = record(recording, Verdict::ModelInadequate, [0.0; 7]);
                 record.fit.rms_a = 0.0126;
@@ -94,6 +99,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
             adequate: true,
         },
         faults: faults.into(),
+        findings: Vec::new(),
         covariance: Covariance {
             parameters: vec!["k1".to_owned()],
             estimate: vec![0.02],
@@ -101,6 +107,32 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
         },
         notices: Vec::new(),
     }
+}
+
+/// One finding of each kind, and one that is not detected.
+fn findings() -> [Finding; 3] {
+    let known = Finding {
+        kind: FindingKind::Known,
+        id: "torque-constant".to_owned(),
+        members: ["k3", "k4", "k5", "motor.back-emf-v-s-per-rad"].map(str::to_owned).into(),
+        value: 0.2,
+        std: 0.04,
+        interval_95: [0.12, 0.28],
+        detected: true,
+        prior_std: 0.039,
+        posterior_std: 0.009,
+        would_tell: None,
+    };
+    let ambiguous = Finding {
+        kind: FindingKind::Ambiguous,
+        id: "friction".to_owned(),
+        members: ["k1", "transmission.kinetic-friction-n-m"].map(str::to_owned).into(),
+        detected: false,
+        would_tell: Some("recordings of the same unit as new".to_owned()),
+        ..known.clone()
+    };
+    let undetected = Finding { id: "play".to_owned(), detected: false, ..known.clone() };
+    [known, ambiguous, undetected]
 }
 
 fn partial(recording: &Recording) -> RecordDiagnosis {

@@ -6,6 +6,7 @@ use ema_sim::{
     model_file::{self, Model},
 };
 
+use inference::BandedMatrix;
 use recordings::EnvelopeKind;
 
 use crate::{
@@ -13,9 +14,11 @@ use crate::{
         bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
         dataset::{Condition, Dataset, ReferenceDesign},
         error_model::{CovarianceShape, Trend},
+        signal_codes::SignalCodes,
         store::{self, ArtefactKind, Decode, Encode},
     },
     simulation::{envelope::envelope_kind, experiment::Experiment},
+    unit::{error::UnitError, quantities::Quantities},
 };
 
 /// Layout of a bundle.
@@ -26,6 +29,7 @@ struct BundleData {
     mask: Vec<u32>,
     choices: Vec<ChoiceData>,
     noise_a: f64,
+    units: Vec<UnitErrorData>,
 }
 
 /// Layout of a dataset file.
@@ -84,7 +88,7 @@ struct DatasetData {
     /// Largest absolute value of each signal, A.
     ranges_a: Vec<f64>,
     /// Signals over their range, in steps of 1/32767.
-    signals: Vec<i16>,
+    signals: SignalCodes,
 }
 
 #[derive(Encode, Decode)]
@@ -94,6 +98,96 @@ struct ChoiceData {
     trend: u8,
     taper_support_samples: u32,
     electronics_share: f64,
+}
+
+/// Learnt error on units: rows in steps of their range, the covariance as correlations in steps of
+/// 1/32767 below standard deviations.
+#[derive(Encode, Decode)]
+struct UnitErrorData {
+    /// 0: start angle zero, 1: any.
+    start: u8,
+    centre: Vec<f64>,
+    spread: Vec<f64>,
+    ranges_a: Vec<f64>,
+    coefficients: SignalCodes,
+    half_band: u32,
+    std_a: Vec<f32>,
+    /// As one signal, lag by lag.
+    correlations: SignalCodes,
+    ln_misfit_mean: f64,
+    ln_misfit_std: f64,
+}
+
+impl UnitErrorData {
+    fn of(error: &UnitError) -> Self {
+        let covariance = &error.covariance;
+        let std = |row: usize| covariance.at(row, row).sqrt();
+        let mut correlations = Vec::new();
+        for lag in 1..=covariance.half_band() {
+            for row in lag..covariance.order() {
+                let unit = std(row) * std(row - lag);
+                let share = if unit > 0.0 { covariance.at(row, row - lag) / unit } else { 0.0 };
+                correlations.push((share.clamp(-1.0, 1.0) * CODE_STEPS).round() as i16);
+            }
+        }
+        Self {
+            start: error.start as u8,
+            centre: error.centre.clone(),
+            spread: error.spread.clone(),
+            ranges_a: error.coefficients.iter().map(|row| range_of(row)).collect(),
+            coefficients: packed(&error.coefficients),
+            half_band: covariance.half_band() as u32,
+            std_a: (0..covariance.order()).map(|row| std(row) as f32).collect(),
+            correlations: SignalCodes::pack(&correlations, correlations.len()),
+            ln_misfit_mean: error.ln_misfit_mean,
+            ln_misfit_std: error.ln_misfit_std,
+        }
+    }
+
+    fn into_error(self, quantities: &Quantities, samples: usize) -> Result<UnitError, BundleError> {
+        let bent = quantities.bent();
+        let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
+        let half_band = (self.half_band as usize).min(samples.saturating_sub(1));
+        let stored: usize = (0..samples).map(|row| half_band.min(row)).sum();
+        let wrong_size = || content("an error on units of the wrong size".to_owned());
+        let coefficients = self.coefficients.unpack(samples).ok_or_else(wrong_size)?;
+        let correlations = self.correlations.unpack(stored).ok_or_else(wrong_size)?;
+        let fits = self.centre.len() == quantities
+            && self.spread.len() == quantities
+            && self.ranges_a.len() == terms
+            && coefficients.len() == terms * samples
+            && self.std_a.len() == samples
+            && correlations.len() == stored
+            && self.spread.iter().all(|spread| *spread > 0.0)
+            && self.std_a.iter().all(|std| std.is_finite() && *std >= 0.0)
+            && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
+        if !fits {
+            return Err(wrong_size());
+        }
+        let mut covariance = BandedMatrix::zeros(samples, half_band);
+        let mut codes = correlations.iter();
+        let std = |row: usize| f64::from(self.std_a[row]);
+        for row in 0..samples {
+            *covariance.at_mut(row, row) = std(row) * std(row);
+        }
+        for lag in 1..=half_band {
+            for (row, code) in (lag..samples).zip(&mut codes) {
+                *covariance.at_mut(row, row - lag) =
+                    f64::from(*code) / CODE_STEPS * std(row) * std(row - lag);
+            }
+        }
+        let rows = coefficients.chunks_exact(samples).zip(&self.ranges_a);
+        Ok(UnitError {
+            start: if self.start == 0 { StartAngle::Zero } else { StartAngle::Any },
+            coefficients: rows.map(|(codes, range_a)| decoded(codes, *range_a)).collect(),
+            centre: self.centre,
+            spread: self.spread,
+            bent,
+            covariance,
+            ln_misfit_mean: self.ln_misfit_mean,
+            ln_misfit_std: self.ln_misfit_std,
+        })
+    }
 }
 
 impl Bundle {
@@ -123,6 +217,7 @@ impl Bundle {
                 })
                 .collect(),
             noise_a: self.noise_a,
+            units: self.units.iter().map(UnitErrorData::of).collect(),
         };
         store::encode(ArtefactKind::Bundle, &data)
     }
@@ -227,6 +322,9 @@ impl BundleData {
                 })
             })
             .collect::<Result<Vec<_>, BundleError>>()?;
+        let quantities = Quantities::new(&experiment);
+        let units = self.units.into_iter().map(|data| data.into_error(&quantities, samples));
+        let units = units.collect::<Result<Vec<_>, _>>()?;
         if !(self.noise_a.is_finite() && self.noise_a > 0.0) {
             return Err(content(format!("a noise level of {} A", self.noise_a)));
         }
@@ -237,6 +335,7 @@ impl BundleData {
             mask: self.mask.into_iter().map(|point| point as usize).collect(),
             choices,
             noise_a: self.noise_a,
+            units,
         })
     }
 }
@@ -282,6 +381,7 @@ impl ExperimentData {
             filter: EnvelopeFilter { corner_hz: self.filter_hz, output_hz: self.rate_hz },
             sought,
             phase_rate_hz: None,
+            tolerance: model.tolerance,
         };
         // refuses durations and rates that would claim unbounded memory
         experiment.monitor(0.0)?;
@@ -368,21 +468,23 @@ impl DatasetData {
             start_angles_rad: dataset.conditions.iter().map(|c| c.start_angle_rad).collect(),
             noise_seeds: dataset.conditions.iter().map(|c| c.noise_seed).collect(),
             ranges_a: dataset.signals_a.iter().map(|signal| range_of(signal)).collect(),
-            signals: dataset.signals_a.iter().flat_map(|signal| coded(signal)).collect(),
+            signals: packed(&dataset.signals_a),
         }
     }
 
     fn into_dataset(self, samples: usize) -> Result<Dataset, BundleError> {
         let design = design_of(&self.design)?;
         let count = self.noise_seeds.len();
+        let wrong_size = || content(format!("a dataset `{}` of the wrong size", self.design));
+        let signals = self.signals.unpack(samples).ok_or_else(wrong_size)?;
         let fits = self.start_angles_rad.len() == count
             && self.levels.len() == count * FAULT_COUNT
             && self.ranges_a.len() == count
-            && self.signals.len() == count * samples
+            && signals.len() == count * samples
             && self.ranges_a.iter().all(|range| range.is_finite())
             && self.start_angles_rad.iter().all(|angle| angle.is_finite());
         if !fits {
-            return Err(content(format!("a dataset `{}` of the wrong size", self.design)));
+            return Err(wrong_size());
         }
         let conditions = self
             .levels
@@ -403,8 +505,7 @@ impl DatasetData {
                 digitisation: self.digitisation,
             },
             conditions,
-            signals_a: self
-                .signals
+            signals_a: signals
                 .chunks_exact(samples)
                 .zip(&self.ranges_a)
                 .map(|(codes, range_a)| decoded(codes, *range_a))
@@ -425,6 +526,12 @@ fn range_of(signal: &[f64]) -> f64 {
 fn coded(signal: &[f64]) -> impl Iterator<Item = i16> {
     let scale = CODE_STEPS / range_of(signal).max(f64::MIN_POSITIVE);
     signal.iter().map(move |value| (value * scale).round() as i16)
+}
+
+/// Signals of one length in steps of each one's range.
+fn packed(signals: &[Vec<f64>]) -> SignalCodes {
+    let codes: Vec<i16> = signals.iter().flat_map(|signal| coded(signal)).collect();
+    SignalCodes::pack(&codes, signals.first().map_or(0, Vec::len))
 }
 
 /// A signal from its steps.
@@ -457,7 +564,7 @@ fn model_text(experiment: &Experiment) -> String {
         name: Some(experiment.model_name.clone()),
         actuator: experiment.actuator,
         faults: FaultId::ALL.into_iter().filter(|id| experiment.sought[id.index()]).collect(),
-        tolerance: Vec::new(),
+        tolerance: experiment.tolerance.clone(),
         effects: experiment.effects.iter().cloned().map(Into::into).collect(),
     })
 }

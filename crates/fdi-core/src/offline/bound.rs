@@ -1,11 +1,12 @@
 //! The Cramér-Rao bound: what no unbiased estimate can beat.
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates};
+use inference::NotPositiveDefinite;
 
 use crate::{
     offline::{bundle::BundleError, estimator::information, factor::Factor},
     simulation::experiment::Experiment,
-    statistics::{banded::NotPositiveDefinite, noise_covariance::unit_noise_covariance},
+    statistics::noise_covariance::unit_noise_covariance,
 };
 
 /// Differences for the bound's derivatives.
@@ -19,6 +20,11 @@ const STEP: f64 = 1e-3;
 /// ```
 ///
 /// Coordinates not looked for are `None`. `noise_a` includes quantisation, `√(a² + LSB²/12)`.
+///
+/// # Source
+///
+/// Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, Prentice Hall 1993,
+/// section 3.9 (Gaussian noise).
 ///
 /// # Errors
 ///

@@ -1,8 +1,9 @@
 //! The offline bundle: an experiment, its reference signals, and what was chosen on them.
 
-use std::sync::Arc;
+use std::{num::NonZero, sync::Arc, thread};
 
 use ema_sim::Actuator;
+use inference::{BandedMatrix, NotPositiveDefinite};
 use reduction::{
     CompressionConfig, CompressionError, CompressionMap, MatrixError, Snapshots, SomConfig,
 };
@@ -17,10 +18,8 @@ use crate::{
     },
     seed::{Purpose, RootSeed},
     simulation::experiment::{Experiment, MASK_POINTS},
-    statistics::{
-        banded::{BandedMatrix, NotPositiveDefinite},
-        noise_covariance::unit_noise_at_rate,
-    },
+    statistics::noise_covariance::unit_noise_at_rate,
+    unit::error::{UnitError, UnitErrorError},
 };
 
 /// Drive's current limit over the noise that a bundle expects on each phase sample when a
@@ -94,6 +93,9 @@ pub enum BundleError {
     /// No taper gives a covariance with a factor.
     #[error(transparent)]
     Covariance(#[from] NotPositiveDefinite),
+    /// The error on machines within the tolerances cannot be learnt.
+    #[error(transparent)]
+    Units(#[from] UnitErrorError),
     /// The signals cannot be compressed.
     #[error(transparent)]
     Compression(#[from] CompressionError),
@@ -169,6 +171,8 @@ pub struct Bundle {
     pub choices: Vec<ModelChoice>,
     /// Noise expected on each phase sample, A.
     pub noise_a: f64,
+    /// Errors of the low-fidelity model on machines within the tolerances, where there are any.
+    pub(crate) units: Vec<UnitError>,
 }
 
 impl Bundle {
@@ -221,9 +225,18 @@ impl Bundle {
         tell("learning the emulator");
         let at_zero = of_start(&datasets, StartAngle::Zero);
         choices.push(choose(experiment, &at_zero, Modelled::Signal, noise_a)?);
+        let mut units = Vec::new();
+        if !experiment.tolerance.is_empty() {
+            tell("learning the error of the monitor on machines within the tolerances");
+            for start in [StartAngle::Zero, StartAngle::Any] {
+                if !of_start(&datasets, start).is_empty() {
+                    units.push(unit_error(experiment, start, noise_a, root)?);
+                }
+            }
+        }
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
         let experiment = experiment.clone();
-        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a })
+        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a, units })
     }
 
     /// The dataset of a design, where the bundle has it.
@@ -315,6 +328,19 @@ impl Bundle {
     pub(crate) fn electronics(&self, start: StartAngle) -> Electronics {
         electronics_of(&self.experiment, &of_start(&self.datasets, start))
     }
+}
+
+/// Error of the low-fidelity model on machines within the tolerances.
+fn unit_error(
+    experiment: &Experiment,
+    start: StartAngle,
+    noise_a: f64,
+    root: RootSeed,
+) -> Result<UnitError, UnitErrorError> {
+    let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
+    let unit_noise = unit_noise_at_rate(&experiment.filter, rate_hz, experiment.samples());
+    let jobs = thread::available_parallelism().map_or(1, NonZero::get);
+    UnitError::learn(experiment, start, &unit_noise, noise_a, root, jobs)
 }
 
 /// Noise that a bundle expects on each phase sample of a drive when a recording tells none, A: a

@@ -10,16 +10,19 @@
 //! the uniform noise of half width `w` on the current feedback, which the current follows well
 //! beyond the envelope's filter. No reference signal takes part: it says which shape the noise
 //! has, and costs a fraction of a millisecond a run where a reference signal costs several.
+//!
+//! # Source
+//!
+//! Derived in `docs/models/diagnosis.md`, section "Error of the monitor"; `w²/3` is the variance of a
+//! uniform distribution.
 
 use ema_sim::{Imperfections, SimulationError};
+use inference::{BandedMatrix, tapered_covariance};
 
 use crate::{
-    offline::{
-        dataset::{Condition, Dataset, sought_coordinates},
-        error_model::tapered_covariance,
-    },
+    offline::dataset::{Condition, Dataset, sought_coordinates},
     simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
-    statistics::{banded::BandedMatrix, noise_covariance::unit_noise_at_rate},
+    statistics::noise_covariance::unit_noise_at_rate,
 };
 
 /// Samples of all runs together; a run of the chirp has a thousand.

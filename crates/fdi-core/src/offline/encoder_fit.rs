@@ -11,8 +11,9 @@ use crate::{
     offline::{
         bundle::{Bundle, BundleError},
         dataset::{ReferenceDesign, sought_coordinates},
-        encoding::{Encoder, Encoding},
+        encoding::Encoder,
     },
+    report::Encoding,
     seed::{Purpose, RootSeed},
     simulation::experiment::MASK_POINTS,
     statistics::noise_covariance::unit_noise_covariance,

@@ -6,50 +6,15 @@
 //!
 //! with the rows of `E` learnt on the bundle's incipient signals. Everything that is asked of
 //! the whole signal's covariance is asked of the smaller one in the same way.
+//!
+//! # Source
+//!
+//! Derived in `docs/models/reduction.md`, sections "Encodings" and "Information"; the points are those
+//! of the FREEDOM paper, section II.A.
 
-use crate::{
-    report::{Notice, NoticeCode},
-    statistics::banded::{BandedMatrix, dot},
-};
+use inference::{BandedMatrix, dot};
 
-/// Part of the filtered envelope that a diagnosis looks at.
-///
-/// # Source
-///
-/// [`Points`](Self::Points) is the FREEDOM paper's, section II.A; what each of the others costs
-/// in accuracy is compared in `docs/validation/reduction.md`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Encoding {
-    /// Every sample.
-    #[default]
-    Full,
-    /// The samples of the bundle's mask.
-    Points,
-    /// Means over the clusters of the self-organising map that places the points.
-    ClusterMeans,
-    /// Projection on the leading modes of the signals in units of the sensors' noise.
-    Modes,
-    /// Projection on the sensitivities that a linear regression of the signals on the damage
-    /// gives, in units of the sensors' noise.
-    Sensitivities,
-}
-
-impl Encoding {
-    /// Every encoding, the default first.
-    pub const ALL: [Self; 5] =
-        [Self::Full, Self::Points, Self::ClusterMeans, Self::Modes, Self::Sensitivities];
-
-    /// Name on the command line and in answers.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Points => "points",
-            Self::ClusterMeans => "cluster-means",
-            Self::Modes => "modes",
-            Self::Sensitivities => "sensitivities",
-        }
-    }
-}
+use crate::report::{Encoding, Notice, NoticeCode};
 
 /// Rows `E` that make few numbers of a signal.
 #[derive(Debug)]
@@ -71,7 +36,7 @@ impl Encoder {
 
     /// Notice that an answer has.
     pub(crate) fn notice(&self) -> Notice {
-        let (name, size) = (self.encoding.name(), self.size());
+        let (name, size) = (self.encoding.word(), self.size());
         let message = format!("`{name}`: {size} numbers were looked at, not the whole signal");
         Notice { code: NoticeCode::Encoded, message }
     }

@@ -1,5 +1,6 @@
 //! Cost of each encoding in the accuracy that a bundle's experiment allows.
 
+use inference::{BandedMatrix, NotPositiveDefinite};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -7,15 +8,11 @@ use crate::{
         bundle::{Bundle, BundleError},
         dataset::ReferenceDesign,
         encoder_fit::fitted_encoder,
-        encoding::Encoding,
         estimator::information,
         factor::Factor,
     },
-    report::{EncodingSummary, FaultId},
-    statistics::{
-        banded::{BandedMatrix, NotPositiveDefinite},
-        noise_covariance::unit_noise_covariance,
-    },
+    report::{Encoding, EncodingSummary, FaultId},
+    statistics::noise_covariance::unit_noise_covariance,
 };
 
 /// Differences for the derivatives of the low-fidelity model, as for
@@ -49,7 +46,7 @@ pub(crate) fn encoding_summaries(bundle: &Bundle) -> Result<Vec<EncodingSummary>
                 })
                 .collect();
             let size = factor.size() as u64;
-            Ok(EncodingSummary { name: encoding.name().to_owned(), size, bound_inflation })
+            Ok(EncodingSummary { name: encoding, size, bound_inflation })
         })
         .collect()
 }
@@ -142,7 +139,7 @@ mod tests {
         for embedded in EMBEDDED_BUNDLES {
             let bundle = Bundle::from_bytes(embedded.bytes).unwrap();
             let summaries = encoding_summaries(&bundle).unwrap();
-            let names: Vec<_> = summaries.iter().map(|one| one.name.as_str()).collect();
+            let names: Vec<_> = summaries.iter().map(|one| one.name.word()).collect();
             assert_eq!(names, ["full", "points", "cluster-means", "modes", "sensitivities"]);
             let full = &summaries[0];
             assert_eq!(full.size, bundle.experiment.samples() as u64);

@@ -13,16 +13,20 @@
 //! share of the variance included: half of it is the logarithm of the error to be expected. A model
 //! that explains the residuals better but lends the search slopes of its own noise loses here,
 //! while it wins on the likelihood of left-out signals.
+//!
+//! # Source
+//!
+//! Derived in `docs/models/diagnosis.md`, section "Error of the monitor"; compared with other criteria
+//! in `docs/decisions/0040-error-model-by-cross-fitted-error.md`.
 
 use std::{sync::Arc, thread};
 
-use crate::{
-    offline::{
-        error_model::{CovarianceShape, ErrorModel, ErrorModelError, FOLDS, Trend},
-        estimator::Estimator,
-        factor::{Factor, joined},
-    },
-    statistics::banded::{BandedMatrix, NotPositiveDefinite, dot},
+use inference::{BandedMatrix, NotPositiveDefinite, dot};
+
+use crate::offline::{
+    error_model::{CovarianceShape, ErrorModel, ErrorModelError, FOLDS, Trend},
+    estimator::Estimator,
+    factor::{Factor, joined},
 };
 
 /// Shares of the electronics' covariance that are tried.

@@ -12,15 +12,16 @@
 //! says of the noise of its electronics (`electronics`), from as many runs as are wanted: the
 //! scatter of a hundred signals is drawn towards it. What is best is chosen on the reference
 //! signals (`error_choice`).
+//!
+//! # Source
+//!
+//! Derived in `docs/models/diagnosis.md`, section "Error of the monitor"; the taper is of Gaspari and
+//! Cohn (Q. J. R. Meteorol. Soc. 125, 1999, eq. 4.10).
 
 use std::sync::{Arc, OnceLock};
 
+use inference::{BandedMatrix, NotPositiveDefinite, central_differences, tapered_covariance};
 use nalgebra::DMatrix;
-
-use crate::statistics::{
-    banded::{BandedMatrix, NotPositiveDefinite},
-    central,
-};
 
 /// How the mean of the error depends on the damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -298,7 +299,7 @@ impl ErrorModel {
     /// squares.
     pub(crate) fn slopes_at(&self, point: &[f64]) -> Vec<Vec<f64>> {
         const STEP: f64 = 1e-5;
-        central::differences(point, STEP, |moved| self.terms_at(moved))
+        central_differences(point, STEP, |moved| self.terms_at(moved))
     }
 
     /// Derivatives of the mean at a point, one row a coordinate.
@@ -340,40 +341,6 @@ fn deal(residuals: &[Vec<f64>], fold: usize) -> (Vec<&[f64]>, Vec<&[f64]>) {
     (inside, outside)
 }
 
-/// Mean outer product of residuals, tapered.
-pub(crate) fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usize) -> BandedMatrix {
-    let samples = residuals.first().map_or(0, |r| r.as_ref().len());
-    let half_band = support.saturating_sub(1);
-    let mut covariance = BandedMatrix::zeros(samples, half_band);
-    let per_count = 1.0 / residuals.len().max(1) as f64;
-    // by columns of a transposed copy, so that a scalar product runs over contiguous memory
-    let by_sample: Vec<Vec<f64>> =
-        (0..samples).map(|i| residuals.iter().map(|r| r.as_ref()[i]).collect()).collect();
-    let taper: Vec<f64> =
-        (0..=half_band).map(|lag| gaspari_cohn(lag as f64 / support as f64) * per_count).collect();
-    for i in 0..samples {
-        for j in i.saturating_sub(covariance.half_band())..=i {
-            *covariance.at_mut(i, j) =
-                taper[i - j] * crate::statistics::banded::dot(&by_sample[i], &by_sample[j]);
-        }
-    }
-    covariance
-}
-
-/// Compactly supported correlation of Gaspari and Cohn (Q. J. R. Meteorol. Soc. 125, 1999,
-/// eq. 4.10), 1 at 0 and 0 from 1 on: the fifth-order piecewise rational, positive definite.
-pub(crate) fn gaspari_cohn(distance: f64) -> f64 {
-    let r = 2.0 * distance.abs();
-    if r <= 1.0 {
-        1.0 + r * r * (-5.0 / 3.0 + r * (5.0 / 8.0 + r * (0.5 - r * 0.25)))
-    } else if r < 2.0 {
-        4.0 - 5.0 * r + r * r * (5.0 / 3.0 + r * (5.0 / 8.0 + r * (-0.5 + r / 12.0)))
-            - 2.0 / (3.0 * r)
-    } else {
-        0.0
-    }
-}
-
 /// `a += scale·b`.
 fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
     for (x, y) in a.iter_mut().zip(b) {
@@ -384,16 +351,6 @@ fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn published_gaspari_cohn_values() {
-        // the two pieces meet at half the support; value 5/24 there by eq. 4.10
-        assert_eq!(gaspari_cohn(0.0), 1.0);
-        assert!((gaspari_cohn(0.5) - 5.0 / 24.0).abs() < 1e-15);
-        assert!((gaspari_cohn(0.5 + 1e-12) - 5.0 / 24.0).abs() < 1e-10);
-        assert!(gaspari_cohn(1.0 - 1e-12).abs() < 1e-9);
-        assert_eq!(gaspari_cohn(1.0), 0.0);
-    }
 
     #[test]
     fn a_linear_error_is_learnt_and_leaves_no_residual() {

@@ -10,9 +10,10 @@
 //!
 //! Aitken's estimator (Proc. R. Soc. Edinburgh 55, 1935); see `docs/models/diagnosis.md`.
 
+use inference::dot;
 use nalgebra::{DMatrix, DVector};
 
-use crate::{offline::factor::Factor, statistics::banded::dot};
+use crate::offline::factor::Factor;
 
 /// A linear estimator: `δ = (JᵀΣ⁻¹J)⁻¹·JᵀΣ⁻¹·r`, one weight vector a coordinate.
 pub(crate) struct Estimator {

@@ -8,10 +8,9 @@
 
 use std::sync::Arc;
 
-use crate::{
-    offline::encoding::Encoder,
-    statistics::banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite},
-};
+use inference::{BandedCholesky, BandedMatrix, NotPositiveDefinite};
+
+use crate::offline::encoding::Encoder;
 
 /// White floor of every covariance, A: far below any sensor, far above rounding. It keeps
 /// samples that are zero in all reference signals (the start) from being trusted absolutely.
@@ -124,7 +123,7 @@ impl Factor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::encoding::Encoding;
+    use crate::report::Encoding;
 
     /// Two solves of order 12 with condition below 10.
     const SOLVE_ABS: f64 = 1e-13;

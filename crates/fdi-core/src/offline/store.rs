@@ -12,15 +12,18 @@
 //!
 //! The magic bytes are those of PNG in spirit: they catch text-mode transfers
 //! (PNG specification, third edition, 5.2). The payload is what this module's
-//! codec makes of plain structs; nothing else in the workspace knows the codec, so
-//! that it can be replaced here (`docs/decisions/0001-bincode-pinned.md`).
+//! codec makes of plain structs, deflated (RFC 1951); nothing else in the workspace knows the codec,
+//! so that it can be replaced here (`docs/decisions/0001-bincode-pinned.md`).
+
+use std::io::{self, BufReader, Read, Write};
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 pub(crate) use bincode::{Decode, Encode};
+use flate2::{Compression, bufread::DeflateDecoder, write::DeflateEncoder};
 use sha2::{Digest, Sha256};
 
 /// Version of the container and of the payloads' layout.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 const MAGIC: [u8; 8] = *b"\x89FDI\r\n\x1a\n";
 const CHECKSUM_START: usize = 24;
@@ -29,6 +32,9 @@ const PAYLOAD_START: usize = 56;
 /// Most memory that decoding may claim: several times the largest artefact made
 /// here, and little enough that damaged lengths cannot exhaust a machine.
 pub const DECODE_LIMIT_BYTES: usize = 256 << 20;
+
+/// Bytes that are inflated at a time.
+const READ_BYTES: usize = 32 << 10;
 
 /// Kind of an artefact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +125,7 @@ pub enum StoreError {
     },
 }
 
-/// Puts a payload into the container.
+/// Puts a payload, which is deflated, into the container.
 pub fn seal(kind: ArtefactKind, payload: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(PAYLOAD_START + payload.len());
     bytes.extend(MAGIC);
@@ -132,7 +138,7 @@ pub fn seal(kind: ArtefactKind, payload: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Checks a container and gives its payload.
+/// Checks a container and gives its payload, which is deflated.
 ///
 /// # Errors
 /// Any [`StoreError`] but [`StoreError::Payload`].
@@ -173,20 +179,35 @@ pub fn open(bytes: &[u8], kind: ArtefactKind) -> Result<&[u8], StoreError> {
 
 /// Encodes plain data into a container.
 pub(crate) fn encode<T: Encode>(kind: ArtefactKind, data: &T) -> Vec<u8> {
-    let payload = bincode::encode_to_vec(data, codec());
-    seal(kind, &payload.expect("plain data in memory can always be encoded"))
+    let content = bincode::encode_to_vec(data, codec());
+    seal(kind, &deflated(&content.expect("plain data in memory can always be encoded")))
 }
 
 /// Decodes plain data from a container.
+///
+/// The payload is inflated while it is decoded, so memory is claimed for the data alone.
 pub(crate) fn decode<T: Decode<()>>(bytes: &[u8], kind: ArtefactKind) -> Result<T, StoreError> {
     let payload = open(bytes, kind)?;
-    let (data, read) = bincode::decode_from_slice(payload, codec())
-        .map_err(|error| StoreError::Payload { kind, reason: error.to_string() })?;
-    if read < payload.len() {
-        let extra = (payload.len() - read) as u64;
+    let refused = |reason: String| StoreError::Payload { kind, reason };
+    let mut content = BufReader::with_capacity(READ_BYTES, DeflateDecoder::new(payload));
+    let data = bincode::decode_from_std_read(&mut content, codec())
+        .map_err(|error| refused(error.to_string()))?;
+    let mut rest = content.by_ref().take(DECODE_LIMIT_BYTES as u64);
+    let surplus =
+        io::copy(&mut rest, &mut io::sink()).map_err(|error| refused(error.to_string()))?;
+    let after = content.into_inner().into_inner();
+    let extra = surplus + after.len() as u64;
+    if extra > 0 {
         return Err(StoreError::TrailingBytes { extra, kind });
     }
     Ok(data)
+}
+
+/// Deflates a content as far as it goes.
+fn deflated(content: &[u8]) -> Vec<u8> {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+    let written = encoder.write_all(content).and_then(|()| encoder.finish());
+    written.expect("a Vec takes all bytes")
 }
 
 /// Fixed-width little-endian integers; no claim beyond the limit.
@@ -259,7 +280,7 @@ mod tests {
         );
         let mut newer = good.clone();
         newer[8] = 9;
-        assert_eq!(message(&newer), "format version 9, this tool reads version 2");
+        assert_eq!(message(&newer), "format version 9, this tool reads version 3");
         let longer = [&good[..], b"xy"].concat();
         assert_eq!(message(&longer), "2 bytes follow the bundle");
         let dataset = encode(Dataset, &sample());
@@ -291,16 +312,38 @@ mod tests {
     #[test]
     fn a_huge_length_inside_an_intact_container_claims_no_memory() {
         let lie = u64::MAX.to_le_bytes();
-        let error = decode::<Vec<f64>>(&seal(Bundle, &lie), Bundle).unwrap_err();
+        let error = decode::<Vec<f64>>(&seal(Bundle, &deflated(&lie)), Bundle).unwrap_err();
         assert!(matches!(error, StoreError::Payload { .. }), "{error}");
         let half = (1u64 << 40).to_le_bytes();
-        let error = decode::<Vec<f64>>(&seal(Bundle, &half), Bundle).unwrap_err();
+        let error = decode::<Vec<f64>>(&seal(Bundle, &deflated(&half)), Bundle).unwrap_err();
         assert!(matches!(error, StoreError::Payload { .. }), "{error}");
     }
 
     #[test]
+    fn a_payload_that_inflates_without_end_claims_no_memory() {
+        // a length beyond the limit, followed by as many zeros: 1000 times smaller when deflated
+        let content = [&(1u64 << 30).to_le_bytes()[..], &vec![0; 1 << 24]].concat();
+        let sealed = seal(Bundle, &deflated(&content));
+        assert!(sealed.len() < content.len() / 500);
+        let error = decode::<Vec<u8>>(&sealed, Bundle).unwrap_err();
+        assert!(matches!(error, StoreError::Payload { .. }), "{error}");
+    }
+
+    #[test]
+    fn a_payload_that_is_not_deflated_or_ends_early_is_refused() {
+        let whole = deflated(&[7; 64]);
+        for payload in [&[0xff; 16][..], &whole[..whole.len() - 1], &[]] {
+            let error = decode::<[u8; 64]>(&seal(Bundle, payload), Bundle).unwrap_err();
+            assert!(matches!(error, StoreError::Payload { .. }), "{error}");
+        }
+    }
+
+    #[test]
     fn a_payload_that_is_longer_than_its_data_is_refused() {
-        let error = decode::<u8>(&seal(Bundle, &[1, 2, 3]), Bundle).unwrap_err();
+        let error = decode::<u8>(&seal(Bundle, &deflated(&[1, 2, 3])), Bundle).unwrap_err();
         assert_eq!(error, StoreError::TrailingBytes { extra: 2, kind: Bundle });
+        let longer = [&deflated(&[1])[..], &[4, 5, 6]].concat();
+        let error = decode::<u8>(&seal(Bundle, &longer), Bundle).unwrap_err();
+        assert_eq!(error, StoreError::TrailingBytes { extra: 3, kind: Bundle });
     }
 }

@@ -3,10 +3,9 @@
 use crate::{
     offline::{
         bundle::{Bundle, BundleError},
-        encoding::Encoding,
         encoding_bounds::encoding_summaries,
     },
-    report::{BundleSummary, DatasetSummary, SCHEMA_VERSION},
+    report::{BundleSummary, DatasetSummary, Encoding, SCHEMA_VERSION},
     simulation::envelope::envelope_kind,
 };
 
@@ -38,7 +37,7 @@ impl Bundle {
                     sha256: sha256.clone(),
                 })
                 .collect(),
-            default_encoding: Encoding::Full.name().to_owned(),
+            default_encoding: Encoding::Full,
             encodings: encoding_summaries(self)?,
         })
     }

@@ -5,7 +5,7 @@ use fdi_report::INCIPIENT_LEVEL;
 
 use crate::{
     online::{noise_level::Noise, outcome::Outcome, run::Run},
-    report::{Fault, Fit, Notice, NoticeCode, RecordDiagnosis, Status, Verdict},
+    report::{Fault, FaultId, Fit, Notice, NoticeCode, RecordDiagnosis, Status, Verdict},
 };
 
 /// Noise over the bundle's from which on a recording is called disturbed.
@@ -28,6 +28,8 @@ impl Run<'_> {
             for fault in &mut faults {
                 fault.detected = None;
             }
+            // the direction is told of an eccentricity that is detected
+            faults[FaultId::K7 as usize] = Fault::undetermined(FaultId::K7);
         }
         let hidden = self.hidden(&faults, noise);
         notices.extend(self.notices(outcome, &faults));
@@ -58,13 +60,14 @@ impl Run<'_> {
                 adequate: outcome.adequate,
             },
             faults,
+            findings: Vec::new(),
             covariance: outcome.posterior.report_covariance(),
             notices,
         }
     }
 
     /// `δ`: norm of a residual on the mask, A.
-    fn discrepancy(&self, residual_a: &[f64]) -> f64 {
+    pub(crate) fn discrepancy(&self, residual_a: &[f64]) -> f64 {
         let mask = &self.learnt.bundle.mask;
         mask.iter().map(|&i| residual_a[i]).map(|v| v * v).sum::<f64>().sqrt()
     }
@@ -75,16 +78,16 @@ impl Run<'_> {
         if outcome.unfinished {
             notices.push(Notice {
                 code: NoticeCode::SearchUnfinished,
-                message: "the search ended where the model does not explain the recording; the \
-                          levels are where it stopped, and nothing is decided"
-                    .to_owned(),
+                message:
+                    "the search did not finish: it ended where the model does not explain the \
+                          recording; the levels are where it stopped, and nothing is determined"
+                        .to_owned(),
             });
         }
         notices.extend(self.coarse_phases());
         notices.extend(self.encoder().map(|encoder| encoder.notice()));
         notices.extend(outcome.began_otherwise.iter().cloned());
-        let eccentric = faults[5].detected == Some(true);
-        if faults[5].value.is_some() && !eccentric {
+        if faults[FaultId::K6 as usize].detected == Some(false) {
             notices.push(Notice {
                 code: NoticeCode::PhaseUndetermined,
                 message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
@@ -109,12 +112,13 @@ impl Run<'_> {
 
     /// The largest level that could be there undetected, where the recording is too noisy for
     /// "healthy": its noise far above what the bundle expects, or a whole incipient range open.
+    /// `None` too where no fault is decided as absent.
     fn hidden(&self, faults: &[Fault], noise: Noise) -> Option<f64> {
         let most = faults[..FAULT_COUNT - 1]
             .iter()
             .filter(|fault| fault.detected == Some(false))
             .filter_map(|fault| fault.interval_95.map(|[_, high]| high))
-            .fold(0.0, f64::max);
+            .reduce(f64::max)?;
         let loud = noise.level_a > LOUD_RATIO * self.learnt.bundle.noise_a;
         (loud || most > INCIPIENT_LEVEL).then_some(most)
     }

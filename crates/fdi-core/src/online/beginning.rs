@@ -10,6 +10,7 @@
 //!
 //! # Source
 //!
+//! Derived in `docs/models/diagnosis.md`, section "Another start of the test"; chosen in
 //! `docs/decisions/0067-another-start-of-the-test.md`.
 
 use ema_sim::{FaultCoordinates, InitialState, Scenario, SimulationError};

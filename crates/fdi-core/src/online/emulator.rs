@@ -9,10 +9,16 @@
 //! `g` learnt from reference signals. Since the signal is linear in `t`, the likelihood needs a
 //! recording only through its projections on the whitened `g`; everything else is formed
 //! beforehand, for one level of noise.
+//!
+//! # Source
+//!
+//! Derived as `docs/models/diagnosis.md` has it in the sections "Error of the monitor" and "Likelihood
+//! and search", with a model of the signal in place of one of the error.
 
 use std::sync::Arc;
 
 use ema_sim::FAULT_COUNT;
+use inference::dot;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
@@ -21,7 +27,7 @@ use crate::{
         error_model::ErrorModel,
     },
     online::likelihood::Likelihood,
-    statistics::{banded::dot, noise_covariance::unit_noise_at_rate},
+    statistics::noise_covariance::unit_noise_at_rate,
 };
 
 /// Damage in the middle of the incipient range, where a search starts.

@@ -1,8 +1,10 @@
 //! Reasons for which a recording is not diagnosed.
 
+use inference::NotPositiveDefinite;
+
 use crate::{
     offline::bundle::BundleError, online::observation::ObservationError, report::Method,
-    statistics::banded::NotPositiveDefinite,
+    unit::search::UnitSearchError,
 };
 
 /// Why a recording could not be diagnosed.
@@ -75,6 +77,9 @@ pub enum DiagnoseError {
         /// Largest that is looked for.
         most_s: f64,
     },
+    /// The recording cannot be explained by a machine within its tolerances.
+    #[error(transparent)]
+    Unit(#[from] UnitSearchError),
     /// The recording leaves a fault without any effect on the signal.
     #[error(
         "the recording does not determine all faults looked for; \

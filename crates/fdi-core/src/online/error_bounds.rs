@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use ema_sim::{FaultCoordinates, PhysicalFaults};
+use inference::{central_differences, dot};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -10,7 +11,6 @@ use crate::{
     offline::{bundle::BundleError, estimator::information, factor::Factor},
     online::{cache::ErrorId, error::DiagnoseError, likelihood::Likelihood},
     simulation::resampling::resampled,
-    statistics::{banded::dot, central},
 };
 
 /// Differences for the bound's derivatives.
@@ -23,6 +23,11 @@ const CONDUCTING_PHASES: f64 = 2.0;
 /// ```text
 /// sd_i = √[(JᵀΣ⁻¹J)⁻¹]_ii
 /// ```
+///
+/// # Source
+///
+/// Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, Prentice Hall 1993,
+/// section 3.9 (Gaussian noise).
 #[derive(Debug)]
 pub struct ErrorBounds<'a> {
     diagnoser: &'a Diagnoser,
@@ -74,14 +79,14 @@ impl<'a> ErrorBounds<'a> {
         let raw = experiment.low_fidelity(&experiment.scenario).map_err(simulated)?;
         let raw_hz = experiment.actuator.controller.sample_hz;
         let mut signal = |point: &[f64]| self.diagnoser.learnt.monitored(&mut monitor, point);
-        let jacobian = central::differences(&centre, STEP, &mut signal);
+        let jacobian = central_differences(&centre, STEP, &mut signal);
         let mut current = |point: &[f64]| {
             let all = experiment.all_coordinates(point);
             let mut current_a = Vec::new();
             raw.simulate_current(&PhysicalFaults::from(&all), &mut current_a);
             resampled(&current_a, raw_hz, self.phase_rate_hz)
         };
-        let phases = central::differences(&centre, STEP, &mut current);
+        let phases = central_differences(&centre, STEP, &mut current);
         let (noise_a, order) = (self.noise_a, sought.len());
         let phase = DMatrix::from_fn(order, order, |i, j| {
             CONDUCTING_PHASES * dot(&phases[i], &phases[j]) / (noise_a * noise_a)

@@ -2,12 +2,14 @@
 
 use std::{f64::consts::TAU, sync::Arc};
 
+use inference::BandedMatrix;
+
 use crate::{
     offline::{
         bundle::{Bundle, BundleError, StartAngle, differences},
         dataset::{ReferenceDesign, sought_coordinates},
         encoder_fit::fitted_encoder,
-        encoding::{Encoder, Encoding},
+        encoding::Encoder,
         error_model::ErrorModel,
     },
     online::{
@@ -19,8 +21,9 @@ use crate::{
         likelihood::Likelihood,
         severe_errors::SevereErrors,
     },
+    report::Encoding,
     simulation::experiment::Monitor,
-    statistics::{banded::BandedMatrix, noise_covariance::unit_noise_at_rate},
+    statistics::noise_covariance::unit_noise_at_rate,
 };
 
 /// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the

@@ -9,19 +9,23 @@
 //! after the filter. The stated uncertainty is that of the estimator on errors that it has not
 //! seen: each reference error goes through the estimator built without its fold, and the scatter of
 //! what comes out is the low-fidelity model's share.
+//!
+//! # Source
+//!
+//! Generalised least squares: Aitken (Proc. R. Soc. Edinburgh 55, 1935). The covariance by estimators
+//! that have not seen an error is derived in `docs/models/diagnosis.md`, section "Covariance of the
+//! estimate".
 
 use std::sync::{Arc, OnceLock};
 
+use inference::{BandedMatrix, NotPositiveDefinite, dot};
 use nalgebra::{DMatrix, DVector};
 
-use crate::{
-    offline::{
-        encoding::Encoder,
-        error_model::ErrorModel,
-        estimator::{combined, gram, information, symmetric},
-        factor::{Factor, joined},
-    },
-    statistics::banded::{BandedMatrix, NotPositiveDefinite, dot},
+use crate::offline::{
+    encoding::Encoder,
+    error_model::ErrorModel,
+    estimator::{combined, gram, information, symmetric},
+    factor::{Factor, joined},
 };
 
 /// A Gaussian model of residuals at one noise level.

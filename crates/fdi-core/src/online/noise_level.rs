@@ -1,5 +1,7 @@
 //! The noise level on the phases: told, measured, or the one that makes a residual most likely.
 
+use inference::NotPositiveDefinite;
+
 use crate::{
     online::{
         error::DiagnoseError,
@@ -8,12 +10,11 @@ use crate::{
         run::{Hypothesis, Run},
     },
     report::NoiseSource,
-    statistics::banded::NotPositiveDefinite,
 };
 
 /// Natural logarithm of the factor by which a noise level may differ from the bundle's, one
 /// standard deviation.
-const NOISE_PRIOR_LN_STD: f64 = core::f64::consts::LN_2;
+pub(crate) const NOISE_PRIOR_LN_STD: f64 = core::f64::consts::LN_2;
 
 /// A noise level with where it is from.
 #[derive(Clone, Copy)]
@@ -67,7 +68,11 @@ impl Run<'_> {
 }
 
 /// Least point of a function with one valley, by golden section to a thousandth.
-fn least<E>(mut cost: impl FnMut(f64) -> Result<f64, E>, low: f64, high: f64) -> Result<f64, E> {
+pub(crate) fn least<E>(
+    mut cost: impl FnMut(f64) -> Result<f64, E>,
+    low: f64,
+    high: f64,
+) -> Result<f64, E> {
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
     let (mut low, mut high) = (low, high);
     let (mut a, mut b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));

@@ -5,6 +5,7 @@ use core::f64::consts::PI;
 
 use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
+use nalgebra::{Matrix4, Vector4};
 use recordings::{Channel, ChannelName, CommandSource, Current, RecordError, Recording, Sampling};
 
 use crate::{
@@ -14,6 +15,7 @@ use crate::{
         envelope::{envelope_kind, filtered},
         experiment::Experiment,
     },
+    unit::sensors::{SensorShares, measured_shares},
 };
 
 /// The diagnosed signal of a recording, with what the recording says of itself.
@@ -31,6 +33,10 @@ pub(crate) struct Observation {
     pub(crate) phase_rate_hz: f64,
     /// Noise on each phase sample read off the recording itself, A.
     pub(crate) measured_noise_a: Option<f64>,
+    /// That noise beside errors of the sensors' gains, which add to the sum of the phases.
+    pub(crate) noise_beside_gains_a: Option<f64>,
+    /// Shares of the signal that errors of the phases' sensors have, where phases were recorded.
+    pub(crate) sensor_shares: Option<SensorShares>,
     /// Noise on each phase sample by the metadata, A.
     pub(crate) stated_noise_a: Option<f64>,
     pub(crate) notices: Vec<Notice>,
@@ -299,6 +305,9 @@ fn of_phases(
     let views = phases.map(Channel::values);
     let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
     let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
+    let shares = measured_shares(views, &rotor.electrical_rad, experiment, |channel| {
+        filtered(channel, sampling.rate_hz, experiment)
+    });
     Ok(Observation {
         signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
         envelope_a: Some(envelope_a),
@@ -306,6 +315,8 @@ fn of_phases(
         commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
         measured_noise_a: zero_sequence_noise_a(views),
+        noise_beside_gains_a: noise_beside_gains_a(views),
+        sensor_shares: Some(shares),
         stated_noise_a: recording.metadata.noise_a,
         notices: Vec::new(),
     })
@@ -430,6 +441,8 @@ fn of_envelope(
         commutation: None,
         phase_rate_hz: metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz),
         measured_noise_a: None,
+        noise_beside_gains_a: None,
+        sensor_shares: None,
         stated_noise_a: metadata.noise_a,
         notices: Vec::new(),
     })
@@ -463,6 +476,29 @@ fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
     let count = sums.len() as f64;
     let mean = sums.iter().sum::<f64>() / count;
     let variance = sums.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>() / (count - 1.0);
+    let noise_a = (variance / 3.0).sqrt();
+    (noise_a > COMPUTED_SUM_A).then_some(noise_a)
+}
+
+/// Noise of a phase sample by the sum of three phases, less what offsets and gains of the sensors
+/// make of the currents: the residual of the sum over the phases and a constant.
+fn noise_beside_gains_a(phases: [&[f64]; 3]) -> Option<f64> {
+    let count = phases[0].len();
+    let row = |n: usize| [phases[0][n], phases[1][n], phases[2][n], 1.0];
+    let mut gram = Matrix4::<f64>::zeros();
+    let mut moment = Vector4::<f64>::zeros();
+    for n in 0..count {
+        let regressors = Vector4::from(row(n));
+        gram += regressors * regressors.transpose();
+        moment += regressors * (phases[0][n] + phases[1][n] + phases[2][n]);
+    }
+    let shares = gram.try_inverse()? * moment;
+    let square = |n: usize| {
+        let sum = phases[0][n] + phases[1][n] + phases[2][n];
+        let left = sum - shares.dot(&Vector4::from(row(n)));
+        left * left
+    };
+    let variance = (0..count).map(square).sum::<f64>() / (count as f64 - 4.0);
     let noise_a = (variance / 3.0).sqrt();
     (noise_a > COMPUTED_SUM_A).then_some(noise_a)
 }
@@ -530,7 +566,7 @@ pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
     *direction = Fault::undetermined(FaultId::K7);
     answer.notices.retain(|notice| notice.code != NoticeCode::PhaseUndetermined);
     answer.notices.push(Notice {
-        code: NoticeCode::PhaseUndetermined,
+        code: NoticeCode::ElectricalTurnUnknown,
         message: format!(
             "the rotor's angle is read off the commutation, which looks alike {pole_pairs} times a \
              turn: the direction of an eccentricity (k7) stays open; record `motor_angle_rad`"

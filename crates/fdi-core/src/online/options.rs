@@ -1,6 +1,6 @@
 //! Settings of a diagnosis.
 
-use crate::report::{Fidelity, Method};
+use crate::report::{Fidelity, Method, ToleranceUse};
 
 /// Settings of a diagnosis.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct DiagnoseOptions {
     /// True where the surface may begin anywhere in its play and the integrator of the speed loop
     /// charged: both are then estimated with the faults.
     pub free_start: bool,
+    /// Use of the tolerances of the machine.
+    pub tolerance: ToleranceUse,
     /// Seed of what is random.
     pub seed: u64,
 }
@@ -34,6 +36,7 @@ impl Default for DiagnoseOptions {
             noise_a: None,
             max_delay_s: 0.0,
             free_start: false,
+            tolerance: ToleranceUse::None,
             seed: 0,
         }
     }

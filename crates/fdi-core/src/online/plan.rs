@@ -9,7 +9,7 @@ use crate::{
         options::DiagnoseOptions,
         scalar_search,
     },
-    report::{Fidelity, Method},
+    report::{Fidelity, Method, ToleranceUse},
     simulation::experiment::Experiment,
 };
 
@@ -58,6 +58,8 @@ pub(crate) struct Plan {
     pub(crate) budget: Budget,
     /// Noise on each phase sample, where the user knows it, A.
     pub(crate) noise_a: Option<f64>,
+    /// True where the numbers of the machine scatter; else why they do not, where that was asked.
+    pub(crate) tolerance: Result<(), Option<&'static str>>,
     /// Parts of the start that are estimated; `None`: the test begins as the bundle has it.
     pub(crate) freedom: Option<Freedom>,
     pub(crate) seed: u64,
@@ -93,12 +95,28 @@ impl Plan {
             composite: most(COMPOSITE_EVALUATIONS),
         };
         let freedom = Freedom::of(options, experiment);
-        Ok(Self { search, method, fidelity, budget, noise_a, freedom, seed })
+        let tolerance = tolerance(options, freedom.is_some());
+        Ok(Self { search, method, fidelity, budget, noise_a, tolerance, freedom, seed })
     }
 
     /// True where the answer may be the emulator's.
     pub(crate) fn emulates(&self) -> bool {
         matches!(self.search, Search::Emulator)
+    }
+}
+
+/// Tells whether tolerances are used, or why not where they were asked for.
+fn tolerance(options: &DiagnoseOptions, is_free: bool) -> Result<(), Option<&'static str>> {
+    match options {
+        DiagnoseOptions { tolerance: ToleranceUse::None, .. } => Err(None),
+        DiagnoseOptions { fidelity: Fidelity::High, .. } => {
+            Err(Some("the high-fidelity model was asked for"))
+        }
+        DiagnoseOptions { method, .. } if *method != Method::Gls => {
+            Err(Some("another method than `gls` was asked for"))
+        }
+        _ if is_free => Err(Some("the start of the test is estimated with the faults")),
+        _ => Ok(()),
     }
 }
 

@@ -12,6 +12,7 @@
 //!
 //! # Source
 //!
+//! Derived in `docs/models/diagnosis.md`, section "References"; chosen in
 //! `docs/decisions/0068-references.md`.
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates};

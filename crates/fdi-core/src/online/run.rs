@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates};
+use inference::central_differences_together;
 
 use crate::{
     offline::{bundle::BundleError, encoding::Encoder, error_model::ErrorModel},
@@ -21,7 +22,6 @@ use crate::{
         watch::Watch,
     },
     simulation::experiment::{Experiment, Monitor},
-    statistics::central,
 };
 
 /// A diagnosis under way.
@@ -113,7 +113,7 @@ impl Run<'_> {
         point: &[f64],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let monitor = self.monitor(hypothesis)?;
-        Ok(central::differences_together(point, DIFFERENCE_STEP, |points| {
+        Ok(central_differences_together(point, DIFFERENCE_STEP, |points| {
             let coordinates: Vec<FaultCoordinates> =
                 points.iter().map(|moved| FaultCoordinates(self.all_coordinates(moved))).collect();
             // the signal's slopes are those of the residual, turned round

@@ -7,12 +7,12 @@
 //!
 //! `docs/decisions/0067-another-start-of-the-test.md`.
 
+use inference::dot;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
     online::{beginning::delay_in_words, error::DiagnoseError, likelihood::Likelihood, run::Run},
     report::{Notice, NoticeCode},
-    statistics::banded::dot,
 };
 
 /// Standard deviations from zero at which another start is told.

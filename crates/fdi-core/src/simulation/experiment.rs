@@ -2,11 +2,10 @@
 
 use ema_sim::{
     Actuator, Command, Effect, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
-    HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
+    HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError, Tolerance,
     model_file::Model, presets::EMA_48,
 };
-
-use crate::statistics::central;
+use inference::central_differences_together;
 
 /// Points of the paper's mask, section IV.
 pub const MASK_POINTS: usize = 30;
@@ -33,6 +32,9 @@ pub struct Experiment {
     /// Rate at which the low-fidelity model's current is sampled before it is filtered; `None`:
     /// that of the controller.
     pub phase_rate_hz: Option<f64>,
+    /// Numbers of the machine, of the test and of the sensors that are known only roughly; none for
+    /// a machine that is exactly its model file.
+    pub tolerance: Vec<Tolerance>,
 }
 
 /// Why a model and a test make no experiment.
@@ -74,6 +76,19 @@ pub enum ExperimentError {
     Simulation(#[from] SimulationError),
 }
 
+impl ExperimentError {
+    /// Tells whether the command rather than the model is why the test cannot be run.
+    pub fn is_of_the_command(&self) -> bool {
+        matches!(
+            self,
+            Self::TooShort { .. }
+                | Self::Simulation(
+                    SimulationError::CommandBeyondStops { .. } | SimulationError::Scenario { .. }
+                )
+        )
+    }
+}
+
 /// Name of a test whose command was recorded.
 pub const RECORDED: &str = "recorded";
 
@@ -90,6 +105,7 @@ impl Experiment {
             filter: EnvelopeFilter::DEFAULT,
             sought: [true; FAULT_COUNT],
             phase_rate_hz: None,
+            tolerance: Vec::new(),
         }
     }
 
@@ -101,6 +117,18 @@ impl Experiment {
             sought: [true, true, false, false, false, false, false],
             ..Self::chirp()
         }
+    }
+
+    /// The test of that name, `chirp` or `sine`.
+    ///
+    /// ```
+    /// use fdi_core::Experiment;
+    ///
+    /// assert_eq!(Experiment::named("sine"), Some(Experiment::sine()));
+    /// assert_eq!(Experiment::named("ramp"), None);
+    /// ```
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::chirp(), Self::sine()].into_iter().find(|test| test.name == name)
     }
 
     /// A test with a command that was recorded, all seven faults, no load; of EMA-48 until
@@ -133,13 +161,22 @@ impl Experiment {
         }
         scenario.duration_s = samples / filter.output_hz;
         let (model_name, actuator) = (name.to_owned(), model.actuator);
-        let effects = model.switched_on();
+        let (effects, tolerance) = (model.switched_on(), model.tolerance.clone());
         let envelope = match actuator.inverter.commutation {
             ema_sim::Commutation::FieldOriented => Envelope::QAxis,
             _ => self.envelope,
         };
-        let experiment =
-            Self { model_name, actuator, effects, scenario, envelope, filter, sought, ..self };
+        let experiment = Self {
+            model_name,
+            actuator,
+            effects,
+            scenario,
+            envelope,
+            filter,
+            sought,
+            tolerance,
+            ..self
+        };
         experiment.monitor(experiment.scenario.start_angle_rad)?;
         Ok(experiment)
     }
@@ -286,7 +323,7 @@ impl Monitor {
         step: f64,
     ) -> Vec<Vec<f64>> {
         let point: Vec<f64> = indices.iter().map(|&index| coordinates.0[index]).collect();
-        central::differences_together(&point, step, |points| {
+        central_differences_together(&point, step, |points| {
             let moved = points.iter().map(|values| {
                 let mut moved = *coordinates;
                 for (&index, &value) in indices.iter().zip(values) {

@@ -13,6 +13,11 @@ use crate::simulation::{
     resampling::resampled,
 };
 
+/// Beyond the converters of any drive, Hz.
+const FASTEST_PHASES_HZ: f64 = 1e7;
+/// Samples of a recording: those of a simulated hour at 10 kHz.
+const MOST_SAMPLES: f64 = 4e7;
+
 /// Request for a simulated recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedRecording {
@@ -60,12 +65,35 @@ pub enum SimulatedRecordingError {
         /// Least rate that leaves two.
         least_hz: f64,
     },
+    /// Faster than any converter, or more samples than a recording holds.
+    #[error("a rate of {rate_hz} Hz, expected at most {most_hz} Hz for {duration_s} s")]
+    TooFast {
+        /// Rate asked for.
+        rate_hz: f64,
+        /// Greatest rate of a recording of that length.
+        most_hz: f64,
+        /// Length of the recording.
+        duration_s: f64,
+    },
     /// The channels do not form a recording.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
 
 impl SimulatedRecording {
+    /// Checks a rate of the phases that is asked for in a recording of some length.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulatedRecordingError::TooFast`] beyond 10 MHz and beyond 40 million samples.
+    pub fn check_fastest(rate_hz: f64, duration_s: f64) -> Result<(), SimulatedRecordingError> {
+        let most_hz = FASTEST_PHASES_HZ.min(MOST_SAMPLES / duration_s);
+        if rate_hz > most_hz {
+            return Err(SimulatedRecordingError::TooFast { rate_hz, most_hz, duration_s });
+        }
+        Ok(())
+    }
+
     /// Runs the high-fidelity model and records it.
     ///
     /// # Errors
@@ -226,5 +254,23 @@ fn command_source(experiment: &Experiment) -> CommandSource {
         CommandSource::Recorded
     } else {
         CommandSource::Named(experiment.name.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_is_bounded_by_converters_and_by_the_size_of_a_recording() {
+        for (rate_hz, duration_s, most_hz) in
+            [(1e7, 0.5, None), (1.1e7, 0.5, Some(1e7)), (1e4, 4e3, None), (1.1e4, 4e3, Some(1e4))]
+        {
+            let found = match SimulatedRecording::check_fastest(rate_hz, duration_s) {
+                Err(SimulatedRecordingError::TooFast { most_hz, .. }) => Some(most_hz),
+                _ => None,
+            };
+            assert_eq!(found, most_hz, "{rate_hz} Hz for {duration_s} s");
+        }
     }
 }

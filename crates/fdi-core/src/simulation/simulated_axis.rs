@@ -2,10 +2,12 @@
 
 use ema_sim::{
     AxisInput, AxisScenario, AxisStart, AxisTrace, Command, Drive, Feedback, Geometry, HealthState,
-    PhysicalFaults, ServoAxisSimulation, VisitedRange, model_file::AxisModel,
+    PhaseSensors, PhysicalFaults, ServoAxisSimulation, VisitedRange, model_file::AxisModel,
 };
 
-use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
+use recordings::{
+    Channel, ChannelName, CommandSource, CsvFormat, Metadata, RecordError, Recording,
+};
 
 use crate::simulation::{
     experiment::RECORDED, recorded_test::RecordedTestError, simulated::SimulatedRecordingError,
@@ -122,10 +124,73 @@ impl AxisTest {
     }
 }
 
+/// Decimals that a file needs for what the sensors of a machine resolve.
+pub fn axis_csv_format(geometry: Geometry) -> CsvFormat {
+    match geometry {
+        Geometry::Rotary => CsvFormat::default(),
+        // encoders of a linear axis resolve nanometres
+        Geometry::Linear => CsvFormat { value_decimals: 9, ..CsvFormat::default() },
+    }
+}
+
+/// A recording of a servo axis with white noise on its measured current; `None` where the current
+/// is not recorded.
+///
+/// # Errors
+///
+/// [`RecordError`] where the noise leaves no recording.
+pub fn with_current_noise(
+    recording: &Recording,
+    noise_a: f64,
+    seed: u64,
+) -> Result<Option<Recording>, RecordError> {
+    if recording.channel(ChannelName::QAxisCurrent).is_none() {
+        return Ok(None);
+    }
+    let sensor = PhaseSensors { noise_a, converter: None };
+    let measured = |channel: &Channel| {
+        if channel.name() != ChannelName::QAxisCurrent {
+            return Ok(channel.clone());
+        }
+        let [current_a, _, _] = sensor.measure([channel.values(), &[], &[]], seed);
+        Channel::new(channel.name(), channel.times_s(), current_a)
+    };
+    let channels = recording.channels().iter().map(measured).collect::<Result<_, _>>()?;
+    Recording::new(recording.name.clone(), recording.metadata.clone(), channels).map(Some)
+}
+
 /// Commanded position and commanded speed.
 fn command_channels(geometry: Geometry) -> [ChannelName; 2] {
     match geometry {
         Geometry::Rotary => [ChannelName::Command, ChannelName::SpeedCommand],
         Geometry::Linear => [ChannelName::LinearCommand, ChannelName::LinearSpeedCommand],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_on_the_current_alone() {
+        let uniform = |name| Channel::uniform(name, 0.0, 1000.0, vec![1.0; 500]).unwrap();
+        let channels = vec![uniform(ChannelName::MotorAngle), uniform(ChannelName::QAxisCurrent)];
+        let recording = Recording::new("r", Metadata::default(), channels).unwrap();
+        let noisy = with_current_noise(&recording, 0.1, 3).unwrap().unwrap();
+        let values = |of: ChannelName| noisy.channel(of).unwrap().values().to_vec();
+        assert_eq!(values(ChannelName::MotorAngle), [1.0; 500]);
+        let current_a = values(ChannelName::QAxisCurrent);
+        let variance_a2 = current_a.iter().map(|a| (a - 1.0).powi(2)).sum::<f64>() / 500.0;
+        // a standard deviation from 500 samples is within a fifth: six standard deviations
+        assert!((0.08..0.12).contains(&variance_a2.sqrt()), "{variance_a2}");
+        let channels = vec![uniform(ChannelName::MotorAngle)];
+        let blind = Recording::new("r", Metadata::default(), channels).unwrap();
+        assert!(with_current_noise(&blind, 0.1, 3).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_linear_axis_is_written_in_nanometres() {
+        assert_eq!(axis_csv_format(Geometry::Linear).value_decimals, 9);
+        assert_eq!(axis_csv_format(Geometry::Rotary), CsvFormat::default());
     }
 }

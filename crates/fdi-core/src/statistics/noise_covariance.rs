@@ -1,8 +1,11 @@
 //! Covariance of white noise on the phases after the envelope's filter.
+//!
+//! # Source
+//!
+//! Derived in `docs/models/diagnosis.md`, section "Observation".
 
 use ema_sim::EnvelopeFilter;
-
-use crate::statistics::banded::{BandedMatrix, dot};
+use inference::{BandedMatrix, dot};
 
 /// Covariance of the filtered envelope for white noise of unit variance on each phase sample.
 ///

@@ -41,7 +41,9 @@ fn a_search_cut_short_decides_nothing() {
             "{:?}",
             answer.notices
         );
-        assert!(answer.faults.iter().all(|fault| fault.detected != Some(true)));
+        assert!(!told(NoticeCode::PhaseUndetermined), "{:?}", answer.notices);
+        assert!(answer.faults.iter().all(|fault| fault.detected.is_none()));
+        assert_eq!(answer.faults[6].value, None);
     }
     let answer = diagnoser.diagnose(&healthy, &DiagnoseOptions::default()).unwrap();
     assert_eq!(answer.verdict, Verdict::Healthy);

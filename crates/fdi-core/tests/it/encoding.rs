@@ -51,7 +51,7 @@ fn every_encoding_finds_the_levels_within_its_wider_intervals() {
         for k in 0..6 {
             let std = |answer: &RecordDiagnosis| answer.faults[k].std.unwrap();
             let away = (answer.faults[k].value.unwrap() - truth[k]).abs();
-            let name = encoding.name();
+            let name = encoding.word();
             assert!(away <= DEVIATIONS * std(&answer), "{name} k{}: {away}", k + 1);
             let (narrow, wide) = (std(&full), std(&answer));
             assert!(wide >= (1.0 - NARROWER_REL) * narrow, "{name} k{}: {wide} {narrow}", k + 1);

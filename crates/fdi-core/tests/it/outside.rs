@@ -9,13 +9,14 @@ use std::{
 };
 
 /// The library crates and what of each other they use.
-const CRATES: [(&str, &[&str]); 6] = [
+const CRATES: [(&str, &[&str]); 7] = [
     ("recordings", &[]),
     ("ema-sim", &[]),
+    ("inference", &[]),
     ("reduction", &[]),
     ("gp-bayesopt", &[]),
     ("fdi-report", &["recordings"]),
-    ("fdi-core", &["recordings", "fdi-report", "ema-sim", "reduction", "gp-bayesopt"]),
+    ("fdi-core", &["recordings", "fdi-report", "ema-sim", "inference", "reduction", "gp-bayesopt"]),
 ];
 
 fn run(command: &mut Command) {

@@ -6,6 +6,8 @@ use recordings::EnvelopeKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Encoding;
+
 /// Content of a bundle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BundleSummary {
@@ -25,8 +27,8 @@ pub struct BundleSummary {
     pub filter_hz: f64,
     /// The datasets that it was learnt from.
     pub datasets: Vec<DatasetSummary>,
-    /// Name of the encoding used unless another is asked for.
-    pub default_encoding: String,
+    /// The encoding used unless another is asked for.
+    pub default_encoding: Encoding,
     /// The encodings that it holds.
     pub encodings: Vec<EncodingSummary>,
 }
@@ -55,7 +57,7 @@ pub struct DatasetSummary {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EncodingSummary {
     /// Its name.
-    pub name: String,
+    pub name: Encoding,
     /// Numbers that it makes of a recording.
     pub size: u64,
     /// For each fault, how much larger the bound of its standard deviation is

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Covariance, Fault, FaultId, Notice, words};
+use super::{Covariance, Fault, FaultId, Finding, Notice, NoticeCode, words};
 
 /// The answer to a batch of recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,7 +70,7 @@ pub struct RecordDiagnosis {
     /// When the recording was taken, RFC 3339, where it says so or its name does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
-    /// Tells whether everything could be determined.
+    /// Completeness of the answer.
     pub status: Status,
     /// The answer in a word.
     pub verdict: Verdict,
@@ -92,19 +92,24 @@ pub struct RecordDiagnosis {
     pub fit: Fit,
     /// k1 to k7, always all seven and in this order.
     pub faults: Vec<Fault>,
+    /// Findings: damage that the recording tells from the machine's tolerances, or cannot tell from
+    /// them; left out where the machine is taken to be exactly its model file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
     /// Joint uncertainty of what is determined.
     pub covariance: Covariance,
     /// Things that the reader of the answer should know.
     pub notices: Vec<Notice>,
 }
 
-/// Completeness of a diagnosis: whether everything could be determined.
+/// Completeness of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// All of it.
+    /// Every level looked for is determined, apart from k7 without an eccentricity, and the model
+    /// explains the recording.
     Ok,
-    /// Not all; the notices say what and why.
+    /// A level looked for is not determined, or the model does not explain the recording.
     Partial,
 }
 
@@ -112,13 +117,14 @@ pub enum Status {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// No fault vector explains the recording to the noise.
+    /// No fault vector explains the recording to noise and learnt error.
     ModelInadequate,
     /// A fault is detected.
     Faulty,
-    /// k1 to k6 are all decided, none is detected.
+    /// None of the faults looked for is detected, and k1 to k6 of them are all decided.
     Healthy,
-    /// None is detected, and one of k1 to k6 could not be determined.
+    /// None is detected, and one of k1 to k6 is not determined, noise could hide a level, or the
+    /// search did not finish.
     Undetermined,
 }
 
@@ -215,6 +221,17 @@ impl RecordDiagnosis {
         self.faults.iter().any(|fault| fault.detected == Some(true))
     }
 
+    /// Tells whether the search ended before the model explained the recording.
+    pub fn is_unfinished(&self) -> bool {
+        self.notices.iter().any(|notice| notice.code == NoticeCode::SearchUnfinished)
+    }
+
+    /// Tells whether the levels are to be believed: the model explains the recording, and the search
+    /// finished.
+    pub fn is_believed(&self) -> bool {
+        self.verdict != Verdict::ModelInadequate && !self.is_unfinished()
+    }
+
     /// The name of a number that is not finite, if there is one: JSON would show
     /// it as `null`, which means something else.
     pub fn not_finite(&self) -> Option<String> {
@@ -232,10 +249,17 @@ impl RecordDiagnosis {
             [fault.value.unwrap_or(0.0), fault.std.unwrap_or(0.0), low, high]
                 .map(|value| (fault.id.id(), value))
         });
+        let of_findings = self.findings.iter().flat_map(|finding| {
+            let [low, high] = finding.interval_95;
+            let stds = [finding.std, finding.prior_std, finding.posterior_std];
+            let numbers = [finding.value, low, high].into_iter().chain(stds);
+            numbers.map(|value| (finding.id.as_str(), value))
+        });
         let of_covariance =
             self.covariance.matrix.iter().flatten().chain(&self.covariance.estimate);
         let of_covariance = of_covariance.map(|&value| ("covariance", value));
-        let mut numbers = plain.into_iter().chain(of_faults).chain(of_covariance);
+        let mut numbers =
+            plain.into_iter().chain(of_faults).chain(of_findings).chain(of_covariance);
         numbers.find(|(_, value)| bad(value)).map(|(name, _)| name.to_owned())
     }
 }
@@ -243,7 +267,7 @@ impl RecordDiagnosis {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::document::NoticeCode;
+    use crate::document::finding_tests::finding;
 
     pub(crate) fn record() -> RecordDiagnosis {
         let mut faults: Vec<Fault> = FaultId::ALL.map(Fault::undetermined).into();
@@ -269,6 +293,7 @@ pub(crate) mod tests {
                 adequate: true,
             },
             faults,
+            findings: Vec::new(),
             covariance: Covariance {
                 parameters: vec!["k1".to_owned()],
                 estimate: vec![0.021],
@@ -349,5 +374,8 @@ pub(crate) mod tests {
         let mut bad = record();
         bad.covariance.matrix[0][0] = f64::INFINITY;
         assert_eq!(bad.not_finite().as_deref(), Some("covariance"));
+        let mut bad = record();
+        bad.findings = vec![finding("play", &["k2"], 0.01, f64::NAN)];
+        assert_eq!(bad.not_finite().as_deref(), Some("play"));
     }
 }

@@ -21,9 +21,10 @@ pub enum FaultId {
     K4,
     /// Short circuit of phase C.
     K5,
-    /// Static eccentricity, amplitude.
+    /// Eccentricity that turns with the rotor (dynamic eccentricity), amplitude as a share of the
+    /// air gap.
     K6,
-    /// Static eccentricity, direction.
+    /// Eccentricity that turns with the rotor (dynamic eccentricity), direction in the rotor.
     K7,
 }
 

@@ -19,9 +19,12 @@ pub struct Notice {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum NoticeCode {
-    /// The rotor's angle at the start is not known: k3, k4, k5, k7 are null.
+    /// The rotor's angle at the start is not known: k3 to k7 are null.
     StartAngleUnknown,
-    /// The direction of the eccentricity cannot be told: k7 is null.
+    /// The rotor's angle is read off the commutation, which repeats with each electrical turn: k7
+    /// is null.
+    ElectricalTurnUnknown,
+    /// No eccentricity is detected, so that it has no direction: k7 is null.
     PhaseUndetermined,
     /// The recording does not say its command; that of the bundle is assumed.
     CommandAssumed,
@@ -41,16 +44,21 @@ pub enum NoticeCode {
     StartSuspected,
     /// Levels are against reference recordings of the machine as new.
     ReferenceUsed,
-    /// The search ended where the model does not explain the recording: nothing is decided.
+    /// The search ended before the model explained the recording: nothing is determined.
     SearchUnfinished,
     /// Few numbers were looked at in place of the whole signal.
     Encoded,
+    /// The machine is taken to be exactly its model file, though tolerances were asked for.
+    TolerancesUnused,
+    /// The tolerances leave a level open up to where it should be watched.
+    TolerancesHideLevels,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 16] = [
         Self::StartAngleUnknown,
+        Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
         Self::CommandAssumed,
         Self::OutsideTraining,
@@ -63,12 +71,15 @@ impl NoticeCode {
         Self::ReferenceUsed,
         Self::SearchUnfinished,
         Self::Encoded,
+        Self::TolerancesUnused,
+        Self::TolerancesHideLevels,
     ];
 
     /// The code as JSON has it.
     pub fn code(self) -> &'static str {
         match self {
             Self::StartAngleUnknown => "start-angle-unknown",
+            Self::ElectricalTurnUnknown => "electrical-turn-unknown",
             Self::PhaseUndetermined => "phase-undetermined",
             Self::CommandAssumed => "command-assumed",
             Self::OutsideTraining => "outside-training",
@@ -81,6 +92,8 @@ impl NoticeCode {
             Self::ReferenceUsed => "reference-used",
             Self::SearchUnfinished => "search-unfinished",
             Self::Encoded => "encoded",
+            Self::TolerancesUnused => "tolerances-unused",
+            Self::TolerancesHideLevels => "tolerances-hide-levels",
         }
     }
 }

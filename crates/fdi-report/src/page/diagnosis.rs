@@ -2,11 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use super::content::{Block, Cell, Column, Figure, Page, Section, Table};
+use super::{
+    content::{Block, Cell, Column, Figure, Page, Section, Table},
+    findings,
+};
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, Failure, Fault, FaultChange, FaultId, FitSignals,
     Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict, common_folder,
-    fault_figure_svg, fit_figure_svg, plus_minus, search_figure_svg, sentence, trend_figure_svg,
+    detected_findings, fault_figure_svg, fit_figure_svg, plus_minus, search_figure_svg, sentence,
+    trend_figure_svg,
 };
 
 /// Recordings, and actuators, that are drawn; the tables have all.
@@ -173,8 +177,7 @@ impl DiagnosisPage<'_> {
             cells.extend(with_date.then(|| text(&record.date)));
             let unsound = matches!(record.verdict, Verdict::ModelInadequate | Verdict::Faulty);
             cells.push(Cell::text(record.verdict.word()).marked(unsound));
-            let believed = record.verdict != Verdict::ModelInadequate;
-            cells.extend(FaultId::ALL.map(|id| level(record.fault(id), believed)));
+            cells.extend(FaultId::ALL.map(|id| level(record.fault(id), record.is_believed())));
             let ratio = record.fit.ratio();
             let cell = Cell::number(ratio, |ratio| format!("{ratio:.2}"));
             cells.push(cell.marked(!record.fit.adequate));
@@ -182,7 +185,8 @@ impl DiagnosisPage<'_> {
         };
         let rows: Vec<_> = self.records.iter().zip(names).map(row).collect();
         let caption = "Levels (0 as new, 1 full damage) ± standard deviation; underlined with *: \
-                       detected; – : not determined; in brackets: not to be believed. Fit: rms of the residual over what noise and \
+                       detected; – : not determined; in brackets: not to be believed, for no levels explain \
+                       the recording or the search did not finish. Fit: rms of the residual over what noise and \
                        learnt error explain, underlined where that is too much. A heading sorts.";
         let table = Table { caption: caption.to_owned(), columns, rows };
         let mut blocks = vec![Block::Table(table)];
@@ -248,11 +252,14 @@ impl DiagnosisPage<'_> {
             Block::Figure(Figure { name, svg, caption, source: record.recording.clone() })
         };
         let mut blocks = vec![Block::Text(of_one(record))];
+        let detected = detected_findings(record);
+        blocks.extend(detected.map(|told| Block::Text(format!("{}.", capitalised(&told)))));
         let caption = format!(
             "Fault levels with 95 % intervals. The dashed line is the end of the incipient range, \
              {INCIPIENT_LEVEL}. Detected means a false-alarm rate of {FALSE_ALARM_RATE} at most."
         );
         blocks.push(figure("levels", fault_figure_svg(record), caption));
+        blocks.extend(findings::table(record).map(Block::Table));
         if let Some(signals) = signals {
             let caption = format!(
                 "Filtered envelope of the stator current in A at {} Hz: measured, and the \

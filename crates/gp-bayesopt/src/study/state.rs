@@ -108,7 +108,7 @@ pub enum RunError<E: std::error::Error + 'static> {
     },
 }
 
-/// Sequential optimisation of a function that is dear to evaluate (FREEDOM
+/// Sequential optimisation of a function that is expensive to evaluate (FREEDOM
 /// paper, Algorithm 1, and its form on the residual vector).
 ///
 /// The same options, data and seed give the same points, bit for bit, also

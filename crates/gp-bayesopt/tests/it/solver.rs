@@ -60,9 +60,9 @@ fn cost_a_given_jacobian_saves_its_evaluations() {
     assert_eq!(first.evaluations, 7);
     let given = LevenbergMarquardt { start_jacobian: first.jacobian, ..solver.clone() };
     let cheap = given.solve(f, &[0.5; 3], &bounds).unwrap();
-    let dear = solver.solve(f, &[0.5; 3], &bounds).unwrap();
+    let expensive = solver.solve(f, &[0.5; 3], &bounds).unwrap();
     assert_eq!(cheap.stop, StopReason::TargetReached);
-    assert!(cheap.evaluations + 3 <= dear.evaluations, "{cheap:?} {dear:?}");
+    assert!(cheap.evaluations + 3 <= expensive.evaluations, "{cheap:?} {expensive:?}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Naming: what is hidden is found, what is not there is not.
 
-use ema_sim::{Effect, EffectId, Geometry, model_file::MachineModel};
+use ema_sim::{Effect, EffectId, Geometry, Spread, model_file::MachineModel};
 use greybox::{
     CommandKind, Explained, NumberInterval, Options, Record, Recordings, Verdict, explain,
 };
@@ -54,7 +54,7 @@ fn a_number_without_tolerance_keeps_its_place() {
     let truth = Truth { effects: vec![cogging], rough: [0.0, 0.1], seed: 4, ..Truth::default() };
     let mut exact = model();
     let MachineModel::ServoAxis(axis) = &mut exact else { panic!("an axis") };
-    axis.tolerance[0].half_width_frac = 0.0;
+    axis.tolerance[0].spread = Spread::HalfWidth(0.0);
     let answer = explain(&exact, &recordings(&truth), &Options::default()).expect("good ones");
     let [inertia, viscous] = &answer.rough[..] else { panic!("{:?}", answer.rough) };
     assert_eq!(inertia.nominal, inertia.fitted, "{inertia:?}");

@@ -3,7 +3,7 @@
 use crate::{
     effect::{
         capabilities::{Commutated, ModelCapabilities, NO_COMMUTATION, WindingModel},
-        info::{EffectClass, EffectInfo, Port, Repetition},
+        info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
         law::EffectLaw,
         number::{Limit, Size, numbers, size},
         part::{Parts, commutation::longest_turn_rad},
@@ -51,6 +51,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::{ModelCapabilities, NO_VOLTAGE, WindingModel},
-    info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Size, numbers, size},
     part::Parts,
@@ -34,6 +34,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

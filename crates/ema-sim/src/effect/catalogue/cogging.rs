@@ -3,7 +3,7 @@
 use crate::{
     effect::{
         capabilities::ModelCapabilities,
-        info::{EffectClass, EffectInfo, Port, Repetition},
+        info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
         law::EffectLaw,
         number::{Limit, MOST, Size, cosine, numbers, order, size},
         part::Parts,
@@ -38,6 +38,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::ByOrder,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

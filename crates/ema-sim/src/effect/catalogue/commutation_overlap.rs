@@ -4,7 +4,7 @@ use libm::exp;
 
 use crate::effect::{
     capabilities::{Commutated, ModelCapabilities, NO_COMMUTATION, NO_SECTORS, WindingModel},
-    info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Range, Role, Size, number, numbers, size},
     part::{
@@ -47,6 +47,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

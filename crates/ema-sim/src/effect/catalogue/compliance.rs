@@ -4,7 +4,7 @@ use libm::sqrt;
 
 use crate::effect::{
     capabilities::ModelCapabilities,
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     part::{Parts, SHORTEST_RATIO, elastic_shaft::ElasticShaft},
@@ -59,6 +59,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     differs_by_recording: false,
     // a softness: the smaller, the shorter the steps of the simulation
     nonlinear_in_size: true,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

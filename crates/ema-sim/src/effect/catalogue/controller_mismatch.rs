@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::ModelCapabilities,
-    info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Size, numbers, size},
     part::{Parts, delay::Delay},
@@ -61,6 +61,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Controller,
     takes_curve: false,
 };
 

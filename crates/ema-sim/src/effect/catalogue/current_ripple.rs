@@ -3,7 +3,7 @@
 use crate::{
     effect::{
         capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
         law::EffectLaw,
         number::{Limit, Size, cosine, numbers, order, size},
         part::Parts,
@@ -37,6 +37,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::ByOrder,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::{Legs, ModelCapabilities, WindingModel},
-    info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Range, Role, Size, number, numbers, size},
     part::{Parts, sensor},
@@ -58,6 +58,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::{Legs, ModelCapabilities, NO_VOLTAGE, WindingModel},
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Range, Role, Size, number, numbers, size},
     part::Parts,
@@ -43,6 +43,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

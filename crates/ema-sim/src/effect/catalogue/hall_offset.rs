@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::{Commutated, ModelCapabilities, NO_COMMUTATION, NO_SECTORS},
-    info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Size, numbers, size},
     part::{Parts, commutation::longest_turn_rad},
@@ -34,6 +34,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

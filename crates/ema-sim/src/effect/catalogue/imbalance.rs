@@ -3,7 +3,7 @@
 use crate::{
     effect::{
         capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
         law::EffectLaw,
         number::{Limit, MOST, Size, cosine, numbers, size},
         quantity::Quantity,
@@ -48,6 +48,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Sum,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::{ModelCapabilities, WindingModel},
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, MOST, Size, numbers, size},
     part::Parts,
@@ -46,6 +46,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::ModelCapabilities,
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     power::power,
@@ -52,6 +52,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Sum,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::effect::{
     capabilities::ModelCapabilities,
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, Size, cosine, numbers, size},
     part::{Parts, sensor},
@@ -55,6 +55,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Once,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Controller,
     takes_curve: false,
 };
 
@@ -75,6 +76,11 @@ impl EffectLaw for PositionSensor {
 
     fn rubs(&self) -> bool {
         false
+    }
+
+    fn error_of_position(&self, position: f64) -> f64 {
+        let (sin, cos) = libm::sincos(position);
+        self.eccentricity_sin * sin + self.eccentricity_cos * cos
     }
 
     fn install(&self, parts: &mut Parts) {

@@ -4,7 +4,7 @@ use libm::exp;
 
 use crate::effect::{
     capabilities::ModelCapabilities,
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     power::power,
@@ -55,6 +55,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Sum,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

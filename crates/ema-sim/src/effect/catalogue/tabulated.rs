@@ -3,7 +3,7 @@
 use crate::effect::{
     capabilities::ModelCapabilities,
     curve::{Coordinate, Curve, CurveKind},
-    info::{EffectClass, EffectInfo, Port, Repetition},
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::{EffectLaw, Given},
     number::{EffectParameter, Limit, Size, size},
     part::Parts,
@@ -40,6 +40,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Sum,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: true,
 };
 

@@ -3,7 +3,7 @@
 use crate::{
     effect::{
         capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
         law::EffectLaw,
         number::{Limit, Size, cosine, numbers, order, size},
         part::{Parts, sensor::PositionWave},
@@ -38,6 +38,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::ByOrder,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 
@@ -56,6 +57,11 @@ impl EffectLaw for TransmissionError {
 
     fn rubs(&self) -> bool {
         false
+    }
+
+    fn error_of_position(&self, position: f64) -> f64 {
+        let (sin, cos) = libm::sincos(self.order * position);
+        self.sin * sin + self.cos * cos
     }
 
     fn install(&self, parts: &mut Parts) {

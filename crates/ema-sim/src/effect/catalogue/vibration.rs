@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use crate::{
     effect::{
         capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
         law::EffectLaw,
         number::{Limit, MOST, Range, Role, Size, cosine, number, numbers, size},
         part::Parts,
@@ -47,6 +47,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     // it knows no start of a recording, and has another phase in each
     differs_by_recording: true,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

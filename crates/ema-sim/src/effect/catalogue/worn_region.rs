@@ -4,7 +4,7 @@ use libm::exp;
 
 use crate::effect::{
     capabilities::ModelCapabilities,
-    info::{CHOICE, EffectClass, EffectInfo, Port, Repetition},
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
     law::EffectLaw,
     number::{Limit, MOST, Range, Role, Size, number, numbers, size},
     part::{LONGEST_PHASE_RAD, Parts},
@@ -52,6 +52,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     repetition: Repetition::Sum,
     differs_by_recording: false,
     nonlinear_in_size: false,
+    acts_through: LoopPart::Machine,
     takes_curve: false,
 };
 

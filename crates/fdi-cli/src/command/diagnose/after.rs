@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use clap::CommandFactory;
 use fdi_core::{
-    Recording, read_model,
+    Experiment, Recording, read_model,
     report::{Fleet, RecordDiagnosis},
 };
 use fdi_report::DiagnosisPage;
@@ -14,7 +14,6 @@ use super::{Batch, say_left};
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, ResolvedSetting, Streams,
     command::{lacks, says_its_command},
-    experiment::named_test,
     output::{TOOL, Tally},
     report_file::{self, put, trends_beside},
     shell::{file_word, quoted},
@@ -94,7 +93,7 @@ fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> O
             Asked::Told
         } else {
             let name = batch.diagnoser.command_name(&recording);
-            let named = name.filter(|name| named_test(name).is_some());
+            let named = name.filter(|name| Experiment::named(name).is_some());
             named.map_or(Asked::Unknown, |name| Asked::Assumed(name.to_owned()))
         };
         Some(Unexplained { name: name.clone(), lacks, command })

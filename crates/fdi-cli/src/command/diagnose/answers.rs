@@ -3,7 +3,6 @@
 use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::{Context, Result};
-use clap::ValueEnum;
 use fdi_core::{
     recording_sha256,
     report::{ResumeHead, SCHEMA_VERSION},
@@ -47,7 +46,7 @@ pub(super) fn head(
     let depend_on = [
         ("bundle", Some(diagnoser.bundles().join(", "))),
         ("date-from", args.fleet.date_from.as_ref().and_then(|one| word(one))),
-        ("encoding", named(&args.encoding)),
+        ("encoding", Some(args.encoding.word().to_owned())),
         ("fidelity", Some(args.fidelity.word().to_owned())),
         ("free-start", switch(args.free_start)),
         ("id-from", args.fleet.id_from.as_ref().and_then(|one| word(one))),
@@ -59,15 +58,11 @@ pub(super) fn head(
         ("reference", several(&references)),
         ("seed", word(&global.seed)),
         ("stable", switch(global.stable)),
+        ("tolerance", Some(args.tolerance.word().to_owned())),
     ];
     let answers_depend_on: BTreeMap<String, Option<String>> =
         depend_on.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     Ok(ResumeHead { schema_version: SCHEMA_VERSION, tool: TOOL.to_owned(), answers_depend_on })
-}
-
-/// A choice as the command line has it.
-fn named(choice: &impl ValueEnum) -> Option<String> {
-    Some(choice.to_possible_value()?.get_name().to_owned())
 }
 
 #[cfg(test)]

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    AskedFor, Channel, ChannelName, CommandColumn, CommandSource, EnvelopeKind, RecordError,
-    Recording,
+    AskedFor, Channel, ChannelName, CommandColumn, CommandSource, EnvelopeKind, Experiment,
+    RecordError, Recording,
     ema_sim::{DriveUnit, Envelope, Scenario, model_file::MachineModel},
 };
 use greybox::{CommandKind, Record};
 
-use crate::experiment::{named_test, recording_of};
+use crate::experiment::recording_of;
 
 /// The signals, or what the recording lacks for a conclusion.
 pub(super) fn compared(
@@ -128,7 +128,7 @@ impl Asked {
 
     /// The test of that name.
     pub(super) fn named(name: &str) -> Option<Self> {
-        named_test(name).map(|test| Self::Test(Box::new(test.scenario)))
+        Experiment::named(name).map(|test| Self::Test(Box::new(test.scenario)))
     }
 
     /// The command at these times, the first of which is its beginning.

@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 
 use ema_sim::{FaultCoordinates, Imperfections, SimulationError};
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError};
+use inference::{dot, try_central_differences};
 
 use crate::{
     offline::bundle::BundleError,
@@ -27,7 +28,6 @@ use crate::{
         run::{Hypothesis, Run},
     },
     simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
-    statistics::{banded::dot, central},
 };
 
 /// Steps of the delays that a search starts from, s: a tenth of the filter's shortest period.
@@ -257,7 +257,7 @@ impl Run<'_> {
             Ok::<_, SimulationError>(residual.into_iter().map(|value| -value).collect())
         };
         let slopes =
-            central::differences_of(&point, &free.steps(), turned).map_err(BundleError::from)?;
+            try_central_differences(&point, &free.steps(), turned).map_err(BundleError::from)?;
         let precision: Vec<f64> =
             (0..point.len()).map(|i| f64::from(u8::from(i >= order))).collect();
         let count = slopes.len() as u64;

@@ -4,6 +4,7 @@
 //! in the damage (commutation instants).
 
 use ema_sim::Imperfections;
+use inference::central_differences;
 
 use crate::{
     offline::bundle::BundleError,
@@ -17,7 +18,6 @@ use crate::{
         run::{Hypothesis, Run},
     },
     simulation::high_fidelity_signal::HighFidelitySignal,
-    statistics::central,
 };
 
 /// Searches with the high-fidelity model, each with slopes of its own.
@@ -107,7 +107,7 @@ impl Run<'_> {
         let mut best: Option<HighFit> = None;
         for round in 0..HIGH_ROUNDS {
             if round > 0 {
-                let rows = central::differences(&from, HIGH_STEP, |at| monitor.signal(at));
+                let rows = central_differences(&from, HIGH_STEP, |at| monitor.signal(at));
                 slopes = likelihood.slopes(rows);
                 evaluations += 2 * order;
             }

@@ -40,11 +40,13 @@ impl BandedMatrix {
     }
 
     /// Rows and columns.
+    #[inline]
     pub fn order(&self) -> usize {
         self.order
     }
 
     /// Diagonals below the main one.
+    #[inline]
     pub fn half_band(&self) -> usize {
         self.half_band
     }
@@ -54,12 +56,14 @@ impl BandedMatrix {
     /// # Panics
     ///
     /// Outside the band or above the diagonal.
+    #[inline]
     pub fn at_mut(&mut self, row: usize, column: usize) -> &mut f64 {
         assert!(column <= row && row - column <= self.half_band && row < self.order);
         &mut self.rows[row * (self.half_band + 1) + self.half_band - (row - column)]
     }
 
     /// Element anywhere; zero outside the band.
+    #[inline]
     pub fn at(&self, row: usize, column: usize) -> f64 {
         let (row, column) = if row >= column { (row, column) } else { (column, row) };
         if row - column > self.half_band {
@@ -378,7 +382,9 @@ fn settle_group(factor: &BandedMatrix, i: usize, z: &mut [f64]) {
 const SUMS: usize = 16;
 
 /// Scalar product in sixteen running sums, a fixed order whatever the machine's vectors are.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+///
+/// Of slices of different length, the shorter one counts.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     Arch::new().dispatch(Dot { a, b })
 }
 

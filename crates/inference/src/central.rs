@@ -4,16 +4,25 @@ use std::convert::Infallible;
 
 /// Derivatives of a vector-valued function at a point, one row a coordinate:
 /// `(f(x + h·e_i) − f(x − h·e_i))/(2·h)`.
-pub(crate) fn differences(
+///
+/// # Examples
+///
+/// ```
+/// let rows = inference::central_differences(&[3.0, 1.0], 1e-3, |at| vec![at[0] * at[1]]);
+/// assert!((rows[0][0] - 1.0).abs() < 1e-9 && (rows[1][0] - 3.0).abs() < 1e-9);
+/// ```
+pub fn central_differences(
     point: &[f64],
     step: f64,
     mut function: impl FnMut(&[f64]) -> Vec<f64>,
 ) -> Vec<Vec<f64>> {
-    differences_together(point, step, |points| points.iter().map(|at| function(at)).collect())
+    central_differences_together(point, step, |points| {
+        points.iter().map(|at| function(at)).collect()
+    })
 }
 
 /// Derivatives of a function of several points at once, which is asked for all of them together.
-pub(crate) fn differences_together(
+pub fn central_differences_together(
     point: &[f64],
     step: f64,
     function: impl FnOnce(&[Vec<f64>]) -> Vec<Vec<f64>>,
@@ -24,7 +33,15 @@ pub(crate) fn differences_together(
 }
 
 /// Derivatives of a function that can fail, with a step for each coordinate.
-pub(crate) fn differences_of<E>(
+///
+/// # Errors
+///
+/// The first error of the function.
+///
+/// # Panics
+///
+/// When there are more steps than coordinates.
+pub fn try_central_differences<E>(
     point: &[f64],
     steps: &[f64],
     mut function: impl FnMut(&[f64]) -> Result<Vec<f64>, E>,

@@ -1,4 +1,4 @@
-//! Noise of a measured signal: an autoregressive model, and what it leaves white.
+//! Autoregressive noise: a model of it, and what the model leaves white.
 
 /// Largest order tried.
 const MOST_ORDER: usize = 15;

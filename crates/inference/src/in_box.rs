@@ -2,26 +2,49 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::gram::solve;
+use crate::symmetric::{SymmetricMatrix, solve};
 
 /// Fall of the form, of the unit that it is in, below which no number is worth setting free.
 const LEAST_FALL: f64 = 1e-9;
 /// Steps for each number, of which two are the rule.
 const MOST_STEPS: usize = 10;
 
-/// The `δ` within `least ≤ δ ≤ most` at which `½·δᵀ·H·δ − gᵀ·δ` is least, `H` the `curvature` and
-/// `g` the `descent`. Both bounds hold zero between them.
+/// A quadratic form `½·δᵀ·H·δ − gᵀ·δ`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuadraticForm {
+    /// `H`, positive semidefinite.
+    pub curvature: SymmetricMatrix,
+    /// `g`, as long as `H` has rows.
+    pub descent: Vec<f64>,
+}
+
+/// The `δ` within `least ≤ δ ≤ most` at which a quadratic form is least. Both bounds hold zero
+/// between them.
 ///
 /// What would leave the box first stops at its bound, and what stands there is set free again where
 /// the form falls inwards: the form never rises on the way, however alike two numbers are (BVLS,
-/// Stark and Parker 1995). It is least but for what [`solve`] gives up to stay regular.
-pub(crate) fn least_in_box(
-    curvature: &DMatrix<f64>,
-    descent: &DVector<f64>,
-    least: &[f64],
-    most: &[f64],
-) -> DVector<f64> {
-    let n = descent.len();
+/// Stark and Parker 1995). It is least but for what [`SymmetricMatrix::solve_semidefinite`]
+/// gives up to stay regular.
+///
+/// # Panics
+///
+/// When descent or bounds are not as long as the curvature has rows.
+///
+/// # Examples
+///
+/// ```
+/// use inference::{QuadraticForm, SymmetricMatrix, least_in_box};
+///
+/// let curvature = SymmetricMatrix::from_fn(2, |i, j| if i == j { 2.0 } else { 1.0 });
+/// let form = QuadraticForm { curvature, descent: vec![5.0, 1.0] };
+/// // the form is least at (3, −1), within the box at (2.5, 0)
+/// let at = least_in_box(&form, &[0.0, 0.0], &[9.0, 9.0]);
+/// assert!((at[0] - 2.5).abs() < 1e-8 && at[1] == 0.0);
+/// ```
+pub fn least_in_box(form: &QuadraticForm, least: &[f64], most: &[f64]) -> Vec<f64> {
+    let (curvature, n) = (form.curvature.elements(), form.curvature.order());
+    assert!([form.descent.len(), least.len(), most.len()] == [n; 3]);
+    let descent = &DVector::from_column_slice(&form.descent);
     let mut at = DVector::<f64>::zeros(n);
     let mut held: Vec<bool> = (0..n)
         .map(|i| (least[i] >= 0.0 && descent[i] < 0.0) || (most[i] <= 0.0 && descent[i] > 0.0))
@@ -62,7 +85,7 @@ pub(crate) fn least_in_box(
             None => break,
         }
     }
-    at
+    at.data.into()
 }
 
 #[cfg(test)]
@@ -121,7 +144,11 @@ mod tests {
             let least: Vec<f64> =
                 (0..NUMBERS).map(|i| if i % 2 == 0 { 0.0 } else { -0.3 }).collect();
             let most = [1.0; NUMBERS];
-            let at = least_in_box(&curvature, &descent, &least, &most);
+            let quadratic = QuadraticForm {
+                curvature: SymmetricMatrix::from_fn(NUMBERS, |i, j| curvature[(i, j)]),
+                descent: descent.as_slice().to_vec(),
+            };
+            let at = DVector::from_vec(least_in_box(&quadratic, &least, &most));
             assert!((0..NUMBERS).all(|i| (least[i]..=most[i]).contains(&at[i])), "{at}");
             let (ours, lowest) = (
                 form(&curvature, &descent, &at),

@@ -1,0 +1,14 @@
+//! A machine whose numbers are known only to their tolerances: what its current shows of them, how
+//! the low-fidelity model errs on such machines, and which damage explains a recording.
+
+pub(crate) mod answer;
+pub(crate) mod design;
+pub(crate) mod error;
+pub(crate) mod finding;
+pub(crate) mod layout;
+pub(crate) mod monitor;
+pub(crate) mod quantities;
+pub(crate) mod search;
+pub(crate) mod sensors;
+#[cfg(test)]
+mod tests;

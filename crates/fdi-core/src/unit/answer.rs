@@ -1,0 +1,234 @@
+//! Answer to a recording of a machine whose numbers are known to their tolerances.
+
+use inference::{NotPositiveDefinite, dot};
+
+use crate::{
+    offline::bundle::StartAngle,
+    offline::factor::joined,
+    online::{
+        error::DiagnoseError,
+        noise_level::{NOISE_PRIOR_LN_STD, Noise, least},
+        outcome::MISFIT_DEVIATIONS,
+        posterior::Posterior,
+        run::Run,
+    },
+    report::{
+        Fault, FaultId, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis,
+        Status, Verdict,
+    },
+    unit::{
+        error::UnitError,
+        finding::Findings,
+        quantities::Quantities,
+        search::{Observed, UnitFit, explain},
+    },
+};
+
+/// Levels of k1 to k6 from which damage is to be watched: a machine is healthy where none can be
+/// beyond. Below what a data sheet's tolerances leave open of one recording, "healthy" could never
+/// be said.
+const WATCH_LEVELS: [f64; 6] = [0.5, 0.02, 0.15, 0.15, 0.15, 0.10];
+
+/// Why tolerances cannot be used on a recording, in words.
+pub(crate) type Reason = String;
+
+impl Run<'_> {
+    /// The error on units for a start of the rotor, or why tolerances cannot be used.
+    pub(crate) fn unit_error(&self, angle_rad: f64) -> Result<&UnitError, Reason> {
+        let bundle = &self.learnt.bundle;
+        if bundle.experiment.tolerance.is_empty() {
+            return Err("its model file lists no tolerance".to_owned());
+        }
+        if bundle.units.is_empty() {
+            return Err("the bundle has not learnt machines within the tolerances".to_owned());
+        }
+        let own_rad = bundle.experiment.scenario.start_angle_rad;
+        let of = |start| bundle.units.iter().find(|error| error.start == start);
+        let at_own =
+            if self.learnt.same_start(angle_rad, own_rad) { of(StartAngle::Zero) } else { None };
+        at_own.or_else(|| of(StartAngle::Any)).ok_or_else(|| {
+            "the bundle has not learnt machines within the tolerances from this start angle"
+                .to_owned()
+        })
+    }
+
+    /// Diagnoses a machine within its tolerances.
+    pub(crate) fn diagnose_unit(
+        &self,
+        error: &UnitError,
+        start_angle_rad: f64,
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+        let experiment = self.experiment();
+        let quantities = Quantities::new(experiment);
+        let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
+        let told = [
+            (self.plan.noise_a, NoiseSource::Flag),
+            (self.observation.stated_noise_a, NoiseSource::Metadata),
+            (self.observation.noise_beside_gains_a, NoiseSource::OutOfBand),
+        ];
+        let told = told.into_iter().find_map(|(level, source)| Some((level?, source)));
+        let fitted = |level_a: f64| {
+            let noise = unit_noise.scaled(level_a * level_a);
+            let signal_a = &self.observation.signal_a;
+            explain(
+                experiment,
+                &quantities,
+                error,
+                &Observed {
+                    signal_a,
+                    start_angle_rad,
+                    shares: self.observation.sensor_shares.as_ref(),
+                    noise: &noise,
+                },
+            )
+        };
+        let (noise, fit) = if let Some((level_a, source)) = told {
+            (Noise { level_a, source }, fitted(level_a)?)
+        } else {
+            let prior_a = self.learnt.bundle.noise_a;
+            let first = fitted(prior_a)?;
+            let level_a = self.likeliest_noise(error, &first)?;
+            let mut fit = fitted(level_a)?;
+            fit.evaluations += first.evaluations;
+            (Noise { level_a, source: NoiseSource::Residual }, fit)
+        };
+        Ok(self.unit_answer(error, &quantities, noise, &fit))
+    }
+
+    /// The noise level that makes a residual most likely, with the bundle's level as a prior, A.
+    fn likeliest_noise(
+        &self,
+        error: &UnitError,
+        fit: &UnitFit,
+    ) -> Result<f64, NotPositiveDefinite> {
+        let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
+        let prior_a = self.learnt.bundle.noise_a;
+        let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
+            let level_a = prior_a * ln_ratio.exp();
+            let factor =
+                joined(&error.covariance, &unit_noise.scaled(level_a * level_a)).cholesky()?;
+            let mut white = fit.residual_a.clone();
+            factor.whiten(&mut white);
+            let prior = ln_ratio / NOISE_PRIOR_LN_STD;
+            Ok(dot(&white, &white) + factor.log_determinant() + prior * prior)
+        };
+        Ok(prior_a * least(cost, -3.0, 3.0)?.exp())
+    }
+
+    fn unit_answer(
+        &self,
+        error: &UnitError,
+        quantities: &Quantities,
+        noise: Noise,
+        fit: &UnitFit,
+    ) -> (RecordDiagnosis, Posterior) {
+        let layout = quantities.layout();
+        let damage = layout.sought.len();
+        let posterior = Posterior {
+            indices: layout.sought.clone(),
+            estimate: fit.point[..damage].to_vec(),
+            covariance: fit.covariance.clone(),
+        };
+        let adequate = fit.misfit <= error.largest_misfit(MISFIT_DEVIATIONS);
+        let unfinished = !fit.converged && !adequate;
+        let findings = Findings::of(quantities, fit);
+        let mut faults = posterior.faults();
+        for fault in &mut faults {
+            if fault.detected.is_some() {
+                fault.detected = (!unfinished).then(|| findings.detected.contains(&fault.id));
+            }
+        }
+        if faults[5].value.is_some() && faults[5].detected != Some(true) {
+            faults[6] = Fault::undetermined(FaultId::K7);
+        }
+        let hidden = hidden(&faults);
+        let is_found = findings.all.iter().any(|finding| finding.detected);
+        let verdict = if unfinished {
+            Verdict::Undetermined
+        } else if !adequate {
+            Verdict::ModelInadequate
+        } else if is_found {
+            Verdict::Faulty
+        } else if hidden.is_empty() {
+            Verdict::Healthy
+        } else {
+            Verdict::Undetermined
+        };
+        let notices = notices(unfinished, &faults, verdict, &hidden);
+        (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
+        let answer = RecordDiagnosis {
+            recording_sha256: None,
+            recording: String::new(),
+            actuator_id: None,
+            date: None,
+            status: if adequate { Status::Ok } else { Status::Partial },
+            verdict,
+            bundle: None,
+            method: Method::Gls,
+            fidelity: Fidelity::Low,
+            evaluations: fit.evaluations,
+            elapsed_s: None,
+            discrepancy: self.discrepancy(&fit.residual_a),
+            fit: Fit {
+                rms_a: (dot(&fit.residual_a, &fit.residual_a) / fit.residual_a.len() as f64).sqrt(),
+                noise_floor_a: fit.floor_a,
+                noise_a: noise.level_a,
+                noise_source: noise.source,
+                adequate,
+            },
+            faults,
+            findings: findings.all,
+            covariance: posterior.report_covariance(),
+            notices,
+        };
+        (answer, posterior)
+    }
+}
+
+/// Faults that could be at or beyond their watch levels, undetected.
+fn hidden(faults: &[Fault]) -> Vec<(FaultId, f64)> {
+    let beyond = |(fault, watch): (&Fault, &f64)| {
+        let [_, most] = fault.interval_95?;
+        (fault.detected != Some(true) && most >= *watch).then_some((fault.id, most))
+    };
+    faults.iter().zip(&WATCH_LEVELS).filter_map(beyond).collect()
+}
+
+/// Notices of what limits an answer.
+fn notices(
+    unfinished: bool,
+    faults: &[Fault],
+    verdict: Verdict,
+    hidden: &[(FaultId, f64)],
+) -> Vec<Notice> {
+    let mut notices = Vec::new();
+    if unfinished {
+        notices.push(Notice {
+            code: NoticeCode::SearchUnfinished,
+            message: "the search ended where the model does not explain the recording; the levels \
+                      are where it stopped, and nothing is decided"
+                .to_owned(),
+        });
+    } else if faults[5].value.is_some() && faults[6].value.is_none() {
+        notices.push(Notice {
+            code: NoticeCode::PhaseUndetermined,
+            message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
+        });
+    }
+    if verdict == Verdict::Undetermined && !hidden.is_empty() {
+        notices.push(hidden_notice(hidden));
+    }
+    notices
+}
+
+fn hidden_notice(hidden: &[(FaultId, f64)]) -> Notice {
+    let levels: Vec<String> =
+        hidden.iter().map(|(id, most)| format!("{id} up to {most:.3}")).collect();
+    Notice {
+        code: NoticeCode::TolerancesHideLevels,
+        message: format!(
+            "the tolerances leave open {}; recordings of the same unit as new would tell",
+            levels.join(", ")
+        ),
+    }
+}

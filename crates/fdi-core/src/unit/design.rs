@@ -1,0 +1,132 @@
+//! Machines drawn over damage and tolerances: what the error of the low-fidelity model on a unit
+//! that differs from its model file is learnt on.
+
+use std::f64::consts::TAU;
+
+use ema_sim::{Actuator, HighFidelity, Imperfections, PhysicalFaults, Scenario, SimulationError};
+
+use crate::{
+    offline::bundle::StartAngle,
+    seed::{Draws, Purpose, RootSeed},
+    simulation::experiment::Experiment,
+    statistics::parallel::in_parallel,
+    unit::{
+        layout::{Acts, Layout},
+        quantities::UnitMachine,
+    },
+};
+
+/// Machines drawn for a start of the rotor.
+pub(crate) const UNITS: usize = 800;
+/// Shares of the tolerances that units are drawn with, in turn: from nearly the model file's
+/// machine to beyond its tolerances.
+const SHARES: [f64; 5] = [0.1, 0.4, 1.0, 1.0, 1.2];
+/// Largest level of damage drawn.
+const MOST_DAMAGE: f64 = 0.06;
+/// Chance that a unit has a fault.
+const FAULT_CHANCE: f64 = 0.35;
+/// Standard deviations beyond which no number is drawn.
+const FARTHEST: f64 = 2.5;
+
+/// A unit: its unknowns, its start and the seed of its controller's noise.
+#[derive(Clone, Debug)]
+pub(crate) struct Unit {
+    pub(crate) point: Vec<f64>,
+    pub(crate) start_angle_rad: f64,
+    noise_seed: u64,
+}
+
+/// Draws units.
+pub(crate) fn draw(
+    experiment: &Experiment,
+    layout: &Layout,
+    start: StartAngle,
+    root: RootSeed,
+) -> Vec<Unit> {
+    let one = |index: usize| {
+        let stream = ((start as u64) << 32) | index as u64;
+        let mut random = Draws::new(root.derive(Purpose::Units, stream));
+        let share = SHARES[index % SHARES.len()];
+        let mut point = vec![0.0; layout.len()];
+        for (place, &coordinate) in layout.sought.iter().enumerate() {
+            let (is_there, level) = (random.uniform() < FAULT_CHANCE, random.uniform());
+            let signed = if coordinate < 5 { level } else { 2.0 * level - 1.0 };
+            point[place] = if is_there { MOST_DAMAGE * signed } else { 0.0 };
+        }
+        for (value, number) in point[layout.sought.len()..].iter_mut().zip(&layout.numbers) {
+            *value = share * number.std * random.normal_within(FARTHEST);
+        }
+        let start_angle_rad = match start {
+            StartAngle::Zero => experiment.scenario.start_angle_rad,
+            StartAngle::Any => TAU * random.uniform(),
+        };
+        let noise_seed = root.derive(Purpose::ControllerNoise, (1 << 48) | stream);
+        Unit { point, start_angle_rad, noise_seed }
+    };
+    (0..UNITS).map(one).collect()
+}
+
+/// The signals of units in high fidelity, sensors without error, A.
+pub(crate) fn signals(
+    experiment: &Experiment,
+    layout: &Layout,
+    units: &[Unit],
+    jobs: usize,
+) -> Result<Vec<Vec<f64>>, SimulationError> {
+    let one = |_: usize, unit: &Unit| -> Result<Vec<f64>, SimulationError> {
+        let machine = built(experiment, layout, &unit.point);
+        let scenario = Scenario {
+            imperfections: Imperfections::REAL,
+            seed: unit.noise_seed,
+            ..machine.scenario
+        };
+        let scenario = scenario.turned_to(unit.start_angle_rad);
+        let model = HighFidelity::new(&machine.actuator, &scenario)?;
+        let model = model.with_effects(&experiment.effects)?;
+        Ok(experiment.high_fidelity_signal(&model, &machine.faults))
+    };
+    in_parallel(units, jobs, one)
+}
+
+/// The machine at a point of the unknowns, each number where it belongs.
+pub(crate) fn built(experiment: &Experiment, layout: &Layout, point: &[f64]) -> UnitMachine {
+    let mut actuator: Actuator = experiment.actuator;
+    let mut scenario = experiment.scenario.clone();
+    let mut faults = PhysicalFaults::from(&layout.damage(point));
+    let (mut cos, mut sin) = (0.0, 0.0);
+    for (number, value) in layout.at(point) {
+        let ratio = 1.0 + value;
+        if let Acts::Other(parameter) = number.acts {
+            let value = parameter.get(&actuator) * ratio;
+            parameter.set(&mut actuator, value);
+        }
+        let (motor, transmission) = (&mut actuator.motor, &mut actuator.transmission);
+        match number.acts {
+            Acts::TorqueConstant => motor.back_emf_v_s_per_rad *= ratio,
+            Acts::MotorInertia => motor.inertia_kg_m2 *= ratio,
+            Acts::Viscous => motor.viscous_n_m_s_per_rad *= ratio,
+            Acts::SurfaceInertia => transmission.surface_inertia_kg_m2 *= ratio,
+            Acts::DryFriction => {
+                transmission.kinetic_friction_n_m *= ratio;
+                transmission.static_friction_n_m *= ratio;
+            }
+            Acts::StaticOverKinetic => transmission.static_friction_n_m *= ratio,
+            Acts::SurfaceFriction => transmission.surface_friction_n_m *= ratio,
+            Acts::Play => transmission.backlash_rad *= ratio,
+            Acts::Efficiency => {
+                transmission.efficiency_ratio = (transmission.efficiency_ratio * ratio).min(1.0);
+            }
+            Acts::Load => scenario.load_n_m += value,
+            Acts::Turns(phase) => faults.healthy_turns_frac[phase] *= ratio,
+            Acts::EccentricityCos => cos += value,
+            Acts::EccentricitySin => sin += value,
+            Acts::PhaseGain(_) | Acts::PhaseOffset(_) | Acts::Other(_) => {}
+        }
+    }
+    faults.eccentricity_cos += cos;
+    faults.eccentricity_sin += sin;
+    let transmission = &mut actuator.transmission;
+    transmission.static_friction_n_m =
+        transmission.static_friction_n_m.max(transmission.kinetic_friction_n_m);
+    UnitMachine { actuator, faults, scenario }
+}

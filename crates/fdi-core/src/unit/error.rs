@@ -1,0 +1,248 @@
+//! Error of the low-fidelity model on units, learnt over damage and tolerances together.
+//!
+//! ```text
+//! y_HF − y_LF(q) = Σ b_t·f_t(a) + r,    a = (q − q̄)/s,    r ~ N(0, S)
+//! ```
+//!
+//! with `q` the quantities that the current shows: the error, like the signal, then keeps the
+//! symmetries of the current. The terms `f_t` are a constant, each `a`, squares and products of
+//! those that damage moves, and the size of each phase's imbalance. `S` is tapered as that of the
+//! nominal machine's error is (`error_model`).
+//!
+//! # Source
+//!
+//! Ridge regression and leave-one-out residuals: Hastie, Tibshirani and Friedman, *The Elements of
+//! Statistical Learning*, 3.4 and 7.10; shrinkage of each slope: James and Stein, Proc. 4th Berkeley
+//! Symposium 1, 1961.
+
+use ema_sim::SimulationError;
+use inference::{BandedMatrix, dot, tapered_covariance};
+use nalgebra::DMatrix;
+
+use crate::{
+    offline::{bundle::StartAngle, error_model::ErrorModelError, factor::joined},
+    seed::{Draws, Purpose, RootSeed},
+    simulation::experiment::Experiment,
+    unit::{
+        design::{draw, signals},
+        monitor::UnitMonitor,
+        quantities::{Bent, Quantities},
+    },
+};
+
+/// Time that the taper of the covariance reaches, s: an electrical revolution of the fast part of
+/// a test; longer ones make diagnoses of units left out no better.
+const TAPER_S: f64 = 0.03;
+/// Weight of a slope of no error, in units drawn.
+const RIDGE: f64 = 0.3;
+/// Spreads beyond which the trend is not followed.
+const FARTHEST: f64 = 4.0;
+
+/// Why the error on units could not be learnt.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnitErrorError {
+    /// A machine cannot be simulated.
+    #[error("a machine within the tolerances cannot be simulated: {0}")]
+    Simulation(#[from] SimulationError),
+    /// The units determine no trend.
+    #[error(transparent)]
+    Trend(#[from] ErrorModelError),
+}
+
+/// The learnt error of the low-fidelity model on units.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct UnitError {
+    pub(crate) start: StartAngle,
+    pub(crate) centre: Vec<f64>,
+    pub(crate) spread: Vec<f64>,
+    /// Places of the quantities that damage moves and bends.
+    pub(crate) bent: Bent,
+    /// One row a term.
+    pub(crate) coefficients: Vec<Vec<f64>>,
+    /// `S`.
+    pub(crate) covariance: BandedMatrix,
+    /// Mean of ln(misfit) of units left out, with the bundle's noise.
+    pub(crate) ln_misfit_mean: f64,
+    /// Standard deviation of ln(misfit) of units left out.
+    pub(crate) ln_misfit_std: f64,
+}
+
+impl UnitError {
+    /// Learns from units drawn with a seed.
+    pub(crate) fn learn(
+        experiment: &Experiment,
+        start: StartAngle,
+        unit_noise: &BandedMatrix,
+        noise_a: f64,
+        root: RootSeed,
+        jobs: usize,
+    ) -> Result<Self, UnitErrorError> {
+        let quantities = Quantities::new(experiment);
+        let units = draw(experiment, quantities.layout(), start, root);
+        let mut differences = signals(experiment, quantities.layout(), &units, jobs)?;
+        let at: Vec<Vec<f64>> = units.iter().map(|unit| quantities.at(&unit.point)).collect();
+        for ((difference, unit), at) in differences.iter_mut().zip(&units).zip(&at) {
+            let monitor = UnitMonitor::new(experiment, &quantities, unit.start_angle_rad);
+            for (value, low) in difference.iter_mut().zip(monitor.signal(at)?) {
+                *value -= low;
+            }
+        }
+        let (centre, spread) = centre_and_spread(&at);
+        let mut learnt = Self {
+            start,
+            bent: quantities.bent(),
+            centre,
+            spread,
+            coefficients: Vec::new(),
+            covariance: BandedMatrix::zeros(0, 0),
+            ln_misfit_mean: 0.0,
+            ln_misfit_std: 0.0,
+        };
+        let terms: Vec<Vec<f64>> = at.iter().map(|at| learnt.terms(at)).collect();
+        let (coefficients, residuals) = trend(&terms, &differences)?;
+        learnt.coefficients = coefficients;
+        let support = (TAPER_S * experiment.filter.output_hz).round().max(2.0) as usize;
+        learnt.covariance = tapered_covariance(&residuals, support);
+        learnt.learn_misfits(&residuals, unit_noise, noise_a, root)?;
+        Ok(learnt)
+    }
+
+    /// Mean and scatter of ln(misfit) over residuals of units left out, with noise added.
+    fn learn_misfits(
+        &mut self,
+        residuals: &[Vec<f64>],
+        unit_noise: &BandedMatrix,
+        noise_a: f64,
+        root: RootSeed,
+    ) -> Result<(), ErrorModelError> {
+        let noise = unit_noise.scaled(noise_a * noise_a);
+        // the noise of a quiet start has next to no variance, and a factor needs some
+        let mut regular = noise.clone();
+        regular.add_to_diagonal(1e-6 * noise.mean_diagonal());
+        let colour = regular.cholesky()?;
+        let whole = joined(&self.covariance, &noise).cholesky()?;
+        let mut random = Draws::new(root.derive(Purpose::Units, u64::MAX));
+        let logs = residuals.iter().map(|residual| {
+            let mut sample: Vec<f64> = residual.iter().map(|_| random.normal()).collect();
+            colour.colour(&mut sample);
+            for (value, part) in sample.iter_mut().zip(residual) {
+                *value += part;
+            }
+            whole.whiten(&mut sample);
+            (dot(&sample, &sample) / sample.len() as f64).ln()
+        });
+        let logs: Vec<f64> = logs.collect();
+        let count = logs.len() as f64;
+        self.ln_misfit_mean = logs.iter().sum::<f64>() / count;
+        let square = |log: &f64| (log - self.ln_misfit_mean) * (log - self.ln_misfit_mean);
+        self.ln_misfit_std = (logs.iter().map(square).sum::<f64>() / (count - 1.0)).sqrt();
+        Ok(())
+    }
+
+    fn away(&self, at: &[f64]) -> Vec<f64> {
+        let places = at.iter().zip(&self.centre).zip(&self.spread);
+        places.map(|((value, centre), spread)| (value - centre) / spread).collect()
+    }
+
+    /// The terms of the trend at some quantities.
+    fn terms(&self, at: &[f64]) -> Vec<f64> {
+        let away: Vec<f64> =
+            self.away(at).into_iter().map(|x| x.clamp(-FARTHEST, FARTHEST)).collect();
+        let mut terms = vec![1.0];
+        terms.extend(&away);
+        for (n, &first) in self.bent.damage.iter().enumerate() {
+            terms.extend(self.bent.damage[n..].iter().map(|&second| away[first] * away[second]));
+        }
+        if let Some([a, b]) = self.bent.imbalance {
+            let (a, b) = (at[a] / self.spread[a], at[b] / self.spread[b]);
+            terms.extend([a, b, a + b].map(|x| x.abs().min(FARTHEST)));
+        }
+        terms
+    }
+
+    /// Number of terms of a trend in some quantities.
+    pub(crate) fn terms_of(quantities: usize, bent: &Bent) -> usize {
+        let damage = bent.damage.len();
+        1 + quantities + damage * (damage + 1) / 2 + if bent.imbalance.is_some() { 3 } else { 0 }
+    }
+
+    /// Adds the mean error at some quantities to a signal.
+    pub(crate) fn add_mean(&self, at: &[f64], signal: &mut [f64]) {
+        for (coefficient, term) in self.coefficients.iter().zip(self.terms(at)) {
+            for (value, part) in signal.iter_mut().zip(coefficient) {
+                *value += term * part;
+            }
+        }
+    }
+
+    /// Largest misfit of a unit that the model explains.
+    pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
+        (self.ln_misfit_mean + deviations * self.ln_misfit_std).exp()
+    }
+}
+
+/// Mean and standard deviation of each quantity over units.
+fn centre_and_spread(at: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
+    let count = at.len().max(1) as f64;
+    let quantities = at.first().map_or(0, Vec::len);
+    let mean = |place: usize| at.iter().map(|at| at[place]).sum::<f64>() / count;
+    let centre: Vec<f64> = (0..quantities).map(mean).collect();
+    let spread = |place: usize| {
+        let square = |at: &Vec<f64>| (at[place] - centre[place]) * (at[place] - centre[place]);
+        (at.iter().map(square).sum::<f64>() / count).sqrt().max(1e-12)
+    };
+    let spread = (0..quantities).map(spread).collect();
+    (centre, spread)
+}
+
+/// A row a term or a unit.
+type Rows = Vec<Vec<f64>>;
+
+/// Coefficients of the trend, and what each unit's difference is off the trend of the others.
+fn trend(terms: &[Vec<f64>], differences: &[Vec<f64>]) -> Result<(Rows, Rows), ErrorModelError> {
+    let (count, width) = (terms.len(), terms.first().map_or(1, Vec::len));
+    if count < 2 * width {
+        return Err(ErrorModelError::TooFewSignals { found: count, needed: width });
+    }
+    let design = DMatrix::from_fn(count, width, |row, term| terms[row][term]);
+    let mut gram = design.tr_mul(&design);
+    for term in 1..width {
+        gram[(term, term)] += RIDGE;
+    }
+    let inverse = gram.cholesky().ok_or(ErrorModelError::DegenerateConditions)?.inverse();
+    let pseudo = &inverse * design.transpose();
+    let samples = differences[0].len();
+    let sum = |weights: &mut dyn Iterator<Item = f64>, rows: &[Vec<f64>]| {
+        let mut sum = vec![0.0; samples];
+        for (weight, row) in weights.zip(rows) {
+            for (value, part) in sum.iter_mut().zip(row) {
+                *value += weight * part;
+            }
+        }
+        sum
+    };
+    let coefficients: Rows =
+        (0..width).map(|term| sum(&mut pseudo.row(term).iter().copied(), differences)).collect();
+    let residual = |row: usize| {
+        let leverage = design.row(row).transpose().dot(&pseudo.column(row));
+        let fitted = sum(&mut terms[row].iter().copied(), &coefficients);
+        let left_out = 1.0 / (1.0 - leverage).max(f64::EPSILON);
+        differences[row].iter().zip(fitted).map(|(y, f)| left_out * (y - f)).collect()
+    };
+    let residuals: Rows = (0..count).map(residual).collect();
+    let scatter = residuals.iter().map(|r| dot(r, r)).sum::<f64>() / count as f64;
+    let shrunk = |(term, mut row): (usize, Vec<f64>)| {
+        // of a slope that is nothing but noise nothing stays
+        let noise = inverse[(term, term)] * scatter;
+        let share = (1.0 - noise / dot(&row, &row).max(f64::MIN_POSITIVE)).max(0.0);
+        if term > 0 {
+            for value in &mut row {
+                *value *= share;
+            }
+        }
+        row
+    };
+    let coefficients = coefficients.into_iter().enumerate().map(shrunk).collect();
+    Ok((coefficients, residuals))
+}

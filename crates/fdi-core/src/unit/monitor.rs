@@ -1,0 +1,63 @@
+//! The low-fidelity model as a function of the quantities that a current shows.
+
+use ema_sim::{LowFidelity, SimulationError};
+
+use crate::{
+    simulation::{experiment::Experiment, resampling::resampled},
+    unit::{
+        quantities::{Quantities, UnitMachine},
+        sensors::{SensorShares, simulated_shares},
+    },
+};
+
+/// The low-fidelity model of a unit in a test, from a start angle.
+#[derive(Clone, Debug)]
+pub(crate) struct UnitMonitor<'a> {
+    experiment: &'a Experiment,
+    quantities: &'a Quantities,
+    start_angle_rad: f64,
+}
+
+impl<'a> UnitMonitor<'a> {
+    pub(crate) fn new(
+        experiment: &'a Experiment,
+        quantities: &'a Quantities,
+        start_angle_rad: f64,
+    ) -> Self {
+        Self { experiment, quantities, start_angle_rad }
+    }
+
+    /// The diagnosed signal, A; not a number where the machine runs away.
+    pub(crate) fn signal(&self, at: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        let (model, machine) = self.model(at)?;
+        let mut current_a = Vec::new();
+        model.simulate_current(&machine.faults, &mut current_a);
+        Ok(self.filtered(&current_a))
+    }
+
+    /// The diagnosed signal with what gains and offsets of the phases' sensors add to it.
+    pub(crate) fn sensed(&self, at: &[f64]) -> Result<(Vec<f64>, SensorShares), SimulationError> {
+        let (model, machine) = self.model(at)?;
+        let trace = model.simulate(&machine.faults);
+        let shares = simulated_shares(&trace, self.experiment, |channel| self.filtered(channel));
+        Ok((self.filtered(&trace.current_a), shares))
+    }
+
+    fn model(&self, at: &[f64]) -> Result<(LowFidelity, UnitMachine), SimulationError> {
+        let machine = self.quantities.machine(self.experiment, at);
+        let scenario = machine.scenario.clone().turned_to(self.start_angle_rad);
+        let model = LowFidelity::new(&machine.actuator, &scenario)?;
+        Ok((model.with_effects(&self.experiment.effects)?, machine))
+    }
+
+    fn filtered(&self, channel: &[f64]) -> Vec<f64> {
+        let own_hz = self.experiment.actuator.controller.sample_hz;
+        match self.experiment.phase_rate_hz {
+            Some(rate_hz) if rate_hz < own_hz => {
+                let sampled = resampled(channel, own_hz, rate_hz);
+                self.experiment.filter.apply(&sampled, rate_hz)
+            }
+            _ => self.experiment.filter.apply(channel, own_hz),
+        }
+    }
+}

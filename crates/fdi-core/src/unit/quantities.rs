@@ -1,0 +1,282 @@
+//! Quantities that the current of a machine shows.
+//!
+//! Torques over the torque constant are all that a current shows of either: a machine whose torque
+//! constant, inertias, frictions and load are all scaled alike draws the same current, three equal
+//! shorts are a weaker torque constant, and a wear of friction is a tolerance of friction. With
+//!
+//! ```text
+//! n_j = ln(1 − k_j) + ln(1 + t_j)  turns of phase j, t_j their mismatch as built
+//! n̄   = (n_A + n_B + n_C)/3
+//! κ   = ln(k_e/k_e0) + n̄         logarithm of the torque constant over its nominal value
+//! ```
+//!
+//! the quantities are
+//!
+//! ```text
+//! ln F/F₀ + ln(1 + 2·k1) − κ      ln F_s/F_k      ln c/c₀ − κ      ln J_m/J_m0 − κ
+//! ln J_u/J_u0 − κ      M·e^(−κ)      ln F_u/F_u0 − κ      (b/b₀)·(1 + 99·k2)
+//! n_A − n̄      n_B − n̄      ζ·cos φ      ζ·sin φ      ln η/η₀
+//! ```
+//!
+//! and any other parameter with a tolerance. What is a function of these alone, the signal and its
+//! learnt error, cannot tell apart what the current does not tell apart.
+//!
+//! # Source
+//!
+//! Equation of motion of the drive, `docs/models/low-fidelity.md`; derived in
+//! `docs/models/units.md`.
+
+use ema_sim::{
+    Actuator, FAULT_COUNT, FaultCoordinates, LowFidelity, Parameter, PhysicalFaults, Scenario,
+};
+
+use inference::central_differences;
+
+use crate::{
+    simulation::experiment::Experiment,
+    unit::layout::{Acts, Layout},
+};
+
+/// Places of the quantities.
+const FRICTION: usize = 0;
+const STATIC_OVER_KINETIC: usize = 1;
+const VISCOUS: usize = 2;
+const MOTOR_INERTIA: usize = 3;
+const SURFACE_INERTIA: usize = 4;
+const LOAD: usize = 5;
+const SURFACE_FRICTION: usize = 6;
+const PLAY: usize = 7;
+const IMBALANCE_A: usize = 8;
+const IMBALANCE_B: usize = 9;
+const ECCENTRICITY_COS: usize = 10;
+const ECCENTRICITY_SIN: usize = 11;
+const EFFICIENCY: usize = 12;
+/// Quantities before those of other parameters.
+const FIXED: usize = 13;
+
+/// Least share of turns, friction and play: below, a machine has no equation.
+const LEAST_RATIO: f64 = 0.01;
+/// Relative change of a parameter that a test is asked about.
+const SHOWN_STEP: f64 = 0.05;
+/// Change of the current, over its limit, from which a test shows a parameter.
+const SHOWN_SHARE: f64 = 1e-5;
+/// Difference for the closed form's derivatives.
+const STEP: f64 = 1e-6;
+
+/// Quantities in which the error of the low-fidelity model bends.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Bent {
+    /// Those that damage moves.
+    pub(crate) damage: Vec<usize>,
+    /// Imbalances of phases A and B.
+    pub(crate) imbalance: Option<[usize; 2]>,
+}
+
+/// From unknowns to quantities, and from quantities to a machine.
+#[derive(Clone, Debug)]
+pub(crate) struct Quantities {
+    layout: Layout,
+    load_n_m: f64,
+    others: Vec<&'static Parameter>,
+    /// Quantities that a test of this machine can show.
+    shown: Vec<usize>,
+}
+
+impl Quantities {
+    pub(crate) fn new(experiment: &Experiment) -> Self {
+        let layout = Layout::of(experiment);
+        let others = layout.numbers.iter().filter_map(|number| match number.acts {
+            Acts::Other(parameter) => Some(parameter),
+            _ => None,
+        });
+        let others = others.filter(|parameter| is_shown(experiment, parameter));
+        let others: Vec<_> = others.collect();
+        let mut quantities =
+            Self { load_n_m: experiment.scenario.load_n_m, shown: Vec::new(), others, layout };
+        let origin = vec![0.0; quantities.layout.len()];
+        let moved = quantities.all_slopes(&origin);
+        quantities.shown = (0..FIXED + quantities.others.len())
+            .filter(|&place| moved.iter().any(|slopes| slopes[place] != 0.0))
+            .filter(|&place| !is_absent(experiment, place))
+            .collect();
+        quantities
+    }
+
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Quantities that some unknown moves.
+    pub(crate) fn len(&self) -> usize {
+        self.shown.len()
+    }
+
+    /// The quantities at a point of the unknowns.
+    pub(crate) fn at(&self, point: &[f64]) -> Vec<f64> {
+        let all = self.all_at(point);
+        self.shown.iter().map(|&place| all[place]).collect()
+    }
+
+    /// Places of the quantities that damage moves, among those that some unknown moves.
+    pub(crate) fn bent(&self) -> Bent {
+        let place = |of: usize| self.shown.iter().position(|&shown| shown == of);
+        let damage = [FRICTION, PLAY, IMBALANCE_A, IMBALANCE_B, ECCENTRICITY_COS, ECCENTRICITY_SIN];
+        let imbalance = place(IMBALANCE_A).zip(place(IMBALANCE_B)).map(|(a, b)| [a, b]);
+        Bent { damage: damage.into_iter().filter_map(place).collect(), imbalance }
+    }
+
+    /// Derivatives of the quantities, one row an unknown.
+    pub(crate) fn slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let pick = |row: Vec<f64>| self.shown.iter().map(|&place| row[place]).collect();
+        self.all_slopes(point).into_iter().map(pick).collect()
+    }
+
+    /// All that a signal shows at a point: the quantities, then the errors of the sensors.
+    pub(crate) fn shown_at(&self, point: &[f64]) -> Vec<f64> {
+        let mut shown = self.at(point);
+        let of_sensors = self.layout.at(point).filter(|(number, _)| number.acts.is_of_sensor());
+        shown.extend(of_sensors.map(|(_, value)| value));
+        shown
+    }
+
+    /// Derivatives of all that a signal shows, one row an unknown.
+    pub(crate) fn shown_slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let damage = self.layout.sought.len();
+        let numbers = &self.layout.numbers;
+        let sensors: Vec<usize> =
+            (0..numbers.len()).filter(|&n| numbers[n].acts.is_of_sensor()).collect();
+        let mut slopes = self.slopes(point);
+        for (unknown, row) in slopes.iter_mut().enumerate() {
+            row.extend(sensors.iter().map(|n| if damage + n == unknown { 1.0 } else { 0.0 }));
+        }
+        slopes
+    }
+
+    fn all_slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        central_differences(point, STEP, |moved| self.all_at(moved))
+    }
+
+    fn all_at(&self, point: &[f64]) -> Vec<f64> {
+        let damage = self.layout.damage(point).0;
+        let mut turns = [2, 3, 4].map(|place| (1.0 - damage[place]).max(LEAST_RATIO).ln());
+        let mut all = vec![0.0; FIXED + self.others.len()];
+        let (mut torque_constant, mut load_n_m) = (0.0, self.load_n_m);
+        let mut play_as_built = 0.0;
+        all[FRICTION] = (1.0 + 2.0 * damage[0]).max(LEAST_RATIO).ln();
+        all[ECCENTRICITY_COS] = damage[5];
+        all[ECCENTRICITY_SIN] = damage[6];
+        for (number, value) in self.layout.at(point) {
+            let log = (LEAST_RATIO - 1.0).max(value).ln_1p();
+            match number.acts {
+                Acts::TorqueConstant => torque_constant += log,
+                Acts::MotorInertia => all[MOTOR_INERTIA] += log,
+                Acts::SurfaceInertia => all[SURFACE_INERTIA] += log,
+                Acts::DryFriction => all[FRICTION] += log,
+                Acts::StaticOverKinetic => all[STATIC_OVER_KINETIC] += log,
+                Acts::Viscous => all[VISCOUS] += log,
+                Acts::SurfaceFriction => all[SURFACE_FRICTION] += log,
+                Acts::Play => play_as_built += log,
+                Acts::Efficiency => all[EFFICIENCY] += log,
+                Acts::Load => load_n_m += value,
+                Acts::Turns(phase) => turns[phase] += log,
+                Acts::EccentricityCos => all[ECCENTRICITY_COS] += value,
+                Acts::EccentricitySin => all[ECCENTRICITY_SIN] += value,
+                Acts::PhaseGain(_) | Acts::PhaseOffset(_) => {}
+                Acts::Other(parameter) => {
+                    let place = self.others.iter().position(|other| other == &parameter);
+                    if let Some(place) = place {
+                        all[FIXED + place] += log;
+                    }
+                }
+            }
+        }
+        let mean = turns.iter().sum::<f64>() / 3.0;
+        let scale = torque_constant + mean;
+        for place in [FRICTION, VISCOUS, MOTOR_INERTIA, SURFACE_INERTIA, SURFACE_FRICTION] {
+            all[place] -= scale;
+        }
+        all[LOAD] = load_n_m * (-scale).exp();
+        all[PLAY] = play_as_built.exp() * (1.0 + 99.0 * damage[1]);
+        all[IMBALANCE_A] = turns[0] - mean;
+        all[IMBALANCE_B] = turns[1] - mean;
+        all
+    }
+
+    /// A machine with these quantities, the torque constant at its nominal value.
+    pub(crate) fn machine(&self, experiment: &Experiment, quantities: &[f64]) -> UnitMachine {
+        let mut all = self.all_at(&vec![0.0; self.layout.len()]);
+        for (&place, &value) in self.shown.iter().zip(quantities) {
+            all[place] = value;
+        }
+        let mut actuator = experiment.actuator;
+        for (parameter, ratio) in self.others.iter().zip(&all[FIXED..]) {
+            let value = parameter.get(&actuator) * ratio.exp();
+            parameter.set(&mut actuator, value);
+        }
+        let (motor, transmission) = (&mut actuator.motor, &mut actuator.transmission);
+        let static_ratio = all[STATIC_OVER_KINETIC].exp();
+        let friction = all[FRICTION].exp();
+        let kinetic_n_m = transmission.kinetic_friction_n_m;
+        transmission.kinetic_friction_n_m = kinetic_n_m * friction;
+        transmission.static_friction_n_m =
+            friction * (transmission.static_friction_n_m * static_ratio).max(kinetic_n_m);
+        transmission.surface_friction_n_m *= all[SURFACE_FRICTION].exp();
+        transmission.surface_inertia_kg_m2 *= all[SURFACE_INERTIA].exp();
+        transmission.efficiency_ratio =
+            (transmission.efficiency_ratio * all[EFFICIENCY].exp()).min(1.0);
+        motor.viscous_n_m_s_per_rad *= all[VISCOUS].exp();
+        motor.inertia_kg_m2 *= all[MOTOR_INERTIA].exp();
+        let (a, b) = (all[IMBALANCE_A], all[IMBALANCE_B]);
+        let faults = PhysicalFaults {
+            friction_ratio: 1.0,
+            backlash_ratio: all[PLAY].max(LEAST_RATIO),
+            healthy_turns_frac: [a.exp(), b.exp(), (-a - b).exp()],
+            eccentricity_cos: all[ECCENTRICITY_COS],
+            eccentricity_sin: all[ECCENTRICITY_SIN],
+        };
+        let scenario = Scenario { load_n_m: all[LOAD], ..experiment.scenario.clone() };
+        UnitMachine { actuator, faults, scenario }
+    }
+}
+
+/// Tells whether a machine has nothing that a quantity scales.
+fn is_absent(experiment: &Experiment, place: usize) -> bool {
+    let (motor, gear) = (&experiment.actuator.motor, &experiment.actuator.transmission);
+    let nominal = match place {
+        FRICTION | STATIC_OVER_KINETIC => gear.static_friction_n_m,
+        VISCOUS => motor.viscous_n_m_s_per_rad,
+        SURFACE_INERTIA => gear.surface_inertia_kg_m2,
+        SURFACE_FRICTION => gear.surface_friction_n_m,
+        PLAY => gear.backlash_rad,
+        _ => return false,
+    };
+    nominal == 0.0
+}
+
+/// Tells whether a test shows a parameter: whether the low-fidelity signal moves with it.
+fn is_shown(experiment: &Experiment, parameter: &'static Parameter) -> bool {
+    let moved = |ratio: f64| {
+        let mut actuator = experiment.actuator;
+        parameter.set(&mut actuator, ratio * parameter.get(&experiment.actuator));
+        let model = LowFidelity::new(&actuator, &experiment.scenario).ok()?;
+        let model = model.with_effects(&experiment.effects).ok()?;
+        Some(model.simulate(&PhysicalFaults::from(&FaultCoordinates([0.0; FAULT_COUNT]))).current_a)
+    };
+    match (moved(1.0 - SHOWN_STEP), moved(1.0 + SHOWN_STEP)) {
+        (Some(below), Some(above)) => {
+            let changes = below.iter().zip(&above).map(|(a, b)| (a - b) * (a - b));
+            let rms_a = (changes.sum::<f64>() / below.len() as f64).sqrt();
+            rms_a > SHOWN_SHARE * experiment.actuator.controller.current_limit_a
+        }
+        // what cannot be moved either way is not looked for
+        _ => false,
+    }
+}
+
+/// A machine in a test.
+#[derive(Clone, Debug)]
+pub(crate) struct UnitMachine {
+    pub(crate) actuator: Actuator,
+    pub(crate) faults: PhysicalFaults,
+    pub(crate) scenario: Scenario,
+}

@@ -1,0 +1,250 @@
+//! Damage and numbers of a unit that explain a recording.
+
+use ema_sim::SimulationError;
+use inference::{
+    BandedCholesky, BandedMatrix, MostProbable, NotPositiveDefinite, SymmetricMatrix, Unknown,
+    Whitened, dot, most_probable,
+};
+use nalgebra::DMatrix;
+
+use crate::{
+    offline::factor::joined,
+    simulation::experiment::Experiment,
+    unit::{
+        error::UnitError, layout::Layout, monitor::UnitMonitor, quantities::Quantities,
+        sensors::SensorShares,
+    },
+};
+
+/// Most that one step may move a coordinate of damage: the machine bends within that.
+const DAMAGE_REACH: [f64; 7] = [0.15, 0.03, 0.05, 0.05, 0.05, 0.05, 0.05];
+/// Standard deviations that one step may move a number.
+const NUMBER_REACH: f64 = 4.0;
+/// Difference of a quantity for its slope over its spread in the design: large against the kinks
+/// of the controller's ticks, small against what bends.
+const STEP_OF_SPREAD: f64 = 0.07;
+
+/// Why a unit's recording cannot be explained.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnitSearchError {
+    /// The machine at a trial value cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The covariance has no factor.
+    #[error(transparent)]
+    Covariance(#[from] NotPositiveDefinite),
+    /// Neither recording nor tolerances determine the damage.
+    #[error("neither the recording nor the tolerances determine the damage")]
+    Undetermined,
+}
+
+/// A recording as it is explained.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Observed<'a> {
+    /// Filtered envelope, A.
+    pub(crate) signal_a: &'a [f64],
+    /// Rotor angle at the first sample.
+    pub(crate) start_angle_rad: f64,
+    /// Shares of the signal that errors of the sensors have, where phases were recorded; else those
+    /// of the simulation are taken.
+    pub(crate) shares: Option<&'a SensorShares>,
+    /// Covariance of the filtered envelope's noise, A².
+    pub(crate) noise: &'a BandedMatrix,
+}
+
+/// Explanation of a recording.
+#[derive(Clone, Debug)]
+pub(crate) struct UnitFit {
+    /// Damage looked for, then numbers.
+    pub(crate) point: Vec<f64>,
+    /// Covariance of the damage, the numbers marginal.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Information of the recording on all that the signal shows.
+    pub(crate) shown: Shown,
+    /// Covariance of the damage, were every number known.
+    pub(crate) known_numbers: DMatrix<f64>,
+    pub(crate) residual_a: Vec<f64>,
+    /// Mean square of the white residual.
+    pub(crate) misfit: f64,
+    /// Part of the residual that noise and learnt error explain, A.
+    pub(crate) floor_a: f64,
+    pub(crate) converged: bool,
+    /// Simulations of the low-fidelity model.
+    pub(crate) evaluations: u64,
+}
+
+/// The log-likelihood of a recording as a quadratic form in what the signal shows: the quantities of
+/// the machine, then the errors of the sensors.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    /// Where the form is taken.
+    pub(crate) at: Vec<f64>,
+    /// Its curvature there.
+    pub(crate) information: DMatrix<f64>,
+    /// Its descent there.
+    pub(crate) descent: Vec<f64>,
+}
+
+/// Explains a recording of a unit.
+pub(crate) fn explain(
+    experiment: &Experiment,
+    quantities: &Quantities,
+    error: &UnitError,
+    observed: &Observed<'_>,
+) -> Result<UnitFit, UnitSearchError> {
+    let layout = quantities.layout();
+    let whole = joined(&error.covariance, observed.noise);
+    let floor_a = whole.mean_diagonal().sqrt();
+    let mut compared = Compared {
+        quantities,
+        error,
+        observed,
+        monitor: UnitMonitor::new(experiment, quantities, observed.start_angle_rad),
+        cholesky: whole.cholesky()?,
+        simulated: None,
+        white_slopes: Vec::new(),
+        evaluations: 0,
+    };
+    let start = vec![0.0; layout.len()];
+    let found = most_probable(&mut compared, &unknowns(layout), &start)?;
+    compared.fit(found.ok_or(UnitSearchError::Undetermined)?, floor_a)
+}
+
+/// The unknowns with their priors: none for damage.
+pub(crate) fn unknowns(layout: &Layout) -> Vec<Unknown> {
+    let damage = layout
+        .sought
+        .iter()
+        .map(|&coordinate| Unknown { prior_std: None, reach: DAMAGE_REACH[coordinate] });
+    let numbers = layout
+        .numbers
+        .iter()
+        .map(|number| Unknown { prior_std: Some(number.std), reach: NUMBER_REACH * number.std });
+    damage.chain(numbers).collect()
+}
+
+/// A recording beside the low-fidelity model.
+struct Compared<'a> {
+    quantities: &'a Quantities,
+    error: &'a UnitError,
+    observed: &'a Observed<'a>,
+    monitor: UnitMonitor<'a>,
+    cholesky: BandedCholesky,
+    /// Shares of the sensors in the simulation at the last point.
+    simulated: Option<SensorShares>,
+    /// White slopes of the signal in all that it shows, at the last point asked for.
+    white_slopes: Vec<Vec<f64>>,
+    evaluations: u64,
+}
+
+impl Compared<'_> {
+    /// `y − y_LF(q) − m(q)` less what the sensors add, A.
+    fn residual_a(&mut self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        let at = self.quantities.at(point);
+        let layout = self.quantities.layout();
+        self.evaluations += 1;
+        let mut signal = if let Some(shares) = self.observed.shares {
+            let mut signal = self.monitor.signal(&at)?;
+            shares.add(layout, point, &mut signal);
+            signal
+        } else {
+            let (mut signal, shares) = self.monitor.sensed(&at)?;
+            shares.add(layout, point, &mut signal);
+            self.simulated = Some(shares);
+            signal
+        };
+        self.error.add_mean(&at, &mut signal);
+        for (value, measured) in signal.iter_mut().zip(self.observed.signal_a) {
+            *value = measured - *value;
+        }
+        Ok(signal)
+    }
+
+    /// Slopes of the low-fidelity model's signal, one row a quantity.
+    ///
+    /// The learnt error's own slopes stay out: a trend learnt on a few hundred units has noise, which
+    /// a search takes for knowledge of what the signal does not show.
+    fn quantity_slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
+        let at = self.quantities.at(point);
+        let slope = |place: usize| {
+            let step = STEP_OF_SPREAD * self.error.spread[place];
+            let side = |by: f64| {
+                let mut moved = at.clone();
+                moved[place] += by;
+                self.monitor.signal(&moved)
+            };
+            let (above, below) = (side(step)?, side(-step)?);
+            Ok(above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+        };
+        let slopes = (0..at.len()).map(slope).collect::<Result<_, _>>();
+        self.evaluations += 2 * at.len() as u64;
+        slopes
+    }
+
+    fn fit(&mut self, found: MostProbable, floor_a: f64) -> Result<UnitFit, UnitSearchError> {
+        let residual_a = self.residual_a(&found.numbers)?;
+        let rows = &self.white_slopes;
+        let product = |i: usize, j: usize| dot(&rows[i], &rows[j]);
+        let shown = Shown {
+            at: self.quantities.shown_at(&found.numbers),
+            information: DMatrix::from_fn(rows.len(), rows.len(), product),
+            descent: rows.iter().map(|row| dot(row, &found.white)).collect(),
+        };
+        let damage = self.quantities.layout().sought.len();
+        let known_numbers = block(&found.information, damage).try_inverse();
+        let samples = found.white.len() as f64;
+        Ok(UnitFit {
+            misfit: found.white.iter().map(|z| z * z).sum::<f64>() / samples,
+            point: found.numbers,
+            shown,
+            covariance: block(&found.covariance, damage),
+            known_numbers: known_numbers.ok_or(UnitSearchError::Undetermined)?,
+            residual_a,
+            floor_a,
+            converged: found.converged,
+            evaluations: self.evaluations,
+        })
+    }
+}
+
+/// The first rows and columns of a matrix.
+fn block(matrix: &SymmetricMatrix, size: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(size, size, |row, column| matrix.at(row, column))
+}
+
+impl Whitened for Compared<'_> {
+    type Error = SimulationError;
+
+    fn residual(&mut self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        let mut residual = self.residual_a(point)?;
+        self.cholesky.whiten(&mut residual);
+        Ok(residual)
+    }
+
+    fn slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
+        let mut white = self.quantity_slopes(point)?;
+        let layout = self.quantities.layout();
+        let shares = self.observed.shares.or(self.simulated.as_ref());
+        let of_sensors = layout.numbers.iter().filter_map(|number| shares?.of(number.acts));
+        white.extend(of_sensors.map(<[f64]>::to_vec));
+        for row in &mut white {
+            self.cholesky.whiten(row);
+        }
+        let samples = self.observed.signal_a.len();
+        let row = |over_shown: Vec<f64>| {
+            let mut row = vec![0.0; samples];
+            for (slope, part) in over_shown.iter().zip(&white) {
+                if *slope != 0.0 {
+                    for (value, one) in row.iter_mut().zip(part) {
+                        *value += slope * one;
+                    }
+                }
+            }
+            row
+        };
+        let slopes = self.quantities.shown_slopes(point).into_iter().map(row).collect();
+        self.white_slopes = white;
+        Ok(slopes)
+    }
+}
