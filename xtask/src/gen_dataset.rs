@@ -180,7 +180,9 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
         Manifest { seed: SEED, dataset: Vec::new(), bundle: Vec::new(), recording: Vec::new() };
     let (mut products, mut scratch) = (Vec::new(), Vec::new());
     let tolerance = presets::ema_48_tolerance();
-    for experiment in [Experiment { tolerance, ..Experiment::chirp() }, Experiment::sine()] {
+    let temperature = Some(presets::ema_48_temperature());
+    let chirp = Experiment { tolerance, temperature, ..Experiment::chirp() };
+    for experiment in [chirp, Experiment::sine()] {
         let mut of_bundle = Vec::new();
         for imperfections in [Imperfections::REAL, Imperfections::NONE] {
             for &(design, conditions) in designs(&experiment) {

@@ -71,6 +71,7 @@ mod servo_control;
 mod shape_function;
 mod simulation_error;
 mod speed_guard;
+mod temperature;
 mod tolerance;
 mod trace;
 mod valid_range;
@@ -115,6 +116,7 @@ pub use servo_axis::{
 };
 pub use servo_control::{AxisController, Drive, Feedback};
 pub use simulation_error::SimulationError;
+pub use temperature::{TemperatureLaw, ThermalCoefficient, ThermalNumber};
 pub use tolerance::{Level, Spread, Tolerance, UncertainNumber};
 pub use trace::{HighFidelityTrace, LowFidelityTrace};
 pub use valid_range::{Departure, RangeOf, ValidRange, VisitedRange};

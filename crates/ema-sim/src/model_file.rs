@@ -20,6 +20,19 @@
 //! (uniform) and a `level`: `type`, `unit` (where it is left out), `session` or `recording`.
 //! [`UncertainNumber`] has the keys.
 //!
+//! What follows the temperature of the winding, and with which coefficient, 1/K, is a block of its
+//! own; a coefficient may have a standard deviation between units:
+//!
+//! ```toml
+//! [tolerance.test]
+//! winding-temperature-k = { sd = 15.0, level = "session" }
+//!
+//! [temperature]
+//! nominal-k = 293.15
+//! back-emf-per-k = { value = -0.0011, sd = 0.0002 }
+//! resistance-per-k = 0.0039
+//! ```
+//!
 //! A servo axis says so, and gives its own blocks ([`parse_machine`]):
 //!
 //! ```toml
@@ -56,11 +69,16 @@
 
 mod axis;
 mod effect_block;
+mod error;
 mod machine;
+mod reader;
+mod temperature_block;
 mod tolerance_block;
 
+pub use crate::presets::PRESETS;
 pub use axis::{AxisModel, AxisTolerance};
 pub use effect_block::{Annotation, EffectBlock};
+pub use error::ModelFileError;
 pub use machine::{FaultRefused, MachineModel, parse_machine, parse_machine_onto};
 
 use toml::{
@@ -70,14 +88,15 @@ use toml::{
 
 use crate::{
     back_emf::BackEmfTable,
-    effect::{Coordinate, CurveKind, Effect, EffectError, EffectId, Geometry},
+    effect::{Effect, Geometry},
     fault::FaultId,
     parameter::{Parameter, within},
-    parameter_error::ParameterError,
     params::{Actuator, BackEmfShape, Commutation, PositionSensor},
     presets,
+    temperature::TemperatureLaw,
     tolerance::{Tolerance, UncertainNumber},
 };
+use reader::{Reader, closest_of, document, entry, line_of, string};
 use tolerance_block::{Line, Scatter};
 
 /// Machine that a model file describes.
@@ -91,6 +110,8 @@ pub struct Model {
     pub faults: Vec<FaultId>,
     /// Numbers that are known only roughly, and how far they scatter at each level.
     pub tolerance: Vec<Tolerance>,
+    /// How numbers follow the temperature of the winding, where that is known.
+    pub temperature: Option<TemperatureLaw>,
     /// Effects besides the base model.
     pub effects: Vec<EffectBlock>,
 }
@@ -102,127 +123,6 @@ impl Model {
         self.effects.iter().map(|block| block.effect.clone()).collect()
     }
 }
-
-/// Why a text is not a model. Lines count from 1.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ModelFileError {
-    /// Not TOML.
-    #[error("line {line}: {message}")]
-    Syntax {
-        /// Where.
-        line: usize,
-        /// Message of the TOML reader.
-        message: String,
-    },
-    /// A key that no model has.
-    #[error("line {line}: unknown key `{key}`{}", .closest.map_or_else(String::new, |k| format!(", did you mean `{k}`")))]
-    UnknownKey {
-        /// Where.
-        line: usize,
-        /// The key, with its block.
-        key: String,
-        /// The known key most like it.
-        closest: Option<&'static str>,
-    },
-    /// A value of another kind than the key needs.
-    #[error("line {line}: `{key}` is {found}, expected {expected}")]
-    WrongType {
-        /// Where.
-        line: usize,
-        /// The key, with its block.
-        key: String,
-        /// Value that is needed.
-        expected: &'static str,
-        /// Value that stands there.
-        found: String,
-    },
-    /// Without a base every parameter must be given.
-    #[error("`{key}` is missing; give it, or a `base`")]
-    Missing {
-        /// The key, with its block.
-        key: &'static str,
-    },
-    /// A number of a servo axis that has no default.
-    #[error("`{key}` is missing")]
-    MissingOfAxis {
-        /// The key, with its block.
-        key: String,
-    },
-    /// The base is not a preset.
-    #[error("line {line}: base `{base}` is not one of {}", PRESETS.map(|(name, _)| name).join(", "))]
-    UnknownBase {
-        /// Where.
-        line: usize,
-        /// Value that stands there.
-        base: String,
-    },
-    /// The file describes an effect that this simulator does not have.
-    #[error("line {line}: effect `{id}` is not one that this version simulates")]
-    UnknownEffect {
-        /// Where.
-        line: usize,
-        /// Identifier of the effect.
-        id: String,
-    },
-    /// An effect that is given no size, and would do nothing.
-    #[error(
-        "line {line}: effect {} ({}) has no size and would do nothing: give {} in `parameters`{}",
-        .effect.info().symbol,
-        .effect.info().name,
-        effect_block::sizes(*.effect, *.geometry),
-        effect_block::shapes(*.effect, *.geometry)
-    )]
-    Sizeless {
-        /// Where.
-        line: usize,
-        /// The effect.
-        effect: EffectId,
-        /// The units of its keys.
-        geometry: Geometry,
-    },
-    /// A tabulated effect without its table.
-    #[error(
-        "line {line}: effect U (tabulated) has no `curve` and would do nothing: give \
-         `curve = {{ over = \"{}\", acts-as = \"{}\", points = [[x, y], …] }}`",
-        Coordinate::ALL.map(|(name, _)| name).join("\" or \""),
-        CurveKind::ALL.map(|(name, _)| name).join("\" or \"")
-    )]
-    Curveless {
-        /// Where.
-        line: usize,
-    },
-    /// An effect with a number that it does not have.
-    #[error("line {line}: {error}")]
-    Effect {
-        /// Where.
-        line: usize,
-        /// Reason of the refusal.
-        error: EffectError,
-    },
-    /// The file describes a machine of another kind than is asked for.
-    #[error("line {line}: a `{found}` where an actuator is expected")]
-    OtherMachine {
-        /// Where.
-        line: usize,
-        /// Value that stands there.
-        found: String,
-    },
-    /// A fault that changes nothing in the machine.
-    #[error("line {line}: `faults`: {error}")]
-    Fault {
-        /// Where.
-        line: usize,
-        /// Reason of the refusal.
-        error: ParameterError,
-    },
-    /// A parameter that no machine has.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
-}
-
-/// The presets that a file can start from.
-pub const PRESETS: [(&str, Actuator); 2] = [("ema-48", presets::EMA_48), ("bench", presets::BENCH)];
 
 /// A parameter that is one of several names.
 struct Choice {
@@ -284,6 +184,7 @@ impl From<Actuator> for Model {
             actuator,
             faults: FaultId::ALL.to_vec(),
             tolerance: Vec::new(),
+            temperature: None,
             effects: Vec::new(),
         }
     }
@@ -380,6 +281,7 @@ pub fn write(model: &Model) -> String {
         scatter: Scatter { spread: *spread, level: *level },
     });
     tolerance_block::write(&written.collect::<Vec<_>>(), &mut lines);
+    temperature_block::write(model.temperature.as_ref(), &mut lines);
     effect_block::write(&model.effects, &mut lines);
     lines.join("\n") + "\n"
 }
@@ -416,14 +318,7 @@ fn split(key: &'static str) -> (&'static str, &'static str) {
 }
 
 /// Keys at the top besides the blocks.
-const TOP: [&str; 5] = ["base", "kind", "name", "faults", "effect"];
-
-/// Reads the parts of a file.
-struct Reader<'a> {
-    text: &'a str,
-    /// True where a base fills what is left out.
-    complete: bool,
-}
+const TOP: [&str; 6] = ["base", "kind", "name", "faults", "temperature", "effect"];
 
 impl Reader<'_> {
     fn model(&self, table: &DeTable<'_>, base: Option<Model>) -> Result<Model, ModelFileError> {
@@ -447,9 +342,13 @@ impl Reader<'_> {
                         self.tolerances(block.get_ref(), inner, &mut model.tolerance)?;
                     }
                 }
+                "temperature" => {
+                    model.temperature = Some(self.temperature(value, model.temperature)?);
+                }
                 _ => self.block(key, value, &mut model.actuator, &mut given)?,
             }
         }
+        self.check_temperature(table, &model)?;
         let needed = Parameter::ALL.iter().filter(|parameter| parameter.default_value().is_none());
         let chosen = CHOICES.iter().filter(|choice| choice.default.is_none());
         for key in needed.map(Parameter::key).chain(chosen.map(|choice| choice.key)) {
@@ -543,37 +442,23 @@ impl Reader<'_> {
         list.iter().map(fault).collect()
     }
 
-    fn table<'t, 'i>(
-        &self,
-        key: &str,
-        value: &'t Spanned<DeValue<'i>>,
-    ) -> Result<&'t DeTable<'i>, ModelFileError> {
-        let found = || value.get_ref().type_str().to_owned();
-        value.get_ref().as_table().ok_or_else(|| self.wrong(key, "a table", value, found()))
-    }
-
-    fn number(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<f64, ModelFileError> {
-        let parsed: Option<f64> = match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-            _ => None,
-        };
-        let found = |is_nan: bool| {
-            let found = if is_nan { "NaN" } else { value.get_ref().type_str() };
-            self.wrong(key, "a number", value, found.to_owned())
-        };
-        parsed.filter(|number| !number.is_nan()).ok_or_else(|| found(parsed.is_some()))
-    }
-
-    fn wrong(
-        &self,
-        key: &str,
-        expected: &'static str,
-        value: &Spanned<DeValue<'_>>,
-        found: String,
-    ) -> ModelFileError {
-        let line = line_of(self.text, value);
-        ModelFileError::WrongType { line, key: key.to_owned(), expected, found }
+    /// Refuses a temperature that scatters where no law says what follows it.
+    fn check_temperature(&self, table: &DeTable<'_>, model: &Model) -> Result<(), ModelFileError> {
+        let scatters =
+            |tolerance: &Tolerance| tolerance.number == UncertainNumber::WindingTemperature;
+        if model.temperature.is_none() && model.tolerance.iter().any(scatters) {
+            let at = table.iter().find(|(key, _)| key.get_ref() == "tolerance");
+            return Err(match at {
+                Some((_, value)) => self.wrong(
+                    "tolerance.test.winding-temperature-k",
+                    "a block `[temperature]` that says what follows it",
+                    value,
+                    "given without one".to_owned(),
+                ),
+                None => ModelFileError::Missing { key: "temperature.nominal-k" },
+            });
+        }
+        Ok(())
     }
 
     fn unknown<T>(&self, key: &str, at: &Spanned<T>) -> ModelFileError {
@@ -585,65 +470,10 @@ impl Reader<'_> {
     }
 }
 
-fn document(text: &str) -> Result<DeTable<'_>, ModelFileError> {
-    let table = DeTable::parse(text).map_err(|error| ModelFileError::Syntax {
-        line: line_at(text, error.span().map_or(0, |span| span.start)),
-        message: error.message().lines().next().unwrap_or_default().to_owned(),
-    })?;
-    Ok(table.into_inner())
-}
-
-fn entry<'t, 'i>(table: &'t DeTable<'i>, key: &str) -> Option<&'t Spanned<DeValue<'i>>> {
-    table.iter().find(|(known, _)| known.get_ref().as_ref() == key).map(|(_, value)| value)
-}
-
-fn string<'t>(
-    text: &str,
-    key: &str,
-    value: &'t Spanned<DeValue<'_>>,
-) -> Result<&'t str, ModelFileError> {
-    value.get_ref().as_str().ok_or_else(|| ModelFileError::WrongType {
-        line: line_of(text, value),
-        key: key.to_owned(),
-        expected: "a text",
-        found: value.get_ref().type_str().to_owned(),
-    })
-}
-
-fn line_of<T>(text: &str, at: &Spanned<T>) -> usize {
-    line_at(text, at.span().start)
-}
-
-fn line_at(text: &str, offset: usize) -> usize {
-    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
-}
-
 /// The known key with the fewest edits, when they are few.
 fn closest(key: &str) -> Option<&'static str> {
     let choices = CHOICES.iter().map(|choice| choice.key);
     let known = Parameter::ALL.iter().map(Parameter::key).chain(choices).chain(TOP);
     let blocks = Parameter::ALL.iter().map(|parameter| split(parameter.key()).0);
     closest_of(key, known.chain(blocks))
-}
-
-/// The name with the fewest edits, when they are few.
-fn closest_of(key: &str, names: impl Iterator<Item = &'static str>) -> Option<&'static str> {
-    let (edits, best) = names.map(|name| (distance(key, name), name)).min()?;
-    (edits * 3 <= key.len()).then_some(best)
-}
-
-/// Number of letters to insert, delete or replace.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = corner + usize::from(x != *y);
-            corner = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(corner + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -9,8 +9,12 @@ use crate::{
         Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
         Transmission,
     },
+    temperature::{TemperatureLaw, ThermalCoefficient},
     tolerance::{Level, Spread, Tolerance, UncertainNumber},
 };
+
+/// The actuators that a model file can start from.
+pub const PRESETS: [(&str, Actuator); 2] = [("ema-48", EMA_48), ("bench", BENCH)];
 
 /// Torque constant with two phases conducting, N·m/A.
 const TORQUE_CONSTANT: f64 = 0.0752;
@@ -164,7 +168,7 @@ const fn session(key: &'static str, std: f64) -> Usual {
 
 /// Standard deviations of a machine like [`EMA_48`], by key: between units, and between sessions
 /// of one unit.
-const EMA_48_SCATTER: [Usual; 22] = [
+const EMA_48_SCATTER: [Usual; 23] = [
     unit("as-built.eccentricity", 0.02),
     unit("as-built.turns", 0.003),
     unit("inverter.bus-voltage-v", 0.01),
@@ -180,6 +184,7 @@ const EMA_48_SCATTER: [Usual; 22] = [
     unit("sensors.phase-offset-a", 0.020),
     session("sensors.phase-offset-a", 0.010),
     unit("test.load-n-m", 0.103),
+    session("test.winding-temperature-k", 15.0),
     unit("transmission.backlash-rad", 0.30),
     unit("transmission.efficiency-ratio", 0.02 / 0.85),
     unit("transmission.kinetic-friction-n-m", 0.20),
@@ -221,6 +226,7 @@ fn normal(usual: &[Usual]) -> Vec<Tolerance> {
 /// | viscous drag | 30 % | 5 % | choice |
 /// | play | 30 % | | choice |
 /// | efficiency | 0.02 of 0.85 | | choice; IEC 60034-1 allows a motor 15 % of its losses, 0.0225 here |
+/// | winding's temperature | | 15 K | choice: halls and days |
 /// | load | 0.103 N·m | | choice: 5 % of 0.5 N·m and 0.1 N·m, in squares |
 /// | supply | 1 % | 1 % | choice |
 /// | gain of a phase's sensor | 1 % | 0.2 % | choice: that of a shunt |
@@ -248,6 +254,35 @@ pub fn ema_48_tolerance() -> Vec<Tolerance> {
 }
 
 /// Tolerances of [`BENCH`] that are usual in the field, in the order of their keys: those of
+/// How numbers of [`EMA_48`] follow the temperature of its winding.
+///
+/// | number | coefficient, %/K | standard deviation, %/K | source |
+/// |---|---|---|---|
+/// | back-EMF | -0.11 | 0.02 | remanence of sintered neodymium magnets, -0.12 to -0.09 by grade (Advanced Magnets) |
+/// | resistance | 0.39 | 0 | copper, IEC 60028 |
+/// | dry friction | -0.4 | 0.1 | choice; it falls with temperature (Bittencourt and Gunnarsson) |
+/// | viscous drag | -2 | 0.5 | choice; that of greases falls by more than half over 40 K (the same) |
+///
+/// The model file's numbers are those at 20 °C, 293.15 K.
+///
+/// # Source
+///
+/// Advanced Magnets, "What are permanent magnets temperature coefficients (α and β)?",
+/// advancedmagnets.com. IEC 60028, resistance of annealed copper. A. C. Bittencourt and S. Gunnarsson, "Static Friction in a Robot Joint",
+/// LiTH-ISY-R-3038, 2011.
+pub fn ema_48_temperature() -> TemperatureLaw {
+    let coefficient = |per_k, std_per_k| ThermalCoefficient { per_k, std_per_k };
+    TemperatureLaw {
+        nominal_k: 293.15,
+        coefficients: [
+            coefficient(-0.0011, 0.0002),
+            coefficient(0.0039, 0.0),
+            coefficient(-0.004, 0.001),
+            coefficient(-0.02, 0.005),
+        ],
+    }
+}
+
 /// [`ema_48_tolerance`], and dry friction of the user shaft, 20 % between units and 3 % between
 /// sessions (choice, as the friction of EMA-48).
 pub fn bench_tolerance() -> Vec<Tolerance> {

@@ -52,6 +52,7 @@ impl Level {
 /// | [`PhaseOffset`](Self::PhaseOffset) | `sensors.phase-offset-a` | A |
 /// | [`Turns`](Self::Turns) | `as-built.turns` | share of the turns |
 /// | [`Eccentricity`](Self::Eccentricity) | `as-built.eccentricity` | share of the air gap |
+/// | [`WindingTemperature`](Self::WindingTemperature) | `test.winding-temperature-k` | K |
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum UncertainNumber {
@@ -71,17 +72,21 @@ pub enum UncertainNumber {
     /// Eccentricity as built: rms amplitude `ζ` of the air gap's modulation. Each of the two
     /// coordinates `ζ·cos φ` and `ζ·sin φ` has this over √2.
     Eccentricity,
+    /// Temperature of the winding less that of the model file's numbers, K. What follows it the
+    /// model file's [`TemperatureLaw`](crate::TemperatureLaw) says.
+    WindingTemperature,
 }
 
 impl UncertainNumber {
     /// The numbers that are no parameter of an actuator.
-    pub const BESIDES_PARAMETERS: [Self; 6] = [
+    pub const BESIDES_PARAMETERS: [Self; 7] = [
         Self::StaticOverKinetic,
         Self::Load,
         Self::PhaseGain,
         Self::PhaseOffset,
         Self::Turns,
         Self::Eccentricity,
+        Self::WindingTemperature,
     ];
 
     /// Block and field in `[tolerance]`: `motor.resistance-ohm`, `sensors.phase-gain`.
@@ -94,6 +99,7 @@ impl UncertainNumber {
             Self::PhaseOffset => "sensors.phase-offset-a",
             Self::Turns => "as-built.turns",
             Self::Eccentricity => "as-built.eccentricity",
+            Self::WindingTemperature => "test.winding-temperature-k",
         }
     }
 
@@ -105,7 +111,7 @@ impl UncertainNumber {
 
     /// True where the spread is a share; false where it has the unit of the number.
     pub fn is_relative(self) -> bool {
-        !matches!(self, Self::Load | Self::PhaseOffset)
+        !matches!(self, Self::Load | Self::PhaseOffset | Self::WindingTemperature)
     }
 }
 

@@ -30,5 +30,6 @@ pub use request::{Clock, EvaluationError, EvaluationRequest};
 pub use setting::EvaluationSetting;
 pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};
 pub use units::{
-    HiddenDamage, UnitsLine, UnitsResult, UnitsScore, bundle_at, evaluate_units, unit_bounds,
+    BoundCase, HiddenDamage, LearntLine, LearntResult, UnitsLine, UnitsResult, UnitsScore,
+    bundle_at, bundle_over_days, evaluate_learnt, evaluate_units, unit_bounds,
 };

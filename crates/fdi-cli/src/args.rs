@@ -6,6 +6,7 @@ mod experiment;
 mod explain;
 mod published;
 mod report;
+mod unit;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
 
@@ -23,7 +24,8 @@ pub use effects::EffectsArgs;
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
 pub use explain::{CalibrateArgs, ExplainArgs, ProposeArgs, RecordArgs};
-pub use report::{FleetArgs, ReportArgs};
+pub use report::{FleetArgs, NameArgs, ReportArgs};
+pub use unit::{LearnArgs, ReplacedArg, ResetArgs, ShowUnitArgs, UnitCommand, UpdateArgs};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///
@@ -188,6 +190,9 @@ pub enum Command {
     Explain(ExplainArgs),
     /// The recording to take next: which safe command tells open causes apart
     Propose(ProposeArgs),
+    /// Learn single machines of a type, and learn on from later sessions
+    #[command(subcommand)]
+    Unit(UnitCommand),
     /// The catalogue of effects: keys, units, what each is confounded with
     Effects(EffectsArgs),
     /// Content of a recording, and how to map its columns
@@ -217,9 +222,12 @@ pub struct DiagnoseArgs {
     /// Bundle to diagnose with [default: the embedded one that fits the recording]
     #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
-    /// A recording of this machine as new, from the same start angle: levels are against it; may be repeated
+    /// A recording of this machine as new: levels are changes since it; may be repeated
     #[arg(long, value_name = "FILE")]
     pub reference: Vec<PathBuf>,
+    /// The unit that `fdi unit learn` has learnt, or a folder of units, matched by `actuator-id`: levels are changes since it was new
+    #[arg(long, value_name = "FILE|FOLDER", conflicts_with = "reference")]
+    pub unit: Option<PathBuf>,
     /// How the fault levels are searched
     #[arg(long, value_parser = published::<Method>(), default_value_t = Method::Gls)]
     pub method: Method,

@@ -12,6 +12,7 @@ mod inspect;
 mod propose;
 mod schema;
 mod simulate;
+mod unit;
 
 pub(crate) use bundle::{build, show};
 pub(crate) use calibrate::calibrate;
@@ -26,3 +27,4 @@ pub(crate) use inspect::inspect;
 pub(crate) use propose::propose;
 pub(crate) use schema::schema;
 pub(crate) use simulate::simulate;
+pub(crate) use unit::{learn, reset, show_unit, update};

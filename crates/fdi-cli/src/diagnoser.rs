@@ -1,14 +1,20 @@
 //! The seam between the command line and the diagnosis.
 
-use std::{fs, path::PathBuf, sync::OnceLock};
+use std::{
+    fmt::Display,
+    fs,
+    path::PathBuf,
+    sync::{Arc, OnceLock},
+};
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, ColumnMap, DiagnoseOptions, EMBEDDED_BUNDLES, Encoding, FitSignals, Purpose, Recording,
-    RootSeed, fitting_experiment, report::RecordDiagnosis,
+    Bundle, ColumnMap, DiagnoseOptions, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding, FitSignals,
+    LearntUnit, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError, fitting_experiment,
+    list_recordings, report::RecordDiagnosis,
 };
 
-use crate::DiagnoseArgs;
+use crate::{DiagnoseArgs, args::NameArgs, identity::read_named, unit_file::Units};
 
 /// Diagnoses one recording after another, from several threads at once.
 pub trait Diagnoser: Sync {
@@ -61,33 +67,79 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         max_delay_s: args.max_delay_s.unwrap_or(0.0),
         free_start: args.free_start,
         tolerance: args.tolerance,
+        unit: None,
         seed: seed.derive(Purpose::Diagnosis, 0),
     };
-    let bundles = match &args.bundle {
-        Some(path) => {
-            let named = path.display().to_string();
-            let bytes = fs::read(path).with_context(|| named.clone())?;
-            vec![Prepared::read(&bytes).context(named)?]
-        }
-        None => EMBEDDED_BUNDLES
-            .iter()
-            .map(|embedded| Prepared::read(embedded.bytes).context("the embedded bundle"))
-            .collect::<Result<_>>()?,
-    };
+    let bundles = read_bundles(args.bundle.as_ref())?;
     let map = ColumnMap::new(&args.map.map)?;
     let read =
         |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let units = Units::of(args.unit.as_deref())?;
     let rates_hz = bundles.iter().map(|one| one.bundle.experiment.filter.output_hz).collect();
     let encoding = args.encoding;
-    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, rates_hz }))
+    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, units, rates_hz }))
+}
+
+/// Recordings to learn from, and what diagnoses them.
+pub(crate) struct ToLearn {
+    pub(crate) recordings: Vec<Recording>,
+    pub(crate) diagnoser: fdi_core::Diagnoser,
+}
+
+/// Reads recordings to learn from, with the bundle that fits the first of them.
+pub(crate) fn diagnoser_of_first(
+    paths: &[PathBuf],
+    map: &ColumnMap,
+    names: &NameArgs,
+    bundle: Option<&PathBuf>,
+) -> Result<ToLearn> {
+    let mut recordings = Vec::new();
+    for path in paths {
+        let named = || path.display().to_string();
+        for file in list_recordings(path).with_context(named)? {
+            let read = read_named(&file, map, names);
+            recordings.push(read.with_context(|| file.display().to_string())?);
+        }
+    }
+    let mut bundles = read_bundles(bundle)?;
+    let experiments: Vec<_> = bundles.iter().map(|one| &one.bundle.experiment).collect();
+    let fitting = recordings.first().map_or(0, |first| fitting_experiment(&experiments, first));
+    let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).bundle)?;
+    Ok(ToLearn { recordings, diagnoser })
+}
+
+/// Settings that units are learnt with.
+pub(crate) fn learning_options(seed: RootSeed) -> DiagnoseOptions {
+    DiagnoseOptions {
+        tolerance: ToleranceUse::Model,
+        seed: seed.derive(Purpose::Diagnosis, 0),
+        ..DiagnoseOptions::default()
+    }
+}
+
+/// The bundle of a file, or the embedded ones.
+fn read_bundles(path: Option<&PathBuf>) -> Result<Vec<Prepared>> {
+    let Some(path) = path else {
+        let read = |one: &EmbeddedBundle| Prepared::read(one.bytes).context("the embedded bundle");
+        return EMBEDDED_BUNDLES.iter().map(read).collect();
+    };
+    let named = path.display().to_string();
+    let bytes = fs::read(path).with_context(|| named.clone())?;
+    Ok(vec![Prepared::read(&bytes).context(named)?])
 }
 
 /// A bundle that is prepared when the first recording needs it.
 struct Prepared {
     sha256: String,
     bundle: Bundle,
-    ready: OnceLock<Result<fdi_core::Diagnoser, String>>,
+    ready: OnceLock<Result<Ready, String>>,
+}
+
+/// A bundle that is ready to diagnose, with the unit that references have shown.
+struct Ready {
+    diagnoser: fdi_core::Diagnoser,
+    unit: Option<Arc<LearntUnit>>,
 }
 
 impl Prepared {
@@ -96,15 +148,32 @@ impl Prepared {
         Ok(Self { sha256: recordings::sha256_hex(bytes), bundle, ready: OnceLock::new() })
     }
 
-    fn ready(&self, encoding: Encoding, references: &[Recording]) -> Result<&fdi_core::Diagnoser> {
+    fn ready(
+        &self,
+        encoding: Encoding,
+        references: &[Recording],
+        options: &DiagnoseOptions,
+    ) -> Result<&Ready> {
         let prepare = || {
-            let bundle = self.bundle.clone();
+            let plain = fdi_core::Diagnoser::with_encoding(self.bundle.clone(), encoding)
+                .map_err(|error| error.to_string())?;
             if references.is_empty() {
-                let ready = fdi_core::Diagnoser::with_encoding(bundle, encoding);
-                return ready.map_err(|error| error.to_string());
+                return Ok(Ready { diagnoser: plain, unit: None });
             }
-            fdi_core::Diagnoser::with_references(bundle, encoding, references)
-                .map_err(|error| format!("the references: {error}"))
+            let of_references = |error: &dyn Display| format!("the references: {error}");
+            let learnt = (options.tolerance == ToleranceUse::Model)
+                .then(|| plain.learn_unit(references, options));
+            match learnt {
+                Some(Ok(unit)) => Ok(Ready { diagnoser: plain, unit: Some(Arc::new(unit)) }),
+                // where tolerances are not used, or do not explain it, levels are against the mean
+                None | Some(Err(UnitLearningError::Unexplained { .. })) => {
+                    let bundle = self.bundle.clone();
+                    fdi_core::Diagnoser::with_references(bundle, encoding, references)
+                        .map(|diagnoser| Ready { diagnoser, unit: None })
+                        .map_err(|error| of_references(&error))
+                }
+                Some(Err(error)) => Err(of_references(&error)),
+            }
         };
         self.ready.get_or_init(prepare).as_ref().map_err(|error| anyhow!("{error}"))
     }
@@ -116,6 +185,7 @@ struct BundleDiagnoser {
     options: DiagnoseOptions,
     encoding: Encoding,
     references: Vec<Recording>,
+    units: Units,
     rates_hz: Vec<f64>,
 }
 
@@ -124,6 +194,15 @@ impl BundleDiagnoser {
     fn fitting(&self, recording: &Recording) -> &Prepared {
         let experiments: Vec<_> = self.bundles.iter().map(|one| &one.bundle.experiment).collect();
         &self.bundles[fitting_experiment(&experiments, recording)]
+    }
+
+    /// The diagnosis of a recording, with its settings: those of all, and its unit.
+    fn prepared(&self, recording: &Recording) -> Result<(&fdi_core::Diagnoser, DiagnoseOptions)> {
+        let prepared = self.fitting(recording);
+        let ready = prepared.ready(self.encoding, &self.references, &self.options)?;
+        let named = self.units.unit_of(recording, &prepared.bundle.experiment.name)?;
+        let unit = named.or(ready.unit.as_ref()).cloned();
+        Ok((&ready.diagnoser, DiagnoseOptions { unit, ..self.options.clone() }))
     }
 }
 
@@ -142,8 +221,8 @@ impl Diagnoser for BundleDiagnoser {
 
     fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis> {
         let prepared = self.fitting(recording);
-        let mut answer =
-            prepared.ready(self.encoding, &self.references)?.diagnose(recording, &self.options)?;
+        let (diagnoser, options) = self.prepared(recording)?;
+        let mut answer = diagnoser.diagnose(recording, &options)?;
         if prepared.sha256 != self.bundle_sha256() {
             answer.bundle = Some(prepared.sha256.clone());
         }
@@ -151,8 +230,8 @@ impl Diagnoser for BundleDiagnoser {
     }
 
     fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {
-        let ready = self.fitting(recording).ready(self.encoding, &self.references)?;
-        let (_, signals) = ready.diagnose_with_signals(recording, &self.options)?;
+        let (diagnoser, options) = self.prepared(recording)?;
+        let (_, signals) = diagnoser.diagnose_with_signals(recording, &options)?;
         Ok(Some(signals))
     }
 

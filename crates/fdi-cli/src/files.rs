@@ -17,10 +17,10 @@ use fdi_core::{
 
 use crate::{
     DiagnoseArgs, GlobalArgs,
-    args::{BundleCommand, Command, RecordArgs, ReportArgs, TestArgs},
+    args::{BundleCommand, Command, RecordArgs, ReportArgs, TestArgs, UnitCommand},
     config,
     regular_file::require_file,
-    report_file,
+    report_file, unit_file,
 };
 
 /// Bases of a model that are looked for; more are refused when it is read.
@@ -59,6 +59,21 @@ impl Files {
                 files.report(&args.report);
             }
             Command::Propose(args) => files.machine(&args.model, &args.records),
+            Command::Unit(UnitCommand::Learn(args)) => {
+                files.read("the bundle", args.bundle.clone());
+                files.read("a recording", args.recordings.iter().cloned());
+            }
+            Command::Unit(UnitCommand::Update(args)) => {
+                files.read("the unit", [args.unit.clone()]);
+                files.read("the bundle", args.bundle.clone());
+                files.read("a recording", args.recordings.iter().cloned());
+            }
+            Command::Unit(UnitCommand::Reset(args)) => {
+                files.read("the unit", [args.unit.clone()]);
+            }
+            Command::Unit(UnitCommand::Show(args)) => {
+                files.read("the unit", [args.unit.clone()]);
+            }
             Command::Inspect(args) if args.file != Path::new("config") => {
                 files.read("a recording", [args.file.clone()]);
             }
@@ -88,6 +103,8 @@ impl Files {
     fn diagnosis(&mut self, args: &DiagnoseArgs) {
         self.read("the bundle", args.bundle.clone());
         self.read("the reference", args.reference.iter().cloned());
+        let units = args.unit.iter().flat_map(|path| unit_file::listed(path).unwrap_or_default());
+        self.read("the unit", units.collect::<Vec<_>>());
         self.report(&args.report);
         if let Some(report) = &args.report.report {
             for trends in report_file::trends_beside(report) {

@@ -10,6 +10,7 @@ mod diagnoser;
 mod exit;
 mod experiment;
 mod files;
+mod identity;
 mod output;
 mod progress;
 mod reference;
@@ -21,6 +22,7 @@ mod shell;
 mod simulator;
 mod stamp;
 mod streams;
+mod unit_file;
 
 pub use args::{Cli, DiagnoseArgs, GlobalArgs, OutputFormat};
 pub use command::diagnose_with;
@@ -31,7 +33,7 @@ pub use reference::{ListedOption, OptionValue, listed_options, reference};
 pub use setting::ResolvedSetting;
 pub use streams::Streams;
 
-use args::{BundleCommand, Command};
+use args::{BundleCommand, Command, UnitCommand};
 use files::Files;
 
 /// Runs a parsed command line.
@@ -54,6 +56,10 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
         Command::Calibrate(args) => command::calibrate(args, &cli.global, streams),
         Command::Explain(args) => command::explain(args, &cli.global, streams),
         Command::Propose(args) => command::propose(args, &cli.global, streams),
+        Command::Unit(UnitCommand::Learn(args)) => command::learn(args, &cli.global, streams),
+        Command::Unit(UnitCommand::Update(args)) => command::update(args, &cli.global, streams),
+        Command::Unit(UnitCommand::Reset(args)) => command::reset(args, &cli.global, streams),
+        Command::Unit(UnitCommand::Show(args)) => command::show_unit(args, &cli.global, streams),
         Command::Effects(args) => command::effects(args, &cli.global, streams),
         Command::Schema(args) => command::schema(args, &cli.global, streams),
         Command::Completions(args) => command::completions(args, &cli.global, streams),

@@ -101,27 +101,31 @@ impl Diagnoser {
         recording: &Recording,
         options: &DiagnoseOptions,
     ) -> Result<RecordDiagnosis, DiagnoseError> {
-        self.diagnose_shown(recording, options, &Watch::NOTHING)
+        Ok(self.diagnose_shown(recording, options, &Watch::NOTHING)?.0)
     }
 
-    /// Diagnoses a recording and shows each step to an observer.
+    /// Diagnoses a recording and shows each step to an observer; beside the answer what it was made
+    /// from.
     pub(crate) fn diagnose_shown(
         &self,
         recording: &Recording,
         options: &DiagnoseOptions,
         watch: &Watch<'_>,
-    ) -> Result<RecordDiagnosis, DiagnoseError> {
+    ) -> Result<Answered, DiagnoseError> {
         let experiment = &self.bundle().experiment;
+        if let Some(unit) = &options.unit {
+            unit.check_basis(self.bundle(), &self.learnt.quantities())?;
+        }
         let mut observation = Observation::of(recording, experiment, options.max_delay_s)?;
         let plan = Plan::of(options, experiment)?;
         let notices = std::mem::take(&mut observation.notices);
-        let mut answer = match observation.commutation.take() {
+        let (mut answer, posterior) = match observation.commutation.take() {
             Some(seen) => self.with_commutation(&mut observation, &seen, &plan, watch)?,
-            None => self.diagnose_run(&observation, &plan, watch)?.0,
+            None => self.diagnose_run(&observation, &plan, watch)?,
         };
         answer.notices.splice(0..0, notices);
         answer.recording.clone_from(&recording.name);
-        Ok(answer)
+        Ok((answer, posterior))
     }
 
     /// Diagnoses with a start angle read off the commutation: how the rotor turns, and so where it
@@ -132,7 +136,7 @@ impl Diagnoser {
         seen: &Commutation,
         plan: &Plan,
         watch: &Watch<'_>,
-    ) -> Result<RecordDiagnosis, DiagnoseError> {
+    ) -> Result<Answered, DiagnoseError> {
         let experiment = &self.bundle().experiment;
         let (mut answer, mut posterior) = self.diagnose_run(observation, plan, watch)?;
         for _ in 0..COMMUTATION_ROUNDS {
@@ -151,7 +155,7 @@ impl Diagnoser {
             answer.evaluations += spent + 1;
         }
         forget_direction(&mut answer, experiment.actuator.motor.pole_pairs);
-        Ok(answer)
+        Ok((answer, posterior))
     }
 
     /// Diagnoses what was read off a recording, showing the residual of every evaluation of the
@@ -188,6 +192,10 @@ impl Diagnoser {
             }
             Err(reason) => reason,
         };
+        if plan.unit.is_some() && within.is_none() {
+            let reason = unused.unwrap_or_else(|| "the machine is taken as its file".to_owned());
+            return Err(DiagnoseError::UnitUnused { reason });
+        }
         let (mut answer, posterior) = match observation.start_angle_rad {
             Some(angle_rad) => self.with_known_angle(&run, angle_rad)?,
             None => self.with_unknown_angle(&run)?,

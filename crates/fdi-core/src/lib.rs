@@ -85,3 +85,10 @@ pub use simulation::simulated::{RecordedContent, SimulatedRecording, SimulatedRe
 pub use simulation::simulated_axis::{AxisTest, axis_csv_format, with_current_noise};
 pub use statistics::noise_covariance::unit_noise_covariance;
 pub use statistics::parallel::in_parallel;
+pub use unit::{
+    error::UnitErrorError,
+    layout::Component,
+    learning::{Disagreement, NotLearnt, UnitLearningError},
+    learnt_unit::{LearntUnit, OtherBundle, UnitRecording, UnitState},
+    search::UnitSearchError,
+};

@@ -32,7 +32,7 @@ impl Diagnoser {
                 *kept.borrow_mut() = (measured_a.to_vec(), residual_a.to_vec());
             },
         };
-        let answer = self.diagnose_shown(recording, options, &watch)?;
+        let answer = self.diagnose_shown(recording, options, &watch)?.0;
         let (measured_a, residual_a) = kept.into_inner();
         let modelled_a = measured_a.iter().zip(&residual_a).map(|(y, r)| y - r).collect();
         let signals = FitSignals {

@@ -4,8 +4,13 @@
 pub(crate) mod answer;
 pub(crate) mod design;
 pub(crate) mod error;
+pub(crate) mod evidence;
+pub(crate) mod file;
 pub(crate) mod finding;
+pub(crate) mod joint;
 pub(crate) mod layout;
+pub(crate) mod learning;
+pub(crate) mod learnt_unit;
 pub(crate) mod monitor;
 pub(crate) mod quantities;
 pub(crate) mod search;

@@ -17,6 +17,7 @@ mod fleet;
 mod notice;
 mod proposal;
 mod tolerance_use;
+mod unit;
 
 pub use bundle::{BundleSummary, DatasetSummary, EncodingSummary};
 pub use calibration::{CalibratedParameter, Calibration};
@@ -45,6 +46,7 @@ pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, Trend
 pub use notice::{Notice, NoticeCode};
 pub use proposal::{Proposal, ProposedRecording, Separation};
 pub use tolerance_use::ToleranceUse;
+pub use unit::{LearntFrom, UnitSummary};
 
 /// Version of the JSON documents: raised when a field changes its meaning or goes,
 /// not when one is added.

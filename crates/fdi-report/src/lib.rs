@@ -33,10 +33,11 @@ pub use document::{
     DatasetSummary, DetectionPoint, Diagnosis, EffectCatalogue, EffectFinding, EffectNumber,
     Encoding, EncodingSummary, Evaluation, EvaluationSettings, Explanation, ExplanationVerdict,
     Failure, Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, Fidelity, Finding,
-    FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LeftOut, Method,
-    MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal, ProposedRecording,
-    Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION,
-    Sensitivity, Separation, Slope, Standing, Status, ToleranceUse, TrendPoint, Verdict,
+    FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut,
+    Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal,
+    ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead,
+    SCHEMA_VERSION, Sensitivity, Separation, Slope, Standing, Status, ToleranceUse, TrendPoint,
+    UnitSummary, Verdict,
 };
 pub use figure::{
     DrawnMode, convergence_figure_svg, detection_figure_svg, fault_change_figure_svg,

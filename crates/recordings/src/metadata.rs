@@ -13,6 +13,8 @@ pub struct Metadata {
     pub actuator_id: Option<String>,
     /// `date`: when it was taken.
     pub date: Option<RecordingDate>,
+    /// `session`: which session of the actuator, such as a day on a bench, it was taken in.
+    pub session: Option<String>,
     /// `command`: what was commanded.
     pub command: Option<CommandSource>,
     /// `rate-hz`: the file's own sample rate, Hz.
@@ -27,6 +29,10 @@ pub struct Metadata {
     pub noise_a: Option<f64>,
     /// `phase-rate-hz`: rate of the phase samples that `noise_a` is of, Hz.
     pub phase_rate_hz: Option<f64>,
+    /// `winding-temperature-k`: temperature of the motor's winding, K.
+    pub winding_temperature_k: Option<f64>,
+    /// `winding-temperature-sd-k`: standard deviation of that temperature, K.
+    pub winding_temperature_std_k: Option<f64>,
 }
 
 /// The command that a recording was taken with.
@@ -136,6 +142,7 @@ impl Metadata {
         match key {
             "actuator-id" => self.actuator_id = Some(field.text("actuator-id")?),
             "date" => self.date = Some(field.date()?),
+            "session" => self.session = Some(field.text("session")?),
             "command" => self.command = Some(field.command()?),
             "rate-hz" => self.rate_hz = Some(field.number("rate-hz", POSITIVE)?),
             "filter-hz" => self.filter_hz = Some(field.number("filter-hz", POSITIVE)?),
@@ -145,6 +152,14 @@ impl Metadata {
             }
             "noise-a" => self.noise_a = Some(field.number("noise-a", NOT_NEGATIVE)?),
             "phase-rate-hz" => self.phase_rate_hz = Some(field.number("phase-rate-hz", POSITIVE)?),
+            "winding-temperature-k" => {
+                let key = "winding-temperature-k";
+                self.winding_temperature_k = Some(field.number(key, TEMPERATURE_K)?);
+            }
+            "winding-temperature-sd-k" => {
+                let key = "winding-temperature-sd-k";
+                self.winding_temperature_std_k = Some(field.number(key, POSITIVE)?);
+            }
             _ => {
                 return Err(RecordError::MetadataKey {
                     line: field.line,
@@ -202,6 +217,7 @@ impl Metadata {
         let values = [
             self.actuator_id.as_deref().map(quoted),
             self.date.as_ref().map(|date| quoted(date.as_str())),
+            self.session.as_deref().map(quoted),
             command.map(quoted),
             number(self.rate_hz),
             number(self.filter_hz),
@@ -209,6 +225,8 @@ impl Metadata {
             number(self.start_angle_rad),
             number(self.noise_a),
             number(self.phase_rate_hz),
+            number(self.winding_temperature_k),
+            number(self.winding_temperature_std_k),
         ];
         let lines = keys().into_iter().zip(values);
         lines.filter_map(|(key, value)| Some(format!("{key} = {}\n", value?))).collect()
@@ -225,6 +243,11 @@ struct Range {
 const FINITE: Range = Range { expected: "a number", holds: f64::is_finite };
 const POSITIVE: Range =
     Range { expected: "a positive number", holds: |value| value.is_finite() && value > 0.0 };
+/// A winding outside of these is one whose temperature is in another unit.
+const TEMPERATURE_K: Range = Range {
+    expected: "a temperature of 150 to 600 K",
+    holds: |value| (150.0..=600.0).contains(&value),
+};
 const NOT_NEGATIVE: Range = Range {
     expected: "a number that is not negative",
     holds: |value| value.is_finite() && value >= 0.0,
@@ -321,7 +344,8 @@ mod tests {
     fn reads_every_key() {
         let text = "actuator-id = \"A-7\"\ndate = 2026-11-21\ncommand = \"recorded\"\nrate-hz = \
                     10_000\nfilter-hz = 200.0\nenvelope = \"q-axis\"\nstart-angle-rad = -0.5\n\
-                    noise-a = 0.02\nphase-rate-hz = 1e4\n";
+                    noise-a = 0.02\nphase-rate-hz = 1e4\nsession = \"bench 2\"\n\
+                    winding-temperature-k = 310\nwinding-temperature-sd-k = 2.0\n";
         let metadata = Metadata::parse(text, 1).unwrap();
         assert_eq!(metadata.actuator_id.as_deref(), Some("A-7"));
         assert_eq!(metadata.date.as_ref().unwrap().as_str(), "2026-11-21");
@@ -333,8 +357,12 @@ mod tests {
             metadata.start_angle_rad,
             metadata.noise_a,
             metadata.phase_rate_hz,
+            metadata.winding_temperature_k,
+            metadata.winding_temperature_std_k,
         ];
-        assert_eq!(numbers.map(Option::unwrap), [10_000.0, 200.0, -0.5, 0.02, 10_000.0]);
+        let expected = [10_000.0, 200.0, -0.5, 0.02, 10_000.0, 310.0, 2.0];
+        assert_eq!(numbers.map(Option::unwrap), expected);
+        assert_eq!(metadata.session.as_deref(), Some("bench 2"));
         assert_eq!(metadata.to_toml().lines().count(), METADATA_KEYS.len());
     }
 
@@ -348,7 +376,7 @@ mod tests {
         assert_eq!(
             error("sensor-serial = 7"),
             "line 1: unknown metadata key `sensor-serial`; the keys are `actuator-id`, `date`, \
-             `command`, `rate-hz`, `filter-hz`, `envelope`, `start-angle-rad`, `noise-a` and 1 more"
+             `session`, `command`, `rate-hz`, `filter-hz`, `envelope`, `start-angle-rad` and 4 more"
         );
         assert_eq!(
             error("rate-hz = \"fast\""),

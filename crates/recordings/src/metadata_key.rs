@@ -16,9 +16,10 @@ const fn key(name: &'static str, kind: &'static str, meaning: &'static str) -> M
 }
 
 /// The keys of the metadata, in the order of the documentation.
-pub const METADATA_KEYS: [MetadataKey; 9] = [
+pub const METADATA_KEYS: [MetadataKey; 12] = [
     key("actuator-id", "text", "which actuator the recording is of"),
     key("date", "date", "when it was taken, with or without time"),
+    key("session", "text", "which session of the actuator it was taken in; else its day"),
     key("command", "text", "name of the command (`chirp`, `sine`), or `recorded`"),
     key("rate-hz", "number", "sample rate of the file, Hz"),
     key("filter-hz", "number", "corner of the filter that `current_a` went through, Hz"),
@@ -30,9 +31,11 @@ pub const METADATA_KEYS: [MetadataKey; 9] = [
     key("start-angle-rad", "number", "mechanical rotor angle at the first sample, rad"),
     key("noise-a", "number", "rms of the noise on each phase per sample, A"),
     key("phase-rate-hz", "number", "rate of the phase samples that `noise-a` is of, Hz"),
+    key("winding-temperature-k", "number", "temperature of the motor's winding, K"),
+    key("winding-temperature-sd-k", "number", "its standard deviation, K; 3 where it is not given"),
 ];
 
 /// The names of the keys.
-pub(super) fn keys() -> [&'static str; 9] {
+pub(super) fn keys() -> [&'static str; 12] {
     METADATA_KEYS.map(|key| key.name)
 }

@@ -6,8 +6,10 @@ use toml::{
 };
 
 use super::{
-    EffectBlock, ModelFileError, Reader, effect_block, entry, faults_line, line_of, name_line,
-    string,
+    EffectBlock, effect_block,
+    error::ModelFileError,
+    faults_line, name_line,
+    reader::{Reader, entry, line_of, string},
     tolerance_block::{self, Line, Scatter},
 };
 use crate::{

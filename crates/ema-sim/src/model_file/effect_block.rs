@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 
 use toml::{Spanned, de::DeValue};
 
-use super::{ModelFileError, Reader, line_of, string};
+use super::{
+    error::ModelFileError,
+    reader::{Reader, line_of, string},
+};
 use crate::{
     effect::{Coordinate, Curve, CurveKind, Effect, EffectId, EffectParameter, Geometry, Role},
     valid_range::{RangeOf, ValidRange},

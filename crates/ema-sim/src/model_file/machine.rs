@@ -1,6 +1,10 @@
 //! A model file of whatever kind of machine.
 
-use super::{AxisModel, EffectBlock, Model, ModelFileError, Reader, document, entry, string};
+use super::{
+    AxisModel, EffectBlock, Model,
+    error::ModelFileError,
+    reader::{Reader, document, entry, string},
+};
 use crate::{
     effect::{Effect, Geometry},
     fault::{FAULT_COUNT, FaultId},

@@ -5,7 +5,10 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use super::{ModelFileError, Reader, closest_of, line_of, string};
+use super::{
+    error::ModelFileError,
+    reader::{Reader, closest_of, line_of, string},
+};
 use crate::tolerance::{Level, Spread, UncertainNumber};
 
 /// How far a number scatters at one level.

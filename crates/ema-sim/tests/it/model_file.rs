@@ -3,9 +3,9 @@
 use ema_sim::{
     Actuator, BackEmfShape, Coordinate, Curve, CurveKind, Effect, EffectId, FaultId, Geometry,
     HealthState, HighFidelity, Level, LowFidelity, MachineKind, Parameter, RangeOf, RoughNumber,
-    Scenario, Spread, Tolerance, UncertainNumber, VisitedRange,
+    Scenario, Spread, ThermalCoefficient, ThermalNumber, Tolerance, UncertainNumber, VisitedRange,
     model_file::{self, MachineModel, Model, ModelFileError},
-    presets::{BENCH, EMA_48, bench_tolerance, ema_48_tolerance},
+    presets::{BENCH, EMA_48, bench_tolerance, ema_48_temperature, ema_48_tolerance},
 };
 use proptest::prelude::*;
 
@@ -560,10 +560,57 @@ fn a_spread_has_a_standard_deviation() {
 fn the_tolerances_of_the_presets_survive_a_file() {
     for (actuator, tolerance) in [(EMA_48, ema_48_tolerance()), (BENCH, bench_tolerance())] {
         assert_eq!(Model::from(actuator).tolerance, []);
-        let model = Model { tolerance, ..actuator.into() };
+        let temperature = Some(ema_48_temperature());
+        let model = Model { tolerance, temperature, ..actuator.into() };
         assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
     }
     let play = tolerance("transmission.backlash-rad", Spread::Std(0.3), Level::Unit);
     assert!(ema_48_tolerance().contains(&play));
     assert_eq!(bench_tolerance().len(), ema_48_tolerance().len() + 2);
+}
+
+#[test]
+fn a_law_of_temperature_is_read_and_checked() {
+    let read = |block: &str| {
+        let text = format!("base = \"ema-48\"\n{block}\n");
+        model_file::parse(&text).map_err(|error| error.to_string())
+    };
+    let model = read(
+        "[temperature]\nnominal-k = 293\nback-emf-per-k = { value = -0.001, sd = 0.0002 }\n\
+         viscous-per-k = -0.02",
+    );
+    let law = model.unwrap().temperature.unwrap();
+    let back_emf = law.coefficient(ThermalNumber::BackEmf);
+    assert_eq!((back_emf.per_k, back_emf.std_per_k), (-0.001, 0.0002));
+    assert_eq!(law.coefficient(ThermalNumber::Viscous).per_k, -0.02);
+    assert_eq!(law.coefficient(ThermalNumber::Resistance), ThermalCoefficient::default());
+    // 50 K warmer: magnets 5 % weaker, a drag of e^-1
+    assert!((ThermalNumber::BackEmf.ratio(back_emf.per_k, 50.0) - 0.95).abs() < 1e-12);
+    assert!((ThermalNumber::Viscous.ratio(-0.02, 50.0) - (-1.0f64).exp()).abs() < 1e-12);
+    let scatter = "[tolerance.test]\nwinding-temperature-k = { sd = 15.0, level = \"session\" }";
+    for (block, told) in [
+        (scatter.to_owned(), "given without one, expected a block `[temperature]`"),
+        ("[temperature]\nviscous-per-k = -0.02".to_owned(), "`temperature.nominal-k` is missing"),
+        (
+            "[temperature]\nnominal-k = 20".to_owned(),
+            "line 3: `temperature.nominal-k` is 20, expected 150 to 600 K",
+        ),
+        (
+            "[temperature]\nnominal-k = 293\nviscous-per-k = -2".to_owned(),
+            "line 4: `temperature.viscous-per-k` is -2, expected a share per kelvin of at most 0.1",
+        ),
+        (
+            "[temperature]\nnominal-k = 293\nviscous-per-k = { sd = 0.01 }".to_owned(),
+            "line 4: `temperature.viscous-per-k` is without it, expected a table with `value`",
+        ),
+        (
+            "[temperature]\nnominal-k = 293\nviscus-per-k = -0.02".to_owned(),
+            "unknown key `temperature.viscus-per-k`, did you mean `viscous-per-k`",
+        ),
+    ] {
+        let error = read(&block).unwrap_err();
+        assert!(error.contains(told), "{error}");
+    }
+    let law = "[temperature]\nnominal-k = 293\nviscous-per-k = -0.02\n";
+    assert!(read(&format!("{law}{scatter}")).is_ok());
 }

@@ -27,14 +27,22 @@ impl ReportArgs {
 }
 
 /// Which actuator a recording is of, and when it was taken.
-#[derive(Clone, Debug, Args)]
-pub struct FleetArgs {
+#[derive(Clone, Debug, Default, Args)]
+pub struct NameArgs {
     /// Read the actuator off the file name, such as `{id}_*`; the recording's own `actuator-id` counts where the name has none
     #[arg(long, value_name = "PATTERN")]
     pub id_from: Option<NamePattern>,
     /// Read the date off the file name, such as `*_{date}`; the recording's own `date` counts where the name has none
     #[arg(long, value_name = "PATTERN")]
     pub date_from: Option<NamePattern>,
+}
+
+/// Fleets over time.
+#[derive(Clone, Debug, Args)]
+pub struct FleetArgs {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub names: NameArgs,
     /// Warn when a level has risen by this much, and by more than noise, since the actuator's reference recording
     #[arg(long, value_name = "LEVEL", default_value_t = 0.02, value_parser = positive)]
     pub warning_change: f64,

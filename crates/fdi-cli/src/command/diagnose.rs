@@ -22,6 +22,7 @@ use crate::{
     args::FleetArgs,
     batch::in_order,
     files::Files,
+    identity::Identity,
     output::{Answer, Head, Tally, writer},
     progress::Progress,
     resume::{Line, Resume},
@@ -218,13 +219,6 @@ fn failure(path: &Path, error: String) -> Failure {
     Failure { recording: path.display().to_string(), actuator_id: None, date: None, error }
 }
 
-/// Which actuator a recording is of, and when it was taken.
-struct Identity {
-    actuator_id: Option<String>,
-    date: Option<String>,
-    no_day: Option<String>,
-}
-
 /// Values that all recordings of a batch share.
 struct Batch<'a> {
     diagnoser: &'a dyn Diagnoser,
@@ -263,7 +257,7 @@ impl Batch<'_> {
             Input::Broken(failure) => return Answer::Failed(failure.clone()),
         };
         // a defect that one recording brings to light must not take the others with it
-        let mut identity = self.identity(path, &Metadata::default());
+        let mut identity = Identity::of(&self.fleet.names, path, &Metadata::default());
         let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path, &mut identity)))
             .unwrap_or_else(|_| bail!("internal error, please report it"));
         let Identity { actuator_id, date, .. } = identity;
@@ -280,12 +274,10 @@ impl Batch<'_> {
 
     fn diagnose(&self, path: &Path, identity: &mut Identity) -> Result<RecordDiagnosis> {
         let start = clock();
-        let (recording, sha256) =
+        let (mut recording, sha256) =
             Recording::read_with_sha256(path, &self.map).map_err(|error| self.explain(error))?;
-        *identity = self.identity(path, &recording.metadata);
-        if let Some(text) = &identity.no_day {
-            bail!("the name says the date `{text}`, and there is no such day");
-        }
+        *identity = Identity::of(&self.fleet.names, path, &recording.metadata);
+        identity.put_into(&mut recording)?;
         let mut record = self.diagnoser.diagnose(&recording)?;
         if self.one_a_line {
             // there is no head to name it
@@ -297,19 +289,6 @@ impl Batch<'_> {
             bail!("internal error, please report it: `{name}` is not finite");
         }
         Ok(record)
-    }
-
-    /// The actuator and the date: those that the name of the file says, else its metadata.
-    fn identity(&self, path: &Path, metadata: &Metadata) -> Identity {
-        let patterns = [&self.fleet.id_from, &self.fleet.date_from];
-        let named = patterns.map(|one| one.as_ref().map(|one| one.read(path)).unwrap_or_default());
-        let [mut by_id, mut by_date] = named;
-        let date = by_date.date.or(by_id.date.take()).or(metadata.date.clone());
-        Identity {
-            actuator_id: by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone()),
-            date: date.map(|date| date.to_string()),
-            no_day: by_date.no_day.or(by_id.no_day),
-        }
     }
 
     /// Adds what the recording's rate says about it where its text breaks off.

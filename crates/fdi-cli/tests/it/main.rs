@@ -24,3 +24,4 @@ mod report;
 mod schema;
 mod servo_axis;
 mod stand_in;
+mod unit;

@@ -114,6 +114,7 @@ struct UnitErrorData {
     std_a: Vec<f32>,
     /// As one signal, lag by lag.
     correlations: SignalCodes,
+    shared: f64,
     ln_misfit_mean: f64,
     ln_misfit_std: f64,
 }
@@ -139,6 +140,7 @@ impl UnitErrorData {
             half_band: covariance.half_band() as u32,
             std_a: (0..covariance.order()).map(|row| std(row) as f32).collect(),
             correlations: SignalCodes::pack(&correlations, correlations.len()),
+            shared: error.shared,
             ln_misfit_mean: error.ln_misfit_mean,
             ln_misfit_std: error.ln_misfit_std,
         }
@@ -160,6 +162,7 @@ impl UnitErrorData {
             && correlations.len() == stored
             && self.spread.iter().all(|spread| *spread > 0.0)
             && self.std_a.iter().all(|std| std.is_finite() && *std >= 0.0)
+            && (0.0..=1.0).contains(&self.shared)
             && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
         if !fits {
             return Err(wrong_size());
@@ -184,6 +187,7 @@ impl UnitErrorData {
             spread: self.spread,
             bent,
             covariance,
+            shared: self.shared,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,
         })
@@ -382,6 +386,7 @@ impl ExperimentData {
             sought,
             phase_rate_hz: None,
             tolerance: model.tolerance,
+            temperature: model.temperature,
         };
         // refuses durations and rates that would claim unbounded memory
         experiment.monitor(0.0)?;
@@ -565,6 +570,7 @@ fn model_text(experiment: &Experiment) -> String {
         actuator: experiment.actuator,
         faults: FaultId::ALL.into_iter().filter(|id| experiment.sought[id.index()]).collect(),
         tolerance: experiment.tolerance.clone(),
+        temperature: experiment.temperature,
         effects: experiment.effects.iter().cloned().map(Into::into).collect(),
     })
 }

@@ -23,7 +23,7 @@ use flate2::{Compression, bufread::DeflateDecoder, write::DeflateEncoder};
 use sha2::{Digest, Sha256};
 
 /// Version of the container and of the payloads' layout.
-pub const FORMAT_VERSION: u32 = 3;
+pub const FORMAT_VERSION: u32 = 4;
 
 const MAGIC: [u8; 8] = *b"\x89FDI\r\n\x1a\n";
 const CHECKSUM_START: usize = 24;
@@ -44,15 +44,18 @@ pub enum ArtefactKind {
     Dataset,
     /// Result of the offline stage.
     Bundle,
+    /// Evidence of recordings on one unit.
+    Unit,
 }
 
 impl ArtefactKind {
-    const ALL: [Self; 2] = [Self::Dataset, Self::Bundle];
+    const ALL: [Self; 3] = [Self::Dataset, Self::Bundle, Self::Unit];
 
     fn code(self) -> u32 {
         match self {
             Self::Dataset => 1,
             Self::Bundle => 2,
+            Self::Unit => 3,
         }
     }
 
@@ -61,6 +64,7 @@ impl ArtefactKind {
         match self {
             Self::Dataset => "dataset",
             Self::Bundle => "bundle",
+            Self::Unit => "unit",
         }
     }
 }
@@ -280,7 +284,7 @@ mod tests {
         );
         let mut newer = good.clone();
         newer[8] = 9;
-        assert_eq!(message(&newer), "format version 9, this tool reads version 3");
+        assert_eq!(message(&newer), "format version 9, this tool reads version 4");
         let longer = [&good[..], b"xy"].concat();
         assert_eq!(message(&longer), "2 bytes follow the bundle");
         let dataset = encode(Dataset, &sample());

@@ -3,8 +3,10 @@
 use inference::NotPositiveDefinite;
 
 use crate::{
-    offline::bundle::BundleError, online::observation::ObservationError, report::Method,
-    unit::search::UnitSearchError,
+    offline::bundle::BundleError,
+    online::observation::ObservationError,
+    report::Method,
+    unit::{learnt_unit::OtherBundle, search::UnitSearchError},
 };
 
 /// Why a recording could not be diagnosed.
@@ -80,6 +82,21 @@ pub enum DiagnoseError {
     /// The recording cannot be explained by a machine within its tolerances.
     #[error(transparent)]
     Unit(#[from] UnitSearchError),
+    /// The unit was learnt with another bundle.
+    #[error(transparent)]
+    OtherBundle(#[from] OtherBundle),
+    /// A unit was given, and no machine within its tolerances is looked for.
+    #[error("the unit cannot be used: {reason}")]
+    UnitUnused {
+        /// Why not.
+        reason: String,
+    },
+    /// The recording is one that the unit was learnt from.
+    #[error("the unit was learnt from this recording, as `{learnt_as}`")]
+    OwnReference {
+        /// Name under which the unit has it.
+        learnt_as: String,
+    },
     /// The recording leaves a fault without any effect on the signal.
     #[error(
         "the recording does not determine all faults looked for; \

@@ -1,6 +1,6 @@
 //! Learnt errors and covariances of a bundle, kept from one recording to the next.
 
-use std::{f64::consts::TAU, sync::Arc};
+use std::{convert::Infallible, f64::consts::TAU, sync::Arc};
 
 use inference::BandedMatrix;
 
@@ -24,6 +24,7 @@ use crate::{
     report::Encoding,
     simulation::experiment::Monitor,
     statistics::noise_covariance::unit_noise_at_rate,
+    unit::quantities::Quantities,
 };
 
 /// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
@@ -54,6 +55,8 @@ pub(crate) struct Learnt {
     severe: Kept<(), Option<Arc<SevereErrors>>>,
     /// Changes of the signal by another start.
     start_effects: Kept<(), Arc<Vec<Vec<f64>>>>,
+    /// Quantities that the current of a machine within its tolerances shows.
+    quantities: Kept<(), Arc<Quantities>>,
     /// Covariance of the noise of one ampere.
     unit_noise: Kept<RateKey, Arc<BandedMatrix>>,
     likelihoods: Kept<LikelihoodKey, Arc<Likelihood>>,
@@ -92,6 +95,7 @@ impl Learnt {
             errors: Kept::at_most(LEVELS_KEPT),
             severe: Kept::at_most(1),
             start_effects: Kept::at_most(1),
+            quantities: Kept::at_most(1),
             unit_noise: Kept::at_most(RATES_KEPT),
             likelihoods: Kept::at_most(LEVELS_KEPT),
             emulators: Kept::at_most(LEVELS_KEPT),
@@ -162,12 +166,19 @@ impl Learnt {
         self.start_effects.get((), effects)
     }
 
+    /// Quantities that the current of a machine within its tolerances shows.
+    pub(crate) fn quantities(&self) -> Arc<Quantities> {
+        let made = || Ok::<_, Infallible>(Arc::new(Quantities::new(&self.bundle.experiment)));
+        let Ok(quantities) = self.quantities.get((), made);
+        quantities
+    }
+
     /// Covariance of the noise of one ampere on phases sampled at a rate.
     pub(crate) fn unit_noise(&self, phase_rate_hz: f64) -> Arc<BandedMatrix> {
         let Ok(noise) = self.unit_noise.get(RateKey::new(phase_rate_hz), || {
             let experiment = &self.bundle.experiment;
             let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
-            Ok::<_, std::convert::Infallible>(Arc::new(unit))
+            Ok::<_, Infallible>(Arc::new(unit))
         });
         noise
     }

@@ -6,7 +6,9 @@ use core::f64::consts::PI;
 use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
 use nalgebra::{Matrix4, Vector4};
-use recordings::{Channel, ChannelName, CommandSource, Current, RecordError, Recording, Sampling};
+use recordings::{
+    Channel, ChannelName, CommandSource, Current, Metadata, RecordError, Recording, Sampling,
+};
 
 use crate::{
     online::commutation::{Commutation, MOST_DEVIATION_RAD},
@@ -15,7 +17,10 @@ use crate::{
         envelope::{envelope_kind, filtered},
         experiment::Experiment,
     },
-    unit::sensors::{SensorShares, measured_shares},
+    unit::{
+        learnt_unit::session_of,
+        sensors::{SensorShares, measured_shares},
+    },
 };
 
 /// The diagnosed signal of a recording, with what the recording says of itself.
@@ -39,7 +44,20 @@ pub(crate) struct Observation {
     pub(crate) sensor_shares: Option<SensorShares>,
     /// Noise on each phase sample by the metadata, A.
     pub(crate) stated_noise_a: Option<f64>,
+    /// Session that the recording states, else its day.
+    pub(crate) session: Option<String>,
+    /// Temperature of the winding with its standard deviation, where it was read, K.
+    pub(crate) winding_temperature_k: Option<(f64, f64)>,
     pub(crate) notices: Vec<Notice>,
+}
+
+/// Standard deviation of a temperature that comes without one, K: that of a sensor on the winding.
+const TEMPERATURE_STD_K: f64 = 3.0;
+
+/// Temperature of the winding that metadata state, with its standard deviation, K.
+fn winding_temperature_k(metadata: &Metadata) -> Option<(f64, f64)> {
+    let std_k = metadata.winding_temperature_std_k.unwrap_or(TEMPERATURE_STD_K);
+    metadata.winding_temperature_k.map(|found_k| (found_k, std_k))
 }
 
 /// Why a recording does not fit an experiment.
@@ -318,6 +336,8 @@ fn of_phases(
         noise_beside_gains_a: noise_beside_gains_a(views),
         sensor_shares: Some(shares),
         stated_noise_a: recording.metadata.noise_a,
+        session: session_of(&recording.metadata),
+        winding_temperature_k: winding_temperature_k(&recording.metadata),
         notices: Vec::new(),
     })
 }
@@ -444,6 +464,8 @@ fn of_envelope(
         noise_beside_gains_a: None,
         sensor_shares: None,
         stated_noise_a: metadata.noise_a,
+        session: session_of(metadata),
+        winding_temperature_k: winding_temperature_k(metadata),
         notices: Vec::new(),
     })
 }

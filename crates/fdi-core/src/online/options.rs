@@ -1,6 +1,11 @@
 //! Settings of a diagnosis.
 
-use crate::report::{Fidelity, Method, ToleranceUse};
+use std::sync::Arc;
+
+use crate::{
+    report::{Fidelity, Method, ToleranceUse},
+    unit::learnt_unit::LearntUnit,
+};
 
 /// Settings of a diagnosis.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +28,9 @@ pub struct DiagnoseOptions {
     pub free_start: bool,
     /// Use of the tolerances of the machine.
     pub tolerance: ToleranceUse,
+    /// The unit that the recording is of, where it was learnt: levels are changes since its
+    /// recordings as new.
+    pub unit: Option<Arc<LearntUnit>>,
     /// Seed of what is random.
     pub seed: u64,
 }
@@ -37,6 +45,7 @@ impl Default for DiagnoseOptions {
             max_delay_s: 0.0,
             free_start: false,
             tolerance: ToleranceUse::None,
+            unit: None,
             seed: 0,
         }
     }

@@ -1,5 +1,7 @@
 //! Options of a diagnosis, resolved once into what a run needs.
 
+use std::sync::Arc;
+
 use gp_bayesopt::Criterion;
 
 use crate::{
@@ -11,6 +13,7 @@ use crate::{
     },
     report::{Fidelity, Method, ToleranceUse},
     simulation::experiment::Experiment,
+    unit::learnt_unit::LearntUnit,
 };
 
 /// Longest delay that is looked for, s: a search finds it from delays in even steps.
@@ -62,6 +65,8 @@ pub(crate) struct Plan {
     pub(crate) tolerance: Result<(), Option<&'static str>>,
     /// Parts of the start that are estimated; `None`: the test begins as the bundle has it.
     pub(crate) freedom: Option<Freedom>,
+    /// The unit that the recording is of, where it was learnt.
+    pub(crate) unit: Option<Arc<LearntUnit>>,
     pub(crate) seed: u64,
 }
 
@@ -96,7 +101,8 @@ impl Plan {
         };
         let freedom = Freedom::of(options, experiment);
         let tolerance = tolerance(options, freedom.is_some());
-        Ok(Self { search, method, fidelity, budget, noise_a, tolerance, freedom, seed })
+        let unit = options.unit.clone();
+        Ok(Self { search, method, fidelity, budget, noise_a, tolerance, freedom, unit, seed })
     }
 
     /// True where the answer may be the emulator's.

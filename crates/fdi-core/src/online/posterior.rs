@@ -8,7 +8,10 @@ use fdi_report::FALSE_ALARM_RATE;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::report::{Covariance, Fault, FaultId};
+use crate::{
+    report::{Covariance, Fault, FaultId},
+    unit::evidence::Evidence,
+};
 
 /// Probability of the stated intervals.
 const LEVEL: f64 = 0.95;
@@ -23,6 +26,8 @@ pub(crate) struct Posterior {
     pub(crate) indices: Vec<usize>,
     pub(crate) estimate: Vec<f64>,
     pub(crate) covariance: DMatrix<f64>,
+    /// Evidence of the recording on its machine, where the machine was within its tolerances.
+    pub(crate) evidence: Option<Evidence>,
 }
 
 /// Where the eccentricity stands in the coordinates.
@@ -182,6 +187,7 @@ mod tests {
             indices: vec![5, 6],
             estimate: vec![x, 0.0],
             covariance: DMatrix::from_diagonal_element(2, 2, 1e-6),
+            evidence: None,
         };
         let faults = posterior(0.002).faults();
         assert_eq!(faults[5].detected, Some(false));

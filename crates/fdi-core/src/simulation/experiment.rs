@@ -2,8 +2,8 @@
 
 use ema_sim::{
     Actuator, Command, Effect, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
-    HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError, Tolerance,
-    model_file::Model, presets::EMA_48,
+    HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
+    TemperatureLaw, Tolerance, model_file::Model, presets::EMA_48,
 };
 use inference::central_differences_together;
 
@@ -35,6 +35,8 @@ pub struct Experiment {
     /// Numbers of the machine, of the test and of the sensors that are known only roughly; none for
     /// a machine that is exactly its model file.
     pub tolerance: Vec<Tolerance>,
+    /// How numbers of the machine follow the temperature of its winding, where that is known.
+    pub temperature: Option<TemperatureLaw>,
 }
 
 /// Why a model and a test make no experiment.
@@ -106,6 +108,7 @@ impl Experiment {
             sought: [true; FAULT_COUNT],
             phase_rate_hz: None,
             tolerance: Vec::new(),
+            temperature: None,
         }
     }
 
@@ -175,6 +178,7 @@ impl Experiment {
             filter,
             sought,
             tolerance,
+            temperature: model.temperature,
             ..self
         };
         experiment.monitor(experiment.scenario.start_angle_rad)?;

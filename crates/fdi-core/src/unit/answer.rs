@@ -3,8 +3,7 @@
 use inference::{NotPositiveDefinite, dot};
 
 use crate::{
-    offline::bundle::StartAngle,
-    offline::factor::joined,
+    offline::{bundle::StartAngle, factor::joined},
     online::{
         error::DiagnoseError,
         noise_level::{NOISE_PRIOR_LN_STD, Noise, least},
@@ -18,9 +17,12 @@ use crate::{
     },
     unit::{
         error::UnitError,
-        finding::Findings,
+        evidence::TemperatureReading,
+        finding::{Findings, Since},
+        joint::{DamageFit, Joint, OfUnit, Wear},
+        learnt_unit::LearntUnit,
         quantities::Quantities,
-        search::{Observed, UnitFit, explain},
+        search::{Observed, UnitFit, UnitSearchError, explain},
     },
 };
 
@@ -28,6 +30,8 @@ use crate::{
 /// beyond. Below what a data sheet's tolerances leave open of one recording, "healthy" could never
 /// be said.
 const WATCH_LEVELS: [f64; 6] = [0.5, 0.02, 0.15, 0.15, 0.15, 0.10];
+/// Levels of changes since a unit was new, of which its references leave less open.
+const WATCH_CHANGES: [f64; 6] = [0.10, 0.002, 0.02, 0.02, 0.02, 0.02];
 
 /// Why tolerances cannot be used on a recording, in words.
 pub(crate) type Reason = String;
@@ -59,7 +63,7 @@ impl Run<'_> {
         start_angle_rad: f64,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let experiment = self.experiment();
-        let quantities = Quantities::new(experiment);
+        let quantities = self.learnt.quantities();
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
         let told = [
             (self.plan.noise_a, NoiseSource::Flag),
@@ -67,6 +71,7 @@ impl Run<'_> {
             (self.observation.noise_beside_gains_a, NoiseSource::OutOfBand),
         ];
         let told = told.into_iter().find_map(|(level, source)| Some((level?, source)));
+        let temperature = self.temperature_reading();
         let fitted = |level_a: f64| {
             let noise = unit_noise.scaled(level_a * level_a);
             let signal_a = &self.observation.signal_a;
@@ -79,6 +84,7 @@ impl Run<'_> {
                     start_angle_rad,
                     shares: self.observation.sensor_shares.as_ref(),
                     noise: &noise,
+                    temperature,
                 },
             )
         };
@@ -92,7 +98,14 @@ impl Run<'_> {
             fit.evaluations += first.evaluations;
             (Noise { level_a, source: NoiseSource::Residual }, fit)
         };
-        Ok(self.unit_answer(error, &quantities, noise, &fit))
+        self.unit_answer(error, &quantities, noise, &fit)
+    }
+
+    /// Temperature of the winding beyond that of the model file's numbers, where it was read.
+    fn temperature_reading(&self) -> Option<TemperatureReading> {
+        let law = self.experiment().temperature?;
+        let (found_k, std_k) = self.observation.winding_temperature_k?;
+        Some(TemperatureReading { away_k: found_k - law.nominal_k, std_k })
     }
 
     /// The noise level that makes a residual most likely, with the bundle's level as a prior, A.
@@ -121,17 +134,20 @@ impl Run<'_> {
         quantities: &Quantities,
         noise: Noise,
         fit: &UnitFit,
-    ) -> (RecordDiagnosis, Posterior) {
+    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let layout = quantities.layout();
-        let damage = layout.sought.len();
-        let posterior = Posterior {
-            indices: layout.sought.clone(),
-            estimate: fit.point[..damage].to_vec(),
-            covariance: fit.covariance.clone(),
-        };
         let adequate = fit.misfit <= error.largest_misfit(MISFIT_DEVIATIONS);
         let unfinished = !fit.converged && !adequate;
-        let findings = Findings::of(quantities, fit);
+        let unit = self.plan.unit.as_deref().filter(|_| adequate);
+        let (joint, damage) = self.with_unit(unit, quantities, fit)?;
+        let since = if unit.is_some() { Since::References } else { Since::AsBuilt };
+        let findings = Findings::of(layout, &joint, &damage, since);
+        let posterior = Posterior {
+            indices: layout.sought.clone(),
+            estimate: damage.estimate,
+            covariance: damage.covariance,
+            evidence: Some(fit.evidence.clone()),
+        };
         let mut faults = posterior.faults();
         for fault in &mut faults {
             if fault.detected.is_some() {
@@ -141,7 +157,7 @@ impl Run<'_> {
         if faults[5].value.is_some() && faults[5].detected != Some(true) {
             faults[6] = Fault::undetermined(FaultId::K7);
         }
-        let hidden = hidden(&faults);
+        let hidden = hidden(&faults, since);
         let is_found = findings.all.iter().any(|finding| finding.detected);
         let verdict = if unfinished {
             Verdict::Undetermined
@@ -154,7 +170,8 @@ impl Run<'_> {
         } else {
             Verdict::Undetermined
         };
-        let notices = notices(unfinished, &faults, verdict, &hidden);
+        let mut notices = notices(unfinished, &faults, verdict, &hidden, since);
+        notices.extend(unit.map(unit_notice));
         (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
         let answer = RecordDiagnosis {
             recording_sha256: None,
@@ -181,17 +198,65 @@ impl Run<'_> {
             covariance: posterior.report_covariance(),
             notices,
         };
-        (answer, posterior)
+        Ok((answer, posterior))
+    }
+
+    /// A recording with those that its unit was learnt from, and the damage that they show
+    /// together.
+    fn with_unit<'a>(
+        &self,
+        unit: Option<&LearntUnit>,
+        quantities: &'a Quantities,
+        fit: &UnitFit,
+    ) -> Result<(Joint<'a>, DamageFit), DiagnoseError> {
+        let session = self.observation.session.as_deref();
+        let (others, own_session) = unit.map(|unit| unit.earlier(session)).unwrap_or_default();
+        if let Some(known) = unit.and_then(|unit| unit.with_evidence(&fit.evidence)) {
+            return Err(DiagnoseError::OwnReference { learnt_as: known.name.clone() });
+        }
+        let own = OfUnit {
+            evidence: &fit.evidence,
+            session: own_session,
+            wear: Wear::AsNew,
+            replaced: unit.map(|unit| unit.replaced).unwrap_or_default(),
+        };
+        let joint = Joint::new(quantities, &others, &own, &fit.point);
+        let joint = joint.ok_or(UnitSearchError::Undetermined)?;
+        let damage = match unit {
+            Some(_) => joint.damage().ok_or(UnitSearchError::Undetermined)?,
+            None => DamageFit::from(fit),
+        };
+        Ok((joint, damage))
+    }
+}
+
+/// The notice that levels are changes of a unit.
+fn unit_notice(unit: &LearntUnit) -> Notice {
+    let (references, sessions) = (unit.references(), unit.sessions());
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
+    Notice {
+        code: NoticeCode::ReferenceUsed,
+        message: format!(
+            "levels are changes since {references} recording{} as new of {}, {sessions} session{} \
+             in all",
+            plural(references),
+            unit.actuator_id().map_or("this unit".to_owned(), |id| format!("`{id}`")),
+            plural(sessions),
+        ),
     }
 }
 
 /// Faults that could be at or beyond their watch levels, undetected.
-fn hidden(faults: &[Fault]) -> Vec<(FaultId, f64)> {
+fn hidden(faults: &[Fault], since: Since) -> Vec<(FaultId, f64)> {
+    let levels = match since {
+        Since::AsBuilt => &WATCH_LEVELS,
+        Since::References => &WATCH_CHANGES,
+    };
     let beyond = |(fault, watch): (&Fault, &f64)| {
         let [_, most] = fault.interval_95?;
         (fault.detected != Some(true) && most >= *watch).then_some((fault.id, most))
     };
-    faults.iter().zip(&WATCH_LEVELS).filter_map(beyond).collect()
+    faults.iter().zip(levels).filter_map(beyond).collect()
 }
 
 /// Notices of what limits an answer.
@@ -200,6 +265,7 @@ fn notices(
     faults: &[Fault],
     verdict: Verdict,
     hidden: &[(FaultId, f64)],
+    since: Since,
 ) -> Vec<Notice> {
     let mut notices = Vec::new();
     if unfinished {
@@ -216,19 +282,24 @@ fn notices(
         });
     }
     if verdict == Verdict::Undetermined && !hidden.is_empty() {
-        notices.push(hidden_notice(hidden));
+        notices.push(hidden_notice(hidden, since));
     }
     notices
 }
 
-fn hidden_notice(hidden: &[(FaultId, f64)]) -> Notice {
+fn hidden_notice(hidden: &[(FaultId, f64)], since: Since) -> Notice {
     let levels: Vec<String> =
         hidden.iter().map(|(id, most)| format!("{id} up to {most:.3}")).collect();
+    let (what, would_tell) = match since {
+        Since::AsBuilt => ("the tolerances leave", "recordings of the same unit as new"),
+        Since::References => (
+            "sessions of one unit leave",
+            "recordings of other days, or the winding's temperature,",
+        ),
+    };
+    let levels = levels.join(", ");
     Notice {
         code: NoticeCode::TolerancesHideLevels,
-        message: format!(
-            "the tolerances leave open {}; recordings of the same unit as new would tell",
-            levels.join(", ")
-        ),
+        message: format!("{what} open {levels}; {would_tell} would tell"),
     }
 }

@@ -11,7 +11,7 @@ use crate::{
     simulation::experiment::Experiment,
     statistics::parallel::in_parallel,
     unit::{
-        layout::{Acts, Layout},
+        layout::{Acts, Layout, Scatter, thermal_ratios},
         quantities::UnitMachine,
     },
 };
@@ -36,11 +36,23 @@ pub(crate) struct Unit {
     noise_seed: u64,
 }
 
-/// Draws units.
+/// Session in which a unit is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Session {
+    First,
+    /// Another day of the first units: the numbers as built and the damage are the same.
+    Second,
+}
+
+/// Units that are recorded twice.
+pub(crate) const TWICE: usize = 200;
+
+/// Draws units in a session.
 pub(crate) fn draw(
     experiment: &Experiment,
     layout: &Layout,
     start: StartAngle,
+    session: Session,
     root: RootSeed,
 ) -> Vec<Unit> {
     let one = |index: usize| {
@@ -53,17 +65,26 @@ pub(crate) fn draw(
             let signed = if coordinate < 5 { level } else { 2.0 * level - 1.0 };
             point[place] = if is_there { MOST_DAMAGE * signed } else { 0.0 };
         }
+        let second = RootSeed(root.derive(Purpose::Units, (1 << 40) | stream));
+        let mut of_session = Draws::new(second.derive(Purpose::Units, session as u64));
         for (value, number) in point[layout.sought.len()..].iter_mut().zip(&layout.numbers) {
-            *value = share * number.std * random.normal_within(FARTHEST);
+            let Scatter { machine, session, recording } = number.scatter;
+            let day = session.hypot(recording) * of_session.normal_within(FARTHEST);
+            *value = share * (machine * random.normal_within(FARTHEST) + day);
         }
         let start_angle_rad = match start {
             StartAngle::Zero => experiment.scenario.start_angle_rad,
             StartAngle::Any => TAU * random.uniform(),
         };
-        let noise_seed = root.derive(Purpose::ControllerNoise, (1 << 48) | stream);
+        let recorded = ((1 + session as u64) << 48) | stream;
+        let noise_seed = root.derive(Purpose::ControllerNoise, recorded);
         Unit { point, start_angle_rad, noise_seed }
     };
-    (0..UNITS).map(one).collect()
+    let units = match session {
+        Session::First => UNITS,
+        Session::Second => TWICE,
+    };
+    (0..units).map(one).collect()
 }
 
 /// The signals of units in high fidelity, sensors without error, A.
@@ -120,9 +141,20 @@ pub(crate) fn built(experiment: &Experiment, layout: &Layout, point: &[f64]) -> 
             Acts::Turns(phase) => faults.healthy_turns_frac[phase] *= ratio,
             Acts::EccentricityCos => cos += value,
             Acts::EccentricitySin => sin += value,
-            Acts::PhaseGain(_) | Acts::PhaseOffset(_) | Acts::Other(_) => {}
+            Acts::PhaseGain(_)
+            | Acts::PhaseOffset(_)
+            | Acts::Temperature
+            | Acts::Coefficient(_)
+            | Acts::Other(_) => {}
         }
     }
+    let warm = thermal_ratios(experiment.temperature.as_ref(), layout.at(point));
+    let [back_emf, resistance, dry_friction, viscous] = warm;
+    actuator.motor.back_emf_v_s_per_rad *= back_emf;
+    actuator.motor.resistance_ohm *= resistance;
+    actuator.motor.viscous_n_m_s_per_rad *= viscous;
+    actuator.transmission.kinetic_friction_n_m *= dry_friction;
+    actuator.transmission.static_friction_n_m *= dry_friction;
     faults.eccentricity_cos += cos;
     faults.eccentricity_sin += sin;
     let transmission = &mut actuator.transmission;

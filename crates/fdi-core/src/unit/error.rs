@@ -24,7 +24,7 @@ use crate::{
     seed::{Draws, Purpose, RootSeed},
     simulation::experiment::Experiment,
     unit::{
-        design::{draw, signals},
+        design::{Session, Unit, draw, signals},
         monitor::UnitMonitor,
         quantities::{Bent, Quantities},
     },
@@ -62,6 +62,8 @@ pub(crate) struct UnitError {
     pub(crate) coefficients: Vec<Vec<f64>>,
     /// `S`.
     pub(crate) covariance: BandedMatrix,
+    /// Share of `S` that recordings of one unit have in common.
+    pub(crate) shared: f64,
     /// Mean of ln(misfit) of units left out, with the bundle's noise.
     pub(crate) ln_misfit_mean: f64,
     /// Standard deviation of ln(misfit) of units left out.
@@ -79,15 +81,11 @@ impl UnitError {
         jobs: usize,
     ) -> Result<Self, UnitErrorError> {
         let quantities = Quantities::new(experiment);
-        let units = draw(experiment, quantities.layout(), start, root);
-        let mut differences = signals(experiment, quantities.layout(), &units, jobs)?;
-        let at: Vec<Vec<f64>> = units.iter().map(|unit| quantities.at(&unit.point)).collect();
-        for ((difference, unit), at) in differences.iter_mut().zip(&units).zip(&at) {
-            let monitor = UnitMonitor::new(experiment, &quantities, unit.start_angle_rad);
-            for (value, low) in difference.iter_mut().zip(monitor.signal(at)?) {
-                *value -= low;
-            }
-        }
+        let drawn = |session| {
+            let units = draw(experiment, quantities.layout(), start, session, root);
+            differences(experiment, &quantities, &units, jobs)
+        };
+        let (at, differences) = drawn(Session::First)?;
         let (centre, spread) = centre_and_spread(&at);
         let mut learnt = Self {
             start,
@@ -96,6 +94,7 @@ impl UnitError {
             spread,
             coefficients: Vec::new(),
             covariance: BandedMatrix::zeros(0, 0),
+            shared: 0.0,
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,
         };
@@ -105,7 +104,45 @@ impl UnitError {
         let support = (TAPER_S * experiment.filter.output_hz).round().max(2.0) as usize;
         learnt.covariance = tapered_covariance(&residuals, support);
         learnt.learn_misfits(&residuals, unit_noise, noise_a, root)?;
+        let (again_at, mut again) = drawn(Session::Second)?;
+        for (at, difference) in again_at.iter().zip(&mut again) {
+            learnt.take_mean(at, difference);
+        }
+        learnt.learn_shared(&residuals, &again, &unit_noise.scaled(noise_a * noise_a))?;
         Ok(learnt)
+    }
+
+    /// Share of the error that a unit has again in another session, over what a diagnosis weighs:
+    /// `Σ r₁ᵀ·Σ⁻¹·r₂ / Σ r₁ᵀ·Σ⁻¹·r₁`.
+    fn learn_shared(
+        &mut self,
+        first: &[Vec<f64>],
+        second: &[Vec<f64>],
+        noise: &BandedMatrix,
+    ) -> Result<(), ErrorModelError> {
+        let whole = joined(&self.covariance, noise).cholesky()?;
+        let white = |residual: &Vec<f64>| {
+            let mut white = residual.clone();
+            whole.whiten(&mut white);
+            white
+        };
+        let (mut together, mut own) = (0.0, 0.0);
+        for (first, second) in first.iter().zip(second) {
+            let (first, second) = (white(first), white(second));
+            together += dot(&first, &second);
+            own += (dot(&first, &first) * dot(&second, &second)).sqrt();
+        }
+        self.shared = (together / own.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        Ok(())
+    }
+
+    /// Takes the mean error at some quantities off a difference of the models.
+    fn take_mean(&self, at: &[f64], difference: &mut [f64]) {
+        let mut mean = vec![0.0; difference.len()];
+        self.add_mean(at, &mut mean);
+        for (value, mean) in difference.iter_mut().zip(mean) {
+            *value -= mean;
+        }
     }
 
     /// Mean and scatter of ln(misfit) over residuals of units left out, with noise added.
@@ -180,6 +217,24 @@ impl UnitError {
     pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
         (self.ln_misfit_mean + deviations * self.ln_misfit_std).exp()
     }
+}
+
+/// The quantities of units, and high less low fidelity of each, A.
+fn differences(
+    experiment: &Experiment,
+    quantities: &Quantities,
+    units: &[Unit],
+    jobs: usize,
+) -> Result<(Rows, Rows), SimulationError> {
+    let mut differences = signals(experiment, quantities.layout(), units, jobs)?;
+    let at: Rows = units.iter().map(|unit| quantities.at(&unit.point)).collect();
+    for ((difference, unit), at) in differences.iter_mut().zip(units).zip(&at) {
+        let monitor = UnitMonitor::new(experiment, quantities, unit.start_angle_rad);
+        for (value, low) in difference.iter_mut().zip(monitor.signal(at)?) {
+            *value -= low;
+        }
+    }
+    Ok((at, differences))
 }
 
 /// Mean and standard deviation of each quantity over units.

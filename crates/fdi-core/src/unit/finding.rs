@@ -17,18 +17,14 @@
 //!
 //! Likelihood ratio (Wilks, Ann. Math. Stat. 9, 1938), Bonferroni's inequality; `docs/models/units.md`.
 
-use core::convert::Infallible;
-
-use inference::{Unknown, Whitened, dot, most_probable};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::{
     report::{FaultId, Finding, FindingKind},
     unit::{
+        joint::{DamageFit, Joint},
         layout::Layout,
-        quantities::Quantities,
-        search::{UnitFit, unknowns},
     },
 };
 
@@ -37,8 +33,6 @@ const FAMILY_RATE: f64 = 0.02;
 /// Standard deviation over that of known numbers from which a direction is ambiguous: tolerances
 /// leave twice as much open as the recording does.
 const AMBIGUOUS_RATIO: f64 = 2.236_067_977_499_79;
-/// Information of what does not show, over the most that there is.
-const LEAST_INFORMATION: f64 = 1e-10;
 /// Two-sided normal quantile of 95 %.
 const TWO_SIDED: f64 = 1.959_963_984_540_054;
 /// Coordinates of the shorts.
@@ -54,7 +48,17 @@ struct Direction {
     weights: Vec<Vec<f64>>,
     /// Faults that are detected with it.
     faults: Vec<FaultId>,
-    would_tell: &'static str,
+    /// Measurements that would tell, without references and with them.
+    would_tell: [&'static str; 2],
+}
+
+/// Origin that damage is counted from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Since {
+    /// The machine as its data sheet has it.
+    AsBuilt,
+    /// The machine as its references have it.
+    References,
 }
 
 /// Findings of a fit, with the faults that each of them detects.
@@ -64,16 +68,18 @@ pub(crate) struct Findings {
 }
 
 impl Findings {
-    pub(crate) fn of(quantities: &Quantities, fit: &UnitFit) -> Self {
-        let layout = quantities.layout();
+    /// Findings of damage that recordings of a unit show together.
+    pub(crate) fn of(layout: &Layout, joint: &Joint<'_>, damage: &DamageFit, since: Since) -> Self {
         let directions = directions(layout);
         let rate = FAMILY_RATE / directions.len().max(1) as f64;
-        let damage = layout.sought.len();
-        let estimate = DVector::from_column_slice(&fit.point[..damage]);
+        let estimate = DVector::from_column_slice(&damage.estimate);
+        let whole = joint.least_sum(&[]);
         let mut findings = Self { all: Vec::new(), detected: Vec::new() };
         for direction in &directions {
-            let loss = loss_without(quantities, fit, &direction.weights);
-            let finding = direction.finding(&estimate, fit, rate, loss);
+            let without = joint.least_sum(&direction.weights);
+            // how much less probable the best explanation is without damage along a direction, `D`
+            let loss = without.zip(whole).map_or(0.0, |(without, whole)| without - whole);
+            let finding = direction.finding(&estimate, damage, rate, loss, since);
             if finding.detected {
                 findings.detected.extend(&direction.faults);
             }
@@ -84,7 +90,14 @@ impl Findings {
 }
 
 impl Direction {
-    fn finding(&self, estimate: &DVector<f64>, fit: &UnitFit, rate: f64, loss: f64) -> Finding {
+    fn finding(
+        &self,
+        estimate: &DVector<f64>,
+        fit: &DamageFit,
+        rate: f64,
+        loss: f64,
+        since: Since,
+    ) -> Finding {
         let rows = self.weights.len();
         let weights = DMatrix::from_fn(rows, estimate.len(), |row, place| self.weights[row][place]);
         let (size, open) = (&weights * estimate, &weights * &fit.covariance * weights.transpose());
@@ -106,8 +119,12 @@ impl Direction {
         let detected = is_told && (rows > 1 || value > 0.0);
         let ambiguous = !is_told && std > AMBIGUOUS_RATIO * posterior_std;
         let least = if rows == 1 { f64::NEG_INFINITY } else { 0.0 };
+        let told = match since {
+            Since::AsBuilt => FindingKind::Known,
+            Since::References => FindingKind::Changed,
+        };
         Finding {
-            kind: if ambiguous { FindingKind::Ambiguous } else { FindingKind::Known },
+            kind: if ambiguous { FindingKind::Ambiguous } else { told },
             id: self.id.to_owned(),
             members: self.members.iter().map(|&member| member.to_owned()).collect(),
             value,
@@ -116,119 +133,12 @@ impl Direction {
             detected,
             prior_std: (std * std - posterior_std * posterior_std).max(0.0).sqrt(),
             posterior_std,
-            would_tell: ambiguous.then(|| self.would_tell.to_owned()),
+            would_tell: ambiguous.then(|| self.would_tell[since as usize].to_owned()),
         }
     }
 }
 
-/// How much less probable the best explanation is without damage along a direction, `D`.
-fn loss_without(quantities: &Quantities, fit: &UnitFit, weights: &[Vec<f64>]) -> f64 {
-    // what does not show where the form is taken, such as a static friction below the kinetic one,
-    // gets next to no information in place of none, so that there is a factor
-    let mut information = fit.shown.information.clone();
-    let least = LEAST_INFORMATION * information.diagonal().max();
-    for place in 0..information.nrows() {
-        information[(place, place)] += least;
-    }
-    let Some(factor) = information.cholesky() else { return 0.0 };
-    let layout = quantities.layout();
-    let whole = sum_of(&mut Form::new(quantities, fit, &factor, &[]), layout, fit);
-    let without = sum_of(&mut Form::new(quantities, fit, &factor, weights), layout, fit);
-    (without - whole).max(0.0)
-}
-
-/// Least sum of a form and the priors.
-fn sum_of(form: &mut Form<'_>, layout: &Layout, fit: &UnitFit) -> f64 {
-    let all = unknowns(layout);
-    let kept: Vec<Unknown> = form.kept.iter().map(|&place| all[place]).collect();
-    let start: Vec<f64> = form.kept.iter().map(|&place| fit.point[place]).collect();
-    let Ok(found) = most_probable(form, &kept, &start);
-    let Some(found) = found else { return 0.0 };
-    let prior = kept
-        .iter()
-        .zip(&found.numbers)
-        .map(|(unknown, value)| unknown.prior_std.map_or(0.0, |std| (value / std) * (value / std)));
-    dot(&found.white, &found.white) + prior.sum::<f64>()
-}
-
-/// The log-likelihood as white numbers, with damage along a direction left out.
-struct Form<'a> {
-    quantities: &'a Quantities,
-    fit: &'a UnitFit,
-    /// Lower factor of the curvature, transposed.
-    upper: DMatrix<f64>,
-    /// White residual where the form is taken.
-    white: DVector<f64>,
-    /// Unknowns that stay free.
-    kept: Vec<usize>,
-    /// Unknowns that follow from them, each with its shares.
-    bound: Vec<(usize, Vec<f64>)>,
-}
-
-impl<'a> Form<'a> {
-    /// A row of weights takes out the coordinate that weighs most.
-    fn new(
-        quantities: &'a Quantities,
-        fit: &'a UnitFit,
-        factor: &Cholesky<f64, Dyn>,
-        weights: &[Vec<f64>],
-    ) -> Self {
-        let lower = factor.l();
-        let descent = DVector::from_column_slice(&fit.shown.descent);
-        let white = lower.solve_lower_triangular(&descent).unwrap_or(descent);
-        let bound: Vec<(usize, Vec<f64>)> = weights
-            .iter()
-            .filter_map(|row| {
-                let place =
-                    (0..row.len()).max_by(|&a, &b| row[a].abs().total_cmp(&row[b].abs()))?;
-                let share = |(n, weight): (usize, &f64)| {
-                    if n == place { 0.0 } else { -weight / row[place] }
-                };
-                Some((place, row.iter().enumerate().map(share).collect()))
-            })
-            .collect();
-        let is_free = |place: &usize| !bound.iter().any(|(one, _)| one == place);
-        let kept = (0..quantities.layout().len()).filter(is_free).collect();
-        Self { quantities, fit, upper: lower.transpose(), white, kept, bound }
-    }
-
-    fn point(&self, kept: &[f64]) -> Vec<f64> {
-        let mut point = vec![0.0; self.quantities.layout().len()];
-        for (&place, &value) in self.kept.iter().zip(kept) {
-            point[place] = value;
-        }
-        for (place, shares) in &self.bound {
-            point[*place] = shares.iter().zip(&point).map(|(share, value)| share * value).sum();
-        }
-        point
-    }
-}
-
-impl Whitened for Form<'_> {
-    type Error = Infallible;
-
-    fn residual(&mut self, kept: &[f64]) -> Result<Vec<f64>, Infallible> {
-        let shown = self.quantities.shown_at(&self.point(kept));
-        let moved = shown.iter().zip(&self.fit.shown.at).map(|(now, at)| now - at);
-        let moved = DVector::from_iterator(shown.len(), moved);
-        Ok((&self.white - &self.upper * moved).data.into())
-    }
-
-    fn slopes(&mut self, kept: &[f64]) -> Result<Vec<Vec<f64>>, Infallible> {
-        let all = self.quantities.shown_slopes(&self.point(kept));
-        let row = |&place: &usize| {
-            let mut row = DVector::from_column_slice(&all[place]);
-            for (bound, shares) in &self.bound {
-                let share = shares.get(place).copied().unwrap_or(0.0);
-                row += share * DVector::from_column_slice(&all[*bound]);
-            }
-            (&self.upper * row).data.into()
-        };
-        Ok(self.kept.iter().map(row).collect())
-    }
-}
-
-const REFERENCES: &str = "recordings of the same unit as new";
+const REFERENCES: [&str; 2] = ["recordings of the same unit as new", "recordings of other days"];
 
 /// The directions that a test of a machine can show.
 fn directions(layout: &Layout) -> Vec<Direction> {
@@ -284,8 +194,11 @@ fn directions(layout: &Layout) -> Vec<Direction> {
             weights: vec![along(&pairs)],
             // which of the phases it is, imbalances say
             faults: Vec::new(),
-            would_tell: "recordings of the same unit as new, the winding's temperature, or the \
-                         motor's voltage",
+            would_tell: [
+                "recordings of the same unit as new, the winding's temperature, or the motor's \
+                 voltage",
+                "the winding's temperature, or the motor's voltage",
+            ],
         });
     }
     if ECCENTRICITY.into_iter().all(has) {

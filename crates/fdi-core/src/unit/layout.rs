@@ -1,6 +1,9 @@
 //! The unknowns of a unit: damage looked for and numbers with a tolerance.
 
-use ema_sim::{FAULT_COUNT, FaultCoordinates, Parameter, Tolerance, UncertainNumber};
+use ema_sim::{
+    FAULT_COUNT, FaultCoordinates, Level, Parameter, TemperatureLaw, ThermalNumber, Tolerance,
+    UncertainNumber,
+};
 
 use crate::simulation::experiment::Experiment;
 
@@ -39,6 +42,10 @@ pub(crate) enum Acts {
     PhaseGain(usize),
     /// Offset of the sensor of a phase, A.
     PhaseOffset(usize),
+    /// Winding's temperature less that of the model file's numbers, K.
+    Temperature,
+    /// Temperature coefficient less that of the model file, 1/K.
+    Coefficient(ThermalNumber),
     /// Any other parameter, relative.
     Other(&'static Parameter),
 }
@@ -48,6 +55,39 @@ impl Acts {
     pub(crate) fn is_of_sensor(self) -> bool {
         matches!(self, Self::PhaseGain(_) | Self::PhaseOffset(_))
     }
+
+    /// True for the temperature of the winding.
+    pub(crate) fn is_temperature(self) -> bool {
+        matches!(self, Self::Temperature)
+    }
+
+    /// The component that the number is of; `None` for the drive and the test.
+    pub(crate) fn component(self) -> Option<Component> {
+        match self {
+            Self::TorqueConstant
+            | Self::MotorInertia
+            | Self::Viscous
+            | Self::Turns(_)
+            | Self::EccentricityCos
+            | Self::EccentricitySin => Some(Component::Motor),
+            Self::SurfaceInertia
+            | Self::DryFriction
+            | Self::StaticOverKinetic
+            | Self::SurfaceFriction
+            | Self::Play
+            | Self::Efficiency => Some(Component::Gear),
+            Self::PhaseGain(_) | Self::PhaseOffset(_) => Some(Component::Sensor),
+            Self::Coefficient(ThermalNumber::BackEmf | ThermalNumber::Resistance) => {
+                Some(Component::Motor)
+            }
+            Self::Load | Self::Temperature | Self::Coefficient(_) => None,
+            Self::Other(parameter) => match parameter.key().split_once('.') {
+                Some(("motor", _)) => Some(Component::Motor),
+                Some(("transmission", _)) => Some(Component::Gear),
+                _ => None,
+            },
+        }
+    }
 }
 
 /// A number with a tolerance.
@@ -56,8 +96,87 @@ pub(crate) struct UnitNumber {
     /// Key of the model file's `[tolerance]`, with the phase where there are three.
     pub(crate) key: String,
     pub(crate) acts: Acts,
-    /// Standard deviation of one recording's unit from the model file, all levels together.
-    pub(crate) std: f64,
+    pub(crate) scatter: Scatter,
+}
+
+/// Part of an actuator that can be replaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Component {
+    /// Rotor, windings and bearings.
+    Motor,
+    /// Gear, screw and surface.
+    Gear,
+    /// Sensors of the phase currents.
+    Sensor,
+}
+
+impl Component {
+    pub(crate) const COUNT: usize = 3;
+
+    /// Every component.
+    pub const ALL: [Self; Self::COUNT] = [Self::Motor, Self::Gear, Self::Sensor];
+
+    /// Word on the command line: `motor`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Gear => "gear",
+            Self::Sensor => "sensor",
+        }
+    }
+}
+
+/// Standard deviations of a number at the levels of a machine, relative or in its unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Scatter {
+    /// Between machines as built: type and unit.
+    pub(crate) machine: f64,
+    /// Between sessions of a machine.
+    pub(crate) session: f64,
+    /// Between recordings of a session.
+    pub(crate) recording: f64,
+}
+
+impl Scatter {
+    fn at(level: Level, std: f64) -> Self {
+        match level {
+            Level::Type | Level::Unit => Self { machine: std, ..Self::default() },
+            Level::Session => Self { session: std, ..Self::default() },
+            Level::Recording => Self { recording: std, ..Self::default() },
+        }
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            machine: self.machine.hypot(other.machine),
+            session: self.session.hypot(other.session),
+            recording: self.recording.hypot(other.recording),
+        }
+    }
+
+    /// Standard deviation of one recording of a machine that nothing else is known of.
+    pub(crate) fn together(self) -> f64 {
+        self.machine.hypot(self.session).hypot(self.recording)
+    }
+}
+
+/// Numbers that follow the temperature, each over its value at the model file's temperature.
+pub(crate) fn thermal_ratios<'a>(
+    law: Option<&TemperatureLaw>,
+    numbers: impl Iterator<Item = (&'a UnitNumber, f64)>,
+) -> [f64; ThermalNumber::ALL.len()] {
+    let Some(law) = law else { return [1.0; ThermalNumber::ALL.len()] };
+    let mut per_k = ThermalNumber::ALL.map(|number| law.coefficient(number).per_k);
+    let mut away_k = 0.0;
+    for (number, value) in numbers {
+        match number.acts {
+            Acts::Temperature => away_k += value,
+            Acts::Coefficient(of) => per_k[of as usize] += value,
+            _ => {}
+        }
+    }
+    ThermalNumber::ALL.map(|number| number.ratio(per_k[number as usize], away_k))
 }
 
 /// The unknowns in their order: damage looked for, then numbers.
@@ -77,10 +196,13 @@ impl Layout {
         for tolerance in &experiment.tolerance {
             for number in numbers_of(tolerance) {
                 match numbers.iter_mut().find(|known| known.key == number.key) {
-                    Some(known) => known.std = known.std.hypot(number.std),
+                    Some(known) => known.scatter = known.scatter.with(number.scatter),
                     None => numbers.push(number),
                 }
             }
+        }
+        if numbers.iter().any(|number| number.acts.is_temperature()) {
+            numbers.extend(coefficients_of(experiment.temperature.as_ref()));
         }
         Self { sought: experiment.sought_indices(), numbers }
     }
@@ -104,6 +226,12 @@ impl Layout {
         self.sought.iter().position(|&index| index == coordinate)
     }
 
+    /// Place of the winding's temperature among the unknowns, where it scatters.
+    pub(crate) fn temperature(&self) -> Option<usize> {
+        let is_temperature = |number: &UnitNumber| number.acts.is_temperature();
+        Some(self.sought.len() + self.numbers.iter().position(is_temperature)?)
+    }
+
     /// The numbers at a point with their places.
     pub(crate) fn at<'a>(
         &'a self,
@@ -113,28 +241,42 @@ impl Layout {
     }
 }
 
+/// Coefficients of a law of temperature that differ between units.
+fn coefficients_of(law: Option<&TemperatureLaw>) -> Vec<UnitNumber> {
+    let uncertain = |number: ThermalNumber| {
+        let std = law?.coefficient(number).std_per_k;
+        let key = format!("temperature.{}", number.key());
+        let scatter = Scatter { machine: std, ..Scatter::default() };
+        (std > 0.0).then_some(UnitNumber { key, acts: Acts::Coefficient(number), scatter })
+    };
+    ThermalNumber::ALL.into_iter().filter_map(uncertain).collect()
+}
+
 /// The numbers that a tolerance stands for: one, or one a phase or direction.
 fn numbers_of(tolerance: &Tolerance) -> Vec<UnitNumber> {
-    let (key, std) = (tolerance.key(), tolerance.std());
-    let one = |acts| vec![UnitNumber { key: key.to_owned(), acts, std }];
+    let key = tolerance.key();
+    let scatter = Scatter::at(tolerance.level, tolerance.std());
+    let one = |acts| vec![UnitNumber { key: key.to_owned(), acts, scatter }];
     let each = |acts: fn(usize) -> Acts| {
         let named = |(phase, name): (usize, &&str)| UnitNumber {
             key: format!("{key}.{name}"),
             acts: acts(phase),
-            std,
+            scatter,
         };
         PHASES.iter().enumerate().map(named).collect()
     };
     match tolerance.number {
         UncertainNumber::StaticOverKinetic => one(Acts::StaticOverKinetic),
         UncertainNumber::Load => one(Acts::Load),
+        UncertainNumber::WindingTemperature => one(Acts::Temperature),
         UncertainNumber::PhaseGain => each(Acts::PhaseGain),
         UncertainNumber::PhaseOffset => each(Acts::PhaseOffset),
         UncertainNumber::Turns => each(Acts::Turns),
         UncertainNumber::Eccentricity => {
             // the amplitude's mean square is that of both directions together
-            let std = std * core::f64::consts::FRAC_1_SQRT_2;
-            let along = |name, acts| UnitNumber { key: format!("{key}.{name}"), acts, std };
+            let std = tolerance.std() * core::f64::consts::FRAC_1_SQRT_2;
+            let scatter = Scatter::at(tolerance.level, std);
+            let along = |name, acts| UnitNumber { key: format!("{key}.{name}"), acts, scatter };
             vec![along("cos", Acts::EccentricityCos), along("sin", Acts::EccentricitySin)]
         }
         UncertainNumber::Parameter(parameter) => one(acts_of(parameter)),

@@ -18,7 +18,7 @@
 //! n_A − n̄      n_B − n̄      ζ·cos φ      ζ·sin φ      ln η/η₀
 //! ```
 //!
-//! and any other parameter with a tolerance. What is a function of these alone, the signal and its
+//! with the temperature of the winding in `k_e`, `F` and `c`, and any other parameter with a tolerance. What is a function of these alone, the signal and its
 //! learnt error, cannot tell apart what the current does not tell apart.
 //!
 //! # Source
@@ -28,13 +28,13 @@
 
 use ema_sim::{
     Actuator, FAULT_COUNT, FaultCoordinates, LowFidelity, Parameter, PhysicalFaults, Scenario,
+    TemperatureLaw, ThermalNumber,
 };
-
 use inference::central_differences;
 
 use crate::{
     simulation::experiment::Experiment,
-    unit::layout::{Acts, Layout},
+    unit::layout::{Acts, Layout, thermal_ratios},
 };
 
 /// Places of the quantities.
@@ -54,6 +54,8 @@ const EFFICIENCY: usize = 12;
 /// Quantities before those of other parameters.
 const FIXED: usize = 13;
 
+/// Key of the parameter that follows the temperature beside the quantities.
+const RESISTANCE: &str = "motor.resistance-ohm";
 /// Least share of turns, friction and play: below, a machine has no equation.
 const LEAST_RATIO: f64 = 0.01;
 /// Relative change of a parameter that a test is asked about.
@@ -77,6 +79,7 @@ pub(crate) struct Bent {
 pub(crate) struct Quantities {
     layout: Layout,
     load_n_m: f64,
+    temperature: Option<TemperatureLaw>,
     others: Vec<&'static Parameter>,
     /// Quantities that a test of this machine can show.
     shown: Vec<usize>,
@@ -85,14 +88,23 @@ pub(crate) struct Quantities {
 impl Quantities {
     pub(crate) fn new(experiment: &Experiment) -> Self {
         let layout = Layout::of(experiment);
-        let others = layout.numbers.iter().filter_map(|number| match number.acts {
-            Acts::Other(parameter) => Some(parameter),
-            _ => None,
-        });
-        let others = others.filter(|parameter| is_shown(experiment, parameter));
-        let others: Vec<_> = others.collect();
-        let mut quantities =
-            Self { load_n_m: experiment.scenario.load_n_m, shown: Vec::new(), others, layout };
+        let mut others: Vec<&'static Parameter> = Vec::new();
+        for number in &layout.numbers {
+            let moved = match number.acts {
+                Acts::Other(parameter) => Some(parameter),
+                Acts::Temperature => Parameter::find(RESISTANCE),
+                _ => None,
+            };
+            others.extend(moved.filter(|parameter| !others.contains(parameter)));
+        }
+        others.retain(|parameter| is_shown(experiment, parameter));
+        let mut quantities = Self {
+            load_n_m: experiment.scenario.load_n_m,
+            temperature: experiment.temperature,
+            shown: Vec::new(),
+            others,
+            layout,
+        };
         let origin = vec![0.0; quantities.layout.len()];
         let moved = quantities.all_slopes(&origin);
         quantities.shown = (0..FIXED + quantities.others.len())
@@ -104,6 +116,30 @@ impl Quantities {
 
     pub(crate) fn layout(&self) -> &Layout {
         &self.layout
+    }
+
+    /// Names of all that a signal shows, in the order of [`shown_at`](Self::shown_at).
+    pub(crate) fn names(&self) -> Vec<&str> {
+        let fixed = [
+            "friction",
+            "static-over-kinetic",
+            "viscous",
+            "motor-inertia",
+            "surface-inertia",
+            "load",
+            "surface-friction",
+            "play",
+            "imbalance-a",
+            "imbalance-b",
+            "eccentricity-cos",
+            "eccentricity-sin",
+            "efficiency",
+        ];
+        let others = self.others.iter().map(|parameter| parameter.key());
+        let all: Vec<&str> = fixed.into_iter().chain(others).collect();
+        let of_sensors = self.layout.numbers.iter().filter(|number| number.acts.is_of_sensor());
+        let shown = self.shown.iter().map(|&place| all[place]);
+        shown.chain(of_sensors.map(|number| number.key.as_str())).collect()
     }
 
     /// Quantities that some unknown moves.
@@ -165,6 +201,13 @@ impl Quantities {
         all[FRICTION] = (1.0 + 2.0 * damage[0]).max(LEAST_RATIO).ln();
         all[ECCENTRICITY_COS] = damage[5];
         all[ECCENTRICITY_SIN] = damage[6];
+        let warm = thermal_ratios(self.temperature.as_ref(), self.layout.at(point)).map(f64::ln);
+        torque_constant += warm[ThermalNumber::BackEmf as usize];
+        all[FRICTION] += warm[ThermalNumber::DryFriction as usize];
+        all[VISCOUS] += warm[ThermalNumber::Viscous as usize];
+        if let Some(place) = self.others.iter().position(|other| other.key() == RESISTANCE) {
+            all[FIXED + place] += warm[ThermalNumber::Resistance as usize];
+        }
         for (number, value) in self.layout.at(point) {
             let log = (LEAST_RATIO - 1.0).max(value).ln_1p();
             match number.acts {
@@ -181,7 +224,10 @@ impl Quantities {
                 Acts::Turns(phase) => turns[phase] += log,
                 Acts::EccentricityCos => all[ECCENTRICITY_COS] += value,
                 Acts::EccentricitySin => all[ECCENTRICITY_SIN] += value,
-                Acts::PhaseGain(_) | Acts::PhaseOffset(_) => {}
+                Acts::PhaseGain(_)
+                | Acts::PhaseOffset(_)
+                | Acts::Temperature
+                | Acts::Coefficient(_) => {}
                 Acts::Other(parameter) => {
                     let place = self.others.iter().position(|other| other == &parameter);
                     if let Some(place) = place {

@@ -11,13 +11,17 @@ use crate::{
     offline::factor::joined,
     simulation::experiment::Experiment,
     unit::{
-        error::UnitError, layout::Layout, monitor::UnitMonitor, quantities::Quantities,
+        error::UnitError,
+        evidence::{Evidence, TemperatureReading},
+        layout::Layout,
+        monitor::UnitMonitor,
+        quantities::Quantities,
         sensors::SensorShares,
     },
 };
 
 /// Most that one step may move a coordinate of damage: the machine bends within that.
-const DAMAGE_REACH: [f64; 7] = [0.15, 0.03, 0.05, 0.05, 0.05, 0.05, 0.05];
+pub(crate) const DAMAGE_REACH: [f64; 7] = [0.15, 0.03, 0.05, 0.05, 0.05, 0.05, 0.05];
 /// Standard deviations that one step may move a number.
 const NUMBER_REACH: f64 = 4.0;
 /// Difference of a quantity for its slope over its spread in the design: large against the kinks
@@ -51,6 +55,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) shares: Option<&'a SensorShares>,
     /// Covariance of the filtered envelope's noise, A².
     pub(crate) noise: &'a BandedMatrix,
+    /// Temperature of the winding, where it was read.
+    pub(crate) temperature: Option<TemperatureReading>,
 }
 
 /// Explanation of a recording.
@@ -60,8 +66,7 @@ pub(crate) struct UnitFit {
     pub(crate) point: Vec<f64>,
     /// Covariance of the damage, the numbers marginal.
     pub(crate) covariance: DMatrix<f64>,
-    /// Information of the recording on all that the signal shows.
-    pub(crate) shown: Shown,
+    pub(crate) evidence: Evidence,
     /// Covariance of the damage, were every number known.
     pub(crate) known_numbers: DMatrix<f64>,
     pub(crate) residual_a: Vec<f64>,
@@ -72,18 +77,6 @@ pub(crate) struct UnitFit {
     pub(crate) converged: bool,
     /// Simulations of the low-fidelity model.
     pub(crate) evaluations: u64,
-}
-
-/// The log-likelihood of a recording as a quadratic form in what the signal shows: the quantities of
-/// the machine, then the errors of the sensors.
-#[derive(Clone, Debug)]
-pub(crate) struct Shown {
-    /// Where the form is taken.
-    pub(crate) at: Vec<f64>,
-    /// Its curvature there.
-    pub(crate) information: DMatrix<f64>,
-    /// Its descent there.
-    pub(crate) descent: Vec<f64>,
 }
 
 /// Explains a recording of a unit.
@@ -117,11 +110,13 @@ pub(crate) fn unknowns(layout: &Layout) -> Vec<Unknown> {
         .sought
         .iter()
         .map(|&coordinate| Unknown { prior_std: None, reach: DAMAGE_REACH[coordinate] });
-    let numbers = layout
-        .numbers
-        .iter()
-        .map(|number| Unknown { prior_std: Some(number.std), reach: NUMBER_REACH * number.std });
+    let numbers = layout.numbers.iter().map(|number| number_unknown(number.scatter.together()));
     damage.chain(numbers).collect()
+}
+
+/// A number of the machine with its prior.
+pub(crate) fn number_unknown(std: f64) -> Unknown {
+    Unknown { prior_std: Some(std), reach: NUMBER_REACH * std }
 }
 
 /// A recording beside the low-fidelity model.
@@ -184,20 +179,23 @@ impl Compared<'_> {
 
     fn fit(&mut self, found: MostProbable, floor_a: f64) -> Result<UnitFit, UnitSearchError> {
         let residual_a = self.residual_a(&found.numbers)?;
+        let samples = self.observed.signal_a.len();
+        let white = &found.white[..samples];
         let rows = &self.white_slopes;
         let product = |i: usize, j: usize| dot(&rows[i], &rows[j]);
-        let shown = Shown {
+        let evidence = Evidence {
             at: self.quantities.shown_at(&found.numbers),
             information: DMatrix::from_fn(rows.len(), rows.len(), product),
-            descent: rows.iter().map(|row| dot(row, &found.white)).collect(),
+            descent: rows.iter().map(|row| dot(row, white)).collect(),
+            shared: self.shared(),
+            temperature: self.observed.temperature,
         };
         let damage = self.quantities.layout().sought.len();
         let known_numbers = block(&found.information, damage).try_inverse();
-        let samples = found.white.len() as f64;
         Ok(UnitFit {
-            misfit: found.white.iter().map(|z| z * z).sum::<f64>() / samples,
+            misfit: dot(white, white) / samples as f64,
             point: found.numbers,
-            shown,
+            evidence,
             covariance: block(&found.covariance, damage),
             known_numbers: known_numbers.ok_or(UnitSearchError::Undetermined)?,
             residual_a,
@@ -205,6 +203,33 @@ impl Compared<'_> {
             converged: found.converged,
             evaluations: self.evaluations,
         })
+    }
+}
+
+impl Compared<'_> {
+    /// `Jᵀ·Σ⁻¹·S_u·Σ⁻¹·J` with `S_u` the share of the learnt error that recordings of a unit have in
+    /// common.
+    fn shared(&self) -> DMatrix<f64> {
+        let through: Vec<Vec<f64>> = self
+            .white_slopes
+            .iter()
+            .map(|row| {
+                let mut weighted = row.clone();
+                self.cholesky.whiten_transposed(&mut weighted);
+                weighted
+            })
+            .collect();
+        let spread: Vec<Vec<f64>> =
+            through.iter().map(|row| self.error.covariance.times(row)).collect();
+        // one order of each product, so that the matrix is its own transpose to the last bit
+        let entry =
+            |i: usize, j: usize| self.error.shared * dot(&through[i.max(j)], &spread[i.min(j)]);
+        DMatrix::from_fn(through.len(), through.len(), entry)
+    }
+
+    /// Place of the winding's temperature among the unknowns, and its reading.
+    fn temperature(&self) -> Option<(usize, TemperatureReading)> {
+        self.quantities.layout().temperature().zip(self.observed.temperature)
     }
 }
 
@@ -219,6 +244,10 @@ impl Whitened for Compared<'_> {
     fn residual(&mut self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let mut residual = self.residual_a(point)?;
         self.cholesky.whiten(&mut residual);
+        residual.extend(
+            self.temperature()
+                .map(|(place, reading)| (reading.away_k - point[place]) / reading.std_k),
+        );
         Ok(residual)
     }
 
@@ -243,7 +272,13 @@ impl Whitened for Compared<'_> {
             }
             row
         };
-        let slopes = self.quantities.shown_slopes(point).into_iter().map(row).collect();
+        let mut slopes: Vec<Vec<f64>> =
+            self.quantities.shown_slopes(point).into_iter().map(row).collect();
+        if let Some((place, reading)) = self.temperature() {
+            for (unknown, row) in slopes.iter_mut().enumerate() {
+                row.push(if unknown == place { 1.0 / reading.std_k } else { 0.0 });
+            }
+        }
         self.white_slopes = white;
         Ok(slopes)
     }

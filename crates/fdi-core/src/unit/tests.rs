@@ -3,7 +3,10 @@ use inference::BandedMatrix;
 
 use super::{
     error::UnitError,
-    finding::Findings,
+    evidence::{Evidence, TemperatureReading},
+    finding::{Findings, Since},
+    joint::{DamageFit, Joint, OfUnit, Wear},
+    learnt_unit::{LearntUnit, UnitRecording, UnitState},
     monitor::UnitMonitor,
     quantities::Quantities,
     search::{Observed, UnitFit, explain},
@@ -47,8 +50,13 @@ impl Chirp {
     }
 
     fn fit(&self, signal_a: &[f64]) -> UnitFit {
-        let observed =
-            Observed { signal_a, start_angle_rad: 0.0, shares: None, noise: &self.noise };
+        let observed = Observed {
+            signal_a,
+            start_angle_rad: 0.0,
+            shares: None,
+            noise: &self.noise,
+            temperature: None,
+        };
         explain(&self.bundle.experiment, &self.quantities, self.error(), &observed).unwrap()
     }
 
@@ -72,8 +80,9 @@ fn what_the_current_cannot_tell_is_left_to_the_tolerances() {
     let std = |place: usize| fit.covariance[(place, place)].sqrt();
     // k1 is half a tolerance of dry friction, 20 % between units and 3 % between sessions, over a torque
     // constant that the inertia tells to its 3 %
+    // and 15 K of temperature add 0.5·15 K of (0.4 % less 0.11 %, and 0.1 % uncertain)
     let friction = 0.5 * 0.20_f64.hypot(0.03).hypot(0.03);
-    assert!((std(0) / friction - 1.0).abs() < 0.01, "{}", std(0));
+    assert!((std(0) / friction - 1.0).abs() < 0.05, "{}", std(0));
     // k2 of 0.01 is a play twice as wide, 30 %
     assert!((std(1) / (0.30 / 99.0) - 1.0).abs() < 0.02, "{}", std(1));
     // eccentricity as built, 2 % over both directions
@@ -102,7 +111,10 @@ fn findings_tell_a_phase_and_leave_a_weak_magnet_open() {
     let chirp = Chirp::new();
     let found = |set: &[(&str, f64)]| {
         let fit = chirp.fit(&chirp.signal(&chirp.point(set)));
-        let findings = Findings::of(&chirp.quantities, &fit);
+        let own = of_unit(&fit, 0);
+        let joint = Joint::new(&chirp.quantities, &[], &own, &fit.point).unwrap();
+        let layout = chirp.quantities.layout();
+        let findings = Findings::of(layout, &joint, &DamageFit::from(&fit), Since::AsBuilt);
         let ids = findings.all.iter().filter(|one| one.detected).map(|one| one.id.clone());
         ids.collect::<Vec<_>>()
     };
@@ -115,6 +127,138 @@ fn findings_tell_a_phase_and_leave_a_weak_magnet_open() {
     assert_eq!(found(&[("k1", 0.6)]), ["friction"]);
 }
 
+fn of_unit(fit: &UnitFit, session: usize) -> OfUnit<'_> {
+    OfUnit { evidence: &fit.evidence, session, wear: Wear::AsNew, replaced: [0; 3] }
+}
+
+/// Standard deviations of a damage beside so many references, each of a day of its own.
+fn stds_beside(chirp: &Chirp, fit: &UnitFit, references: usize) -> Vec<f64> {
+    let others: Vec<_> = (0..references).map(|day| of_unit(fit, day)).collect();
+    let own = of_unit(fit, references);
+    let joint = Joint::new(&chirp.quantities, &others, &own, &fit.point).unwrap();
+    let damage = joint.damage().unwrap();
+    (0..damage.estimate.len()).map(|place| damage.covariance[(place, place)].sqrt()).collect()
+}
+
+#[test]
+fn references_leave_sessions_and_noise() {
+    let chirp = Chirp::new();
+    let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
+    let alone = stds_beside(&chirp, &fit, 0);
+    let known = DamageFit::from(&fit);
+    for (place, std) in alone.iter().enumerate() {
+        let marginal = known.covariance[(place, place)].sqrt();
+        assert!((std / marginal - 1.0).abs() < 1e-2, "{place}: {std} {marginal}");
+    }
+    let (one, four) = (stds_beside(&chirp, &fit, 1), stds_beside(&chirp, &fit, 4));
+    // friction differs by 3 % from day to day and with 15 K of temperature, play and turns do not
+    assert!(alone[0] > 0.09 && four[0] < 0.05 && four[0] > 0.015, "{alone:?} {four:?}");
+    for place in 1..7 {
+        assert!(one[place] < alone[place] && four[place] < one[place], "{place}: {one:?} {four:?}");
+    }
+    assert!(four[1] < 0.2 * alone[1] && four[2] < 0.3 * alone[2], "{four:?}");
+}
+
+#[test]
+fn a_change_is_told_from_what_was_there_as_built() {
+    let chirp = Chirp::new();
+    let fit = |set: &[(&str, f64)]| chirp.fit(&chirp.signal(&chirp.point(set)));
+    // a machine with a lopsided winding, weak magnets and a wide play as built
+    let built = [("as-built.turns.b", -0.01), ("motor.back-emf-v-s-per-rad", -0.04)];
+    let as_new = fit(&built);
+    let shows = |later: &[(&str, f64)]| {
+        let later = fit(&[&built[..], later].concat());
+        let (others, own) = ([of_unit(&as_new, 0)], of_unit(&later, 1));
+        let joint = Joint::new(&chirp.quantities, &others, &own, &later.point).unwrap();
+        let damage = joint.damage().unwrap();
+        let layout = chirp.quantities.layout();
+        let findings = Findings::of(layout, &joint, &damage, Since::References);
+        let ids = findings.all.iter().filter(|one| one.detected).map(|one| one.id.clone());
+        (damage.estimate, ids.collect::<Vec<_>>())
+    };
+    let (none, found) = shows(&[]);
+    assert!(found.is_empty(), "{found:?}");
+    assert!(none.iter().all(|level| level.abs() < 2e-3), "{none:?}");
+    let (short, found) = shows(&[("k4", 0.03)]);
+    assert!(found.contains(&"imbalance-b".to_owned()), "{found:?}");
+    assert!((short[3] - 0.03).abs() < 6e-3, "{short:?}");
+}
+
+#[test]
+fn a_part_that_was_replaced_is_not_known() {
+    let chirp = Chirp::new();
+    let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
+    let stds = |replaced: [u32; 3]| {
+        let others = [of_unit(&fit, 0)];
+        let own = OfUnit { replaced, ..of_unit(&fit, 1) };
+        let joint = Joint::new(&chirp.quantities, &others, &own, &fit.point).unwrap();
+        let damage = joint.damage().unwrap();
+        [1, 5].map(|place| damage.covariance[(place, place)].sqrt())
+    };
+    let ([play, eccentricity], motor) = (stds([0; 3]), stds([1, 0, 0]));
+    let gear = stds([0, 1, 0]);
+    assert!((motor[0] / play - 1.0).abs() < 0.05 && motor[1] > 5.0 * eccentricity, "{motor:?}");
+    assert!(gear[0] > 5.0 * play && (gear[1] / eccentricity - 1.0).abs() < 0.05, "{gear:?}");
+}
+
+#[test]
+fn a_reading_of_the_temperature_tells_magnets_from_a_warm_day() {
+    let chirp = Chirp::new();
+    let signal = chirp.signal(&chirp.point(&[]));
+    let fit = chirp.fit(&signal);
+    let read = |fit: &UnitFit, away_k: f64| {
+        let mut read = fit.clone();
+        read.evidence.temperature = Some(TemperatureReading { away_k, std_k: 1.0 });
+        read
+    };
+    let std = |fit: &UnitFit| {
+        let (others, own) = ([of_unit(fit, 0)], of_unit(fit, 1));
+        let joint = Joint::new(&chirp.quantities, &others, &own, &fit.point).unwrap();
+        joint.damage().unwrap().covariance[(2, 2)].sqrt()
+    };
+    assert!(std(&read(&fit, 0.0)) < 0.9 * std(&fit), "{} {}", std(&read(&fit, 0.0)), std(&fit));
+    // 30 K warmer, the drag falls to 55 % and the magnets by 3 %: no change
+    let warm = chirp.fit(&chirp.signal(&chirp.point(&[("test.winding-temperature-k", 30.0)])));
+    let (new, warm) = (read(&fit, 0.0), read(&warm, 30.0));
+    let (others, own) = ([of_unit(&new, 0)], of_unit(&warm, 1));
+    let joint = Joint::new(&chirp.quantities, &others, &own, &warm.point).unwrap();
+    let damage = joint.damage().unwrap();
+    assert!(damage.estimate.iter().all(|level| level.abs() < 4e-3), "{:?}", damage.estimate);
+}
+
+#[test]
+fn units_come_back_from_their_file() {
+    let chirp = Chirp::new();
+    let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
+    let recording = |name: &str, state, temperature| UnitRecording {
+        name: name.to_owned(),
+        session: Some("2026-11-21".to_owned()),
+        state,
+        replaced: [0, 1, 0],
+        evidence: Evidence { temperature, ..fit.evidence.clone() },
+    };
+    let read = TemperatureReading { away_k: 3.5, std_k: 2.0 };
+    let unit = LearntUnit {
+        actuator_id: Some("A-7".to_owned()),
+        model_name: "ema-48".to_owned(),
+        command: "chirp".to_owned(),
+        basis: "0".repeat(64),
+        replaced: [0, 1, 0],
+        recordings: vec![
+            recording("a.csv", UnitState::AsNew, None),
+            recording("b.csv", UnitState::Since, Some(read)),
+        ],
+    };
+    let bytes = unit.to_bytes();
+    assert!(LearntUnit::from_bytes(&bytes).unwrap() == unit);
+    assert_eq!((unit.references(), unit.sessions()), (1, 1));
+    let mut bad = bytes.clone();
+    *bad.last_mut().unwrap() ^= 1;
+    assert!(LearntUnit::from_bytes(&bad).is_err());
+    let error = LearntUnit::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap_err().to_string();
+    assert_eq!(error, "is a bundle, expected a unit");
+}
+
 #[test]
 fn levels_of_one_number_add_in_squares() {
     let number = UncertainNumber::find("motor.inertia-kg-m2").unwrap();
@@ -122,6 +266,6 @@ fn levels_of_one_number_add_in_squares() {
     let tolerance = vec![of(Level::Unit, 0.03), of(Level::Session, 0.04)];
     let quantities = Quantities::new(&Experiment { tolerance, ..Experiment::chirp() });
     let numbers = &quantities.layout().numbers;
-    assert!(numbers.len() == 1 && (numbers[0].std - 0.05).abs() < 1e-12);
+    assert!(numbers.len() == 1 && (numbers[0].scatter.together() - 0.05).abs() < 1e-12);
     assert!(presets::ema_48_tolerance().len() > numbers.len());
 }

@@ -39,12 +39,14 @@ pub struct Finding {
 pub enum FindingKind {
     /// Damage, if it is detected: the recording tells the direction from the tolerances.
     Known,
+    /// Damage since the references of the unit, if it is detected.
+    Changed,
     /// Damage and tolerances do the same, and the size is within what the tolerances explain.
     Ambiguous,
 }
 
 words! {
-    FindingKind { Known "known", Ambiguous "ambiguous" }
+    FindingKind { Known "known", Changed "changed", Ambiguous "ambiguous" }
 }
 
 impl Finding {

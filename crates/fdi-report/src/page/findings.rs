@@ -46,7 +46,7 @@ fn row(finding: &Finding, believed: bool) -> Vec<Cell> {
         _ if !believed => "–",
         _ if finding.detected => "yes",
         FindingKind::Ambiguous => "open",
-        FindingKind::Known => "no",
+        FindingKind::Known | FindingKind::Changed => "no",
     };
     let sd = |part: f64| Cell::number(Some(part), |part| to_digits_of(part, part));
     vec![

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use experiments::{
-    HiddenDamage, UnitsLine, UnitsResult, UnitsScore, bundle_at, evaluate_units, unit_bounds,
+    BoundCase, HiddenDamage, UnitsLine, UnitsResult, UnitsScore, bundle_at, evaluate_units,
+    unit_bounds,
 };
 use fdi_core::{Bundle, Diagnoser, EMBEDDED_BUNDLES, report::FaultId};
 
@@ -40,7 +41,7 @@ fn line(scale: f64, damage: HiddenDamage) -> UnitsLine {
 /// Bounds at full tolerances, and a few machines.
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let diagnoser = embedded()?;
-    let bounds = unit_bounds(&diagnoser.bundle().experiment, 1.0, JOBS)?;
+    let bounds = unit_bounds(&diagnoser.bundle().experiment, &BoundCase::alone(1.0), JOBS)?;
     let figure = |id: String, value: f64, tolerance_rel: f64| Figure {
         id,
         value,
@@ -95,7 +96,7 @@ pub(super) fn text() -> Result<String> {
             seed(1),
             JOBS,
         )?);
-        bounds.push(unit_bounds(&diagnoser.bundle().experiment, scale, JOBS)?);
+        bounds.push(unit_bounds(&diagnoser.bundle().experiment, &BoundCase::alone(scale), JOBS)?);
     }
     write!(page, "\n## Verdicts\n\n{}", verdicts(&healthy, &faulty))?;
     write!(page, "\n## Coverage of the 95 % intervals\n\n{}", coverage(&healthy, &faulty))?;

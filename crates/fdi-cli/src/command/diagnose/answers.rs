@@ -8,7 +8,7 @@ use fdi_core::{
     report::{ResumeHead, SCHEMA_VERSION},
 };
 
-use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL};
+use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL, unit_file};
 
 /// Options of `diagnose` that change no answer: which recordings, and what is made of the answers.
 #[cfg(test)]
@@ -40,16 +40,18 @@ pub(super) fn head(
     let of_file =
         |path: &PathBuf| recording_sha256(path).with_context(|| path.display().to_string());
     let references = args.reference.iter().map(of_file).collect::<Result<Vec<_>>>()?;
+    let units = args.unit.as_deref().map_or_else(|| Ok(Vec::new()), unit_file::listed)?;
+    let units = units.iter().map(of_file).collect::<Result<Vec<_>>>()?;
     let word = |value: &dyn ToString| Some(value.to_string());
     let several = |values: &[String]| (!values.is_empty()).then(|| values.join(", "));
     let switch = |on: bool| on.then(|| "on".to_owned());
     let depend_on = [
         ("bundle", Some(diagnoser.bundles().join(", "))),
-        ("date-from", args.fleet.date_from.as_ref().and_then(|one| word(one))),
+        ("date-from", args.fleet.names.date_from.as_ref().and_then(|one| word(one))),
         ("encoding", Some(args.encoding.word().to_owned())),
         ("fidelity", Some(args.fidelity.word().to_owned())),
         ("free-start", switch(args.free_start)),
-        ("id-from", args.fleet.id_from.as_ref().and_then(|one| word(one))),
+        ("id-from", args.fleet.names.id_from.as_ref().and_then(|one| word(one))),
         ("map", several(&args.map.map)),
         ("max-delay-s", args.max_delay_s.and_then(|one| word(&one))),
         ("max-evaluations", args.max_evaluations.and_then(|one| word(&one))),
@@ -59,6 +61,7 @@ pub(super) fn head(
         ("seed", word(&global.seed)),
         ("stable", switch(global.stable)),
         ("tolerance", Some(args.tolerance.word().to_owned())),
+        ("unit", several(&units)),
     ];
     let answers_depend_on: BTreeMap<String, Option<String>> =
         depend_on.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();

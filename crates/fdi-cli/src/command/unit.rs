@@ -1,0 +1,168 @@
+//! `fdi unit`.
+
+use std::{fmt::Write as _, path::PathBuf};
+
+use anyhow::{Result, bail};
+use fdi_core::{
+    ColumnMap, Diagnoser, Disagreement, LearntUnit, Recording, UnitState,
+    report::{LearntFrom, UnitSummary},
+};
+
+use crate::{
+    ExitStatus, GlobalArgs, OutputFormat, Streams,
+    args::{LearnArgs, MapArgs, NameArgs, ResetArgs, ShowUnitArgs, UpdateArgs},
+    diagnoser::{ToLearn, diagnoser_of_first, learning_options},
+    unit_file::{self, HeldUnit},
+};
+
+/// Learns a unit and writes its file.
+pub(crate) fn learn(
+    args: &LearnArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let Some(path) = global.output.as_deref() else {
+        bail!("`--output FILE` says where the unit goes");
+    };
+    let (recordings, diagnoser) =
+        prepared(&args.recordings, &args.map, &args.names, args.bundle.as_ref())?;
+    let unit = diagnoser.learn_unit(&recordings, &learning_options(global.root_seed()))?;
+    for disagreement in diagnoser.disagreements(&unit)? {
+        streams.say(format_args!("warning: {}", warning(&disagreement)));
+    }
+    streams.product(Some(path), |out| out.write_all(&unit.to_bytes()))?;
+    if !global.quiet {
+        streams.say(format_args!("{}", sentence(&unit)));
+    }
+    Ok(ExitStatus::Done)
+}
+
+/// Learns on from later recordings.
+pub(crate) fn update(
+    args: &UpdateArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let held = HeldUnit::open(&args.unit)?;
+    let (recordings, diagnoser) =
+        prepared(&args.recordings, &args.map, &args.names, args.bundle.as_ref())?;
+    let options = learning_options(global.root_seed());
+    let (unit, left_out) = diagnoser.update_unit(&held.unit, &recordings, &options)?;
+    for left in &left_out {
+        streams.say(format_args!("left out: {}: {}", left.name, left.reason));
+    }
+    written(held, &unit, global, streams)?;
+    Ok(ExitStatus::Done)
+}
+
+/// Notes that a part was replaced.
+pub(crate) fn reset(
+    args: &ResetArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let held = HeldUnit::open(&args.unit)?;
+    let unit = held.unit.clone().with_replaced(args.replaced.into());
+    written(held, &unit, global, streams)?;
+    Ok(ExitStatus::Done)
+}
+
+/// Says what a unit was learnt from.
+pub(crate) fn show_unit(
+    args: &ShowUnitArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let summary = summary(&unit_file::read(&args.unit)?);
+    let text = match global.output_format {
+        OutputFormat::Human => describe(&summary),
+        OutputFormat::Json => serde_json::to_string_pretty(&summary)? + "\n",
+        OutputFormat::Jsonl => serde_json::to_string(&summary)? + "\n",
+        _ => bail!("a unit has no CSV form or other table: `--output-format human|json|jsonl`"),
+    };
+    streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
+    Ok(ExitStatus::Done)
+}
+
+/// Recordings, and what diagnoses them.
+fn prepared(
+    paths: &[PathBuf],
+    map: &MapArgs,
+    names: &NameArgs,
+    bundle: Option<&PathBuf>,
+) -> Result<(Vec<Recording>, Diagnoser)> {
+    let map = ColumnMap::new(&map.map)?;
+    let ToLearn { recordings, diagnoser } = diagnoser_of_first(paths, &map, names, bundle)?;
+    Ok((recordings, diagnoser))
+}
+
+/// Writes a unit where it was read, or where `--output` says.
+fn written(
+    held: HeldUnit,
+    unit: &LearntUnit,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<()> {
+    match global.output.as_deref() {
+        Some(path) => streams.product(Some(path), |out| out.write_all(&unit.to_bytes()))?,
+        None => held.write(unit)?,
+    }
+    if !global.quiet {
+        streams.say(format_args!("{}", sentence(unit)));
+    }
+    Ok(())
+}
+
+fn warning(disagreement: &Disagreement) -> String {
+    let Disagreement { name, findings, against_others } = disagreement;
+    let against = if *against_others { "the other recordings" } else { "its type" };
+    let what = findings.join(", ");
+    format!("{name} disagrees with {against}: {what}. Is it of this unit, and as new?")
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
+fn sentence(unit: &LearntUnit) -> String {
+    let (references, sessions) = (unit.references(), unit.sessions());
+    let later = unit.recordings().len() - references;
+    let of = unit.actuator_id().map_or(String::new(), |id| format!(" of `{id}`"));
+    let since = if later > 0 { format!(" and {later} later") } else { String::new() };
+    format!(
+        "learnt{of} from {references} recording{} as new{since}, {sessions} session{}",
+        plural(references),
+        plural(sessions)
+    )
+}
+
+fn summary(unit: &LearntUnit) -> UnitSummary {
+    let recording = |one: &fdi_core::UnitRecording| LearntFrom {
+        name: one.name.clone(),
+        session: one.session.clone(),
+        as_new: one.state == UnitState::AsNew,
+    };
+    UnitSummary {
+        actuator_id: unit.actuator_id().map(str::to_owned),
+        model: unit.model_name().to_owned(),
+        command: unit.command().to_owned(),
+        recordings: unit.recordings().iter().map(recording).collect(),
+    }
+}
+
+/// The summary in words.
+fn describe(summary: &UnitSummary) -> String {
+    let mut text = String::new();
+    let mut line = |label: &str, content: &str| {
+        let _ = writeln!(text, "{label:<10} {content}");
+    };
+    line("actuator", summary.actuator_id.as_deref().unwrap_or("not stated"));
+    line("model", &summary.model);
+    line("command", &summary.command);
+    for recording in &summary.recordings {
+        let label = if recording.as_new { "as new" } else { "since" };
+        let session = recording.session.as_deref().unwrap_or("no session stated");
+        line(label, &format!("{} ({session})", recording.name));
+    }
+    text
+}

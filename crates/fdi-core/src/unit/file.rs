@@ -1,0 +1,130 @@
+//! Learnt units on disk.
+
+use nalgebra::DMatrix;
+
+use crate::{
+    offline::store::{self, ArtefactKind, Decode, Encode, StoreError},
+    unit::{
+        evidence::{Evidence, TemperatureReading},
+        layout::Component,
+        learnt_unit::{LearntUnit, UnitRecording, UnitState},
+    },
+};
+
+#[derive(Encode, Decode)]
+struct UnitData {
+    actuator_id: Option<String>,
+    model_name: String,
+    command: String,
+    basis: String,
+    replaced: [u32; Component::COUNT],
+    recordings: Vec<RecordingData>,
+}
+
+#[derive(Encode, Decode)]
+struct RecordingData {
+    name: String,
+    session: Option<String>,
+    as_new: bool,
+    replaced: [u32; Component::COUNT],
+    at: Vec<f64>,
+    /// Lower triangle, row by row.
+    information: Vec<f64>,
+    descent: Vec<f64>,
+    /// Lower triangle, row by row.
+    shared: Vec<f64>,
+    /// Temperature of the winding beyond that of the model file, K, and its standard deviation.
+    temperature_k: Option<[f64; 2]>,
+}
+
+impl RecordingData {
+    fn of(recording: &UnitRecording) -> Self {
+        let evidence = &recording.evidence;
+        let rows = evidence.at.len();
+        let lower = |of: &DMatrix<f64>| {
+            let places = (0..rows).flat_map(|row| (0..=row).map(move |column| (row, column)));
+            places.map(|place| of[place]).collect()
+        };
+        let temperature_k = evidence.temperature.map(|read| [read.away_k, read.std_k]);
+        Self {
+            name: recording.name.clone(),
+            session: recording.session.clone(),
+            as_new: recording.state == UnitState::AsNew,
+            replaced: recording.replaced,
+            at: evidence.at.clone(),
+            information: lower(&evidence.information),
+            descent: evidence.descent.clone(),
+            shared: lower(&evidence.shared),
+            temperature_k,
+        }
+    }
+
+    /// `None` where the sizes contradict one another.
+    fn into_recording(self) -> Option<UnitRecording> {
+        let rows = self.at.len();
+        let numbers = [&self.at, &self.information, &self.descent, &self.shared];
+        let read = self.temperature_k.map(|[away_k, std_k]| TemperatureReading { away_k, std_k });
+        let lower = rows * (rows + 1) / 2;
+        let is_sound = self.information.len() == lower
+            && self.shared.len() == lower
+            && self.descent.len() == rows
+            && read.is_none_or(|read| read.away_k.is_finite() && read.std_k > 0.0)
+            && numbers.into_iter().flatten().all(|value| value.is_finite());
+        if !is_sound {
+            return None;
+        }
+        let whole = |lower: &[f64]| {
+            DMatrix::from_fn(rows, rows, |row, column| {
+                let (low, high) = (row.min(column), row.max(column));
+                lower[high * (high + 1) / 2 + low]
+            })
+        };
+        let (information, shared) = (whole(&self.information), whole(&self.shared));
+        let (at, descent, temperature) = (self.at, self.descent, read);
+        Some(UnitRecording {
+            evidence: Evidence { at, information, descent, shared, temperature },
+            name: self.name,
+            session: self.session,
+            state: if self.as_new { UnitState::AsNew } else { UnitState::Since },
+            replaced: self.replaced,
+        })
+    }
+}
+
+impl LearntUnit {
+    /// The bytes of a unit's file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let data = UnitData {
+            actuator_id: self.actuator_id.clone(),
+            model_name: self.model_name.clone(),
+            command: self.command.clone(),
+            basis: self.basis.clone(),
+            replaced: self.replaced,
+            recordings: self.recordings.iter().map(RecordingData::of).collect(),
+        };
+        store::encode(ArtefactKind::Unit, &data)
+    }
+
+    /// Reads a unit's file.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] for bytes that are no unit, or a damaged one.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, StoreError> {
+        let kind = ArtefactKind::Unit;
+        let data: UnitData = store::decode(bytes, kind)?;
+        let rows = data.recordings.first().map(|one| one.at.len());
+        let is_alike = data.recordings.iter().all(|one| Some(one.at.len()) == rows);
+        let recordings = data.recordings.into_iter().map(RecordingData::into_recording);
+        let recordings = recordings.collect::<Option<Vec<_>>>().filter(|_| is_alike);
+        let reason = || "a recording whose numbers contradict one another".to_owned();
+        Ok(Self {
+            recordings: recordings.ok_or_else(|| StoreError::Payload { kind, reason: reason() })?,
+            actuator_id: data.actuator_id,
+            model_name: data.model_name,
+            command: data.command,
+            basis: data.basis,
+            replaced: data.replaced,
+        })
+    }
+}

@@ -1,0 +1,460 @@
+//! Damage of one recording beside other recordings of the same unit.
+//!
+//! ```text
+//! ν_r = u + w_s + e_r    numbers in recording r of session s, each part with its own prior
+//! c_r = 0                as new
+//! c_r = n_r·d            since, n_r sessions after those as new: d is what a session wears
+//! c_r = c                the recording that is diagnosed
+//! ```
+//!
+//! The numbers as built are common to all recordings, so that they leave the damage `c` no more open
+//! than sessions and recordings do. The wear `d` has no prior: sessions since tell how the unit
+//! scatters, and a slow wear is not taken for it.
+//!
+//! What else differs between sessions and recordings than the temperature, whose effect the
+//! coefficients of the unit multiply, is not looked for, but left out by its prior: with `z` the white numbers of a session's recordings and `G` their slopes in `w` and `e`
+//!
+//! ```text
+//! z ← (1 + G·diag(s²)·Gᵀ)^(−½)·z
+//! ```
+//!
+//! so that the unknowns grow by one a session.
+//!
+//! # Source
+//!
+//! Hierarchical normal model, Gelman et al., *Bayesian Data Analysis*, 3rd ed., chapter 5;
+//! `docs/models/units.md`.
+
+use std::convert::Infallible;
+
+use inference::{MostProbable, SymmetricMatrix, Unknown, Whitened, dot, most_probable};
+use nalgebra::{DMatrix, DVector};
+
+use crate::unit::{
+    evidence::{Evidence, TemperatureReading, WhiteEvidence},
+    layout::{Component, Layout, UnitNumber},
+    quantities::Quantities,
+    search::{DAMAGE_REACH, UnitFit, number_unknown},
+};
+
+/// Damage of a recording that is not the one diagnosed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Wear {
+    /// None: it is as new.
+    AsNew,
+    /// That of so many sessions after those as new.
+    Since(usize),
+}
+
+/// Evidence of a recording among those of its unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OfUnit<'a> {
+    pub(crate) evidence: &'a Evidence,
+    /// Number of its session.
+    pub(crate) session: usize,
+    pub(crate) wear: Wear,
+    /// Parts replaced before it, by component.
+    pub(crate) replaced: [u32; Component::COUNT],
+}
+
+/// Damage with what is left open of it.
+#[derive(Clone, Debug)]
+pub(crate) struct DamageFit {
+    /// Most probable damage looked for.
+    pub(crate) estimate: Vec<f64>,
+    /// Its covariance, the numbers marginal.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Its covariance, were every number known.
+    pub(crate) known_numbers: DMatrix<f64>,
+}
+
+impl From<&UnitFit> for DamageFit {
+    fn from(fit: &UnitFit) -> Self {
+        Self {
+            estimate: fit.point[..fit.covariance.nrows()].to_vec(),
+            covariance: fit.covariance.clone(),
+            known_numbers: fit.known_numbers.clone(),
+        }
+    }
+}
+
+/// A recording of a unit among those that are explained together.
+#[derive(Clone, Debug)]
+struct Seen {
+    evidence: WhiteEvidence,
+    session: usize,
+    replaced: [u32; Component::COUNT],
+    /// Share of the damage diagnosed, then of the wear of a session, that it has.
+    damage: [f64; 2],
+}
+
+/// One unknown of the recordings together.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    unknown: Unknown,
+    /// Place among the unknowns of one recording.
+    place: usize,
+    of: Of,
+}
+
+/// The recordings that an unknown is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Of {
+    Diagnosed,
+    Wear,
+    /// Those with the machine as built; of a component since so many replacements of it.
+    Built(Option<(Component, u32)>),
+    Session(usize),
+    Recording(usize),
+    /// Every recording, through the error of the model that they share; `place` counts its white
+    /// numbers.
+    SharedError,
+}
+
+/// Recordings of a unit that are explained together, the one diagnosed last.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint<'a> {
+    quantities: &'a Quantities,
+    seen: Vec<Seen>,
+    /// Recordings that share a session, with the factor of what their numbers have of it.
+    sessions: Vec<Session>,
+    parts: Vec<Part>,
+    /// Where the search begins.
+    start: Vec<f64>,
+}
+
+/// Recordings of one session.
+#[derive(Clone, Debug)]
+struct Session {
+    recordings: Vec<usize>,
+    /// Lower factor of `1 + G·diag(s²)·Gᵀ`; `None` where nothing differs between sessions.
+    factor: Option<DMatrix<f64>>,
+}
+
+impl<'a> Joint<'a> {
+    /// A recording with others of its unit, its search from a point of the unknowns; `None` where
+    /// some evidence is not finite.
+    pub(crate) fn new(
+        quantities: &'a Quantities,
+        others: &[OfUnit<'_>],
+        own: &OfUnit<'_>,
+        start: &[f64],
+    ) -> Option<Self> {
+        let seen = |one: &OfUnit<'_>, damage| {
+            let &OfUnit { evidence, session, replaced, .. } = one;
+            let white =
+                if others.is_empty() { evidence.white() } else { evidence.white_beside_others() };
+            Some(Seen { evidence: white?, session, replaced, damage })
+        };
+        let of_other = |one: &OfUnit<'_>| match one.wear {
+            Wear::AsNew => seen(one, [0.0; 2]),
+            Wear::Since(sessions) => seen(one, [0.0, sessions as f64]),
+        };
+        let mut all = others.iter().map(of_other).collect::<Option<Vec<_>>>()?;
+        all.push(seen(own, [1.0, 0.0])?);
+        let parts = parts(quantities.layout(), &all);
+        let start = parts.iter().map(|part| match part.of {
+            Of::Diagnosed | Of::Built(_) => start.get(part.place).copied().unwrap_or(0.0),
+            _ => 0.0,
+        });
+        let start: Vec<f64> = start.collect();
+        let mut joint = Self { quantities, start, seen: all, sessions: Vec::new(), parts };
+        joint.sessions = joint.sessions()?;
+        Some(joint)
+    }
+
+    /// The sessions with what differs between them left out.
+    fn sessions(&self) -> Option<Vec<Session>> {
+        let numbers = distinct(self.seen.iter().map(|one| one.session));
+        let session = |number: usize| {
+            let is_of = |&place: &usize| self.seen[place].session == number;
+            let recordings: Vec<usize> = (0..self.seen.len()).filter(is_of).collect();
+            // a recording alone shows all levels together
+            let factor = if self.seen.len() == 1 { None } else { Some(self.factor(&recordings)?) };
+            Some(Session { recordings, factor })
+        };
+        numbers.into_iter().map(session).collect()
+    }
+
+    /// Lower factor of the covariance of a session's white numbers.
+    fn factor(&self, recordings: &[usize]) -> Option<DMatrix<f64>> {
+        let layout = self.quantities.layout();
+        let length = recordings.iter().map(|&one| self.white_len(one)).sum();
+        let mut covariance = DMatrix::identity(length, length);
+        // one column a number of the session, and one a number of each recording
+        let mut columns: Vec<DVector<f64>> = Vec::new();
+        let mut of_session: Vec<DVector<f64>> = vec![DVector::zeros(length); layout.numbers.len()];
+        let mut begin = 0;
+        for &recording in recordings {
+            let slopes = self.white_slopes(recording, &self.start);
+            let left_out = |(_, number): &(usize, &UnitNumber)| !number.acts.is_temperature();
+            for (place, number) in layout.numbers.iter().enumerate().filter(left_out) {
+                let slope = &slopes[layout.sought.len() + place];
+                let mut part = of_session[place].rows_mut(begin, slope.len());
+                part += number.scatter.session * slope;
+                if number.scatter.recording > 0.0 {
+                    let mut column = DVector::zeros(length);
+                    column.rows_mut(begin, slope.len()).copy_from(slope);
+                    columns.push(number.scatter.recording * column);
+                }
+            }
+            begin += self.white_len(recording);
+        }
+        columns.extend(of_session.into_iter().filter(|column| column.amax() > 0.0));
+        for column in &columns {
+            covariance.ger(1.0, column, column, 1.0);
+        }
+        Some(covariance.cholesky()?.l())
+    }
+
+    /// White numbers of a recording.
+    fn white_len(&self, recording: usize) -> usize {
+        let seen = &self.seen[recording];
+        seen.evidence.len() + usize::from(self.temperature_of(seen).is_some())
+    }
+
+    /// White numbers of a recording, the session not left out.
+    fn white(&self, recording: usize, values: &[f64]) -> DVector<f64> {
+        let seen = &self.seen[recording];
+        let point = self.point(recording, values);
+        let mut white = seen.evidence.residual(&self.quantities.shown_at(&point));
+        for (part, value) in self.parts.iter().zip(values) {
+            if part.of == Of::SharedError
+                && let Some(shared) = seen.evidence.shared(part.place)
+            {
+                white -= *value * shared;
+            }
+        }
+        match self.temperature_of(seen) {
+            Some((place, reading)) => white.push((reading.away_k - point[place]) / reading.std_k),
+            None => white,
+        }
+    }
+
+    /// White slopes of a recording in its own unknowns.
+    fn white_slopes(&self, recording: usize, values: &[f64]) -> Vec<DVector<f64>> {
+        let seen = &self.seen[recording];
+        let slopes = self.quantities.shown_slopes(&self.point(recording, values));
+        let white = slopes.iter().map(|slope| seen.evidence.slope(slope));
+        let Some((place, reading)) = self.temperature_of(seen) else { return white.collect() };
+        let own = |unknown: usize| if unknown == place { 1.0 / reading.std_k } else { 0.0 };
+        white.enumerate().map(|(unknown, slope)| slope.push(own(unknown))).collect()
+    }
+
+    /// The most probable damage; `None` where the recordings and the tolerances do not determine it.
+    pub(crate) fn damage(&self) -> Option<DamageFit> {
+        let free = Constrained::new(self, &[]);
+        let found = free.found()?;
+        let damage = self.quantities.layout().sought.len();
+        let block = |of: &SymmetricMatrix| DMatrix::from_fn(damage, damage, |i, j| of.at(i, j));
+        Some(DamageFit {
+            estimate: found.numbers[..damage].to_vec(),
+            covariance: block(&found.covariance),
+            known_numbers: block(&found.information).try_inverse()?,
+        })
+    }
+
+    /// Twice the negative logarithm of the probability of the best explanation, up to a constant,
+    /// with the damage diagnosed at right angles to some weights; `None` where there is none.
+    pub(crate) fn least_sum(&self, weights: &[Vec<f64>]) -> Option<f64> {
+        let constrained = Constrained::new(self, weights);
+        let found = constrained.found()?;
+        let prior = constrained.kept.iter().zip(&found.numbers).map(|(&part, value)| {
+            let std = self.parts[part].unknown.prior_std;
+            std.map_or(0.0, |std| (value / std) * (value / std))
+        });
+        Some(dot(&found.white, &found.white) + prior.sum::<f64>())
+    }
+
+    /// The unknowns of one recording.
+    fn point(&self, recording: usize, values: &[f64]) -> Vec<f64> {
+        let mut point = vec![0.0; self.quantities.layout().len()];
+        let of_point = |(part, _): &(&Part, &f64)| part.of != Of::SharedError;
+        for (part, value) in self.parts.iter().zip(values).filter(of_point) {
+            point[part.place] += self.share(part, recording) * value;
+        }
+        point
+    }
+
+    /// Place of the winding's temperature among the unknowns of a recording, and its reading.
+    fn temperature_of(&self, seen: &Seen) -> Option<(usize, TemperatureReading)> {
+        self.quantities.layout().temperature().zip(seen.evidence.temperature)
+    }
+
+    /// Share of an unknown that a recording has.
+    fn share(&self, part: &Part, recording: usize) -> f64 {
+        let seen = &self.seen[recording];
+        let is_there = match part.of {
+            Of::Diagnosed => return seen.damage[0],
+            Of::Wear => return seen.damage[1],
+            Of::Built(None) | Of::SharedError => true,
+            Of::Session(session) => session == seen.session,
+            Of::Recording(one) => one == recording,
+            Of::Built(Some((component, times))) => seen.replaced[component as usize] == times,
+        };
+        f64::from(u8::from(is_there))
+    }
+}
+
+/// The unknowns of recordings together, the damage diagnosed first.
+fn parts(layout: &Layout, seen: &[Seen]) -> Vec<Part> {
+    let damage = |of| {
+        let sought = layout.sought.iter().enumerate();
+        sought.map(move |(place, &coordinate)| {
+            let unknown = Unknown { prior_std: None, reach: DAMAGE_REACH[coordinate] };
+            Part { unknown, place, of }
+        })
+    };
+    let mut parts: Vec<Part> = damage(Of::Diagnosed).collect();
+    if seen.iter().any(|one| one.damage[1] > 0.0) {
+        parts.extend(damage(Of::Wear));
+    }
+    for (number, place) in layout.numbers.iter().zip(layout.sought.len()..) {
+        let mut add = |of, std: f64| {
+            if std > 0.0 {
+                parts.push(Part { unknown: number_unknown(std), place, of });
+            }
+        };
+        let scatter = number.scatter;
+        if seen.len() == 1 {
+            // one recording shows the levels together
+            add(Of::Built(None), scatter.together());
+            continue;
+        }
+        match number.acts.component() {
+            Some(component) => {
+                for times in distinct(seen.iter().map(|one| one.replaced[component as usize])) {
+                    add(Of::Built(Some((component, times))), scatter.machine);
+                }
+            }
+            None => add(Of::Built(None), scatter.machine),
+        }
+        if number.acts.is_temperature() {
+            for session in distinct(seen.iter().map(|one| one.session)) {
+                add(Of::Session(session), scatter.session);
+            }
+            for recording in 0..seen.len() {
+                add(Of::Recording(recording), scatter.recording);
+            }
+        }
+    }
+    if seen.len() > 1 {
+        let unknown = Unknown { prior_std: Some(1.0), reach: f64::INFINITY };
+        let white = seen[0].evidence.len();
+        parts.extend((0..white).map(|place| Part { unknown, place, of: Of::SharedError }));
+    }
+    parts
+}
+
+/// Each value once, in order.
+fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut values: Vec<T> = values.collect();
+    values.sort_unstable();
+    values.dedup();
+    values
+}
+
+/// Recordings together, some combinations of the damage diagnosed held at zero.
+struct Constrained<'a> {
+    joint: &'a Joint<'a>,
+    /// Unknowns that stay free.
+    kept: Vec<usize>,
+    /// Unknowns that follow from them, each with its shares in the damage diagnosed.
+    bound: Vec<(usize, Vec<f64>)>,
+}
+
+impl<'a> Constrained<'a> {
+    /// A row of weights takes out the coordinate that weighs most.
+    fn new(joint: &'a Joint<'a>, weights: &[Vec<f64>]) -> Self {
+        let bound = weights.iter().filter_map(|row| {
+            let place = (0..row.len()).max_by(|&a, &b| row[a].abs().total_cmp(&row[b].abs()))?;
+            let share =
+                |(n, weight): (usize, &f64)| if n == place { 0.0 } else { -weight / row[place] };
+            Some((place, row.iter().enumerate().map(share).collect()))
+        });
+        let bound: Vec<(usize, Vec<f64>)> = bound.collect();
+        let is_free = |place: &usize| !bound.iter().any(|(one, _)| one == place);
+        let kept = (0..joint.parts.len()).filter(is_free).collect();
+        Self { joint, kept, bound }
+    }
+
+    fn found(&self) -> Option<MostProbable> {
+        let unknowns: Vec<Unknown> =
+            self.kept.iter().map(|&part| self.joint.parts[part].unknown).collect();
+        let start: Vec<f64> = self.kept.iter().map(|&part| self.joint.start[part]).collect();
+        let mut data = self;
+        let Ok(found) = most_probable(&mut data, &unknowns, &start);
+        found
+    }
+
+    /// All unknowns.
+    fn values(&self, kept: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; self.joint.parts.len()];
+        for (&part, &value) in self.kept.iter().zip(kept) {
+            values[part] = value;
+        }
+        for (part, shares) in &self.bound {
+            values[*part] = shares.iter().zip(&values).map(|(share, value)| share * value).sum();
+        }
+        values
+    }
+}
+
+impl Whitened for &Constrained<'_> {
+    type Error = Infallible;
+
+    fn residual(&mut self, kept: &[f64]) -> Result<Vec<f64>, Infallible> {
+        let values = self.values(kept);
+        let mut all = Vec::new();
+        for session in &self.joint.sessions {
+            let white = session.recordings.iter().map(|&one| self.joint.white(one, &values));
+            all.extend(session.left_out(white.flat_map(|one| one.data.as_vec().clone()).collect()));
+        }
+        Ok(all)
+    }
+
+    fn slopes(&mut self, kept: &[f64]) -> Result<Vec<Vec<f64>>, Infallible> {
+        let joint = self.joint;
+        let values = self.values(kept);
+        let mut rows: Vec<Vec<f64>> = vec![Vec::new(); joint.parts.len()];
+        for session in &joint.sessions {
+            let slopes = session.recordings.iter().map(|&one| joint.white_slopes(one, &values));
+            let slopes: Vec<_> = slopes.collect();
+            for (part, row) in joint.parts.iter().zip(&mut rows) {
+                let mut white = Vec::new();
+                for (&recording, slopes) in session.recordings.iter().zip(&slopes) {
+                    let (share, begin) = (joint.share(part, recording), white.len());
+                    white.resize(begin + joint.white_len(recording), 0.0);
+                    let slope = match part.of {
+                        Of::SharedError => joint.seen[recording].evidence.shared(part.place),
+                        _ => slopes.get(part.place).cloned(),
+                    };
+                    for (value, slope) in white[begin..].iter_mut().zip(slope.iter().flatten()) {
+                        *value = share * slope;
+                    }
+                }
+                row.extend(session.left_out(white));
+            }
+        }
+        for (bound, shares) in &self.bound {
+            let follows = std::mem::take(&mut rows[*bound]);
+            for (row, share) in rows.iter_mut().zip(shares) {
+                for (value, slope) in row.iter_mut().zip(&follows) {
+                    *value += share * slope;
+                }
+            }
+        }
+        Ok(self.kept.iter().map(|&part| std::mem::take(&mut rows[part])).collect())
+    }
+}
+
+impl Session {
+    /// White numbers of the recordings, what differs between sessions left out.
+    fn left_out(&self, white: Vec<f64>) -> Vec<f64> {
+        let Some(factor) = &self.factor else { return white };
+        let mut white = DVector::from_vec(white);
+        // a factor of one and more has no zero on its diagonal
+        factor.solve_lower_triangular_mut(&mut white);
+        white.data.into()
+    }
+}

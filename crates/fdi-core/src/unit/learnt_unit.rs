@@ -1,0 +1,179 @@
+//! Units that were learnt: the evidence of each recording.
+//!
+//! Nothing is forgotten and nothing is averaged: a learnt unit holds the evidence of each recording
+//! (`crates/fdi-core/src/unit/evidence.rs`), and a diagnosis explains all of them together with the
+//! recording diagnosed.
+
+use recordings::{Metadata, sha256_hex};
+
+use crate::{
+    offline::bundle::Bundle,
+    unit::{
+        evidence::Evidence,
+        joint::{OfUnit, Wear},
+        layout::Component,
+        quantities::Quantities,
+    },
+};
+
+/// State of a unit when a recording of it was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum UnitState {
+    /// As new: its damage counts as none.
+    AsNew,
+    /// Later: it may have worn, slowly.
+    Since,
+}
+
+/// A recording that a unit was learnt from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitRecording {
+    /// Name of the file.
+    pub name: String,
+    /// Session, or else the day, that it is of; `None` where neither is stated.
+    pub session: Option<String>,
+    /// State of the unit.
+    pub state: UnitState,
+    /// Parts replaced before it, by component.
+    pub(crate) replaced: [u32; Component::COUNT],
+    pub(crate) evidence: Evidence,
+}
+
+/// Evidence of recordings on one unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearntUnit {
+    pub(crate) actuator_id: Option<String>,
+    pub(crate) model_name: String,
+    pub(crate) command: String,
+    /// Identity of the bundle's model, test and numbers.
+    pub(crate) basis: String,
+    /// Parts replaced so far, by component.
+    pub(crate) replaced: [u32; Component::COUNT],
+    pub(crate) recordings: Vec<UnitRecording>,
+}
+
+/// A unit that was learnt with another bundle than the one it is used with.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the unit was learnt with another bundle than this one of `{model}` and `{command}`: learn it \
+     again from its recordings"
+)]
+pub struct OtherBundle {
+    /// Model of the bundle.
+    pub model: String,
+    /// Command of the bundle.
+    pub command: String,
+}
+
+impl LearntUnit {
+    /// The actuator, where a recording says it.
+    pub fn actuator_id(&self) -> Option<&str> {
+        self.actuator_id.as_deref()
+    }
+
+    /// Name of the model file.
+    pub fn model_name(&self) -> &str {
+        &self.model_name
+    }
+
+    /// Name of the test's command.
+    pub fn command(&self) -> &str {
+        &self.command
+    }
+
+    /// The recordings in the order in which they were learnt.
+    pub fn recordings(&self) -> &[UnitRecording] {
+        &self.recordings
+    }
+
+    /// Recordings of the unit as new.
+    pub fn references(&self) -> usize {
+        self.recordings.iter().filter(|one| one.state == UnitState::AsNew).count()
+    }
+
+    /// Sessions of the recordings; those that state none count as one.
+    pub fn sessions(&self) -> usize {
+        self.session_numbers(None).1
+    }
+
+    /// Notes that a component was replaced: what was learnt of it is of the old one.
+    #[must_use]
+    pub fn with_replaced(mut self, component: Component) -> Self {
+        self.replaced[component as usize] += 1;
+        self
+    }
+
+    /// Number of each recording's session, and that of another recording.
+    ///
+    /// Recordings that state no session share one. A recording diagnosed that states none has its
+    /// own: nothing says that it is of the references' day.
+    fn session_numbers(&self, other: Option<&str>) -> (Vec<usize>, usize) {
+        let mut known: Vec<Option<&str>> = Vec::new();
+        let mut numbers = Vec::new();
+        for recording in &self.recordings {
+            let session = recording.session.as_deref();
+            let number = known.iter().position(|one| *one == session).unwrap_or_else(|| {
+                known.push(session);
+                known.len() - 1
+            });
+            numbers.push(number);
+        }
+        let of_other = known.iter().position(|one| one.is_some() && *one == other);
+        (numbers, of_other.unwrap_or(known.len()))
+    }
+
+    /// The recordings as they are explained together with one of a session, and that session's
+    /// number.
+    pub(crate) fn earlier(&self, session: Option<&str>) -> (Vec<OfUnit<'_>>, usize) {
+        let (numbers, of_other) = self.session_numbers(session);
+        let mut since: Vec<usize> = Vec::new();
+        let earlier = self.recordings.iter().zip(numbers).map(|(recording, session)| {
+            let wear = match recording.state {
+                UnitState::AsNew => Wear::AsNew,
+                UnitState::Since => {
+                    let place = since.iter().position(|one| *one == session);
+                    let place = place.unwrap_or_else(|| {
+                        since.push(session);
+                        since.len() - 1
+                    });
+                    Wear::Since(place + 1)
+                }
+            };
+            let replaced = recording.replaced;
+            OfUnit { evidence: &recording.evidence, session, wear, replaced }
+        });
+        (earlier.collect(), of_other)
+    }
+
+    /// The recording that some evidence is of already: two recordings never agree to the last bit.
+    pub(crate) fn with_evidence(&self, evidence: &Evidence) -> Option<&UnitRecording> {
+        self.recordings.iter().find(|one| one.evidence == *evidence)
+    }
+
+    /// Refuses a unit whose evidence is of another model, test or set of numbers than a bundle's.
+    pub(crate) fn check_basis(
+        &self,
+        bundle: &Bundle,
+        quantities: &Quantities,
+    ) -> Result<(), OtherBundle> {
+        if self.basis == basis(bundle, quantities) {
+            return Ok(());
+        }
+        let (model, command) =
+            (bundle.experiment.model_name.clone(), bundle.experiment.name.clone());
+        Err(OtherBundle { model, command })
+    }
+}
+
+/// Identity of what evidence is on: the datasets of a bundle, and the numbers that show.
+pub(crate) fn basis(bundle: &Bundle, quantities: &Quantities) -> String {
+    let shown = quantities.names().join(" ");
+    sha256_hex(format!("{} {shown}", bundle.dataset_sha256.join(" ")).as_bytes())
+}
+
+/// Session that a recording states, else its day.
+pub(crate) fn session_of(metadata: &Metadata) -> Option<String> {
+    let day = || metadata.date.as_ref().map(|date| date.as_str().chars().take(10).collect());
+    metadata.session.clone().or_else(day)
+}
