@@ -24,8 +24,8 @@
 //! Models of both fidelities, the servo axis, model files, `fdi effects` and the search of
 //! `greybox` take it from there. Without `INFO`, an answer or a field the crate does not compile;
 //! a key that is not in the unit of its number, an effect that is on by default, or a number that
-//! neither changes anything nor is refused fails a test (`tests/it/idle_effects.rs`). The tests
-//! want an example of each effect (`tests/it/effects.rs`) and a row in `docs/models/effects.md`.
+//! neither changes anything nor is refused fails a test (`tests/it/idle_effects.rs`). A test
+//! wants a row in `docs/models/effects.md`.
 
 pub(crate) mod admission;
 pub(crate) mod capabilities;

@@ -31,5 +31,6 @@ pub use setting::EvaluationSetting;
 pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};
 pub use units::{
     BoundCase, HiddenDamage, LearntLine, LearntResult, UnitsLine, UnitsResult, UnitsScore,
-    bundle_at, bundle_over_days, evaluate_learnt, evaluate_units, unit_bounds,
+    WearLine, bundle_at, bundle_over_days, evaluate_learnt, evaluate_units, evaluate_wear,
+    unit_bounds,
 };

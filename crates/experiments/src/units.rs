@@ -10,12 +10,14 @@ mod score;
 
 pub use bound::{BoundCase, unit_bounds};
 pub use hidden::HiddenDamage;
-pub use learnt::{LearntLine, LearntResult, bundle_over_days, evaluate_learnt};
+pub use learnt::{
+    LearntLine, LearntResult, WearLine, bundle_over_days, evaluate_learnt, evaluate_wear,
+};
 pub use score::UnitsScore;
 
 use fdi_core::{
-    Bundle, BundleError, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Purpose, RootSeed,
-    ToleranceUse,
+    Bundle, BundleError, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Experiment, Purpose,
+    RootSeed, ToleranceUse,
     ema_sim::{Spread, Tolerance, UncertainNumber, presets},
     in_parallel,
 };
@@ -31,6 +33,11 @@ pub struct UnitsLine {
     pub scale: f64,
     /// Damage.
     pub damage: HiddenDamage,
+    /// Most that a number's scatter is more or less than stated, as a factor of its own for each
+    /// number and machine; 1 where the model file is right.
+    pub misstated: f64,
+    /// True where the rotor starts anywhere; false for the start of the bundle.
+    pub any_start: bool,
     /// True where mismatch of turns and eccentricity as built are there.
     pub as_built: bool,
     /// Machines.
@@ -103,9 +110,18 @@ pub fn evaluate_units(
         let mut chance = Chance::new(own);
         let mut hidden = Hidden::nominal(experiment);
         hidden.damage = line.damage.draw(&mut chance);
-        hidden.scatter(&UNIT, line.scale, line.as_built, &mut chance);
-        hidden.scatter(&SESSION, line.scale, false, &mut chance);
-        let recording = hidden.record(experiment, own, &Label::default())?;
+        let unit = UNIT.misstated(line.misstated, &mut chance);
+        let session = SESSION.misstated(line.misstated, &mut chance);
+        hidden.scatter(&unit, line.scale, line.as_built, &mut chance);
+        hidden.scatter(&session, line.scale, false, &mut chance);
+        let scenario = experiment.scenario.clone();
+        let scenario = if line.any_start {
+            scenario.turned_to(std::f64::consts::TAU * chance.uniform())
+        } else {
+            scenario
+        };
+        let turned = Experiment { scenario, ..experiment.clone() };
+        let recording = hidden.record(&turned, own, &Label::default())?;
         let answer = |tolerance| diagnoser.diagnose(&recording, &options(tolerance)).ok();
         let is_twin = index < line.twins as u64;
         let twin = is_twin.then(|| answer(ToleranceUse::None));

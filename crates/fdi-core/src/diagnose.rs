@@ -21,7 +21,6 @@ use crate::{
         watch::Watch,
     },
     report::{Encoding, Notice, NoticeCode, RecordDiagnosis},
-    unit::error::UnitError,
 };
 
 /// Most rounds in which faults and the start angle that commutation shows settle.
@@ -179,23 +178,27 @@ impl Diagnoser {
         let run = Run { learnt: &self.learnt, observation, plan, watch };
         let referred = self.learnt.reference_notice(observation.start_angle_rad, plan)?;
         let mut within = None;
-        let unused = match self.unit_error(&run) {
+        let unused = match run.within_tolerances() {
             Ok((error, angle_rad)) => {
-                let (answer, posterior) = run.diagnose_unit(error, angle_rad)?;
-                if answer.fit.adequate {
-                    return Ok((answer, posterior));
+                match run.diagnose_unit(error, angle_rad) {
+                    Ok((answer, posterior)) if answer.fit.adequate => {
+                        return Ok((answer, posterior));
+                    }
+                    Ok(inadequate) => within = Some(inadequate),
+                    // damage far beyond the incipient: a search from the machine as new runs away
+                    Err(DiagnoseError::Unit(_)) => {}
+                    Err(error) => return Err(error),
                 }
-                within = Some((answer, posterior));
                 Some(
                     "no machine within its tolerances with incipient faults explains it".to_owned(),
                 )
             }
+            Err(reason) if plan.unit.is_some() => {
+                let reason = reason.unwrap_or_else(|| "tolerances are switched off".to_owned());
+                return Err(DiagnoseError::UnitUnused { reason });
+            }
             Err(reason) => reason,
         };
-        if plan.unit.is_some() && within.is_none() {
-            let reason = unused.unwrap_or_else(|| "the machine is taken as its file".to_owned());
-            return Err(DiagnoseError::UnitUnused { reason });
-        }
         let (mut answer, posterior) = match observation.start_angle_rad {
             Some(angle_rad) => self.with_known_angle(&run, angle_rad)?,
             None => self.with_unknown_angle(&run)?,
@@ -211,22 +214,6 @@ impl Diagnoser {
             message: format!("the machine is taken to be exactly its model file: {reason}"),
         }));
         Ok((answer, posterior))
-    }
-
-    /// The error on machines within the tolerances and the start angle, where they are used; else
-    /// why not, if they were asked for.
-    fn unit_error<'a>(&'a self, run: &'a Run<'a>) -> Result<(&'a UnitError, f64), Option<String>> {
-        run.plan.tolerance.map_err(|reason| reason.map(str::to_owned))?;
-        if self.learnt.references.is_some() {
-            return Err(Some("levels are against reference recordings".to_owned()));
-        }
-        if self.learnt.encoder.is_some() {
-            return Err(Some("few numbers are looked at in place of the signal".to_owned()));
-        }
-        let Some(angle_rad) = run.observation.start_angle_rad else {
-            return Err(Some("the rotor's start angle is not known".to_owned()));
-        };
-        Ok((run.unit_error(angle_rad).map_err(Some)?, angle_rad))
     }
 
     fn with_known_angle(&self, run: &Run<'_>, angle_rad: f64) -> Result<Answered, DiagnoseError> {

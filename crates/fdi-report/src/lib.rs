@@ -26,7 +26,7 @@ mod schema;
 mod sentence;
 
 pub use choice::{Choice, Word, choices};
-pub use decision::{FALSE_ALARM_RATE, INCIPIENT_LEVEL};
+pub use decision::{FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, INCIPIENT_LEVEL};
 pub use document::{
     ActuatorTrend, BundleSummary, CalibratedParameter, Calibration, CatalogueEffect, CatalogueKey,
     CatalogueParameter, Change, ConvergencePoint, CoordinateShare, Covariance, CurveBin,

@@ -174,7 +174,8 @@ impl Program {
             Product { of: "standard output".to_owned(), bytes: output.stdout },
         ];
         for file in &asked.files {
-            let bytes = fs::read(self.folder().join(file)).unwrap_or_default();
+            let bytes = fs::read(self.folder().join(file))
+                .with_context(|| format!("`{} {}`", self.file.display(), asked.name))?;
             products.push(Product { of: file.clone(), bytes });
         }
         Ok(products)

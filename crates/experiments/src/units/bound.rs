@@ -1,6 +1,6 @@
 //! Least standard deviations that a diagnosis of a machine within its tolerances can have.
 
-use fdi_core::{Experiment, in_parallel, unit_noise_covariance};
+use fdi_core::{Bundle, Experiment, in_parallel, unit_noise_covariance};
 use inference::{BandedMatrix, SymmetricMatrix, dot, tapered_covariance};
 
 use super::hidden::{Hidden, SENSORS, SESSION, UNIT};
@@ -24,12 +24,20 @@ pub struct BoundCase {
     pub half_width_k: Option<f64>,
     /// Standard deviation of the winding's temperature as read, K; `None`: it is not read.
     pub reading_std_k: Option<f64>,
+    /// True for the bound of a diagnosis with the low-fidelity model, whose error is noise to it.
+    pub with_model_error: bool,
 }
 
 impl BoundCase {
     /// One recording at a share of the tolerances.
     pub fn alone(scale: f64) -> Self {
-        Self { scale, references: 0, half_width_k: None, reading_std_k: None }
+        Self {
+            scale,
+            references: 0,
+            half_width_k: None,
+            reading_std_k: None,
+            with_model_error: false,
+        }
     }
 
     fn temperature_std_k(&self) -> f64 {
@@ -67,12 +75,16 @@ impl BoundCase {
 /// Cramér and Rao's inequality with priors: Van Trees, *Detection, Estimation, and Modulation Theory*,
 /// part I, 2.4.
 pub fn unit_bounds(
-    experiment: &Experiment,
+    bundle: &Bundle,
     case: &BoundCase,
     jobs: usize,
 ) -> Result<[f64; 6], EvaluationError> {
+    let experiment = &bundle.experiment;
     let nominal = Hidden::nominal(experiment);
-    let whole = noise(experiment, &nominal, jobs)?;
+    let mut whole = noise(experiment, &nominal, jobs)?;
+    if let (true, Some(error)) = (case.with_model_error, bundle.unit_error_covariance()) {
+        whole = whole.plus(error);
+    }
     let factor =
         whole.cholesky().map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
     let unknowns = unknowns(case.scale);

@@ -40,6 +40,35 @@ pub(super) struct Scatter {
     pub(super) coefficients: [f64; 4],
 }
 
+impl Scatter {
+    /// Each number's scatter times a factor of its own, log-uniform within a limit: a fleet that is
+    /// not as its data sheet says.
+    pub(super) fn misstated(self, most: f64, chance: &mut Chance) -> Self {
+        let mut off = |std: f64| std * (most.ln() * (2.0 * chance.uniform() - 1.0)).exp();
+        Self {
+            torque_constant: off(self.torque_constant),
+            resistance: off(self.resistance),
+            inductance: off(self.inductance),
+            motor_inertia: off(self.motor_inertia),
+            surface_inertia: off(self.surface_inertia),
+            friction: off(self.friction),
+            static_over_kinetic: off(self.static_over_kinetic),
+            viscous: off(self.viscous),
+            play: off(self.play),
+            efficiency: off(self.efficiency),
+            load_ratio: off(self.load_ratio),
+            load_n_m: off(self.load_n_m),
+            bus: off(self.bus),
+            gain: off(self.gain),
+            offset_a: off(self.offset_a),
+            turns: off(self.turns),
+            eccentricity: off(self.eccentricity),
+            temperature_k: off(self.temperature_k),
+            coefficients: self.coefficients.map(off),
+        }
+    }
+}
+
 /// Temperature coefficients of a machine's back-EMF, resistance, dry friction and viscous drag, 1/K.
 pub(super) const COEFFICIENTS: [f64; 4] = [-0.0011, 0.0039, -0.004, -0.02];
 /// Temperature of a winding that the numbers are of, K.
@@ -96,6 +125,9 @@ const FARTHEST: f64 = 2.5;
 /// Sensors of the recordings: 20 mA, 12 bits over ±20 A.
 pub(super) const SENSORS: PhaseSensors =
     PhaseSensors { noise_a: 0.020, converter: Some(Converter::DEFAULT) };
+
+/// Least share of a number that a machine is given.
+const LEAST_RATIO: f64 = 0.05;
 
 /// Random numbers of one machine.
 pub(super) struct Chance {
@@ -170,7 +202,7 @@ impl Hidden {
         as_built: bool,
         chance: &mut Chance,
     ) {
-        let mut ratio = |std: f64| 1.0 + scale * std * chance.normal();
+        let mut ratio = |std: f64| (1.0 + scale * std * chance.normal()).max(LEAST_RATIO);
         let actuator = &mut self.actuator;
         actuator.motor.back_emf_v_s_per_rad *= ratio(by.torque_constant);
         actuator.motor.resistance_ohm *= ratio(by.resistance);
@@ -312,6 +344,8 @@ pub enum HiddenDamage {
     OneToThree,
     /// One fault of a level: `k1` to `k6`, of shorts a random phase.
     Alone(FaultId, f64),
+    /// One fault of a level beside one to three of 0.01 to 0.05.
+    Among(FaultId, f64),
 }
 
 impl HiddenDamage {
@@ -326,24 +360,19 @@ impl HiddenDamage {
                 damage.0[6] = level * angle_rad.sin();
             }
         };
-        match self {
-            Self::Healthy => {}
-            Self::OneToThree => {
-                for _ in 0..=(3.0 * chance.uniform()) as usize {
-                    let place = (6.0 * chance.uniform()) as usize;
-                    let level = 0.01 + 0.04 * chance.uniform();
-                    put(place, level, chance.uniform());
-                }
-            }
-            Self::Alone(fault, level) => {
-                let place = match fault {
-                    FaultId::K3 | FaultId::K4 | FaultId::K5 => {
-                        2 + (3.0 * chance.uniform()) as usize
-                    }
-                    other => other as usize,
-                };
+        if matches!(self, Self::OneToThree | Self::Among(..)) {
+            for _ in 0..=(3.0 * chance.uniform()) as usize {
+                let place = (6.0 * chance.uniform()) as usize;
+                let level = 0.01 + 0.04 * chance.uniform();
                 put(place, level, chance.uniform());
             }
+        }
+        if let Self::Alone(fault, level) | Self::Among(fault, level) = self {
+            let place = match fault {
+                FaultId::K3 | FaultId::K4 | FaultId::K5 => 2 + (3.0 * chance.uniform()) as usize,
+                other => other as usize,
+            };
+            put(place, level, chance.uniform());
         }
         damage
     }

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use fdi_core::{
     Bundle, BundleError, Channel, ChannelName, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES,
-    Encoding, Purpose, Recording, RootSeed, ToleranceUse,
-    ema_sim::{Level, Spread, UncertainNumber, presets},
+    Encoding, Experiment, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError,
+    ema_sim::{FaultCoordinates, Level, Spread, UncertainNumber, presets},
     in_parallel,
+    report::FaultId,
 };
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -31,6 +32,8 @@ pub struct LearntLine {
     pub reading_std_k: Option<f64>,
     /// Damage when the unit is diagnosed.
     pub damage: HiddenDamage,
+    /// Most that a number's scatter is more or less than stated, as a factor.
+    pub misstated: f64,
     /// Units.
     pub units: usize,
     /// Units that are diagnosed by a shift against the references too, as without tolerances.
@@ -84,27 +87,12 @@ pub fn evaluate_learnt(
     let indices: Vec<u64> = (0..line.units as u64).collect();
     let judged = in_parallel(&indices, jobs, |_, &index| -> Result<_, EvaluationError> {
         let own = RootSeed(seed).derive(Purpose::Units, index);
-        let mut chance = Chance::new(own);
-        let mut unit = Hidden::nominal(experiment);
-        unit.scatter(&UNIT, 1.0, true, &mut chance);
-        let mut recorded = |day: usize, damaged: bool| {
-            let mut hidden = unit.clone();
-            if damaged {
-                hidden.damage = line.damage.draw(&mut chance);
-            }
-            let session = Scatter { temperature_k: 0.0, ..SESSION };
-            hidden.scatter(&session, 1.0, false, &mut chance);
-            hidden.temperature_k = line.half_width_k * (2.0 * chance.uniform() - 1.0);
-            let label = Label {
-                session: Some(format!("day {day}")),
-                temperature_error_k: line.reading_std_k.map(|std_k| std_k * chance.normal()),
-            };
-            let of_day = RootSeed(own).derive(Purpose::Units, 1_000_000 + day as u64);
-            Ok::<_, EvaluationError>((hidden.record(experiment, of_day, &label)?, hidden.damage))
-        };
-        let references = (0..line.references).map(|day| Ok(recorded(day, false)?.0));
+        let days = Days { half_width_k: line.half_width_k, reading_std_k: line.reading_std_k };
+        let mut unit = Owned::drawn(experiment, days, line.misstated, own);
+        let references = (0..line.references).map(|_| unit.record(FaultCoordinates([0.0; 7])));
         let references = references.collect::<Result<Vec<Recording>, EvaluationError>>()?;
-        let (recording, damage) = recorded(line.references, true)?;
+        let damage = line.damage.draw(&mut unit.chance);
+        let recording = unit.record(damage)?;
         let options =
             DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
         let answer = diagnoser.learn_unit(&references, &options).ok().and_then(|learnt| {
@@ -128,6 +116,104 @@ pub fn evaluate_learnt(
         learnt: scored(&learnt),
         shifted: scored(&shifted.collect::<Vec<_>>()),
         z_detected: judged.iter().filter(|(.., detected)| *detected).count(),
+    })
+}
+
+/// Days on which a unit is recorded.
+#[derive(Clone, Copy, Debug)]
+struct Days {
+    half_width_k: f64,
+    reading_std_k: Option<f64>,
+}
+
+/// A hidden unit with what is drawn for it.
+struct Owned<'a> {
+    experiment: &'a Experiment,
+    days: Days,
+    hidden: Hidden,
+    session: Scatter,
+    chance: Chance,
+    seed: u64,
+    recorded: u64,
+}
+
+impl<'a> Owned<'a> {
+    fn drawn(experiment: &'a Experiment, days: Days, misstated: f64, seed: u64) -> Self {
+        let mut chance = Chance::new(seed);
+        let unit = UNIT.misstated(misstated, &mut chance);
+        // the temperature is drawn by the days
+        let session = Scatter { temperature_k: 0.0, ..SESSION.misstated(misstated, &mut chance) };
+        let mut hidden = Hidden::nominal(experiment);
+        hidden.scatter(&unit, 1.0, true, &mut chance);
+        Self { experiment, days, hidden, session, chance, seed, recorded: 0 }
+    }
+
+    /// A recording of a new day.
+    fn record(&mut self, damage: FaultCoordinates) -> Result<Recording, EvaluationError> {
+        let mut hidden = Hidden { damage, ..self.hidden.clone() };
+        hidden.scatter(&self.session, 1.0, false, &mut self.chance);
+        hidden.temperature_k = self.days.half_width_k * (2.0 * self.chance.uniform() - 1.0);
+        let error_k = |std_k| std_k * self.chance.normal();
+        let label = Label {
+            session: Some(format!("day {}", self.recorded)),
+            temperature_error_k: self.days.reading_std_k.map(error_k),
+        };
+        self.recorded += 1;
+        let own = RootSeed(self.seed).derive(Purpose::Units, 1_000_000 + self.recorded);
+        hidden.record(self.experiment, own, &label)
+    }
+}
+
+/// A slow wear over sessions, with `fdi unit update` after each.
+#[derive(Clone, Copy, Debug)]
+pub struct WearLine {
+    /// Fault that grows; of k3 to k5 a random phase. `None`: nothing.
+    pub fault: Option<FaultId>,
+    /// Level that each session adds.
+    pub rate: f64,
+    /// Sessions after the four as new.
+    pub sessions: usize,
+    /// Units.
+    pub units: usize,
+}
+
+/// Units of a line by the session in which damage was first detected, from 1.
+///
+/// # Errors
+///
+/// [`EvaluationError`] when a machine cannot be simulated.
+pub fn evaluate_wear(
+    diagnoser: &Diagnoser,
+    line: &WearLine,
+    seed: u64,
+    jobs: usize,
+) -> Result<Vec<Option<usize>>, EvaluationError> {
+    const REFERENCES: usize = 4;
+    let experiment = &diagnoser.bundle().experiment;
+    let options = DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
+    let days = Days { half_width_k: 40.0, reading_std_k: Some(3.0) };
+    let indices: Vec<u64> = (0..line.units as u64).collect();
+    in_parallel(&indices, jobs, |_, &index| {
+        let own = RootSeed(seed).derive(Purpose::Units, index);
+        let mut unit = Owned::drawn(experiment, days, 1.0, own);
+        let one = line.fault.map(|fault| HiddenDamage::Alone(fault, line.rate));
+        let rate = one.map_or(FaultCoordinates([0.0; 7]), |one| one.draw(&mut unit.chance));
+        let references = (0..REFERENCES).map(|_| unit.record(FaultCoordinates([0.0; 7])));
+        let references = references.collect::<Result<Vec<_>, EvaluationError>>()?;
+        let refused =
+            |error: UnitLearningError| EvaluationError::Search { reason: error.to_string() };
+        let mut learnt = diagnoser.learn_unit(&references, &options).map_err(refused)?;
+        for session in 1..=line.sessions {
+            let damage = FaultCoordinates(rate.0.map(|level| level * session as f64));
+            let recording = [unit.record(damage)?];
+            let updated = diagnoser.update_unit(&learnt, &recording, &options);
+            let (updated, left_out) = updated.map_err(refused)?;
+            if left_out.iter().any(|left| left.reason.contains("detected")) {
+                return Ok(Some(session));
+            }
+            learnt = updated;
+        }
+        Ok(None)
     })
 }
 

@@ -176,6 +176,13 @@ pub struct Bundle {
 }
 
 impl Bundle {
+    /// Covariance of the low-fidelity model's error on machines within the tolerances that is left
+    /// beside its learnt mean, A², from the bundle's start angle; `None` without tolerances.
+    pub fn unit_error_covariance(&self) -> Option<&BandedMatrix> {
+        let own = self.units.iter().find(|error| error.start == StartAngle::Zero);
+        own.map(|error| &error.covariance)
+    }
+
     /// Learns a bundle from datasets of an experiment.
     ///
     /// Trend and covariance of the error model are those with which reference signals that were

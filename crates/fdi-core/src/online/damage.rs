@@ -7,6 +7,9 @@ pub(crate) const START: [f64; FAULT_COUNT] = [0.02, 0.02, 0.02, 0.02, 0.02, 0.0,
 /// Least value of each coordinate: an estimate free of bounds may be slightly negative, but not
 /// beyond what the machine can be given (backlash 1 + 99·k2 > 0).
 pub(crate) const LEAST: [f64; FAULT_COUNT] = [-0.05, -0.0099, -0.05, -0.05, -0.05, -1.0, -1.0];
+/// Largest value of each coordinate: that of a fault, and of a short the last one below which the
+/// model still follows it, since a phase keeps a hundredth of its turns.
+pub(crate) const MOST: [f64; FAULT_COUNT] = [1.0, 1.0, 0.985, 0.985, 0.985, 1.0, 1.0];
 /// Largest level that the incipient designs hold, with a margin for the estimate's scatter.
 pub(crate) const TRAINED_LEVEL: f64 = 0.06;
 /// Differences for derivatives: large against the low-fidelity model's own kinks (the controller's

@@ -37,8 +37,28 @@ const WATCH_CHANGES: [f64; 6] = [0.10, 0.002, 0.02, 0.02, 0.02, 0.02];
 pub(crate) type Reason = String;
 
 impl Run<'_> {
+    /// The error on machines within the tolerances and the start angle, where they are used; else
+    /// why not, if they were asked for.
+    pub(crate) fn within_tolerances(&self) -> Result<(&UnitError, f64), Option<Reason>> {
+        self.plan.tolerance.map_err(|reason| reason.map(str::to_owned))?;
+        let why_not = if self.learnt.references.is_some() {
+            "levels are against reference recordings"
+        } else if self.learnt.encoder.is_some() {
+            "few numbers are looked at in place of the signal"
+        } else {
+            "the rotor's start angle is not known"
+        };
+        let is_plain = self.learnt.references.is_none() && self.learnt.encoder.is_none();
+        match self.observation.start_angle_rad {
+            Some(angle_rad) if is_plain => {
+                Ok((self.unit_error(angle_rad).map_err(Some)?, angle_rad))
+            }
+            _ => Err(Some(why_not.to_owned())),
+        }
+    }
+
     /// The error on units for a start of the rotor, or why tolerances cannot be used.
-    pub(crate) fn unit_error(&self, angle_rad: f64) -> Result<&UnitError, Reason> {
+    fn unit_error(&self, angle_rad: f64) -> Result<&UnitError, Reason> {
         let bundle = &self.learnt.bundle;
         if bundle.experiment.tolerance.is_empty() {
             return Err("its model file lists no tolerance".to_owned());

@@ -11,7 +11,8 @@
 //! which bends with the unknowns, and the priors. A play three times as wide is improbable as a
 //! tolerance, however uncertain the level of a fault is that stands beside a tolerance of that size.
 //!
-//! The chance that any direction of a healthy machine is detected is at most `FAMILY_RATE`.
+//! The chance that any direction of a healthy machine is detected is at most
+//! `FAMILY_FALSE_ALARM_RATE`.
 //!
 //! # Source
 //!
@@ -21,15 +22,13 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::{
-    report::{FaultId, Finding, FindingKind},
+    report::{FAMILY_FALSE_ALARM_RATE, FaultId, Finding, FindingKind},
     unit::{
         joint::{DamageFit, Joint},
         layout::Layout,
     },
 };
 
-/// Largest chance that anything is detected on a healthy machine.
-const FAMILY_RATE: f64 = 0.02;
 /// Standard deviation over that of known numbers from which a direction is ambiguous: tolerances
 /// leave twice as much open as the recording does.
 const AMBIGUOUS_RATIO: f64 = 2.236_067_977_499_79;
@@ -71,7 +70,7 @@ impl Findings {
     /// Findings of damage that recordings of a unit show together.
     pub(crate) fn of(layout: &Layout, joint: &Joint<'_>, damage: &DamageFit, since: Since) -> Self {
         let directions = directions(layout);
-        let rate = FAMILY_RATE / directions.len().max(1) as f64;
+        let rate = FAMILY_FALSE_ALARM_RATE / directions.len().max(1) as f64;
         let estimate = DVector::from_column_slice(&damage.estimate);
         let whole = joint.least_sum(&[]);
         let mut findings = Self { all: Vec::new(), detected: Vec::new() };

@@ -7,7 +7,7 @@ use recordings::Recording;
 use crate::{
     diagnose::Diagnoser,
     online::{error::DiagnoseError, options::DiagnoseOptions, watch::Watch},
-    report::{Finding, NoticeCode, ToleranceUse, Verdict},
+    report::{Finding, Notice, NoticeCode, RecordDiagnosis, ToleranceUse, Verdict},
     unit::{
         evidence::Evidence,
         finding::{Findings, Since},
@@ -128,23 +128,31 @@ impl Diagnoser {
         let mut left_out = Vec::new();
         for recording in recordings {
             updated.check(recording)?;
-            let of_unit =
-                DiagnoseOptions { unit: Some(Arc::new(updated.clone())), ..options.clone() };
-            let answer =
-                self.diagnose(recording, &of_unit).map_err(|reason| failed(recording, reason))?;
-            let found = answer.findings.iter().filter(|finding| finding.detected);
-            let found: Vec<String> = found.map(Finding::label).collect();
-            if answer.verdict == Verdict::Faulty {
-                let reason = format!("{} detected", found.join(", "));
-                left_out.push(NotLearnt { name: recording.name.clone(), reason });
-                continue;
-            }
-            match self.evidence_of(recording, options) {
-                Ok(learnt) => updated.take(recording, learnt, UnitState::Since)?,
-                Err(UnitLearningError::Unexplained { name, reason }) => {
+            let of_unit = DiagnoseOptions {
+                unit: Some(Arc::new(updated.clone())),
+                tolerance: ToleranceUse::Model,
+                ..options.clone()
+            };
+            let (answer, posterior) = self
+                .diagnose_shown(recording, &of_unit, &Watch::NOTHING)
+                .map_err(|reason| failed(recording, reason))?;
+            let name = recording.name.clone();
+            match (answer.verdict, posterior.evidence) {
+                (Verdict::Healthy | Verdict::Undetermined, Some(evidence))
+                    if answer.fit.adequate =>
+                {
+                    updated.take(recording, evidence, UnitState::Since)?;
+                }
+                (Verdict::Faulty, _) => {
+                    let found = answer.findings.iter().filter(|finding| finding.detected);
+                    let found: Vec<String> = found.map(Finding::label).collect();
+                    let reason = format!("{} detected", found.join(", "));
                     left_out.push(NotLearnt { name, reason });
                 }
-                Err(other) => return Err(other),
+                _ => {
+                    let reason = unexplained(&answer);
+                    left_out.push(NotLearnt { name, reason });
+                }
             }
         }
         Ok((updated, left_out))
@@ -203,13 +211,8 @@ impl Diagnoser {
             .map_err(|reason| failed(recording, reason))?;
         let is_learnt = answer.fit.adequate;
         posterior.evidence.filter(|_| is_learnt).ok_or_else(|| {
-            let unused = |code| code == NoticeCode::TolerancesUnused;
-            let notice = answer.notices.iter().find(|notice| unused(notice.code));
-            let reason = notice.map_or("the model does not explain it", |one| &one.message);
-            UnitLearningError::Unexplained {
-                name: recording.name.clone(),
-                reason: reason.to_owned(),
-            }
+            let (name, reason) = (recording.name.clone(), unexplained(&answer));
+            UnitLearningError::Unexplained { name, reason }
         })
     }
 }
@@ -247,4 +250,11 @@ impl LearntUnit {
 
 fn failed(recording: &Recording, reason: DiagnoseError) -> UnitLearningError {
     UnitLearningError::Recording { name: recording.name.clone(), reason: Box::new(reason) }
+}
+
+/// Reason for which nothing is learnt from a recording.
+fn unexplained(answer: &RecordDiagnosis) -> String {
+    let unused = |notice: &&Notice| notice.code == NoticeCode::TolerancesUnused;
+    let notice = answer.notices.iter().find(unused);
+    notice.map_or("the model does not explain it", |one| &one.message).to_owned()
 }

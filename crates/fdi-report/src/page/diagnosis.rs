@@ -7,10 +7,10 @@ use super::{
     findings,
 };
 use crate::{
-    ActuatorTrend, Change, FALSE_ALARM_RATE, Failure, Fault, FaultChange, FaultId, FitSignals,
-    Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict, common_folder,
-    detected_findings, fault_figure_svg, fit_figure_svg, plus_minus, search_figure_svg, sentence,
-    trend_figure_svg,
+    ActuatorTrend, Change, FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, Failure, Fault, FaultChange,
+    FaultId, FitSignals, Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict,
+    common_folder, detected_findings, fault_figure_svg, fit_figure_svg, plus_minus,
+    search_figure_svg, sentence, trend_figure_svg,
 };
 
 /// Recordings, and actuators, that are drawn; the tables have all.
@@ -254,9 +254,17 @@ impl DiagnosisPage<'_> {
         let mut blocks = vec![Block::Text(of_one(record))];
         let detected = detected_findings(record);
         blocks.extend(detected.map(|told| Block::Text(format!("{}.", capitalised(&told)))));
+        let detected = if record.findings.is_empty() {
+            format!("Detected means a false-alarm rate of {FALSE_ALARM_RATE} at most.")
+        } else {
+            format!(
+                "Detected means that a finding is: over all of them together, the false-alarm rate \
+                 of a healthy machine within its tolerances is {FAMILY_FALSE_ALARM_RATE} at most."
+            )
+        };
         let caption = format!(
             "Fault levels with 95 % intervals. The dashed line is the end of the incipient range, \
-             {INCIPIENT_LEVEL}. Detected means a false-alarm rate of {FALSE_ALARM_RATE} at most."
+             {INCIPIENT_LEVEL}. {detected}"
         );
         blocks.push(figure("levels", fault_figure_svg(record), caption));
         blocks.extend(findings::table(record).map(Block::Table));

@@ -162,7 +162,8 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
          (carrier modulation, controller noise and digitisation on), with white noise of 20 mA rms\n\
          on each phase sample at 10 kHz and 12 bits over ±20 A; seeds and hashes stand in\n\
          `fixtures/datasets/manifest.toml`. They are diagnosed with the embedded bundles, whose\n\
-         seeds are others, by the default method; the truth is read by this page alone.\n"
+         seeds are others, by the default method with `--tolerance none`: each is of exactly the\n\
+         machine of its model file. The truth is read by this page alone.\n"
     )?;
     let intervals = value("intervals");
     writeln!(

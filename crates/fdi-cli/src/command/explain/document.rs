@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fdi_core::{
-    ema_sim::{EffectClass, model_file::MachineModel},
+    ema_sim::model_file::MachineModel,
     report::{
         CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
         FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, SCHEMA_VERSION,
@@ -151,34 +151,13 @@ fn finding(finding: &Finding) -> EffectFinding {
         id: info.symbol.to_owned(),
         name: info.name.to_owned(),
         port: info.port.name().to_owned(),
-        class: class_name(info.class).to_owned(),
+        class: info.class.name().to_owned(),
         parameters,
         p_familywise: finding.p_familywise,
         holdout_gain_nats: finding.holdout_gain_nats,
         holdout_gain_se: finding.holdout_gain_se,
         separated_by: info.separated_by.to_owned(),
         instead_of: finding.instead_of.map(|id| id.info().symbol.to_owned()),
-    }
-}
-
-/// The class in words.
-fn class_name(class: EffectClass) -> &'static str {
-    match class {
-        EffectClass::FrictionSpeed => "friction-speed",
-        EffectClass::Asymmetry => "asymmetry",
-        EffectClass::Load => "load",
-        EffectClass::MicroMotion => "micro-motion",
-        EffectClass::Position => "position",
-        EffectClass::Time => "time",
-        EffectClass::Transmission => "transmission",
-        EffectClass::AnglePeriodic => "angle-periodic",
-        EffectClass::Current => "current",
-        EffectClass::Gain => "gain",
-        EffectClass::Electrical => "electrical",
-        EffectClass::Sensor => "sensor",
-        EffectClass::Controller => "controller",
-        EffectClass::TimePeriodic => "time-periodic",
-        _ => "unknown",
     }
 }
 

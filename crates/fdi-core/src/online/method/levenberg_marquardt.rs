@@ -12,7 +12,7 @@ use ema_sim::FAULT_COUNT;
 use gp_bayesopt::{Bounds, LevenbergMarquardt, SolveError, StopReason};
 
 use crate::online::{
-    damage::{DIFFERENCE_STEP, LEAST, STEP_TOLERANCE},
+    damage::{DIFFERENCE_STEP, LEAST, MOST, STEP_TOLERANCE},
     error::DiagnoseError,
     fit::FitResult,
     likelihood::Likelihood,
@@ -31,7 +31,7 @@ impl Run<'_> {
         let mut monitor = self.monitor(hypothesis)?;
         let select =
             |all: &[f64; FAULT_COUNT]| -> Vec<f64> { indices.iter().map(|&i| all[i]).collect() };
-        let bounds = Bounds::new(&select(&LEAST), &vec![1.0; indices.len()])
+        let bounds = Bounds::new(&select(&LEAST), &select(&MOST))
             .map_err(|error| DiagnoseError::Search { reason: error.to_string() })?;
         let solver = LevenbergMarquardt {
             steps: Some(vec![DIFFERENCE_STEP; indices.len()]),
