@@ -83,6 +83,11 @@ fn a_unit_is_learnt_and_diagnosed_a_year_later() {
     let found: Vec<_> = answer.findings.iter().filter(|one| one.detected).collect();
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!((found[0].id.as_str(), found[0].kind), ("play", FindingKind::Changed));
+    // friction differs from day to day far more than a recording leaves open
+    let friction = &answer.findings[0];
+    assert_eq!((friction.id.as_str(), friction.kind), ("friction", FindingKind::Ambiguous));
+    assert_eq!(friction.would_tell.as_deref(), Some("recordings of other days"));
+    assert!(friction.prior_std > 10.0 * friction.posterior_std, "{friction:?}");
     let [least, most] = answer.faults[1].interval_95.unwrap();
     assert!(least < 0.002 && 0.002 < most && most - least < 0.002, "{answer:?}");
     // the references themselves, and a folder of units, say as much

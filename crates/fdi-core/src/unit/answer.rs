@@ -242,9 +242,14 @@ impl Run<'_> {
         };
         let joint = Joint::new(quantities, &others, &own, &fit.point);
         let joint = joint.ok_or(UnitSearchError::Undetermined)?;
+        let alone = DamageFit::from(fit);
         let damage = match unit {
-            Some(_) => joint.damage().ok_or(UnitSearchError::Undetermined)?,
-            None => DamageFit::from(fit),
+            // what the recording itself leaves open is the same with others beside it
+            Some(_) => DamageFit {
+                known_numbers: alone.known_numbers,
+                ..joint.damage().ok_or(UnitSearchError::Undetermined)?
+            },
+            None => alone,
         };
         Ok((joint, damage))
     }
