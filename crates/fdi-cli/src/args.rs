@@ -25,7 +25,9 @@ pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
 pub use explain::{CalibrateArgs, ExplainArgs, ProposeArgs, RecordArgs};
 pub use report::{FleetArgs, NameArgs, ReportArgs};
-pub use unit::{LearnArgs, ReplacedArg, ResetArgs, ShowUnitArgs, UnitCommand, UpdateArgs};
+pub use unit::{
+    LearnArgs, ReadingArgs, ReplacedArg, ResetArgs, ShowUnitArgs, UnitCommand, UpdateArgs,
+};
 
 /// Diagnose electromechanical actuators from recordings of their stator current.
 ///

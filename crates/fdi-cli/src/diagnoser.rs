@@ -14,7 +14,7 @@ use fdi_core::{
     list_recordings, report::RecordDiagnosis,
 };
 
-use crate::{DiagnoseArgs, args::NameArgs, identity::read_named, unit_file::Units};
+use crate::{DiagnoseArgs, args::ReadingArgs, identity::read_named, unit_file::Units};
 
 /// Diagnoses one recording after another, from several threads at once.
 pub trait Diagnoser: Sync {
@@ -88,21 +88,18 @@ pub(crate) struct ToLearn {
 }
 
 /// Reads recordings to learn from, with the bundle that fits the first of them.
-pub(crate) fn diagnoser_of_first(
-    paths: &[PathBuf],
-    map: &ColumnMap,
-    names: &NameArgs,
-    bundle: Option<&PathBuf>,
-) -> Result<ToLearn> {
+pub(crate) fn diagnoser_of_first(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ToLearn> {
+    let ReadingArgs { bundle, map, names } = reading;
+    let map = ColumnMap::new(&map.map)?;
     let mut recordings = Vec::new();
     for path in paths {
         let named = || path.display().to_string();
         for file in list_recordings(path).with_context(named)? {
-            let read = read_named(&file, map, names);
+            let read = read_named(&file, &map, names);
             recordings.push(read.with_context(|| file.display().to_string())?);
         }
     }
-    let mut bundles = read_bundles(bundle)?;
+    let mut bundles = read_bundles(bundle.as_ref())?;
     let experiments: Vec<_> = bundles.iter().map(|one| &one.bundle.experiment).collect();
     let fitting = recordings.first().map_or(0, |first| fitting_experiment(&experiments, first));
     let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).bundle)?;

@@ -60,12 +60,12 @@ impl Files {
             }
             Command::Propose(args) => files.machine(&args.model, &args.records),
             Command::Unit(UnitCommand::Learn(args)) => {
-                files.read("the bundle", args.bundle.clone());
+                files.read("the bundle", args.reading.bundle.clone());
                 files.read("a recording", args.recordings.iter().cloned());
             }
             Command::Unit(UnitCommand::Update(args)) => {
                 files.read("the unit", [args.unit.clone()]);
-                files.read("the bundle", args.bundle.clone());
+                files.read("the bundle", args.reading.bundle.clone());
                 files.read("a recording", args.recordings.iter().cloned());
             }
             Command::Unit(UnitCommand::Reset(args)) => {

@@ -52,7 +52,7 @@ pub(crate) struct Units {
 }
 
 impl Units {
-    /// Those at a path; none without one.
+    /// Units at a path; none without one.
     pub(crate) fn of(path: Option<&Path>) -> Result<Self> {
         let Some(path) = path else { return Ok(Self::default()) };
         let files = listed(path)?;

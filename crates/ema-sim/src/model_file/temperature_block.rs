@@ -21,19 +21,18 @@ impl Reader<'_> {
         value: &Spanned<DeValue<'_>>,
         base: Option<TemperatureLaw>,
     ) -> Result<TemperatureLaw, ModelFileError> {
-        let is_given = |law: &TemperatureLaw| law.nominal_k > 0.0;
-        let none = TemperatureLaw { nominal_k: 0.0, coefficients: Default::default() };
-        let mut law = base.unwrap_or(none);
+        let mut nominal_k = base.map(|law| law.nominal_k);
+        let mut coefficients = base.map(|law| law.coefficients).unwrap_or_default();
         for (key, value) in self.table("temperature", value)? {
             let name = key.get_ref().as_ref();
             let path = format!("temperature.{name}");
             let number = ThermalNumber::ALL.into_iter().find(|number| number.key() == name);
             match number {
                 Some(number) => {
-                    law.coefficients[number as usize] = self.coefficient(&path, value)?;
+                    coefficients[number as usize] = self.coefficient(&path, value)?;
                 }
                 None if name == NOMINAL => {
-                    law.nominal_k = self.within(&path, value, RANGE_K, "150 to 600 K")?;
+                    nominal_k = Some(self.within(&path, value, RANGE_K, "150 to 600 K")?);
                 }
                 None => {
                     let known = ThermalNumber::ALL.map(ThermalNumber::key).into_iter();
@@ -43,11 +42,9 @@ impl Reader<'_> {
                 }
             }
         }
-        if is_given(&law) {
-            Ok(law)
-        } else {
-            Err(ModelFileError::Missing { key: "temperature.nominal-k" })
-        }
+        let nominal_k =
+            nominal_k.ok_or(ModelFileError::Missing { key: "temperature.nominal-k" })?;
+        Ok(TemperatureLaw { nominal_k, coefficients })
     }
 
     /// A number, or a table of `value` and `sd`.

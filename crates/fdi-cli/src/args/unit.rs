@@ -32,15 +32,9 @@ pub struct LearnArgs {
     /// Recordings of the unit as new, best of several days
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
-    /// Bundle to learn with [default: the embedded one that fits the first recording]
-    #[arg(long, value_name = "FILE")]
-    pub bundle: Option<PathBuf>,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
-    pub map: MapArgs,
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
-    pub names: NameArgs,
+    pub reading: ReadingArgs,
 }
 
 /// Options of `fdi unit update`.
@@ -52,7 +46,15 @@ pub struct UpdateArgs {
     /// Later recordings of it, in the order of their sessions
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
-    /// Bundle that it was learnt with [default: the embedded one that fits the first recording]
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub reading: ReadingArgs,
+}
+
+/// How the recordings of a unit are read.
+#[derive(Clone, Debug, Args)]
+pub struct ReadingArgs {
+    /// Bundle of the unit [default: the embedded one that fits the first recording]
     #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
     #[command(flatten)]

@@ -1,16 +1,16 @@
 //! `fdi unit`.
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, Diagnoser, Disagreement, LearntUnit, Recording, UnitState,
+    Disagreement, LearntUnit, UnitState,
     report::{LearntFrom, UnitSummary},
 };
 
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
-    args::{LearnArgs, MapArgs, NameArgs, ResetArgs, ShowUnitArgs, UpdateArgs},
+    args::{LearnArgs, ResetArgs, ShowUnitArgs, UpdateArgs},
     diagnoser::{ToLearn, diagnoser_of_first, learning_options},
     unit_file::{self, HeldUnit},
 };
@@ -24,8 +24,7 @@ pub(crate) fn learn(
     let Some(path) = global.output.as_deref() else {
         bail!("`--output FILE` says where the unit goes");
     };
-    let (recordings, diagnoser) =
-        prepared(&args.recordings, &args.map, &args.names, args.bundle.as_ref())?;
+    let ToLearn { recordings, diagnoser } = diagnoser_of_first(&args.recordings, &args.reading)?;
     let unit = diagnoser.learn_unit(&recordings, &learning_options(global.root_seed()))?;
     for disagreement in diagnoser.disagreements(&unit)? {
         streams.say(format_args!("warning: {}", warning(&disagreement)));
@@ -44,8 +43,7 @@ pub(crate) fn update(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let held = HeldUnit::open(&args.unit)?;
-    let (recordings, diagnoser) =
-        prepared(&args.recordings, &args.map, &args.names, args.bundle.as_ref())?;
+    let ToLearn { recordings, diagnoser } = diagnoser_of_first(&args.recordings, &args.reading)?;
     let options = learning_options(global.root_seed());
     let (unit, left_out) = diagnoser.update_unit(&held.unit, &recordings, &options)?;
     for left in &left_out {
@@ -82,18 +80,6 @@ pub(crate) fn show_unit(
     };
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
-}
-
-/// Recordings, and what diagnoses them.
-fn prepared(
-    paths: &[PathBuf],
-    map: &MapArgs,
-    names: &NameArgs,
-    bundle: Option<&PathBuf>,
-) -> Result<(Vec<Recording>, Diagnoser)> {
-    let map = ColumnMap::new(&map.map)?;
-    let ToLearn { recordings, diagnoser } = diagnoser_of_first(paths, &map, names, bundle)?;
-    Ok((recordings, diagnoser))
 }
 
 /// Writes a unit where it was read, or where `--output` says.

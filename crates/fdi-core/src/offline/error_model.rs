@@ -342,7 +342,7 @@ fn deal(residuals: &[Vec<f64>], fold: usize) -> (Vec<&[f64]>, Vec<&[f64]>) {
 }
 
 /// `a += scale·b`.
-fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
+pub(crate) fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
     for (x, y) in a.iter_mut().zip(b) {
         *x += scale * y;
     }

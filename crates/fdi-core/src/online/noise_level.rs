@@ -14,7 +14,7 @@ use crate::{
 
 /// Natural logarithm of the factor by which a noise level may differ from the bundle's, one
 /// standard deviation.
-pub(crate) const NOISE_PRIOR_LN_STD: f64 = core::f64::consts::LN_2;
+const NOISE_PRIOR_LN_STD: f64 = core::f64::consts::LN_2;
 
 /// A noise level with where it is from.
 #[derive(Clone, Copy)]
@@ -27,15 +27,8 @@ impl Run<'_> {
     /// The noise level: told by the user or the metadata, read off the recording, or else what
     /// makes the residual most likely, with the bundle's level as a prior.
     pub(crate) fn noise(&self, hypothesis: &Hypothesis) -> Result<(Noise, u64), DiagnoseError> {
-        let told = [
-            (self.plan.noise_a, NoiseSource::Flag),
-            (self.observation.stated_noise_a, NoiseSource::Metadata),
-            (self.observation.measured_noise_a, NoiseSource::OutOfBand),
-        ];
-        for (level, source) in told {
-            if let Some(level_a) = level {
-                return Ok((Noise { level_a, source }, 0));
-            }
+        if let Some(noise) = self.told_noise(self.observation.measured_noise_a) {
+            return Ok((noise, 0));
         }
         let prior_a = self.learnt.bundle.noise_a;
         let rate_hz = self.observation.phase_rate_hz;
@@ -53,26 +46,45 @@ impl Run<'_> {
             let fit = self.incipient_fit(hypothesis, &likelihood, prior_a)?;
             (&*hypothesis.error, fit.residual_a, fit.evaluations)
         };
-        let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
-            let level_a = prior_a * ln_ratio.exp();
+        let level_a = self.likeliest_level(|level_a| {
             let whole_a = self.learnt.with_reference_noise(level_a);
             let factor = Likelihood::plain(error, &unit, whole_a, self.encoder())?;
             let white = factor.whiten(&residual_a);
-            let prior = ln_ratio / NOISE_PRIOR_LN_STD;
-            Ok(white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant() + prior * prior)
-        };
-        let ln_ratio = least(cost, -3.0, 3.0)?;
-        let level_a = prior_a * ln_ratio.exp();
+            Ok::<_, NotPositiveDefinite>(
+                white.iter().map(|z| z * z).sum::<f64>() + factor.log_determinant(),
+            )
+        })?;
         Ok((Noise { level_a, source: NoiseSource::Residual }, evaluations))
+    }
+
+    /// The noise level that is known without a fit: of the option, else of the metadata, else read
+    /// off the recording.
+    pub(crate) fn told_noise(&self, measured_a: Option<f64>) -> Option<Noise> {
+        let told = [
+            (self.plan.noise_a, NoiseSource::Flag),
+            (self.observation.stated_noise_a, NoiseSource::Metadata),
+            (measured_a, NoiseSource::OutOfBand),
+        ];
+        told.into_iter().find_map(|(level, source)| Some(Noise { level_a: level?, source }))
+    }
+
+    /// The noise level of least cost, `-2·ln` of the likelihood, with the bundle's level as a prior,
+    /// A.
+    pub(crate) fn likeliest_level<E>(
+        &self,
+        mut cost: impl FnMut(f64) -> Result<f64, E>,
+    ) -> Result<f64, E> {
+        let prior_a = self.learnt.bundle.noise_a;
+        let with_prior = |ln_ratio: f64| -> Result<f64, E> {
+            let prior = ln_ratio / NOISE_PRIOR_LN_STD;
+            Ok(cost(prior_a * ln_ratio.exp())? + prior * prior)
+        };
+        Ok(prior_a * least(with_prior, -3.0, 3.0)?.exp())
     }
 }
 
 /// Least point of a function with one valley, by golden section to a thousandth.
-pub(crate) fn least<E>(
-    mut cost: impl FnMut(f64) -> Result<f64, E>,
-    low: f64,
-    high: f64,
-) -> Result<f64, E> {
+fn least<E>(mut cost: impl FnMut(f64) -> Result<f64, E>, low: f64, high: f64) -> Result<f64, E> {
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
     let (mut low, mut high) = (low, high);
     let (mut a, mut b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));

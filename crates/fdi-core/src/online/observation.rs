@@ -38,7 +38,8 @@ pub(crate) struct Observation {
     pub(crate) phase_rate_hz: f64,
     /// Noise on each phase sample read off the recording itself, A.
     pub(crate) measured_noise_a: Option<f64>,
-    /// That noise beside errors of the sensors' gains, which add to the sum of the phases.
+    /// Noise on each phase sample beside errors of the sensors' gains, which add to the sum of the
+    /// phases.
     pub(crate) noise_beside_gains_a: Option<f64>,
     /// Shares of the signal that errors of the phases' sensors have, where phases were recorded.
     pub(crate) sensor_shares: Option<SensorShares>,
@@ -323,8 +324,11 @@ fn of_phases(
     let views = phases.map(Channel::values);
     let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
     let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
-    let shares = measured_shares(views, &rotor.electrical_rad, experiment, |channel| {
-        filtered(channel, sampling.rate_hz, experiment)
+    // the filters cost as much as the signal itself, and only tolerances need them
+    let shares = (!experiment.tolerance.is_empty()).then(|| {
+        measured_shares(views, &rotor.electrical_rad, experiment, |channel| {
+            filtered(channel, sampling.rate_hz, experiment)
+        })
     });
     Ok(Observation {
         signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
@@ -334,7 +338,7 @@ fn of_phases(
         phase_rate_hz: sampling.rate_hz,
         measured_noise_a: zero_sequence_noise_a(views),
         noise_beside_gains_a: noise_beside_gains_a(views),
-        sensor_shares: Some(shares),
+        sensor_shares: shares,
         stated_noise_a: recording.metadata.noise_a,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),

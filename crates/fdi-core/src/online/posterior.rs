@@ -16,7 +16,7 @@ use crate::{
 /// Probability of the stated intervals.
 const LEVEL: f64 = 0.95;
 /// Two-sided normal quantile of [`LEVEL`].
-const TWO_SIDED: f64 = 1.959_963_984_540_054;
+pub(crate) const TWO_SIDED: f64 = 1.959_963_984_540_054;
 
 /// Knowledge of the damage: an estimate free of bounds, with its covariance, for the
 /// coordinates that the recording determines.
@@ -31,7 +31,7 @@ pub(crate) struct Posterior {
 }
 
 /// Where the eccentricity stands in the coordinates.
-const ECCENTRICITY: [usize; 2] = [5, 6];
+pub(crate) const ECCENTRICITY: [usize; 2] = [5, 6];
 
 impl Posterior {
     /// All seven faults, those not determined null.
@@ -132,7 +132,7 @@ fn polar(point: &Vector2<f64>, covariance: &Matrix2<f64>) -> (Fault, Fault) {
     (k6, Fault::determined(FaultId::K7, k7, k7_std, region, None))
 }
 
-fn standard() -> Normal {
+pub(crate) fn standard() -> Normal {
     Normal::new(0.0, 1.0).expect("the standard normal exists")
 }
 

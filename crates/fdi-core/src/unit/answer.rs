@@ -5,10 +5,7 @@ use inference::{NotPositiveDefinite, dot};
 use crate::{
     offline::{bundle::StartAngle, factor::joined},
     online::{
-        error::DiagnoseError,
-        noise_level::{NOISE_PRIOR_LN_STD, Noise, least},
-        outcome::MISFIT_DEVIATIONS,
-        posterior::Posterior,
+        error::DiagnoseError, noise_level::Noise, outcome::MISFIT_DEVIATIONS, posterior::Posterior,
         run::Run,
     },
     report::{
@@ -41,19 +38,16 @@ impl Run<'_> {
     /// why not, if they were asked for.
     pub(crate) fn within_tolerances(&self) -> Result<(&UnitError, f64), Option<Reason>> {
         self.plan.tolerance.map_err(|reason| reason.map(str::to_owned))?;
-        let why_not = if self.learnt.references.is_some() {
-            "levels are against reference recordings"
-        } else if self.learnt.encoder.is_some() {
-            "few numbers are looked at in place of the signal"
-        } else {
-            "the rotor's start angle is not known"
-        };
-        let is_plain = self.learnt.references.is_none() && self.learnt.encoder.is_none();
+        let because = |reason: &str| Err(Some(reason.to_owned()));
+        if self.learnt.references.is_some() {
+            return because("levels are against reference recordings");
+        }
+        if self.learnt.encoder.is_some() {
+            return because("few numbers are looked at in place of the signal");
+        }
         match self.observation.start_angle_rad {
-            Some(angle_rad) if is_plain => {
-                Ok((self.unit_error(angle_rad).map_err(Some)?, angle_rad))
-            }
-            _ => Err(Some(why_not.to_owned())),
+            Some(angle_rad) => Ok((self.unit_error(angle_rad).map_err(Some)?, angle_rad)),
+            None => because("the rotor's start angle is not known"),
         }
     }
 
@@ -85,12 +79,7 @@ impl Run<'_> {
         let experiment = self.experiment();
         let quantities = self.learnt.quantities();
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
-        let told = [
-            (self.plan.noise_a, NoiseSource::Flag),
-            (self.observation.stated_noise_a, NoiseSource::Metadata),
-            (self.observation.noise_beside_gains_a, NoiseSource::OutOfBand),
-        ];
-        let told = told.into_iter().find_map(|(level, source)| Some((level?, source)));
+        let told = self.told_noise(self.observation.noise_beside_gains_a);
         let temperature = self.temperature_reading();
         let fitted = |level_a: f64| {
             let noise = unit_noise.scaled(level_a * level_a);
@@ -108,8 +97,8 @@ impl Run<'_> {
                 },
             )
         };
-        let (noise, fit) = if let Some((level_a, source)) = told {
-            (Noise { level_a, source }, fitted(level_a)?)
+        let (noise, fit) = if let Some(noise) = told {
+            (noise, fitted(noise.level_a)?)
         } else {
             let prior_a = self.learnt.bundle.noise_a;
             let first = fitted(prior_a)?;
@@ -135,17 +124,13 @@ impl Run<'_> {
         fit: &UnitFit,
     ) -> Result<f64, NotPositiveDefinite> {
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
-        let prior_a = self.learnt.bundle.noise_a;
-        let cost = |ln_ratio: f64| -> Result<f64, NotPositiveDefinite> {
-            let level_a = prior_a * ln_ratio.exp();
+        self.likeliest_level(|level_a| {
             let factor =
                 joined(&error.covariance, &unit_noise.scaled(level_a * level_a)).cholesky()?;
             let mut white = fit.residual_a.clone();
             factor.whiten(&mut white);
-            let prior = ln_ratio / NOISE_PRIOR_LN_STD;
-            Ok(dot(&white, &white) + factor.log_determinant() + prior * prior)
-        };
-        Ok(prior_a * least(cost, -3.0, 3.0)?.exp())
+            Ok(dot(&white, &white) + factor.log_determinant())
+        })
     }
 
     fn unit_answer(

@@ -20,7 +20,11 @@ use inference::{BandedMatrix, dot, tapered_covariance};
 use nalgebra::DMatrix;
 
 use crate::{
-    offline::{bundle::StartAngle, error_model::ErrorModelError, factor::joined},
+    offline::{
+        bundle::StartAngle,
+        error_model::{ErrorModelError, add_scaled},
+        factor::joined,
+    },
     seed::{Draws, Purpose, RootSeed},
     simulation::experiment::Experiment,
     unit::{
@@ -163,9 +167,7 @@ impl UnitError {
         let logs = residuals.iter().map(|residual| {
             let mut sample: Vec<f64> = residual.iter().map(|_| random.normal()).collect();
             colour.colour(&mut sample);
-            for (value, part) in sample.iter_mut().zip(residual) {
-                *value += part;
-            }
+            add_scaled(&mut sample, 1.0, residual);
             whole.whiten(&mut sample);
             (dot(&sample, &sample) / sample.len() as f64).ln()
         });
@@ -207,9 +209,7 @@ impl UnitError {
     /// Adds the mean error at some quantities to a signal.
     pub(crate) fn add_mean(&self, at: &[f64], signal: &mut [f64]) {
         for (coefficient, term) in self.coefficients.iter().zip(self.terms(at)) {
-            for (value, part) in signal.iter_mut().zip(coefficient) {
-                *value += term * part;
-            }
+            add_scaled(signal, term, coefficient);
         }
     }
 
@@ -271,9 +271,7 @@ fn trend(terms: &[Vec<f64>], differences: &[Vec<f64>]) -> Result<(Rows, Rows), E
     let sum = |weights: &mut dyn Iterator<Item = f64>, rows: &[Vec<f64>]| {
         let mut sum = vec![0.0; samples];
         for (weight, row) in weights.zip(rows) {
-            for (value, part) in sum.iter_mut().zip(row) {
-                *value += weight * part;
-            }
+            add_scaled(&mut sum, weight, row);
         }
         sum
     };

@@ -19,9 +19,10 @@
 //! Likelihood ratio (Wilks, Ann. Math. Stat. 9, 1938), Bonferroni's inequality; `docs/models/units.md`.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::ContinuousCDF;
 
 use crate::{
+    online::posterior::{ECCENTRICITY, TWO_SIDED, standard},
     report::{FAMILY_FALSE_ALARM_RATE, FaultId, Finding, FindingKind},
     unit::{
         joint::{DamageFit, Joint},
@@ -32,12 +33,8 @@ use crate::{
 /// Standard deviation over that of known numbers from which a direction is ambiguous: tolerances
 /// leave twice as much open as the recording does.
 const AMBIGUOUS_RATIO: f64 = 2.236_067_977_499_79;
-/// Two-sided normal quantile of 95 %.
-const TWO_SIDED: f64 = 1.959_963_984_540_054;
 /// Coordinates of the shorts.
 const SHORTS: [usize; 3] = [2, 3, 4];
-/// Coordinates of the eccentricity.
-const ECCENTRICITY: [usize; 2] = [5, 6];
 
 /// A direction in the damage looked for.
 struct Direction {
@@ -210,8 +207,4 @@ fn directions(layout: &Layout) -> Vec<Direction> {
         });
     }
     all
-}
-
-fn standard() -> Normal {
-    Normal::new(0.0, 1.0).expect("the standard normal exists")
 }

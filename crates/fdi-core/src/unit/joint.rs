@@ -42,7 +42,7 @@ use crate::unit::{
 pub(crate) enum Wear {
     /// None: it is as new.
     AsNew,
-    /// That of so many sessions after those as new.
+    /// Damage of so many sessions after those as new.
     Since(usize),
 }
 
@@ -62,9 +62,9 @@ pub(crate) struct OfUnit<'a> {
 pub(crate) struct DamageFit {
     /// Most probable damage looked for.
     pub(crate) estimate: Vec<f64>,
-    /// Its covariance, the numbers marginal.
+    /// Covariance of the damage, the numbers marginal.
     pub(crate) covariance: DMatrix<f64>,
-    /// Its covariance, were every number known.
+    /// Covariance of the damage, were every number known.
     pub(crate) known_numbers: DMatrix<f64>,
 }
 
@@ -102,7 +102,7 @@ struct Part {
 enum Of {
     Diagnosed,
     Wear,
-    /// Those with the machine as built; of a component since so many replacements of it.
+    /// Recordings of the machine as built; of a component since so many replacements of it.
     Built(Option<(Component, u32)>),
     Session(usize),
     Recording(usize),

@@ -113,18 +113,6 @@ pub enum Component {
 
 impl Component {
     pub(crate) const COUNT: usize = 3;
-
-    /// Every component.
-    pub const ALL: [Self; Self::COUNT] = [Self::Motor, Self::Gear, Self::Sensor];
-
-    /// Word on the command line: `motor`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Motor => "motor",
-            Self::Gear => "gear",
-            Self::Sensor => "sensor",
-        }
-    }
 }
 
 /// Standard deviations of a number at the levels of a machine, relative or in its unit.

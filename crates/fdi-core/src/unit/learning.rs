@@ -27,7 +27,7 @@ pub enum UnitLearningError {
     /// A recording cannot be diagnosed.
     #[error("{name}: {reason}")]
     Recording {
-        /// Its name.
+        /// Name of the recording.
         name: String,
         /// Why.
         reason: Box<DiagnoseError>,

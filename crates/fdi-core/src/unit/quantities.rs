@@ -68,7 +68,7 @@ const STEP: f64 = 1e-6;
 /// Quantities in which the error of the low-fidelity model bends.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bent {
-    /// Those that damage moves.
+    /// Quantities that damage moves.
     pub(crate) damage: Vec<usize>,
     /// Imbalances of phases A and B.
     pub(crate) imbalance: Option<[usize; 2]>,

@@ -8,7 +8,7 @@ use inference::{
 use nalgebra::DMatrix;
 
 use crate::{
-    offline::factor::joined,
+    offline::{error_model::add_scaled, factor::joined},
     simulation::experiment::Experiment,
     unit::{
         error::UnitError,
@@ -265,9 +265,7 @@ impl Whitened for Compared<'_> {
             let mut row = vec![0.0; samples];
             for (slope, part) in over_shown.iter().zip(&white) {
                 if *slope != 0.0 {
-                    for (value, one) in row.iter_mut().zip(part) {
-                        *value += slope * one;
-                    }
+                    add_scaled(&mut row, *slope, part);
                 }
             }
             row

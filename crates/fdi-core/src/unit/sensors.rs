@@ -14,6 +14,7 @@
 use ema_sim::{Envelope, LowFidelityTrace};
 
 use crate::{
+    offline::error_model::add_scaled,
     simulation::experiment::Experiment,
     unit::layout::{Acts, Layout},
 };
@@ -39,9 +40,7 @@ impl SensorShares {
     pub(crate) fn add(&self, layout: &Layout, point: &[f64], signal: &mut [f64]) {
         for (number, size) in layout.at(point) {
             if let Some(share) = self.of(number.acts) {
-                for (value, part) in signal.iter_mut().zip(share) {
-                    *value += size * part;
-                }
+                add_scaled(signal, size, share);
             }
         }
     }
