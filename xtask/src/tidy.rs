@@ -62,7 +62,7 @@ const EDGES: [(&str, &[&str]); 13] = [
     ("skipped-tests", &[]),
 ];
 
-/// Packages that may use anything, and that nothing may use.
+/// Packages that may use anything; of those who use them only those in the table do.
 const OUTSIDE: [&str; 2] = ["xtask", "fdi-benches"];
 
 /// Crates that a leaf does not bring along unless a feature asks for them: files,

@@ -10,9 +10,9 @@ use crate::bayesopt::{Level, Problem, Run, Tracker};
 /// Where a method begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// It knows the nominal point, or draws its first points near it.
+    /// A method that knows the nominal point, or draws its first points near it.
     Near,
-    /// It knows the box alone.
+    /// A method that knows the box alone.
     Blind,
 }
 

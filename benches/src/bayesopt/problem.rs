@@ -5,7 +5,7 @@ use gp_bayesopt::Bounds;
 /// Inputs are sought whose simulated record is that of a hidden truth.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// Its name.
+    /// Name of the problem.
     pub name: &'static str,
     /// The box that is searched.
     pub bounds: Bounds,
@@ -26,7 +26,7 @@ pub struct Problem {
 /// Coordinates of a local solver.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// Their box.
+    /// Box of the coordinates.
     pub bounds: Bounds,
     /// The point of the problem's box for some coordinates.
     pub to_point: fn(&[f64]) -> Vec<f64>,

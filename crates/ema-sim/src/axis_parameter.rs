@@ -25,6 +25,8 @@ pub struct AxisParameter {
     least: f64,
     most: f64,
     default: Option<f64>,
+    /// True for the number that is that of the kinetic friction where a file leaves it out.
+    as_kinetic: bool,
     motion_term: Option<MotionTerm>,
     /// True for a number of a winding, which no other drive has.
     of_winding: bool,
@@ -38,17 +40,20 @@ const FINITE: f64 = f64::MAX;
 macro_rules! parameters {
     (@default) => { None };
     (@default $default:expr) => { Some($default) };
+    (@kinetic) => { false };
+    (@kinetic kinetic) => { true };
     (@term) => { None };
     (@term $term:ident) => { Some(MotionTerm::$term) };
     (@winding) => { false };
     (@winding winding) => { true };
     ($($pattern:literal: $($field:ident).+, $least:expr, $most:expr
-        $(, else $default:expr)? $(, sets $term:ident)? $(, of $drive:ident)?;)*) => {
+        $(, else $default:expr)? $(, as $other:ident)? $(, sets $term:ident)? $(, of $drive:ident)?;)*) => {
         &[$(AxisParameter {
             pattern: $pattern,
             least: $least,
             most: $most,
             default: parameters!(@default $($default)?),
+            as_kinetic: parameters!(@kinetic $($other)?),
             motion_term: parameters!(@term $($term)?),
             of_winding: parameters!(@winding $($drive)?),
             get: |axis| axis.$($field).+,
@@ -64,7 +69,7 @@ impl AxisParameter {
         "axis.viscous-{f}-s-per-{x}": viscous, 0.0, FINITE, else 0.0, sets Drag;
         "axis.kinetic-friction-{f}":
             kinetic_friction, 0.0, FINITE, else 0.0, sets KineticFriction;
-        "axis.static-friction-{f}": static_friction, 0.0, FINITE;
+        "axis.static-friction-{f}": static_friction, 0.0, FINITE, as kinetic;
         "axis.offset-{f}": offset, -1e9, 1e9, else 0.0;
         "axis.backlash-{x}": backlash, 0.0, FINITE, else 0.0;
         "drive.{force}-constant-{f}-per-{u}":
@@ -123,6 +128,11 @@ impl AxisParameter {
     /// friction that is left out is the kinetic one, and a resistance belongs to a winding alone.
     pub fn default_value(&self) -> Option<f64> {
         self.default
+    }
+
+    /// True for the static friction, which is the kinetic one where a file leaves it out.
+    pub(crate) fn defaults_to_kinetic(&self) -> bool {
+        self.as_kinetic
     }
 
     /// The parameter with a pattern.

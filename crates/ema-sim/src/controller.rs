@@ -162,7 +162,7 @@ mod tests {
         actuator.controller.position_sensor = PositionSensor::MotorShaft;
         let mut cascade = Cascade::new(&actuator, &Scenario::chirp());
         let held_rad = 1e-3 * actuator.transmission.gear_ratio;
-        assert!(cascade.step(1e-3, &at(7.0, held_rad, 0.0)).abs() < 1e-15);
+        assert_abs_diff_eq!(cascade.step(1e-3, &at(7.0, held_rad, 0.0)), 0.0, epsilon = 1e-15);
     }
 
     #[test]

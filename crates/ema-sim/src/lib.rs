@@ -97,11 +97,11 @@ pub use low_fidelity::LowFidelity;
 #[cfg(feature = "model-file")]
 pub use machine_kind::{
     CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber, bandwidth_hz,
+    MachineTest, MachineTestError, NumberTolerance, NumberValue, PreparedTest, bandwidth_hz,
     resolved_hz, shown_while_followed,
 };
 pub use motion_term::MotionTerm;
-pub use parameter::Parameter;
+pub use parameter::{Block, Parameter};
 pub use parameter_error::ParameterError;
 pub use params::{
     Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,

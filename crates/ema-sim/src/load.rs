@@ -232,6 +232,6 @@ mod tests {
         // x' = 0: q = 0, α = −B₄·δ/A₄₂, δ in degrees
         let attack = -B_PER_DEGREE[3] * surface_rad.to_degrees() / A[3][1];
         assert_abs_diff_eq!(run.state[1], attack, epsilon = STEP_REL * attack.abs());
-        assert!(run.state[3].abs() < 1e-9);
+        assert_abs_diff_eq!(run.state[3], 0.0, epsilon = 1e-9);
     }
 }

@@ -53,9 +53,9 @@ pub struct MachineNumber {
     pub most: f64,
 }
 
-/// Number that a data sheet knows only roughly.
+/// Tolerance that a data sheet gives a number of a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoughNumber {
+pub struct NumberTolerance {
     /// Place among [`MachineKind::numbers`].
     pub place: usize,
     /// Half-width of the tolerance over the value; of a normal distribution √3 standard deviations.
@@ -149,9 +149,9 @@ pub trait MachineKind {
     /// Where there is no such place among [`numbers`](Self::numbers).
     fn set_numbers(&mut self, values: &[NumberValue]);
 
-    /// Numbers that the data sheet knows only roughly, in the order of the file: their tolerances
-    /// of type and unit in one. Numbers that are no parameter of the machine are left out.
-    fn rough(&self) -> Vec<RoughNumber>;
+    /// Numbers with a tolerance on the data sheet, in the order of the file: their tolerances of
+    /// type and unit in one. Numbers that are no parameter of the machine are left out.
+    fn rough(&self) -> Vec<NumberTolerance>;
 
     /// True where a motion recorded under a controller that is not known can be followed
     /// ([`CommandKind::Motion`]).
@@ -207,12 +207,12 @@ pub fn bandwidth_hz(machine: &dyn MachineKind) -> f64 {
 }
 
 /// Adds a tolerance to those before it: several of one number add in squares.
-fn add_rough(known: &mut Vec<RoughNumber>, new: RoughNumber) {
-    match known.iter_mut().find(|earlier| earlier.place == new.place) {
+fn add_tolerance(tolerances: &mut Vec<NumberTolerance>, new: NumberTolerance) {
+    match tolerances.iter_mut().find(|earlier| earlier.place == new.place) {
         Some(earlier) => {
             earlier.half_width_frac = libm::hypot(earlier.half_width_frac, new.half_width_frac);
         }
-        None => known.push(new),
+        None => tolerances.push(new),
     }
 }
 

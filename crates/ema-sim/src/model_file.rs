@@ -8,7 +8,7 @@
 //! [motor]
 //! resistance-ohm = 1.1        # keys carry the unit; the rest comes from the base
 //!
-//! [tolerance.motor]           # relative half-widths of what is known only roughly
+//! [tolerance.motor]           # relative half-widths of uncertain numbers
 //! resistance-ohm = 0.05
 //! inertia-kg-m2 = { sd = 0.03, level = "unit" }
 //!
@@ -108,7 +108,7 @@ pub struct Model {
     pub actuator: Actuator,
     /// The faults that it can have.
     pub faults: Vec<FaultId>,
-    /// Numbers that are known only roughly, and how far they scatter at each level.
+    /// Numbers with a tolerance, and how far they scatter at each level.
     pub tolerance: Vec<Tolerance>,
     /// How numbers follow the temperature of the winding, where that is known.
     pub temperature: Option<TemperatureLaw>,

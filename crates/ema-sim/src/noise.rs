@@ -56,7 +56,7 @@ mod tests {
         let mean = draws.iter().sum::<f64>() / f64::from(n);
         let variance = draws.iter().map(|x| x * x).sum::<f64>() / f64::from(n);
         // five standard errors: 1/√n and √(2/n); false failure below 1e-6, and seeded
-        assert!(mean.abs() < 5.0 / f64::from(n).sqrt());
+        assert_abs_diff_eq!(mean, 0.0, epsilon = 5.0 / f64::from(n).sqrt());
         assert_abs_diff_eq!(variance, 1.0, epsilon = 5.0 * (2.0 / f64::from(n)).sqrt());
         assert_ne!(NoiseSource::new(4).normal(), draws[0], "another seed must differ");
     }

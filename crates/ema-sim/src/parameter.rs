@@ -10,6 +10,8 @@ use crate::{motion_term::MotionTerm, parameter_error::ParameterError, params::Ac
 /// use ema_sim::{Parameter, presets::EMA_48};
 ///
 /// let resistance = Parameter::find("motor.resistance-ohm").unwrap();
+/// assert_eq!(*resistance, Parameter::RESISTANCE);
+///
 /// let mut actuator = EMA_48;
 /// resistance.set(&mut actuator, 1.1);
 /// assert_eq!(resistance.get(&actuator), 1.1);
@@ -17,12 +19,29 @@ use crate::{motion_term::MotionTerm, parameter_error::ParameterError, params::Ac
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     key: &'static str,
+    block: Block,
     least: f64,
     most: f64,
     default: Option<f64>,
     motion_term: Option<MotionTerm>,
     get: fn(&Actuator) -> f64,
     set: fn(&mut Actuator, f64),
+}
+
+/// Part of an actuator that a parameter describes: a block of the model file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Block {
+    /// `[motor]`.
+    Motor,
+    /// `[inverter]`.
+    Inverter,
+    /// `[transmission]`.
+    Transmission,
+    /// `[controller]`.
+    Controller,
+    /// `[sensing]`.
+    Sensing,
 }
 
 /// Lower bound of what must be above zero.
@@ -37,19 +56,33 @@ const FASTEST_HZ: f64 = 1e7;
 macro_rules! parameters {
     (@default) => { None };
     (@default $default:expr) => { Some($default) };
+    (@block motor) => { Block::Motor };
+    (@block inverter) => { Block::Inverter };
+    (@block transmission) => { Block::Transmission };
+    (@block controller) => { Block::Controller };
+    (@block sensing) => { Block::Sensing };
     (@term) => { None };
     (@term $term:ident) => { Some(MotionTerm::$term) };
-    ($($key:literal: $block:ident.$field:ident as $kind:ty, $least:expr, $most:expr
+    ($($name:ident $key:literal: $block:ident.$field:ident as $kind:ty, $least:expr, $most:expr
         $(, else $default:expr)? $(, sets $term:ident)?;)*) => {
-        &[$(Parameter {
-            key: $key,
-            least: $least,
-            most: $most,
-            default: parameters!(@default $($default)?),
-            motion_term: parameters!(@term $($term)?),
-            get: |actuator| <$kind as Number>::read(actuator.$block.$field),
-            set: |actuator, value| actuator.$block.$field = <$kind as Number>::made_of(value),
-        }),*]
+        $(
+            #[doc = concat!("`", $key, "`.")]
+            pub const $name: Self = Self {
+                key: $key,
+                block: parameters!(@block $block),
+                least: $least,
+                most: $most,
+                default: parameters!(@default $($default)?),
+                motion_term: parameters!(@term $($term)?),
+                get: |actuator| <$kind as Number>::read(actuator.$block.$field),
+                set: |actuator, value| {
+                    actuator.$block.$field = <$kind as Number>::made_of(value);
+                },
+            };
+        )*
+
+        /// All numbers, block by block.
+        pub const ALL: &'static [Self] = &[$(Self::$name),*];
     };
 }
 
@@ -60,47 +93,37 @@ impl PartialEq for Parameter {
 }
 
 impl Parameter {
-    /// All numbers, block by block.
-    pub const ALL: &'static [Self] = parameters! {
-        "motor.pole-pairs": motor.pole_pairs as u32, 1.0, 1000.0;
-        "motor.resistance-ohm": motor.resistance_ohm as f64, POSITIVE, FINITE;
-        "motor.inductance-henry": motor.inductance_henry as f64, POSITIVE, FINITE;
-        "motor.back-emf-v-s-per-rad":
-            motor.back_emf_v_s_per_rad as f64, POSITIVE, FINITE, sets TorqueConstant;
-        "motor.inertia-kg-m2": motor.inertia_kg_m2 as f64, POSITIVE, FINITE, sets Inertia;
-        "motor.viscous-n-m-s-per-rad":
-            motor.viscous_n_m_s_per_rad as f64, 0.0, FINITE, sets Drag;
-        "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
-        "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FASTEST_HZ;
-        "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
-        "inverter.dead-time-s": inverter.dead_time_s as f64, 0.0, FINITE, else 0.0;
-        "transmission.gear-ratio": transmission.gear_ratio as f64, POSITIVE, FINITE;
-        "transmission.surface-inertia-kg-m2":
-            transmission.surface_inertia_kg_m2 as f64, 0.0, FINITE;
-        "transmission.backlash-rad": transmission.backlash_rad as f64, 0.0, FINITE;
-        "transmission.kinetic-friction-n-m":
-            transmission.kinetic_friction_n_m as f64, 0.0, FINITE, sets KineticFriction;
-        "transmission.static-friction-n-m": transmission.static_friction_n_m as f64, 0.0, FINITE;
-        "transmission.surface-friction-n-m":
-            transmission.surface_friction_n_m as f64, 0.0, FINITE, else 0.0;
-        "transmission.efficiency-ratio": transmission.efficiency_ratio as f64, 0.01, 1.0;
-        "transmission.stop-rad": transmission.stop_rad as f64, POSITIVE, FINITE;
-        "controller.sample-hz": controller.sample_hz as f64, POSITIVE, FASTEST_HZ;
-        "controller.position-gain-per-s": controller.position_gain_per_s as f64, 0.0, FINITE;
-        "controller.speed-limit-rad-per-s":
-            controller.speed_limit_rad_per_s as f64, POSITIVE, FINITE;
-        "controller.speed-gain-a-s-per-rad": controller.speed_gain_a_s_per_rad as f64, 0.0, FINITE;
-        "controller.speed-integral-a-per-rad":
-            controller.speed_integral_a_per_rad as f64, 0.0, FINITE;
-        "controller.speed-derivative-a-s2-per-rad":
-            controller.speed_derivative_a_s2_per_rad as f64, 0.0, FINITE, else 0.0;
-        "controller.current-limit-a": controller.current_limit_a as f64, POSITIVE, FINITE;
-        "sensing.surface-step-rad": sensing.surface_step_rad as f64, 0.0, COARSEST;
-        "sensing.current-reference-step-a": sensing.current_reference_step_a as f64, 0.0, COARSEST;
-        "sensing.speed-noise-rad-per-s": sensing.speed_noise_rad_per_s as f64, 0.0, COARSEST;
-        "sensing.current-noise-half-width-a":
-            sensing.current_noise_half_width_a as f64, 0.0, COARSEST;
-    };
+    parameters! {
+        POLE_PAIRS "motor.pole-pairs": motor.pole_pairs as u32, 1.0, 1000.0;
+        RESISTANCE "motor.resistance-ohm": motor.resistance_ohm as f64, POSITIVE, FINITE;
+        INDUCTANCE "motor.inductance-henry": motor.inductance_henry as f64, POSITIVE, FINITE;
+        BACK_EMF "motor.back-emf-v-s-per-rad": motor.back_emf_v_s_per_rad as f64, POSITIVE, FINITE, sets TorqueConstant;
+        MOTOR_INERTIA "motor.inertia-kg-m2": motor.inertia_kg_m2 as f64, POSITIVE, FINITE, sets Inertia;
+        VISCOUS "motor.viscous-n-m-s-per-rad": motor.viscous_n_m_s_per_rad as f64, 0.0, FINITE, sets Drag;
+        BUS_VOLTAGE "inverter.bus-voltage-v": inverter.bus_voltage_v as f64, POSITIVE, FINITE;
+        CARRIER "inverter.carrier-hz": inverter.carrier_hz as f64, POSITIVE, FASTEST_HZ;
+        CURRENT_BANDWIDTH "inverter.current-bandwidth-hz": inverter.current_bandwidth_hz as f64, POSITIVE, FINITE;
+        DEAD_TIME "inverter.dead-time-s": inverter.dead_time_s as f64, 0.0, FINITE, else 0.0;
+        GEAR_RATIO "transmission.gear-ratio": transmission.gear_ratio as f64, POSITIVE, FINITE;
+        SURFACE_INERTIA "transmission.surface-inertia-kg-m2": transmission.surface_inertia_kg_m2 as f64, 0.0, FINITE;
+        BACKLASH "transmission.backlash-rad": transmission.backlash_rad as f64, 0.0, FINITE;
+        KINETIC_FRICTION "transmission.kinetic-friction-n-m": transmission.kinetic_friction_n_m as f64, 0.0, FINITE, sets KineticFriction;
+        STATIC_FRICTION "transmission.static-friction-n-m": transmission.static_friction_n_m as f64, 0.0, FINITE;
+        SURFACE_FRICTION "transmission.surface-friction-n-m": transmission.surface_friction_n_m as f64, 0.0, FINITE, else 0.0;
+        EFFICIENCY "transmission.efficiency-ratio": transmission.efficiency_ratio as f64, 0.01, 1.0;
+        STOP "transmission.stop-rad": transmission.stop_rad as f64, POSITIVE, FINITE;
+        SAMPLE_RATE "controller.sample-hz": controller.sample_hz as f64, POSITIVE, FASTEST_HZ;
+        POSITION_GAIN "controller.position-gain-per-s": controller.position_gain_per_s as f64, 0.0, FINITE;
+        SPEED_LIMIT "controller.speed-limit-rad-per-s": controller.speed_limit_rad_per_s as f64, POSITIVE, FINITE;
+        SPEED_GAIN "controller.speed-gain-a-s-per-rad": controller.speed_gain_a_s_per_rad as f64, 0.0, FINITE;
+        SPEED_INTEGRAL "controller.speed-integral-a-per-rad": controller.speed_integral_a_per_rad as f64, 0.0, FINITE;
+        SPEED_DERIVATIVE "controller.speed-derivative-a-s2-per-rad": controller.speed_derivative_a_s2_per_rad as f64, 0.0, FINITE, else 0.0;
+        CURRENT_LIMIT "controller.current-limit-a": controller.current_limit_a as f64, POSITIVE, FINITE;
+        SURFACE_STEP "sensing.surface-step-rad": sensing.surface_step_rad as f64, 0.0, COARSEST;
+        CURRENT_REFERENCE_STEP "sensing.current-reference-step-a": sensing.current_reference_step_a as f64, 0.0, COARSEST;
+        SPEED_NOISE "sensing.speed-noise-rad-per-s": sensing.speed_noise_rad_per_s as f64, 0.0, COARSEST;
+        CURRENT_NOISE "sensing.current-noise-half-width-a": sensing.current_noise_half_width_a as f64, 0.0, COARSEST;
+    }
 
     /// The parameter with a key.
     pub fn find(key: &str) -> Option<&'static Self> {
@@ -108,8 +131,13 @@ impl Parameter {
     }
 
     /// Block and field, with unit: `motor.resistance-ohm`.
-    pub fn key(&self) -> &'static str {
+    pub const fn key(&self) -> &'static str {
         self.key
+    }
+
+    /// Part of the actuator that it describes.
+    pub fn block(&self) -> Block {
+        self.block
     }
 
     /// Least and largest value that a machine can have.

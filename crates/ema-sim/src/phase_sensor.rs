@@ -1,19 +1,27 @@
 //! The sensors that record the phase currents: noise and digitisation.
 
-use crate::{noise::NoiseSource, parameter::within, parameter_error::ParameterError};
+use crate::{
+    noise::NoiseSource, parameter::within, parameter_error::ParameterError, params::Controller,
+};
 
 /// An analogue-to-digital converter, symmetric about zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Converter {
     /// Bits of its word.
     pub bits: u32,
-    /// It spans plus and minus this current.
+    /// Largest current shown, of either sign.
     pub range_a: f64,
 }
 
 impl Converter {
     /// Twelve bits over ±20 A.
     pub const DEFAULT: Self = Self { bits: 12, range_a: 20.0 };
+
+    /// Converter of a drive; without a stated range it spans the largest current that the
+    /// controller asks for, A.
+    pub fn of_drive(bits: u32, stated_range_a: Option<f64>, controller: &Controller) -> Self {
+        Self { bits, range_a: stated_range_a.unwrap_or(controller.current_limit_a) }
+    }
 
     /// Step of the converter, `2·range/2^bits`.
     pub fn step_a(&self) -> f64 {
@@ -136,6 +144,14 @@ mod tests {
             told(0.0, of(40, 20.0)),
             expected("`adc-bits` is 40, expected a number from 1 to 32")
         );
+    }
+
+    #[test]
+    fn a_converter_without_a_range_spans_the_current_that_is_asked_for() {
+        let controller = &crate::presets::EMA_48.controller;
+        let of = |range_a| Converter::of_drive(12, range_a, controller);
+        assert_eq!(of(None), Converter { bits: 12, range_a: controller.current_limit_a });
+        assert_eq!(of(Some(3.0)), Converter { bits: 12, range_a: 3.0 });
     }
 
     #[test]

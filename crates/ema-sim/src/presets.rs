@@ -5,6 +5,7 @@
 //! without a published source.
 
 use crate::{
+    Parameter,
     params::{
         Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
         Transmission,
@@ -153,56 +154,56 @@ pub const BENCH: Actuator = Actuator {
 
 /// Scatter of a number that is usual in the field.
 struct Usual {
-    key: &'static str,
+    number: UncertainNumber,
     level: Level,
     std: f64,
 }
 
-const fn unit(key: &'static str, std: f64) -> Usual {
-    Usual { key, level: Level::Unit, std }
+const fn unit(number: UncertainNumber, std: f64) -> Usual {
+    Usual { number, level: Level::Unit, std }
 }
 
-const fn session(key: &'static str, std: f64) -> Usual {
-    Usual { key, level: Level::Session, std }
+const fn session(number: UncertainNumber, std: f64) -> Usual {
+    Usual { number, level: Level::Session, std }
 }
 
 /// Standard deviations of a machine like [`EMA_48`], by key: between units, and between sessions
 /// of one unit.
 const EMA_48_SCATTER: [Usual; 23] = [
-    unit("as-built.eccentricity", 0.02),
-    unit("as-built.turns", 0.003),
-    unit("inverter.bus-voltage-v", 0.01),
-    session("inverter.bus-voltage-v", 0.01),
-    unit("motor.back-emf-v-s-per-rad", 0.03),
-    unit("motor.inductance-henry", 0.10),
-    unit("motor.inertia-kg-m2", 0.03),
-    unit("motor.resistance-ohm", 0.05),
-    unit("motor.viscous-n-m-s-per-rad", 0.30),
-    session("motor.viscous-n-m-s-per-rad", 0.05),
-    unit("sensors.phase-gain", 0.01),
-    session("sensors.phase-gain", 0.002),
-    unit("sensors.phase-offset-a", 0.020),
-    session("sensors.phase-offset-a", 0.010),
-    unit("test.load-n-m", 0.103),
-    session("test.winding-temperature-k", 15.0),
-    unit("transmission.backlash-rad", 0.30),
-    unit("transmission.efficiency-ratio", 0.02 / 0.85),
-    unit("transmission.kinetic-friction-n-m", 0.20),
-    session("transmission.kinetic-friction-n-m", 0.03),
-    unit("transmission.static-over-kinetic", 0.10),
-    session("transmission.static-over-kinetic", 0.03),
-    unit("transmission.surface-inertia-kg-m2", 0.05),
+    unit(UncertainNumber::Eccentricity, 0.02),
+    unit(UncertainNumber::Turns, 0.003),
+    unit(UncertainNumber::Parameter(&Parameter::BUS_VOLTAGE), 0.01),
+    session(UncertainNumber::Parameter(&Parameter::BUS_VOLTAGE), 0.01),
+    unit(UncertainNumber::Parameter(&Parameter::BACK_EMF), 0.03),
+    unit(UncertainNumber::Parameter(&Parameter::INDUCTANCE), 0.10),
+    unit(UncertainNumber::Parameter(&Parameter::MOTOR_INERTIA), 0.03),
+    unit(UncertainNumber::Parameter(&Parameter::RESISTANCE), 0.05),
+    unit(UncertainNumber::Parameter(&Parameter::VISCOUS), 0.30),
+    session(UncertainNumber::Parameter(&Parameter::VISCOUS), 0.05),
+    unit(UncertainNumber::PhaseGain, 0.01),
+    session(UncertainNumber::PhaseGain, 0.002),
+    unit(UncertainNumber::PhaseOffset, 0.020),
+    session(UncertainNumber::PhaseOffset, 0.010),
+    unit(UncertainNumber::Load, 0.103),
+    session(UncertainNumber::WindingTemperature, 15.0),
+    unit(UncertainNumber::Parameter(&Parameter::BACKLASH), 0.30),
+    unit(UncertainNumber::Parameter(&Parameter::EFFICIENCY), 0.02 / 0.85),
+    unit(UncertainNumber::Parameter(&Parameter::KINETIC_FRICTION), 0.20),
+    session(UncertainNumber::Parameter(&Parameter::KINETIC_FRICTION), 0.03),
+    unit(UncertainNumber::StaticOverKinetic, 0.10),
+    session(UncertainNumber::StaticOverKinetic, 0.03),
+    unit(UncertainNumber::Parameter(&Parameter::SURFACE_INERTIA), 0.05),
 ];
 
 /// Scatter of what [`BENCH`] has besides: the user shaft's friction is dry friction too.
 const BENCH_SCATTER: [Usual; 2] = [
-    unit("transmission.surface-friction-n-m", 0.20),
-    session("transmission.surface-friction-n-m", 0.03),
+    unit(UncertainNumber::Parameter(&Parameter::SURFACE_FRICTION), 0.20),
+    session(UncertainNumber::Parameter(&Parameter::SURFACE_FRICTION), 0.03),
 ];
 
 fn normal(usual: &[Usual]) -> Vec<Tolerance> {
     let tolerance = |usual: &Usual| Tolerance {
-        number: UncertainNumber::find(usual.key).expect("a test looks up each key"),
+        number: usual.number,
         spread: Spread::Std(usual.std),
         level: usual.level,
     };

@@ -30,7 +30,8 @@ pub use request::{Clock, EvaluationError, EvaluationRequest};
 pub use setting::EvaluationSetting;
 pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};
 pub use units::{
-    BoundCase, HiddenDamage, LearntLine, LearntResult, UnitsLine, UnitsResult, UnitsScore,
-    WearLine, bundle_at, bundle_over_days, evaluate_learnt, evaluate_units, evaluate_wear,
-    unit_bounds,
+    BoundCase, HiddenDamage, LearntLine, LearntResult, Symmetry, SymmetryResult, UnitsLine,
+    UnitsResult, UnitsScore, WearLine, bundle_at, bundle_of_scaled_torques, bundle_over_days,
+    difference_of_diagnosers, evaluate_learnt, evaluate_symmetries, evaluate_units, evaluate_wear,
+    hidden_recordings, unit_bounds, unit_recordings,
 };

@@ -81,6 +81,7 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn quartiles_of_five() {
@@ -90,14 +91,14 @@ mod tests {
 
     #[test]
     fn direction_errors_go_round_the_circle() {
-        assert!((absolute_error(6, 0.98, 0.03) - 0.05).abs() < 1e-12);
-        assert!((absolute_error(5, 0.98, 0.03) - 0.95).abs() < 1e-12);
+        assert_abs_diff_eq!(absolute_error(6, 0.98, 0.03), 0.05, epsilon = 1e-12);
+        assert_abs_diff_eq!(absolute_error(5, 0.98, 0.03), 0.95, epsilon = 1e-12);
     }
 
     #[test]
     fn levels_cut_what_cannot_be() {
         let levels = levels_of(&[0, 5, 6], &[-0.01, 0.03, 0.04]);
         assert_eq!(levels[0], 0.0);
-        assert!((levels[5] - 0.05).abs() < 1e-12);
+        assert_abs_diff_eq!(levels[5], 0.05, epsilon = 1e-12);
     }
 }

@@ -63,8 +63,10 @@ impl EvaluationSetting {
         Ok(experiment.filtered_envelope(&envelope_a, self.phase_rate_hz))
     }
 
-    /// Its envelope before the filter, in a recording in which the command comes late by some time, to the nearest phase
-    /// sample; before it all stands as at its start.
+    /// Envelope of a condition before the filter, in a recording whose command comes late.
+    ///
+    /// The delay is rounded to the nearest phase sample; until the command comes all stands as at
+    /// its start.
     pub(crate) fn delayed_envelope(
         &self,
         experiment: &Experiment,

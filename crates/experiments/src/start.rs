@@ -57,7 +57,7 @@ pub struct BeginningScore {
     /// Mean over `k1..k5`, `k6` cos and sin of squared error over stated variance, where the fit
     /// is adequate; the median over the recordings.
     pub chi2_median: Option<f64>,
-    /// Its mean.
+    /// Mean over the recordings of the squared errors over their stated variances.
     pub chi2_mean: Option<f64>,
     /// Share of adequate fits.
     pub adequate_frac: f64,
@@ -174,10 +174,11 @@ fn diagnose(
 }
 
 /// Notices that an answer may be wrong by more than it states.
-const LIMITS: [NoticeCode; 6] = [
+const LIMITS: [NoticeCode; 7] = [
     NoticeCode::OutsideTraining,
     NoticeCode::StartAngleNotLearnt,
     NoticeCode::PhasesSampledSlowly,
+    NoticeCode::NoiseAboveBundle,
     NoticeCode::NoiseHidesLevels,
     NoticeCode::StartEstimated,
     NoticeCode::StartSuspected,

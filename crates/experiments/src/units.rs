@@ -7,18 +7,24 @@ mod bound;
 mod hidden;
 mod learnt;
 mod score;
+mod symmetry;
 
 pub use bound::{BoundCase, unit_bounds};
 pub use hidden::HiddenDamage;
 pub use learnt::{
     LearntLine, LearntResult, WearLine, bundle_over_days, evaluate_learnt, evaluate_wear,
+    unit_recordings,
 };
 pub use score::UnitsScore;
+pub use symmetry::{
+    Symmetry, SymmetryResult, bundle_of_scaled_torques, difference_of_diagnosers,
+    evaluate_symmetries,
+};
 
 use fdi_core::{
     Bundle, BundleError, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Experiment, Purpose,
-    RootSeed, ToleranceUse,
-    ema_sim::{Spread, Tolerance, UncertainNumber, presets},
+    Recording, RootSeed, ToleranceUse,
+    ema_sim::{FaultCoordinates, Spread, Tolerance, UncertainNumber, presets},
     in_parallel,
 };
 
@@ -91,6 +97,45 @@ pub(crate) fn tolerance_at(scale: f64, as_built: bool) -> Vec<Tolerance> {
     }
 }
 
+/// Recordings of the machines of a line, each with its hidden damage.
+///
+/// # Errors
+///
+/// [`EvaluationError`] when a machine cannot be simulated.
+pub fn hidden_recordings(
+    experiment: &Experiment,
+    line: &UnitsLine,
+    seed: u64,
+    jobs: usize,
+) -> Result<Vec<(FaultCoordinates, Recording)>, EvaluationError> {
+    let indices: Vec<u64> = (0..line.machines as u64).collect();
+    in_parallel(&indices, jobs, |_, &index| hidden_recording(experiment, line, seed, index))
+}
+
+fn hidden_recording(
+    experiment: &Experiment,
+    line: &UnitsLine,
+    seed: u64,
+    index: u64,
+) -> Result<(FaultCoordinates, Recording), EvaluationError> {
+    let own = RootSeed(seed).derive(Purpose::Units, index);
+    let mut chance = Chance::new(own);
+    let mut hidden = Hidden::nominal(experiment);
+    hidden.damage = line.damage.draw(&mut chance);
+    let unit = UNIT.misstated(line.misstated, &mut chance);
+    let session = SESSION.misstated(line.misstated, &mut chance);
+    hidden.scatter(&unit, line.scale, line.as_built, &mut chance);
+    hidden.scatter(&session, line.scale, false, &mut chance);
+    let scenario = experiment.scenario.clone();
+    let scenario = if line.any_start {
+        scenario.turned_to(std::f64::consts::TAU * chance.uniform())
+    } else {
+        scenario
+    };
+    let turned = Experiment { scenario, ..experiment.clone() };
+    Ok((hidden.damage, hidden.record(&turned, own, &Label::default())?))
+}
+
 /// Diagnoses the machines of a line with and without tolerances.
 ///
 /// # Errors
@@ -106,26 +151,11 @@ pub fn evaluate_units(
     let indices: Vec<u64> = (0..line.machines as u64).collect();
     let options = |tolerance| DiagnoseOptions { tolerance, ..DiagnoseOptions::default() };
     let judged = in_parallel(&indices, jobs, |_, &index| -> Result<_, EvaluationError> {
-        let own = RootSeed(seed).derive(Purpose::Units, index);
-        let mut chance = Chance::new(own);
-        let mut hidden = Hidden::nominal(experiment);
-        hidden.damage = line.damage.draw(&mut chance);
-        let unit = UNIT.misstated(line.misstated, &mut chance);
-        let session = SESSION.misstated(line.misstated, &mut chance);
-        hidden.scatter(&unit, line.scale, line.as_built, &mut chance);
-        hidden.scatter(&session, line.scale, false, &mut chance);
-        let scenario = experiment.scenario.clone();
-        let scenario = if line.any_start {
-            scenario.turned_to(std::f64::consts::TAU * chance.uniform())
-        } else {
-            scenario
-        };
-        let turned = Experiment { scenario, ..experiment.clone() };
-        let recording = hidden.record(&turned, own, &Label::default())?;
+        let (damage, recording) = hidden_recording(experiment, line, seed, index)?;
         let answer = |tolerance| diagnoser.diagnose(&recording, &options(tolerance)).ok();
         let is_twin = index < line.twins as u64;
         let twin = is_twin.then(|| answer(ToleranceUse::None));
-        Ok((hidden.damage, answer(ToleranceUse::Model), twin))
+        Ok((damage, answer(ToleranceUse::Model), twin))
     })?;
     let with: Vec<_> = judged.iter().map(|(damage, answer, _)| (damage, answer.as_ref())).collect();
     let twins =

@@ -21,7 +21,7 @@ pub(crate) use diagnose::diagnose;
 pub use diagnose::diagnose_with;
 pub(crate) use effects::effects;
 pub(crate) use evaluate::evaluate_protocol;
-pub(crate) use explain::{explain, lacks, says_its_command};
+pub(crate) use explain::explain;
 pub(crate) use generated::{completions, man};
 pub(crate) use inspect::inspect;
 pub(crate) use propose::propose;

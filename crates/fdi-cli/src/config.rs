@@ -35,7 +35,7 @@ const OF_ONE_RUN: [&str; 15] = [
 /// Why the command line cannot be acted on.
 #[derive(Debug)]
 pub enum LoadError {
-    /// It is wrong, or asks for help.
+    /// The command line is wrong, or asks for help.
     Usage(clap::Error),
     /// The file of settings or the environment cannot be used.
     Settings(anyhow::Error),

@@ -38,7 +38,7 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// Those of a command.
+    /// Files that a command reads and writes.
     pub(crate) fn of(command: &Command, global: &GlobalArgs) -> Self {
         let mut files = Self::of_every_command(global);
         match command {
@@ -86,7 +86,7 @@ impl Files {
         files
     }
 
-    /// Those of `diagnose`.
+    /// Files that `diagnose` reads and writes.
     pub(crate) fn of_diagnosis(args: &DiagnoseArgs, global: &GlobalArgs) -> Self {
         let mut files = Self::of_every_command(global);
         files.diagnosis(args);

@@ -79,17 +79,6 @@ fn axis(
     Ok((noisy, visited))
 }
 
-/// Refuses more samples of the phases than a recording holds.
-fn check_rate(args: &SimulateArgs, duration_s: f64) -> Result<()> {
-    let Some(rate_hz) = args.rate_hz else { return Ok(()) };
-    SimulatedRecording::check_fastest(rate_hz, duration_s).map_err(|error| match error {
-        SimulatedRecordingError::TooFast { rate_hz, most_hz, duration_s } => {
-            anyhow!("`--rate-hz` is {rate_hz}, expected at most {most_hz} for {duration_s} s")
-        }
-        other => other.into(),
-    })
-}
-
 /// An actuator with three phases.
 fn actuator(
     args: &SimulateArgs,
@@ -97,23 +86,28 @@ fn actuator(
     seed: RootSeed,
 ) -> Result<(Recording, VisitedRange)> {
     let experiment = experiment::experiment_of(model, &args.test)?;
-    check_rate(args, experiment.scenario.duration_s)?;
     let controller = &experiment.actuator.controller;
-    let range_a = args.adc_range_a.unwrap_or(controller.current_limit_a);
-    let converter = args.adc_bits.map(|bits| Converter { bits: u32::from(bits), range_a });
+    let of_drive = |bits| Converter::of_drive(u32::from(bits), args.adc_range_a, controller);
+    let converter = args.adc_bits.map(of_drive);
     let simulated = SimulatedRecording {
         faults: HealthState::new(args.faults.0)?.coordinates(),
         start_angle_rad: args.test.start_angle_rad,
         imperfections: Imperfections::REAL,
         controller_seed: seed.derive(Purpose::ControllerNoise, 0),
         sensors: PhaseSensors { noise_a: args.noise_a, converter },
-        phase_rate_hz: Some(args.rate_hz.unwrap_or(controller.sample_hz)),
+        phase_rate_hz: args.rate_hz,
         sensor_seed: seed.derive(Purpose::SensorNoise, 0),
         content: RecordedContent::Phases,
     };
-    Ok(match args.fidelity {
-        Fidelity::High => simulated.record_visited(&experiment, "simulated")?,
-        Fidelity::Low => simulated.record_low_fidelity_visited(&experiment, "simulated")?,
+    let recorded = match args.fidelity {
+        Fidelity::High => simulated.record_visited(&experiment, "simulated"),
+        Fidelity::Low => simulated.record_low_fidelity_visited(&experiment, "simulated"),
+    };
+    recorded.map_err(|error| match error {
+        SimulatedRecordingError::TooFast { rate_hz, most_hz, duration_s } => {
+            anyhow!("`--rate-hz` is {rate_hz}, expected at most {most_hz} for {duration_s} s")
+        }
+        other => other.into(),
     })
 }
 

@@ -60,7 +60,7 @@ impl Streams<'_> {
 /// Worth of a product against an older one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Worth {
-    /// It takes the place of an older one.
+    /// A product that takes the place of an older one.
     Keeping,
     /// Nothing came of it: it is written only where there is no older one.
     Nothing,

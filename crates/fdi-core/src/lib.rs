@@ -56,6 +56,7 @@ pub use offline::bundle::{
     Bundle, BundleError, ModelChoice, Modelled, StartAngle, default_noise_a,
 };
 pub use offline::dataset::{Condition, Dataset, DatasetError, DatasetRequest, ReferenceDesign};
+pub use offline::dataset_file::{DatasetFileError, check_dataset_file};
 pub use offline::embedded::{EMBEDDED_BUNDLES, EmbeddedBundle};
 pub use offline::error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend};
 pub use offline::joined_datasets::{ExperimentDifference, JoinedDatasets};
@@ -77,12 +78,15 @@ pub use recordings::{
 };
 pub use seed::{Purpose, RootSeed};
 pub use signal_diagnosis::{EnvelopeSignal, SignalDiagnosis};
+pub use simulation::compared_signals::{ComparedSignals, ComparedSignalsError, GivenCommand};
 pub use simulation::experiment::{Experiment, ExperimentError, MASK_POINTS, Monitor, RECORDED};
 pub use simulation::model_source::{ReadModelError, read_machine, read_model};
 pub use simulation::recorded_test::RecordedTestError;
 pub use simulation::resampling::resampled;
 pub use simulation::simulated::{RecordedContent, SimulatedRecording, SimulatedRecordingError};
-pub use simulation::simulated_axis::{AxisTest, axis_csv_format, with_current_noise};
+pub use simulation::simulated_axis::{
+    AxisTest, axis_csv_format, command_channel, load_channel, with_current_noise,
+};
 pub use statistics::noise_covariance::unit_noise_covariance;
 pub use statistics::parallel::in_parallel;
 pub use unit::{

@@ -4,6 +4,7 @@ pub(crate) mod artefact;
 pub(crate) mod bound;
 pub(crate) mod bundle;
 pub(crate) mod dataset;
+pub(crate) mod dataset_file;
 pub(crate) mod electronics;
 pub(crate) mod embedded;
 pub(crate) mod encoder_fit;

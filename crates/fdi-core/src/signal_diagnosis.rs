@@ -57,7 +57,8 @@ pub struct SignalDiagnosis {
     pub answer: RecordDiagnosis,
     /// Which coordinates were estimated, places in `k1..k7`.
     pub indices: Vec<usize>,
-    /// Their estimates, free of bounds: `k6` and `k7` as cosine and sine part of the eccentricity.
+    /// Estimates of the coordinates, free of bounds: `k6` and `k7` as cosine and sine part of the
+    /// eccentricity.
     pub estimate: Vec<f64>,
     /// Covariance of the estimates, row by row.
     pub covariance: Vec<Vec<f64>>,

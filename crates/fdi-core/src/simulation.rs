@@ -1,5 +1,7 @@
 //! The machine in a test: experiments, models, simulated recordings.
 
+pub(crate) mod compared_signals;
+pub(crate) mod drive_signal;
 pub(crate) mod envelope;
 pub(crate) mod experiment;
 pub(crate) mod high_fidelity_signal;

@@ -228,6 +228,7 @@ fn civil_day(year: i64, month: i64, day: i64) -> i64 {
 mod tests {
     use super::*;
     use crate::document::tests::record;
+    use approx::assert_abs_diff_eq;
 
     fn taken(id: &str, date: &str, k1: f64) -> RecordDiagnosis {
         let mut record = record();
@@ -275,8 +276,8 @@ mod tests {
         let (steady, warning) = (Some(Change::Steady), Some(Change::Warning));
         assert_eq!(judged, [None, steady, steady, warning]);
         // of (0, 4), (30, 5.5), (60, 31) thousandths: 27 in 60 days
-        assert!((a.slopes[0].per_day - 0.027 / 60.0).abs() < 1e-12);
-        assert!((a.slopes[0].per_day_std - 0.001 / 1800f64.sqrt()).abs() < 1e-12);
+        assert_abs_diff_eq!(a.slopes[0].per_day, 0.027 / 60.0, epsilon = 1e-12);
+        assert_abs_diff_eq!(a.slopes[0].per_day_std, 0.001 / 1800f64.sqrt(), epsilon = 1e-12);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::{
     effect::{self, Form, Hidden},
     error::BlindError,
     information::{self, Outlook, Setting, Space},
-    machine::{Machine, Numbers, RATE_HZ, Rough},
+    machine::{Machine, Nuisance, Numbers, RATE_HZ},
     noise::Noise,
     plant::{Faults, Subject, Trace, simulate},
     recording::{Columns, File, Role, read_command, rounded, write},
@@ -96,13 +96,13 @@ impl Case {
             .then(|| Tie::draw(stratum.machine, stratum.effect + stratum.round, chance));
         let machine = stratum.machine;
         let mut numbers = Numbers::nominal(machine);
-        let rough: Vec<(&'static str, f64)> = Rough::ALL
+        let nuisances: Vec<(&'static str, f64)> = Nuisance::ALL
             .into_iter()
-            .map(|rough| {
-                let half = rough.half_width(machine);
+            .map(|nuisance| {
+                let half = nuisance.half_width(machine);
                 let change = chance.between(-half, half);
-                rough.change(&mut numbers, change);
-                (rough.key(machine), change)
+                nuisance.change(&mut numbers, change);
+                (nuisance.key(machine), change)
             })
             .collect();
         let (settings, moves) = draw_settings(seed, machine, tie.as_ref(), chance);
@@ -123,7 +123,7 @@ impl Case {
             truth: Truth::plain(class, machine, seed),
         };
         case.truth.moves = moves;
-        case.truth.rough = rough;
+        case.truth.nuisances = nuisances;
         case.truth.noise = (noise.kind.name(), noise.rms_a);
         case.truth.faults = case.fault_levels();
         case.hide(stratum, tie, chance).then_some(case)
@@ -384,7 +384,7 @@ struct Look<'a> {
     space: Space,
 }
 
-/// Steps by which damage and rough numbers follow what they imitate.
+/// Steps by which damage and nuisance parameters follow what they imitate.
 const IMITATIONS: usize = 3;
 
 /// Training recordings among the settings.
@@ -504,9 +504,9 @@ impl<'a> Look<'a> {
     }
 
     /// The least energy that is left of a whitened signature, beyond a space, when the machine
-    /// itself has the damage and the rough numbers that imitate it, followed along the slopes:
-    /// what they do is not in proportion to them, and weak magnets are the same as equal shorts,
-    /// whatever slopes make of where a shaft sticks.
+    /// itself has the damage and the nuisance parameters that imitate it, followed along the
+    /// slopes: what they do is not in proportion to them, and weak magnets are the same as equal
+    /// shorts, whatever slopes make of where a shaft sticks.
     fn beyond_damage(&self, space: &Space, whitened: &[f64]) -> f64 {
         let (mut left, mut least) = (whitened.to_vec(), f64::INFINITY);
         let mut by = vec![0.0; self.slopes.len()];

@@ -4,8 +4,8 @@
 //! λ = |(I − P)·W·d|²      d = current with the effect − without,  P projects on W·S
 //! ```
 //!
-//! `W` whitens the noise, `S` are the current's slopes over all faults and over the numbers known
-//! only roughly.
+//! `W` whitens the noise, `S` are the current's slopes over all faults and over the nuisance
+//! parameters (numbers with a tolerance).
 //!
 //! # Source
 //!
@@ -14,7 +14,7 @@
 use crate::{
     chance::{Chance, Purpose},
     effect::Hidden,
-    machine::{Machine, Numbers, Rough},
+    machine::{Machine, Nuisance, Numbers},
     noise::Noise,
     plant::{Faults, Subject, Test, simulate},
 };
@@ -130,7 +130,7 @@ pub(crate) fn fine(machine: Machine) -> usize {
 
 /// Change of a fault for a slope.
 const FAULT_STEP: [f64; 7] = [0.005, 0.004, 0.005, 0.005, 0.005, 0.005, 0.005];
-const ROUGH_STEP: f64 = 0.005;
+const NUISANCE_STEP: f64 = 0.005;
 /// Place of the first coordinate of an eccentricity among the faults.
 const ECCENTRICITY: usize = 5;
 
@@ -180,48 +180,49 @@ impl Outlook<'_> {
         self.settings.iter().zip(plain).map(of).collect()
     }
 
-    /// Holds moves of faults and rough numbers, in the order of the slopes, where a machine can be:
-    /// damage between none and all, a number within twice its tolerance of the true one.
+    /// Holds moves of faults and nuisance parameters, in the order of the slopes, where a machine
+    /// can be: damage between none and all, a number within twice its tolerance of the true one.
     pub(crate) fn hold(&self, by: &mut [f64]) {
-        let (faults, rough) = by.split_at_mut(self.numbers.machine.fault_count());
+        let (faults, nuisances) = by.split_at_mut(self.numbers.machine.fault_count());
         for (place, by) in faults.iter_mut().enumerate() {
             let (now, least) = (self.faults[place], if place < ECCENTRICITY { 0.0 } else { -1.0 });
             *by = (now + *by).clamp(least, 1.0) - now;
         }
-        for (of, by) in Rough::ALL.into_iter().zip(rough) {
+        for (of, by) in Nuisance::ALL.into_iter().zip(nuisances) {
             let most = 2.0 * of.half_width(self.numbers.machine);
             *by = by.clamp(-most, most);
         }
     }
 
-    /// Change by faults and rough numbers moved by so much, in the order of the slopes.
+    /// Change by faults and nuisance parameters moved by so much, in the order of the slopes.
     pub(crate) fn imitated(&self, plain: &[Vec<f64>], by: &[f64]) -> Vec<Vec<f64>> {
-        let (faults, rough) = by.split_at(self.numbers.machine.fault_count());
+        let (faults, nuisances) = by.split_at(self.numbers.machine.fault_count());
         let moved = |subject: &mut Subject<'_>| {
             subject.faults.iter_mut().zip(faults).for_each(|(level, by)| *level += by);
-            for (of, by) in Rough::ALL.into_iter().zip(rough) {
+            for (of, by) in Nuisance::ALL.into_iter().zip(nuisances) {
                 of.change(&mut subject.numbers, *by);
             }
         };
         Self::difference(&self.currents(moved, &[], fine(self.numbers.machine)), plain)
     }
 
-    /// Slopes over all faults and rough numbers, each recording by recording.
+    /// Slopes over all faults and nuisance parameters, each recording by recording.
     pub(crate) fn slopes(&self) -> Vec<Vec<Vec<f64>>> {
         let base = self.currents(|_| {}, &[], COARSE);
         let faults = (0..self.numbers.machine.fault_count()).map(|place| {
             let moved = self.currents(|s| s.faults[place] += FAULT_STEP[place], &[], COARSE);
             (moved, FAULT_STEP[place])
         });
-        let rough = Rough::ALL.into_iter().map(|rough| {
-            (self.currents(|s| rough.change(&mut s.numbers, ROUGH_STEP), &[], COARSE), ROUGH_STEP)
+        let nuisances = Nuisance::ALL.into_iter().map(|nuisance| {
+            let move_it = |s: &mut Subject<'_>| nuisance.change(&mut s.numbers, NUISANCE_STEP);
+            (self.currents(move_it, &[], COARSE), NUISANCE_STEP)
         });
         let scaled = |(moved, step): (Vec<Vec<f64>>, f64)| {
             let mut slope = Self::difference(&moved, &base);
             slope.iter_mut().flatten().for_each(|value| *value /= step);
             slope
         };
-        faults.chain(rough).map(scaled).collect()
+        faults.chain(nuisances).map(scaled).collect()
     }
 }
 
@@ -242,7 +243,7 @@ pub(crate) fn lambda(space: &Space, whitened: &[f64]) -> (f64, f64) {
 }
 
 /// Rms over the noise of a recording that was used neither for fitting nor for choosing, after
-/// faults and rough numbers were fitted to the others.
+/// faults and nuisance parameters were fitted to the others.
 pub(crate) fn excess(
     outlook: &Outlook<'_>,
     space: &Space,

@@ -73,14 +73,14 @@ pub(crate) struct Numbers {
     pub(crate) encoder_step: f64,
 }
 
-/// A number that the data sheet knows only roughly.
+/// A number with a tolerance on the data sheet: a nuisance parameter of the hidden effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rough {
+pub(crate) enum Nuisance {
     Inertia,
     Viscous,
 }
 
-impl Rough {
+impl Nuisance {
     pub(crate) const ALL: [Self; 2] = [Self::Inertia, Self::Viscous];
 
     /// Half-width over value in the nominal model's `[tolerance]`.

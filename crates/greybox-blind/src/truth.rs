@@ -16,13 +16,13 @@ pub struct HiddenTruth {
     /// The form with its numbers.
     pub form: String,
     /// Energy of its difference signal over the noise in the training recordings that faults,
-    /// rough numbers and the other hidden effect cannot imitate.
+    /// nuisance parameters and the other hidden effect cannot imitate.
     pub lambda: f64,
     /// True where that is 30 or more.
     pub visible: bool,
     /// Share of the signal that is its own, `√(λ/whole)`.
     pub own_share: f64,
-    /// Energy by slopes over faults and rough numbers alone.
+    /// Energy by slopes over faults and nuisance parameters alone.
     pub lambda_by_slopes: f64,
     /// Size over the one that is found in half of all cases, `√(λ/15)`.
     pub severity: f64,
@@ -50,14 +50,15 @@ pub struct Truth {
     pub hidden: Vec<HiddenTruth>,
     /// Lambda of all that is hidden together.
     pub lambda: f64,
-    /// Rms over the noise in the held-out recording after faults and rough numbers are fitted.
+    /// Rms over the noise in the held-out recording after faults and nuisance parameters are
+    /// fitted.
     pub excess: f64,
     /// By how much what is hidden shifts fault levels that are fitted without it, by slopes.
     pub shifts: Vec<(&'static str, f64)>,
     /// Fault levels.
     pub faults: Vec<(&'static str, f64)>,
     /// Relative changes of numbers within the tolerance of the model file.
-    pub rough: Vec<(&'static str, f64)>,
+    pub nuisances: Vec<(&'static str, f64)>,
     /// Kind and rms of the noise, A.
     pub noise: (&'static str, f64),
     /// Commands: training, training, hold-out.
@@ -78,7 +79,7 @@ impl Truth {
             excess: 1.0,
             shifts: Vec::new(),
             faults: Vec::new(),
-            rough: Vec::new(),
+            nuisances: Vec::new(),
             noise: ("", 0.0),
             moves: Vec::new(),
             tie: None,
@@ -115,7 +116,7 @@ impl Truth {
             number(self.excess),
             pairs(&self.shifts),
             pairs(&self.faults),
-            pairs(&self.rough),
+            pairs(&self.nuisances),
             self.noise.0,
             number(self.noise.1),
             quoted(&self.moves),

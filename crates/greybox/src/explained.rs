@@ -18,7 +18,7 @@ use crate::{
 pub enum Verdict {
     /// The model explains the recordings to the noise.
     Adequate,
-    /// It does with one effect more.
+    /// The model explains the recordings with one effect more.
     Named,
     /// An effect is there, and something else is left, which no effect explains surely.
     NamedWithRemainder,

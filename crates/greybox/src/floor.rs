@@ -30,6 +30,26 @@ pub struct NoiseFloor {
     pub source: NoiseSource,
 }
 
+/// Share of the noise that a residual has to exceed it by, so that there is a gap to close.
+const LEAST_GAP_FRAC: f64 = 0.02;
+
+impl NoiseFloor {
+    /// Share of the gap between a residual and the noise that is closed, from the root mean square
+    /// of the residual before and after, in the unit of [`rms`](Self::rms).
+    ///
+    /// ```text
+    /// g = (r_0 − r_1)/(r_0 − n),   r_0 − n > 0.02·n
+    /// ```
+    ///
+    /// with the residuals `r_0` before and `r_1` after and the noise `n`. It is negative where the
+    /// residual rises and above 1 where it falls below the noise; `None` for a gap within 2 % of the
+    /// noise, which is none. That bound is a choice of this project.
+    pub fn closed_gap_frac(&self, [before, after]: [f64; 2]) -> Option<f64> {
+        let gap = before - self.rms;
+        (gap > LEAST_GAP_FRAC * self.rms).then(|| (before - after) / gap)
+    }
+}
+
 /// Noise of the drive signal.
 #[derive(Clone, Debug)]
 pub(crate) struct Floor {
@@ -144,4 +164,18 @@ fn clipped_energy(white: &[f64]) -> f64 {
         z * z
     };
     (white.iter().map(clipped).sum::<f64>() / white.len().max(1) as f64).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_within_two_percent_of_the_noise_is_none() {
+        let noise = NoiseFloor { rms: 1.0, source: NoiseSource::Repeat };
+        assert_eq!(noise.closed_gap_frac([3.0, 2.0]), Some(0.5));
+        assert_eq!(noise.closed_gap_frac([3.0, 4.0]), Some(-0.5));
+        assert_eq!(noise.closed_gap_frac([1.01, 1.0]), None);
+        assert_eq!(noise.closed_gap_frac([0.9, 0.8]), None);
+    }
 }

@@ -94,9 +94,10 @@ fn shapes(plain: &Effect, leads: &Leads, is_axis: bool) -> (Vec<Effect>, f64) {
     let place_of = |role| parameters.iter().position(|parameter| parameter.role() == role);
     if let Some(place) = place_of(Role::Order) {
         // by what its sizes are: a torque, an error of the position, a share of the torque
-        let orders = match parameters[0].quantity() {
-            Quantity::Torque => &leads.orders,
-            Quantity::Angle => &leads.error_orders,
+        let size = parameters.iter().find(|parameter| parameter.role() == Role::Amplitude);
+        let orders = match size.map(EffectParameter::quantity) {
+            Some(Quantity::Torque) => &leads.orders,
+            Some(Quantity::Angle) => &leads.error_orders,
             _ => &leads.ripple_orders,
         };
         let found = orders.iter().filter_map(|n| with(&[(place, *n)]));

@@ -4,6 +4,7 @@
 use ema_sim::{CommandKind, EffectId};
 use inference::Whitener;
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::{
     error::{GreyboxError, if_run},
@@ -42,6 +43,41 @@ pub struct Separation {
     pub expected: f64,
 }
 
+impl Separation {
+    /// Chance that the recording speaks for the right cause by more than the limit of ties
+    /// `t`, nats, with the separation `λ`:
+    ///
+    /// ```text
+    /// P = Φ((λ/2 − t)/√λ)
+    /// ```
+    fn chance_told_apart(&self, tie_nats: f64) -> f64 {
+        let separation = self.expected;
+        let deviations = (0.5 * separation - tie_nats) / libm::sqrt(separation.max(1e-9));
+        0.5 * libm::erfc(-core::f64::consts::FRAC_1_SQRT_2 * deviations)
+    }
+
+    /// Separation that tells two causes apart with a chance between 0 and 1, where causes within
+    /// `t` nats ([`Options::tie_nats`]) are tied:
+    ///
+    /// ```text
+    /// λ = (z + √(z² + 2·t))²,   z = Φ⁻¹(P)
+    /// ```
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use greybox::{Options, Separation};
+    ///
+    /// let tie_nats = Options::default().tie_nats;
+    /// assert!((Separation::needed_for(0.5, tie_nats) - 2.0 * tie_nats).abs() < 1e-9);
+    /// ```
+    pub fn needed_for(chance: f64, tie_nats: f64) -> f64 {
+        let deviations = Normal::standard().inverse_cdf(chance);
+        let root = deviations + libm::sqrt(deviations * deviations + 2.0 * tie_nats);
+        root * root
+    }
+}
+
 impl Proposed {
     /// The least of the separations.
     pub fn separation(&self) -> f64 {
@@ -49,17 +85,11 @@ impl Proposed {
     }
 }
 
-/// Ties that a recording is expected to break: the sum over pairs of causes of the chance
-/// `Φ((λ/2 − t)/√λ)` that it speaks for the right one by more than the limit `t` of ties, nats.
-/// One told apart for certain counts no more than another, however certain; a pair that no
+/// Ties that a recording is expected to break: the sum over pairs of causes of the chance that it
+/// speaks for the right one by more than the limit of ties, nats. One told apart for certain counts no more than another, however certain; a pair that no
 /// recording tells apart decides nothing.
 fn ties_broken(separations: &[Separation], tie_nats: f64) -> f64 {
-    let chance = |pair: &Separation| {
-        let separation = pair.expected;
-        let deviations = (0.5 * separation - tie_nats) / libm::sqrt(separation.max(1e-9));
-        0.5 * libm::erfc(-core::f64::consts::FRAC_1_SQRT_2 * deviations)
-    };
-    separations.iter().map(chance).sum()
+    separations.iter().map(|pair| pair.chance_told_apart(tie_nats)).sum()
 }
 
 /// Ties more or less that two recordings are taken to break alike.
@@ -308,6 +338,17 @@ mod tests {
     fn a_tie_is_broken_in_half_of_the_cases_where_the_limit_of_ties_is_expected() {
         assert!((of_three([10.0, 10.0, 10.0]) - 1.5).abs() < 1e-9);
         assert!((of_three([0.0, 0.0, 1e6]) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_separation_that_is_needed_gives_its_chance() {
+        let causes = [EffectId::Cogging, EffectId::CurrentRipple];
+        for chance in [0.1, 0.5, 0.9, 0.999] {
+            let expected = Separation::needed_for(chance, 5.0);
+            let told = Separation { causes, expected }.chance_told_apart(5.0);
+            assert!((told - chance).abs() < 1e-9, "{told} {chance}");
+        }
+        assert!((Separation::needed_for(0.9, 5.0) - 22.03).abs() < 0.01);
     }
 
     #[test]

@@ -81,7 +81,7 @@ impl Trial<'_> {
         Ok(tried)
     }
 
-    /// Those of the candidates that this machine, or this machine with the others, can have.
+    /// Candidates that this machine, or this machine with the others, can have.
     fn of(&self, candidates: &[&Candidate<'_>]) -> Result<Vec<Tried>, GreyboxError> {
         let outcomes = parallel::map(candidates, self.problem.jobs, |of| self.tried(of));
         outcomes.into_iter().filter_map(Result::transpose).collect()

@@ -115,6 +115,7 @@ pub fn rms(signal: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
 
@@ -138,9 +139,9 @@ mod tests {
         assert!((model.coefficients[0] - 0.8).abs() < 0.02, "{model:?}");
         assert!((model.std() - 0.3).abs() < 0.01, "{model:?}");
         let white = model.apply(&noise);
-        assert!((rms(&white) - 1.0).abs() < 0.02);
+        assert_abs_diff_eq!(rms(&white), 1.0, epsilon = 0.02);
         let lagged: f64 = white.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / 20_000.0;
-        assert!(lagged.abs() < 0.02, "{lagged}");
+        assert_abs_diff_eq!(lagged, 0.0, epsilon = 0.02);
     }
 
     #[test]

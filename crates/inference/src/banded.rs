@@ -439,6 +439,7 @@ fn wide_dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     /// Backward error of a Cholesky factor of order 40, with room.
     const FACTOR_REL: f64 = 1e-13;
@@ -462,7 +463,7 @@ mod tests {
         factor.whiten(&mut z);
         factor.colour(&mut z);
         for (x, y) in r.iter().zip(&z) {
-            assert!((x - y).abs() < FACTOR_REL);
+            assert_abs_diff_eq!(x, y, epsilon = FACTOR_REL);
         }
         // column j of A is L·(Lᵀ e_j): colour what whiten's transpose would give
         for j in 0..40 {
@@ -489,7 +490,7 @@ mod tests {
         factor.whiten(&mut b);
         factor.whiten_transposed(&mut b);
         for (got, want) in b.iter().zip(&x) {
-            assert!((got - want).abs() < FACTOR_REL * 10.0);
+            assert_abs_diff_eq!(got, want, epsilon = FACTOR_REL * 10.0);
         }
     }
 
@@ -534,7 +535,7 @@ mod tests {
             *a.at_mut(i, i) = d;
         }
         let log_determinant = a.cholesky().unwrap().log_determinant();
-        assert!((log_determinant - 24f64.ln()).abs() < 1e-14);
+        assert_abs_diff_eq!(log_determinant, 24f64.ln(), epsilon = 1e-14);
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub trait Whitened {
 /// One number that is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unknown {
-    /// Standard deviation of a normal prior about zero; `None`: nothing is known beforehand.
+    /// Standard deviation of a normal prior about zero; `None`: a flat prior.
     pub prior_std: Option<f64>,
     /// Most that one step may move it.
     pub reach: f64,

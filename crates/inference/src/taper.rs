@@ -45,14 +45,15 @@ pub fn gaspari_cohn(distance: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn published_gaspari_cohn_values() {
         // the two pieces meet at half the support; value 5/24 there by eq. 4.10
         assert_eq!(gaspari_cohn(0.0), 1.0);
-        assert!((gaspari_cohn(0.5) - 5.0 / 24.0).abs() < 1e-15);
-        assert!((gaspari_cohn(0.5 + 1e-12) - 5.0 / 24.0).abs() < 1e-10);
-        assert!(gaspari_cohn(1.0 - 1e-12).abs() < 1e-9);
+        assert_abs_diff_eq!(gaspari_cohn(0.5), 5.0 / 24.0, epsilon = 1e-15);
+        assert_abs_diff_eq!(gaspari_cohn(0.5 + 1e-12), 5.0 / 24.0, epsilon = 1e-10);
+        assert_abs_diff_eq!(gaspari_cohn(1.0 - 1e-12), 0.0, epsilon = 1e-9);
         assert_eq!(gaspari_cohn(1.0), 0.0);
     }
 }

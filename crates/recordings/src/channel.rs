@@ -133,7 +133,7 @@ impl OtherColumn {
         self.ends.push(self.text.len());
     }
 
-    /// Its name in the file.
+    /// Name of the column in the file.
     pub fn name(&self) -> &str {
         &self.name
     }

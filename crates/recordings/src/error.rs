@@ -101,7 +101,7 @@ pub enum RecordError {
     NoAxis {
         /// The column.
         column: String,
-        /// Its samples.
+        /// Samples of the column.
         samples: usize,
         /// Time columns of that length.
         alike: usize,
@@ -197,7 +197,7 @@ pub enum RecordError {
     /// The columns of a file that is not text hold no samples.
     #[error("no samples: {}", rowless(columns))]
     NoRows {
-        /// Those that would be channels.
+        /// Columns that would be channels.
         columns: Vec<String>,
     },
     /// A file states a unit for a column that is not one of its channel.
@@ -381,7 +381,7 @@ pub enum RecordError {
     TooFewSamples {
         /// The channel.
         channel: ChannelName,
-        /// Its samples.
+        /// Samples of the channel.
         samples: usize,
     },
     /// A recording made in memory has a channel twice.
@@ -451,6 +451,23 @@ pub enum RecordError {
     },
 }
 
+/// Relative difference of two rates below which they may be of one clock.
+const SAME_CLOCK_FRAC: f64 = 0.01;
+
+impl RecordError {
+    /// Tells whether the rows up to where the times stop increasing are at another rate than any
+    /// of those expected, Hz: 1 % or more from each.
+    ///
+    /// False for any other error, and where no rate is expected.
+    pub fn is_of_another_rate(&self, expected_hz: &[f64]) -> bool {
+        let Self::TimeNotIncreasing { rate_before_hz: Some(found_hz), .. } = self else {
+            return false;
+        };
+        let near = |rate_hz: &f64| (rate_hz / found_hz - 1.0).abs() < SAME_CLOCK_FRAC;
+        !expected_hz.is_empty() && !expected_hz.iter().any(near)
+    }
+}
+
 /// Names in backticks, at most eight of them.
 fn list<T: ToString>(names: &[T]) -> String {
     const SHOWN: usize = 8;
@@ -515,6 +532,22 @@ fn did_you_mean(nearest: Option<&'static str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rates_within_a_percent_may_be_of_one_clock() {
+        let broken = |rate_before_hz| RecordError::TimeNotIncreasing {
+            line: 9,
+            previous_s: 0.2,
+            found_s: 0.1,
+            rate_before_hz,
+        };
+        assert!(broken(Some(4800.0)).is_of_another_rate(&[2000.0, 10_000.0]));
+        assert!(!broken(Some(2010.0)).is_of_another_rate(&[2000.0, 10_000.0]));
+        assert!(!broken(Some(4800.0)).is_of_another_rate(&[]));
+        assert!(!broken(None).is_of_another_rate(&[2000.0]));
+        let other = RecordError::ChannelEmpty { channel: ChannelName::Current };
+        assert!(!other.is_of_another_rate(&[2000.0]));
+    }
 
     #[test]
     fn a_gap_is_told_in_times_finer_than_the_step_and_no_finer() {

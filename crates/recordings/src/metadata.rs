@@ -38,9 +38,9 @@ pub struct Metadata {
 /// The command that a recording was taken with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CommandSource {
-    /// It stands in the recording's command channel.
+    /// The command of the recording's command channel.
     Recorded,
-    /// It has a name, such as `chirp` or `sine`.
+    /// A command with a name, such as `chirp` or `sine`.
     Named(String),
 }
 

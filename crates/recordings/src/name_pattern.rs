@@ -150,7 +150,7 @@ fn fit(parts: &[Part], name: &str, day: fn(&str) -> Option<Day>) -> Option<Named
 /// Text that stands where a date should.
 enum Day {
     Real(RecordingDate),
-    /// Its digits are those of a date, and there is no such day.
+    /// Digits of a date that is no day of the calendar.
     None(String),
 }
 

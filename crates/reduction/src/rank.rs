@@ -122,13 +122,14 @@ fn marchenko_pastur_median(ratio: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{RankRule, optimal_threshold_factor};
+    use approx::assert_abs_diff_eq;
 
     /// Gavish and Donoho 2014, table IV and the abstract: ω(1) = 2.858, and
     /// their cubic 0.56β³ − 0.95β² + 1.82β + 1.43 is within 0.02 of ω.
     #[test]
     fn published_optimal_threshold_factor() {
         const CUBIC_MAX_ERROR: f64 = 0.02;
-        assert!((optimal_threshold_factor(1.0) - 2.858).abs() < 5e-4);
+        assert_abs_diff_eq!(optimal_threshold_factor(1.0), 2.858, epsilon = 5e-4);
         for ratio in [0.05, 0.2, 0.5, 0.8, 1.0] {
             let cubic = 0.56 * ratio * ratio * ratio - 0.95 * ratio * ratio + 1.82 * ratio + 1.43;
             let error = (optimal_threshold_factor(ratio) - cubic).abs();

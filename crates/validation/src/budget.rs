@@ -6,19 +6,19 @@
 //!   time is judged as a ratio to that of a loop which runs between the cases.
 //! - Evaluations of the models are pinned everywhere.
 
-mod processor;
-
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fdi_benches::diagnose::{BUDGETS, Budget};
 use fdi_core::{
-    Bundle, ColumnMap, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Recording,
+    Bundle, ColumnMap, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Recording, ToleranceUse,
     report::{Fidelity, NoiseSource},
 };
 
-use self::processor::{processor_s, reference_s};
-use crate::terminal::{clock, say};
+use crate::{
+    processor::{processor_s, reference_s},
+    terminal::{clock, say},
+};
 
 /// Distinct recordings that are diagnosed in a row.
 struct Batch {
@@ -27,6 +27,7 @@ struct Batch {
     bundle: usize,
     recordings: &'static [&'static str],
     fidelity: Fidelity,
+    tolerance: ToleranceUse,
     /// The bundle is read and prepared within the time: the first diagnosis of a process.
     first: bool,
     /// Evaluations of the models for each recording.
@@ -36,12 +37,13 @@ struct Batch {
     limit_ratio: f64,
 }
 
-const BATCHES: [Batch; 5] = [
+const BATCHES: [Batch; 8] = [
     Batch {
         name: "chirp, first of a process",
         bundle: 0,
         recordings: &["r16.csv.gz"],
         fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::None,
         first: true,
         evaluations: &[20],
         limit_ratio: 2.0,
@@ -63,6 +65,7 @@ const BATCHES: [Batch; 5] = [
             "r16.csv.gz",
         ],
         fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::None,
         first: false,
         evaluations: &[20, 20, 19, 21, 22, 21, 19, 23, 23, 22, 20],
         limit_ratio: 0.3,
@@ -72,6 +75,7 @@ const BATCHES: [Batch; 5] = [
         bundle: 0,
         recordings: &["r10.csv.gz", "r16.csv.gz"],
         fidelity: Fidelity::High,
+        tolerance: ToleranceUse::None,
         first: false,
         evaluations: &[49, 46],
         limit_ratio: 2.2,
@@ -81,6 +85,7 @@ const BATCHES: [Batch; 5] = [
         bundle: 1,
         recordings: &["r25.csv.gz"],
         fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::None,
         first: true,
         evaluations: &[16],
         limit_ratio: 16.0,
@@ -90,6 +95,37 @@ const BATCHES: [Batch; 5] = [
         bundle: 1,
         recordings: &["r25.csv.gz", "r26.csv.gz"],
         fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::None,
+        first: false,
+        evaluations: &[16, 15],
+        limit_ratio: 8.0,
+    },
+    Batch {
+        name: "chirp, tolerances, first",
+        bundle: 0,
+        recordings: &["r16.csv.gz"],
+        fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::Model,
+        first: true,
+        evaluations: &[252],
+        limit_ratio: 2.0,
+    },
+    Batch {
+        name: "chirps, tolerances, batch",
+        bundle: 0,
+        recordings: &["r01.csv.gz", "r04.csv.gz", "r08.csv.gz", "r10.csv.gz", "r12.csv.gz"],
+        fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::Model,
+        first: false,
+        evaluations: &[110, 160, 181, 209, 385],
+        limit_ratio: 0.4,
+    },
+    Batch {
+        name: "sines, tolerances, batch",
+        bundle: 1,
+        recordings: &["r25.csv.gz", "r26.csv.gz"],
+        fidelity: Fidelity::Low,
+        tolerance: ToleranceUse::Model,
         first: false,
         evaluations: &[16, 15],
         limit_ratio: 8.0,
@@ -156,7 +192,11 @@ fn estimated(root: &Path, batch: &Batch) -> Result<Option<String>> {
         Some(diagnoser) => diagnoser,
         None => prepared()?,
     };
-    let options = DiagnoseOptions { fidelity: batch.fidelity, ..DiagnoseOptions::default() };
+    let options = DiagnoseOptions {
+        fidelity: batch.fidelity,
+        tolerance: batch.tolerance,
+        ..DiagnoseOptions::default()
+    };
     let mut evaluations = Vec::new();
     for (recording, name) in recordings.iter().zip(batch.recordings) {
         let answer = diagnoser.diagnose(recording, &options)?;

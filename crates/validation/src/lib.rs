@@ -8,6 +8,7 @@ mod blind;
 mod budget;
 mod median;
 mod pages;
+mod processor;
 mod same_answers;
 mod terminal;
 

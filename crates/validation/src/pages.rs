@@ -4,6 +4,7 @@
 //! anyone can recompute in seconds (deterministic, compared by `--check`), and
 //! `text`, the whole page as Markdown.
 
+mod bar;
 mod bayesopt;
 mod diagnosis;
 mod experiments;
@@ -11,6 +12,8 @@ mod explaining;
 mod fidelity;
 mod figure;
 mod measured;
+#[cfg(test)]
+mod pieces;
 mod real_recordings;
 mod reduction;
 mod simulator;

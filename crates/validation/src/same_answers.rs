@@ -32,12 +32,13 @@ cargo xtask same-answers OTHER_FDI [--renames] [--fdi PROGRAM]
 const RENAMES: &[&[&str]] = &[
     // the default method is generalised least squares and is called so
     &["composite", "gls"],
-    // one code stood for seven facts; each has a code of its own
+    // one code stood for these facts; each has a code of its own
     &[
         "\"outside-training\"",
         "\"start-angle-not-learnt\"",
         "\"emulator-replaced\"",
         "\"phases-sampled-slowly\"",
+        "\"noise-above-bundle\"",
         "\"noise-hides-levels\"",
         "\"start-estimated\"",
         "\"start-suspected\"",

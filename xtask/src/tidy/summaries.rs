@@ -4,7 +4,8 @@
 //!
 //! - The summary of an item is the first line of its documentation. Items are files, modules,
 //!   types, fields, variants, functions, constants and macros outside tests, public or not.
-//! - It may not begin with `The same`, `What`, `Whether` or `Of`, as whole words.
+//! - It may not begin with one of `BEGINNINGS`, as whole words: it would need the line above, or
+//!   leave open what it is about.
 
 use syn::{
     Attribute, Expr, Lit, Meta,
@@ -15,7 +16,8 @@ use syn::{
 use super::source::{Source, line_of};
 
 /// Beginnings of a summary that lean on the line above.
-const BEGINNINGS: [&str; 4] = ["The same", "What", "Whether", "Of"];
+const BEGINNINGS: [&str; 9] =
+    ["The same", "What", "Whether", "Of", "It", "Its", "Those", "Their", "They"];
 
 /// Summaries with such a beginning.
 pub(crate) fn check(sources: &[Source]) -> Vec<String> {
@@ -110,5 +112,15 @@ mod tests {
         let problems = check(&[source("lib.rs", text)]);
         assert_eq!(problems.len(), 2, "{problems:?}");
         assert!(problems[0].contains("lib.rs:2: ") && problems[1].contains("lib.rs:7: "));
+    }
+
+    #[test]
+    fn pronouns_begin_no_summary() {
+        for summary in ["It is told.", "Its name.", "Those of it.", "Their box.", "They go."] {
+            assert!(leaning(summary).is_some(), "{summary}");
+        }
+        for summary in ["Item of a list.", "Iterations.", "Theirs is no word of ours."] {
+            assert_eq!(leaning(summary), None, "{summary}");
+        }
     }
 }

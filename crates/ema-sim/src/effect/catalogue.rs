@@ -80,7 +80,7 @@ effects! {
 }
 
 impl EffectId {
-    /// The effect of a catalogue symbol, `E01` to `E25` or `U`.
+    /// The effect of a catalogue symbol, `E` and a number or `U`.
     pub fn find(symbol: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|id| id.info().symbol == symbol)
     }

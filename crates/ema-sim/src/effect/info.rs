@@ -135,7 +135,7 @@ pub enum LoopPart {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct EffectInfo {
-    /// Catalogue identifier, `E01` to `E25`; `U` for the tabulated one.
+    /// Catalogue identifier, `E` and a number; `U` for the tabulated one.
     pub symbol: &'static str,
     /// An engineer's name for it.
     pub name: &'static str,

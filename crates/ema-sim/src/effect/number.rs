@@ -23,7 +23,7 @@ pub enum Role {
     Order,
     /// A frequency, to be sought in the spectrum over time.
     Frequency,
-    /// 0 or 1, known beforehand.
+    /// 0 or 1, given and not fitted.
     Switch,
 }
 

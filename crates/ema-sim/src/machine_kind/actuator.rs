@@ -2,7 +2,7 @@
 
 use super::{
     CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber, add_rough,
+    MachineTest, MachineTestError, NumberTolerance, NumberValue, PreparedTest, add_tolerance,
     run::{Departure, delayed, difference, every},
     static_friction,
 };
@@ -111,18 +111,18 @@ impl MachineKind for Model {
         );
     }
 
-    fn rough(&self) -> Vec<RoughNumber> {
+    fn rough(&self) -> Vec<NumberTolerance> {
         let place = |key| Parameter::ALL.iter().position(|parameter| parameter.key() == key);
-        let mut known = Vec::new();
+        let mut tolerances = Vec::new();
         for tolerance in self.tolerance.iter().filter(|t| t.level.is_of_machine()) {
             if let UncertainNumber::Parameter(parameter) = tolerance.number
                 && let Some(place) = place(parameter.key())
             {
                 let half_width_frac = tolerance.spread.half_width();
-                add_rough(&mut known, RoughNumber { place, half_width_frac });
+                add_tolerance(&mut tolerances, NumberTolerance { place, half_width_frac });
             }
         }
-        known
+        tolerances
     }
 
     fn can_follow_motion(&self) -> bool {

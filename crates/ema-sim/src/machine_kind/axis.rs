@@ -2,7 +2,7 @@
 
 use super::{
     CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberValue, PreparedTest, RoughNumber, add_rough,
+    MachineTest, MachineTestError, NumberTolerance, NumberValue, PreparedTest, add_tolerance,
     follow::{follower, motion},
     run::{Departure, delayed, difference, every},
     static_friction,
@@ -105,18 +105,18 @@ impl MachineKind for AxisModel {
             static_friction(old.static_friction, old.kinetic_friction, new.kinetic_friction);
     }
 
-    fn rough(&self) -> Vec<RoughNumber> {
+    fn rough(&self) -> Vec<NumberTolerance> {
         let (geometry, drive) = (self.axis.geometry, self.axis.drive);
-        let mut known = Vec::new();
+        let mut tolerances = Vec::new();
         for tolerance in self.tolerance.iter().filter(|t| t.level.is_of_machine()) {
             let key = tolerance.parameter.key(geometry, drive);
             let place = AxisParameter::ALL.iter().position(|p| p.key(geometry, drive) == key);
             if let Some(place) = place {
                 let half_width_frac = tolerance.spread.half_width();
-                add_rough(&mut known, RoughNumber { place, half_width_frac });
+                add_tolerance(&mut tolerances, NumberTolerance { place, half_width_frac });
             }
         }
-        known
+        tolerances
     }
 
     fn can_follow_motion(&self) -> bool {
@@ -240,6 +240,7 @@ impl MachineRun for AxisRun {
 mod tests {
     use super::*;
     use crate::effect::EffectId;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn an_axis_stands_where_its_errors_show_the_position() {
@@ -258,7 +259,7 @@ mod tests {
             let error =
                 2e-3 * position.sin() - 1e-3 * position.cos() + 1e-3 * (3.0 * position).sin();
             // each step leaves at most the slope of the error, 6e-3, of what was left: 6e-3^4·4e-3
-            assert!((position + error - shown).abs() < 1e-11, "{position}");
+            assert_abs_diff_eq!(position + error, shown, epsilon = 1e-11);
             assert!(position != shown);
         }
         assert_eq!(stands_at(0.7, &effects[2..]), 0.7);

@@ -30,7 +30,7 @@ pub struct AxisModel {
     pub axis: ServoAxis,
     /// The faults that it can have: of `k1` and `k2`.
     pub faults: Vec<FaultId>,
-    /// Numbers that are known only roughly.
+    /// Numbers with a tolerance.
     pub tolerance: Vec<AxisTolerance>,
     /// Effects besides the base model.
     pub effects: Vec<EffectBlock>,
@@ -241,18 +241,16 @@ fn complete(
     }
     let (geometry, drive) = (axis.geometry, axis.drive);
     let needed = AxisParameter::ALL.iter().filter(|p| p.default_value().is_none());
-    let needed = needed.filter(|p| p.applies(drive)).map(|p| p.key(geometry, drive));
-    for key in needed.filter(|key| !has(key)) {
-        if !key.starts_with(STATIC_FRICTION) {
-            return Err(ModelFileError::MissingOfAxis { key });
+    for parameter in needed.filter(|p| p.applies(drive)) {
+        let key = parameter.key(geometry, drive);
+        match (has(&key), parameter.defaults_to_kinetic()) {
+            (true, _) => {}
+            (false, true) => axis.static_friction = axis.kinetic_friction,
+            (false, false) => return Err(ModelFileError::MissingOfAxis { key }),
         }
-        axis.static_friction = axis.kinetic_friction;
     }
     Ok(())
 }
-
-/// How the key begins that may be left out for that of the kinetic friction.
-const STATIC_FRICTION: &str = "axis.static-friction-";
 
 impl AxisModel {
     pub(crate) fn write(&self) -> String {

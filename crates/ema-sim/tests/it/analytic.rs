@@ -146,7 +146,7 @@ fn property_currents_sum_to_zero_with_unequal_phases() {
     let trace = run(&EMA_48, &Scenario::chirp(), &(&health).into());
     for sample in 0..trace.motor_angle_rad.len() {
         let sum: f64 = trace.phases_a(sample).iter().sum();
-        assert!(sum.abs() < 1e-14, "{sum:e}");
+        assert_abs_diff_eq!(sum, 0.0, epsilon = 1e-14);
     }
 }
 

@@ -214,7 +214,7 @@ fn law_energy_and_fidelities_with_a_measured_shape() {
     let model = HighFidelity::new(&actuator, &Scenario::chirp()).unwrap();
     let (_, energy) = model.simulate_with_ledger(&healthy());
     let off = energy.residual_j() / energy.dissipated_j();
-    assert!(off.abs() < 1e-6, "{off:e}");
+    assert_abs_diff_eq!(off, 0.0, epsilon = 1e-6);
     let (high, low) = (
         HighFidelity::new(&actuator, &motion()).unwrap(),
         LowFidelity::new(&actuator, &motion()).unwrap(),

@@ -53,7 +53,7 @@ fn law_energy_is_balanced_with_a_dead_time() {
             let model = HighFidelity::new(&actuator, &Scenario::chirp()).unwrap();
             let (trace, energy) = model.simulate_with_ledger(&worn);
             let off = energy.residual_j() / energy.dissipated_j();
-            assert!(off.abs() < 1e-6, "{off:e}");
+            assert_abs_diff_eq!(off, 0.0, epsilon = 1e-6);
             let raw = trace.envelope_a(envelope, preset.motor.pole_pairs);
             EnvelopeFilter::DEFAULT.apply(&raw, trace.rate_hz)
         };

@@ -181,7 +181,7 @@ fn corners_may_be_where_sectors_end() {
         let model = HighFidelity::new(&EMA_48, &scenario).unwrap().with_effects(&effects).unwrap();
         let (trace, energy) = model.simulate_with_ledger(&healthy());
         let off = energy.residual_j() / energy.dissipated_j();
-        assert!(off.abs() < 1e-6, "{off:e}");
+        assert_abs_diff_eq!(off, 0.0, epsilon = 1e-6);
         trace.phase_currents_a[0].clone()
     };
     for sign in [1.0, -1.0] {

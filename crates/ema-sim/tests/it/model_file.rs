@@ -1,9 +1,11 @@
 //! Model files against presets, and what they refuse.
 
+use approx::assert_abs_diff_eq;
 use ema_sim::{
     Actuator, BackEmfShape, Coordinate, Curve, CurveKind, Effect, EffectId, FaultId, Geometry,
-    HealthState, HighFidelity, Level, LowFidelity, MachineKind, Parameter, RangeOf, RoughNumber,
-    Scenario, Spread, ThermalCoefficient, ThermalNumber, Tolerance, UncertainNumber, VisitedRange,
+    HealthState, HighFidelity, Level, LowFidelity, MachineKind, NumberTolerance, Parameter,
+    RangeOf, Scenario, Spread, ThermalCoefficient, ThermalNumber, Tolerance, UncertainNumber,
+    VisitedRange,
     model_file::{self, MachineModel, Model, ModelFileError},
     presets::{BENCH, EMA_48, bench_tolerance, ema_48_temperature, ema_48_tolerance},
 };
@@ -498,7 +500,7 @@ fn a_slip_in_a_tolerance_is_named_with_its_line() {
 }
 
 #[test]
-fn rough_numbers_are_parameters_of_type_and_unit() {
+fn numbers_with_a_tolerance_are_parameters_of_type_and_unit() {
     let text = "base = \"ema-48\"\n[tolerance.motor]\n\
                 inertia-kg-m2 = 0.1\n\
                 resistance-ohm = [{ half-width = 0.03, level = \"type\" }, { half-width = 0.04 }, \
@@ -507,16 +509,16 @@ fn rough_numbers_are_parameters_of_type_and_unit() {
                 inductance-henry = { sd = 0.1, level = \"recording\" }\n\
                 [tolerance.sensors]\nphase-gain = { sd = 0.01 }\n";
     let model = model_file::parse(text).unwrap();
-    let rough = |key| {
+    let half_width = |key| {
         let place = Parameter::ALL.iter().position(|p| p.key() == key).expect("a parameter");
-        let one = model.rough().into_iter().find(|rough: &RoughNumber| rough.place == place);
-        one.map(|rough| rough.half_width_frac)
+        let one = model.rough().into_iter().find(|one: &NumberTolerance| one.place == place);
+        one.map(|one| one.half_width_frac)
     };
     assert_eq!(model.rough().len(), 3);
-    assert_eq!(rough("motor.inertia-kg-m2"), Some(0.1));
+    assert_eq!(half_width("motor.inertia-kg-m2"), Some(0.1));
     // 3-4-5
-    assert_eq!(rough("motor.resistance-ohm"), Some(0.05));
-    assert_eq!(rough("motor.viscous-n-m-s-per-rad"), Some(0.2 * 3.0_f64.sqrt()));
+    assert_eq!(half_width("motor.resistance-ohm"), Some(0.05));
+    assert_eq!(half_width("motor.viscous-n-m-s-per-rad"), Some(0.2 * 3.0_f64.sqrt()));
 }
 
 #[test]
@@ -533,7 +535,7 @@ fn an_axis_has_tolerances_at_levels_too() {
     let MachineModel::ServoAxis(axis) = &levels else { panic!("{levels:?}") };
     assert_eq!(axis.tolerance.len(), 3);
     let half_widths = |model: &MachineModel| -> Vec<f64> {
-        model.kind().rough().iter().map(|rough| rough.half_width_frac).collect()
+        model.kind().rough().iter().map(|one| one.half_width_frac).collect()
     };
     assert_eq!(half_widths(&plain), [0.1, 0.3]);
     assert_eq!(half_widths(&levels), [0.1, 0.3 * 3.0_f64.sqrt()]);
@@ -585,8 +587,12 @@ fn a_law_of_temperature_is_read_and_checked() {
     assert_eq!(law.coefficient(ThermalNumber::Viscous).per_k, -0.02);
     assert_eq!(law.coefficient(ThermalNumber::Resistance), ThermalCoefficient::default());
     // 50 K warmer: magnets 5 % weaker, a drag of e^-1
-    assert!((ThermalNumber::BackEmf.ratio(back_emf.per_k, 50.0) - 0.95).abs() < 1e-12);
-    assert!((ThermalNumber::Viscous.ratio(-0.02, 50.0) - (-1.0f64).exp()).abs() < 1e-12);
+    assert_abs_diff_eq!(ThermalNumber::BackEmf.ratio(back_emf.per_k, 50.0), 0.95, epsilon = 1e-12);
+    assert_abs_diff_eq!(
+        ThermalNumber::Viscous.ratio(-0.02, 50.0),
+        (-1.0f64).exp(),
+        epsilon = 1e-12
+    );
     let scatter = "[tolerance.test]\nwinding-temperature-k = { sd = 15.0, level = \"session\" }";
     for (block, told) in [
         (scatter.to_owned(), "given without one, expected a block `[temperature]`"),

@@ -156,7 +156,7 @@ struct Part {
     unknown: usize,
     /// Share of the unknown's slope that each recording has.
     shares: Vec<f64>,
-    /// Inverse variance beforehand.
+    /// Inverse variance of the prior.
     precision: f64,
 }
 

@@ -126,6 +126,9 @@ struct Days {
     reading_std_k: Option<f64>,
 }
 
+/// Cold and hot halls, the temperature read.
+const DAYS: Days = Days { half_width_k: 40.0, reading_std_k: Some(3.0) };
+
 /// A hidden unit with what is drawn for it.
 struct Owned<'a> {
     experiment: &'a Experiment,
@@ -164,6 +167,21 @@ impl<'a> Owned<'a> {
     }
 }
 
+/// Recordings of one hidden unit as new, each of a day of its own: the winding within ±40 K, its
+/// temperature read to 3 K.
+///
+/// # Errors
+///
+/// [`EvaluationError`] when the machine cannot be simulated.
+pub fn unit_recordings(
+    experiment: &Experiment,
+    recordings: usize,
+    seed: u64,
+) -> Result<Vec<Recording>, EvaluationError> {
+    let mut unit = Owned::drawn(experiment, DAYS, 1.0, seed);
+    (0..recordings).map(|_| unit.record(FaultCoordinates([0.0; 7]))).collect()
+}
+
 /// A slow wear over sessions, with `fdi unit update` after each.
 #[derive(Clone, Copy, Debug)]
 pub struct WearLine {
@@ -191,11 +209,10 @@ pub fn evaluate_wear(
     const REFERENCES: usize = 4;
     let experiment = &diagnoser.bundle().experiment;
     let options = DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
-    let days = Days { half_width_k: 40.0, reading_std_k: Some(3.0) };
     let indices: Vec<u64> = (0..line.units as u64).collect();
     in_parallel(&indices, jobs, |_, &index| {
         let own = RootSeed(seed).derive(Purpose::Units, index);
-        let mut unit = Owned::drawn(experiment, days, 1.0, own);
+        let mut unit = Owned::drawn(experiment, DAYS, 1.0, own);
         let one = line.fault.map(|fault| HiddenDamage::Alone(fault, line.rate));
         let rate = one.map_or(FaultCoordinates([0.0; 7]), |one| one.draw(&mut unit.chance));
         let references = (0..REFERENCES).map(|_| unit.record(FaultCoordinates([0.0; 7])));

@@ -55,7 +55,7 @@ fn document(
         };
         (number.key.clone(), parameter)
     };
-    let judged = |rms| holdout(rms, calibrated.noise_floor.rms, calibrated.drive_unit);
+    let judged = |rms| holdout(rms, &calibrated.noise_floor, calibrated.drive_unit);
     Calibration {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),

@@ -1,9 +1,9 @@
 //! `fdi dataset`.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Dataset, DatasetRequest, Experiment, ReferenceDesign, dataset_to_bytes, ema_sim::Imperfections,
-    store,
+    Dataset, DatasetFileError, DatasetRequest, Experiment, ReferenceDesign, check_dataset_file,
+    dataset_to_bytes, ema_sim::Imperfections,
 };
 
 use crate::{
@@ -41,33 +41,20 @@ pub(crate) fn dataset(
     Ok(ExitStatus::Done)
 }
 
-/// Refuses what cannot be made or could not be read again.
+/// Refuses what cannot be made or could not be read again, by the option that asks for it.
 fn check(args: &DatasetArgs, experiment: &Experiment) -> Result<()> {
-    for (index, design) in args.design.iter().enumerate() {
-        if args.design[..index].contains(design) {
-            bail!("`--design`: `{}` is given twice", design.of_dataset().name());
-        }
-    }
-    let everywhere = args.design.iter().all(|design| design.of_dataset().is_turned());
-    if everywhere && args.test.start_angle_rad != 0.0 {
-        bail!("`--start-angle-rad`: the designs asked for start anywhere");
-    }
-    let signals = args.design.len() * args.conditions.get();
-    let bytes = signals.saturating_mul(experiment.samples()).saturating_mul(BYTES_PER_SAMPLE);
-    if bytes > store::DECODE_LIMIT_BYTES {
-        bail!(
-            "`--conditions {}`: {signals} signals of {} samples make a file of {bytes} bytes, at \
-             most {} can be read; make several files with different `--seed`",
-            args.conditions,
-            experiment.samples(),
-            store::DECODE_LIMIT_BYTES
-        );
-    }
-    Ok(())
+    let designs: Vec<_> = args.design.iter().copied().map(DesignArg::of_dataset).collect();
+    let checked = check_dataset_file(experiment, &designs, args.conditions.get());
+    checked.map_err(|error| match error {
+        DatasetFileError::Twice { .. } => anyhow!("`--design`: {error}"),
+        DatasetFileError::StartsAnywhere => anyhow!("`--start-angle-rad`: {error}"),
+        DatasetFileError::TooLarge { .. } => anyhow!(
+            "`--conditions {}`: {error}; make several files with different `--seed`",
+            args.conditions
+        ),
+        other => other.into(),
+    })
 }
-
-/// A sample in full and rounded to 16 bits.
-const BYTES_PER_SAMPLE: usize = 10;
 
 /// Describes the dataset that was made, in words.
 fn sentence(args: &DatasetArgs, experiment: &Experiment) -> String {

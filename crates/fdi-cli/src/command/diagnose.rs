@@ -294,12 +294,7 @@ impl Batch<'_> {
     /// Adds what the recording's rate says about it where its text breaks off.
     fn explain(&self, error: RecordError) -> anyhow::Error {
         let rates_hz = self.diagnoser.rates_hz();
-        let RecordError::TimeNotIncreasing { rate_before_hz: Some(found_hz), .. } = error else {
-            return error.into();
-        };
-        // within a percent it may be the same clock
-        let near = |&rate_hz: &f64| (rate_hz / found_hz - 1.0).abs() < 0.01;
-        if rates_hz.is_empty() || rates_hz.iter().any(near) {
+        if !error.is_of_another_rate(rates_hz) {
             return error.into();
         }
         let mut known: Vec<_> = rates_hz.iter().map(|rate_hz| format!("{rate_hz} Hz")).collect();

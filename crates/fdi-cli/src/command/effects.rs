@@ -5,7 +5,7 @@ use std::fmt::Write;
 use anyhow::{Context, Result, bail};
 use csv::Writer;
 use fdi_core::{
-    ema_sim::{EffectId, EffectParameter, Geometry},
+    ema_sim::{EffectClass, EffectId, EffectParameter, Geometry},
     report::{CatalogueEffect, CatalogueKey, CatalogueParameter, EffectCatalogue, SCHEMA_VERSION},
 };
 
@@ -47,10 +47,19 @@ fn asked(symbols: &[String]) -> Result<Vec<EffectId>> {
     }
     let find = |symbol: &String| {
         EffectId::find(symbol).with_context(|| {
-            format!("`{symbol}`: no effect of the catalogue, expected one of E01 to E25, or U")
+            let (causes, curve) = (causes(), EffectId::Tabulated.info().symbol);
+            format!("`{symbol}`: no effect of the catalogue, expected one of {causes}, or {curve}")
         })
     };
     symbols.iter().map(find).collect()
+}
+
+/// Symbols of the effects that have a cause, the first to the last in the order of the catalogue.
+pub(super) fn causes() -> String {
+    let has_cause = |id: &EffectId| id.info().class != EffectClass::Unknown;
+    let mut symbols = EffectId::ALL.into_iter().filter(has_cause).map(|id| id.info().symbol);
+    let first = symbols.next().unwrap_or_default();
+    symbols.next_back().map_or_else(|| first.to_owned(), |last| format!("{first} to {last}"))
 }
 
 fn entry(id: EffectId) -> CatalogueEffect {

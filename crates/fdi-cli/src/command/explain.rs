@@ -5,8 +5,6 @@ mod document;
 mod evidence;
 mod sentences;
 
-use compared::Asked;
-pub(crate) use compared::{lacks, says_its_command};
 pub(super) use document::holdout;
 pub(crate) use sentences::rounded;
 
@@ -14,7 +12,7 @@ use std::{path::PathBuf, time::Instant};
 
 use anyhow::{Context, Result, anyhow, bail};
 use fdi_core::{
-    ColumnMap, Recording,
+    ColumnMap, GivenCommand, Recording,
     ema_sim::{EffectId, model_file::MachineModel},
     read_machine,
     report::ExplanationVerdict,
@@ -23,6 +21,7 @@ use fdi_report::Page;
 use greybox::{Explained, Options, Record, Recordings};
 use serde::Serialize;
 
+use super::effects::causes;
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
@@ -89,7 +88,8 @@ pub(crate) fn explain(
 pub(super) fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
     let find = |symbol: &String| {
         EffectId::find(symbol).with_context(|| {
-            format!("`--without {symbol}`: no effect of the catalogue, expected one of E01 to E25")
+            let causes = causes();
+            format!("`--without {symbol}`: no effect of the catalogue, expected one of {causes}")
         })
     };
     symbols.iter().map(find).collect()
@@ -128,9 +128,9 @@ pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Resul
 /// The recordings by their use, or what they lack.
 fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordings, String>> {
     let map = ColumnMap::new(&args.map.map)?;
-    let asked = match args.command.as_deref() {
-        _ if args.inverse_dynamics => Some(Asked::Motion),
-        Some(text) => Some(Asked::of_option(text, model)?),
+    let given = match args.command.as_deref() {
+        _ if args.inverse_dynamics => Some(GivenCommand::Motion),
+        Some(text) => Some(compared::given_command(text, model)?),
         None => None,
     };
     let mut missing = None;
@@ -139,7 +139,7 @@ fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordin
         for path in paths {
             let named = || path.display().to_string();
             let recording = Recording::read(path, &map).with_context(named)?;
-            match compared::compared(&recording, model, asked.as_ref()).with_context(named)? {
+            match compared::compared(&recording, model, given.as_ref()).with_context(named)? {
                 Ok(record) => records.push(record),
                 Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),
             }

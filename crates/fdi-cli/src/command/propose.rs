@@ -4,11 +4,12 @@ use std::{fmt::Write, time::Instant};
 
 use anyhow::Result;
 use fdi_core::{
+    command_channel,
     ema_sim::{Geometry, model_file::MachineModel},
-    read_machine,
+    load_channel, read_machine,
     report::{Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
 };
-use greybox::{CommandKind, Options, Proposed};
+use greybox::{Options, Proposed};
 
 use super::explain::{effects, in_form, rounded, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
@@ -34,15 +35,12 @@ pub(crate) fn propose(
         watched(streams, global.quiet, &what, || greybox::propose(&model, &recordings, &options))?;
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let answer = document(&proposal, &model, global, elapsed_s);
-    let text = in_form(global.output_format, &answer, human)?;
+    let words = |answer: &Proposal| human(answer, options.tie_nats);
+    let text = in_form(global.output_format, &answer, words)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     let Some(path) = &global.output else { return Ok(ExitStatus::Done) };
     if let Some(best) = proposal.menu.first() {
-        let unit = match model.geometry() {
-            Geometry::Rotary => "rad",
-            Geometry::Linear => "m",
-        };
-        let written = command(best, &proposal, unit);
+        let written = command(best, &proposal, model.geometry());
         streams.product(Some(path), |out| out.write_all(written.as_bytes()))?;
     } else {
         streams.say(format_args!("{}: not written, no recording is proposed", path.display()));
@@ -82,7 +80,7 @@ fn document(
     }
 }
 
-fn human(answer: &Proposal) -> String {
+fn human(answer: &Proposal, tie_nats: f64) -> String {
     let open = answer.open.join(", ");
     let Some(best) = answer.menu.first() else {
         return match answer.open.len() {
@@ -97,9 +95,10 @@ fn human(answer: &Proposal) -> String {
     };
     let pairs =
         |item: &ProposedRecording| item.separations.iter().map(pair).collect::<Vec<_>>().join(", ");
+    let [half, most] = [0.5, 0.9].map(|chance| greybox::Separation::needed_for(chance, tie_nats));
     let mut text = format!(
-        "To tell {open} apart, record {} for {} s: expected separation of {} (10 tells two apart in \
-         half of the cases, 22 in nine of ten).\n",
+        "To tell {open} apart, record {} for {} s: expected separation of {} ({half:.0} tells two \
+         apart in half of the cases, {most:.0} in nine of ten).\n",
         best.description,
         rounded(best.duration_s),
         pairs(best)
@@ -112,13 +111,8 @@ fn human(answer: &Proposal) -> String {
 }
 
 /// A command as a recording without measurements.
-fn command(proposed: &Proposed, proposal: &greybox::Proposal, unit: &str) -> String {
-    let name = match proposal.kind {
-        CommandKind::Speed => format!("speed_command_{unit}_per_s"),
-        // a motion is asked for as a position, whatever controller follows it
-        CommandKind::Position | CommandKind::Motion => format!("command_{unit}"),
-    };
-    let load = if unit == "rad" { "load_n_m" } else { "force_n" };
+fn command(proposed: &Proposed, proposal: &greybox::Proposal, geometry: Geometry) -> String {
+    let (name, load) = (command_channel(geometry, proposal.kind), load_channel(geometry));
     let mut text = format!("# command = \"recorded\"\n# rate-hz = {:?}\n", proposal.rate_hz);
     let _ = write!(text, "time_s,{name}");
     if proposed.load.is_some() {

@@ -17,6 +17,7 @@ mod effects;
 mod explain;
 mod explained;
 mod files;
+mod fleet_guide;
 mod killed;
 mod missed;
 mod reference;

@@ -326,7 +326,7 @@ fn an_explanation_has_its_report() {
         [
             "What was found",
             "The residual, before and after",
-            "Fault levels and roughly known numbers",
+            "Fault levels and numbers with a tolerance",
             "Recordings",
             "Hypotheses",
             "What would have been seen",

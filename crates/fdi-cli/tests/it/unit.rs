@@ -208,3 +208,31 @@ fn bad_units_are_refused_in_one_line() {
         Some(0)
     );
 }
+
+/// What the learnt error does not know of a recording is told within tolerances too.
+#[test]
+fn rate_noise_and_damage_beyond_what_is_learnt_are_told() {
+    let folder = fleet();
+    let told = |name: &str, simulated: &[&str]| {
+        let test = ["simulate", "--model", "machine.toml", "--adc-bits", "12", "-o", name];
+        let made = output(folder.path(), &[&test[..], simulated].concat());
+        assert!(made.status.success(), "{}", whole(&made));
+        let answer = diagnosed(&folder, name, &[]);
+        (answer.verdict, answer.notices.iter().map(|one| one.code).collect::<Vec<_>>())
+    };
+    let quiet = ["--noise-a", "0.02", "--seed", "3"];
+    let (_, plain) = told("quiet_1.csv", &quiet);
+    let limits = [
+        NoticeCode::NoiseAboveBundle,
+        NoticeCode::PhasesSampledSlowly,
+        NoticeCode::OutsideTraining,
+    ];
+    assert!(limits.iter().all(|code| !plain.contains(code)), "{plain:?}");
+    let (verdict, loud) = told("loud_1.csv", &["--noise-a", "0.5", "--seed", "3"]);
+    assert_ne!(verdict, Verdict::Healthy);
+    assert!(loud.contains(&NoticeCode::NoiseAboveBundle), "{loud:?}");
+    let (_, slow) = told("slow_1.csv", &[&quiet[..], &["--rate-hz", "4000"]].concat());
+    assert!(slow.contains(&NoticeCode::PhasesSampledSlowly), "{slow:?}");
+    let (_, far) = told("far_1.csv", &[&quiet[..], &["--faults", "k4=0.2"]].concat());
+    assert!(far.contains(&NoticeCode::OutsideTraining), "{far:?}");
+}

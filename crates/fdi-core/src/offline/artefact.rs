@@ -1,8 +1,7 @@
 //! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
 
 use ema_sim::{
-    Actuator, Command, ControlMode, Envelope, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections,
-    Scenario,
+    Actuator, Command, ControlMode, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections, Scenario,
     model_file::{self, Model},
 };
 
@@ -17,7 +16,10 @@ use crate::{
         signal_codes::SignalCodes,
         store::{self, ArtefactKind, Decode, Encode},
     },
-    simulation::{envelope::envelope_kind, experiment::Experiment},
+    simulation::{
+        envelope::{envelope_kind, envelope_of},
+        experiment::Experiment,
+    },
     unit::{error::UnitError, quantities::Quantities},
 };
 
@@ -551,16 +553,6 @@ fn design_of(name: &str) -> Result<ReferenceDesign, BundleError> {
 
 fn content(what: String) -> BundleError {
     BundleError::Content { what }
-}
-
-/// The envelope of the simulation by its name in metadata.
-fn envelope_of(kind: EnvelopeKind) -> Envelope {
-    match kind {
-        EnvelopeKind::HalfAbsSum => Envelope::HalfAbsSum,
-        EnvelopeKind::SignedProjection => Envelope::SignedProjection,
-        EnvelopeKind::QAxis => Envelope::QAxis,
-        EnvelopeKind::ConductingPhase => Envelope::ConductingPhase,
-    }
 }
 
 /// The model as text, complete.

@@ -351,6 +351,7 @@ pub(crate) fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_linear_error_is_learnt_and_leaves_no_residual() {
@@ -367,7 +368,7 @@ mod tests {
         let model = learn(Trend::Linear);
         let at = model.mean_at(&[0.3, 0.1]);
         for (t, value) in at.iter().enumerate() {
-            assert!((value - (1.0 + t as f64 * 0.3 - 0.2)).abs() < 1e-12);
+            assert_abs_diff_eq!(*value, 1.0 + t as f64 * 0.3 - 0.2, epsilon = 1e-12);
         }
         assert!(model.covariance().mean_diagonal() < 1e-24);
         let constant = learn(Trend::Constant);

@@ -124,6 +124,7 @@ impl Factor {
 mod tests {
     use super::*;
     use crate::report::Encoding;
+    use approx::assert_abs_diff_eq;
 
     /// Two solves of order 12 with condition below 10.
     const SOLVE_ABS: f64 = 1e-13;
@@ -159,12 +160,12 @@ mod tests {
         let encoded = Factor::new(covariance(), Some(&encoder(rows))).unwrap();
         let residual: Vec<f64> = (0..12).map(|i| (0.9 * f64::from(i)).sin()).collect();
         for (a, b) in whole.solve(&residual).iter().zip(encoded.solve(&residual)) {
-            assert!((a - b).abs() < SOLVE_ABS, "{a} {b}");
+            assert_abs_diff_eq!(*a, b, epsilon = SOLVE_ABS);
         }
         let square = |factor: &Factor| factor.whiten(&residual).iter().map(|z| z * z).sum::<f64>();
-        assert!((square(&whole) - square(&encoded)).abs() < SOLVE_ABS);
+        assert_abs_diff_eq!(square(&whole), square(&encoded), epsilon = SOLVE_ABS);
         // of noise that is all there is, every number has one
-        assert!((encoded.exact_share(&covariance()).unwrap() - 1.0).abs() < SOLVE_ABS);
+        assert_abs_diff_eq!(encoded.exact_share(&covariance()).unwrap(), 1.0, epsilon = SOLVE_ABS);
     }
 
     #[test]
@@ -172,7 +173,7 @@ mod tests {
         let factor = Factor::new(covariance(), Some(&encoder(vec![unit(5)]))).unwrap();
         let residual: Vec<f64> = (0..12).map(f64::from).collect();
         assert_eq!(factor.size(), 1);
-        assert!((factor.whiten(&residual)[0] - 5.0 / 2f64.sqrt()).abs() < SOLVE_ABS);
-        assert!((factor.log_determinant() - 2f64.ln()).abs() < SOLVE_ABS);
+        assert_abs_diff_eq!(factor.whiten(&residual)[0], 5.0 / 2f64.sqrt(), epsilon = SOLVE_ABS);
+        assert_abs_diff_eq!(factor.log_determinant(), 2f64.ln(), epsilon = SOLVE_ABS);
     }
 }

@@ -31,12 +31,13 @@ impl Run<'_> {
             // the direction is told of an eccentricity that is detected
             faults[FaultId::K7 as usize] = Fault::undetermined(FaultId::K7);
         }
-        let hidden = self.hidden(&faults, noise);
         notices.extend(self.notices(outcome, &faults));
-        notices.extend(hidden.map(|most| hidden_notice(most, noise)));
+        let of_noise = self.of_noise(&faults, noise);
+        let is_disturbed = !of_noise.is_empty();
+        notices.extend(of_noise);
         let sought = &self.experiment().sought;
         let any_null = (0..FAULT_COUNT - 1).any(|i| sought[i] && faults[i].value.is_none());
-        let open = any_null || hidden.is_some();
+        let open = any_null || is_disturbed;
         let measured_a = outcome.measured_a.as_ref().unwrap_or(&self.observation.signal_a);
         (self.watch.answer)(measured_a, &outcome.residual_a);
         RecordDiagnosis {
@@ -97,7 +98,7 @@ impl Run<'_> {
     }
 
     /// Notice of phases that are sampled too slowly for the bundle's error model.
-    fn coarse_phases(&self) -> Option<Notice> {
+    pub(crate) fn coarse_phases(&self) -> Option<Notice> {
         let rate_hz = self.observation.phase_rate_hz;
         let learnt_hz = self.experiment().actuator.controller.sample_hz;
         (rate_hz < LEAST_RATE_SHARE * learnt_hz).then(|| Notice {
@@ -110,17 +111,15 @@ impl Run<'_> {
         })
     }
 
-    /// The largest level that could be there undetected, where the recording is too noisy for
-    /// "healthy": its noise far above what the bundle expects, or a whole incipient range open.
-    /// `None` too where no fault is decided as absent.
-    fn hidden(&self, faults: &[Fault], noise: Noise) -> Option<f64> {
+    /// Notices of noise that keeps a recording from being healthy: far above what the bundle
+    /// expects, or with a whole incipient range open. None where no fault is decided as absent.
+    fn of_noise(&self, faults: &[Fault], noise: Noise) -> Vec<Notice> {
         let most = faults[..FAULT_COUNT - 1]
             .iter()
             .filter(|fault| fault.detected == Some(false))
             .filter_map(|fault| fault.interval_95.map(|[_, high]| high))
-            .reduce(f64::max)?;
-        let loud = noise.level_a > LOUD_RATIO * self.learnt.bundle.noise_a;
-        (loud || most > INCIPIENT_LEVEL).then_some(most)
+            .reduce(f64::max);
+        most.map_or_else(Vec::new, |most| noise_notices(noise, self.learnt.bundle.noise_a, most))
     }
 }
 
@@ -139,17 +138,52 @@ fn verdict(outcome: &Outcome, faults: &[Fault], open: bool) -> Verdict {
     }
 }
 
-fn hidden_notice(most: f64, noise: Noise) -> Notice {
-    Notice {
-        code: NoticeCode::NoiseHidesLevels,
+/// Notice of noise far above what the bundle expects.
+pub(crate) fn loud_notice(noise: Noise, expected_a: f64) -> Option<Notice> {
+    let level_a = noise.level_a;
+    (level_a > LOUD_RATIO * expected_a).then(|| Notice {
+        code: NoticeCode::NoiseAboveBundle,
         message: format!(
-            "with {:.3} A of noise on each phase sample, levels up to {most:.3} are not excluded where \
-             nothing is detected; look for outliers in the currents",
-            noise.level_a
+            "{level_a:.3} A of noise on each phase sample is more than {LOUD_RATIO} times the \
+             {expected_a:.3} A that the bundle expects; look for outliers in the currents"
         ),
+    })
+}
+
+/// Notices of a noise level where `most` is the largest level that could be there undetected.
+fn noise_notices(noise: Noise, expected_a: f64, most: f64) -> Vec<Notice> {
+    let level_a = noise.level_a;
+    let mut notices: Vec<Notice> = loud_notice(noise, expected_a).into_iter().collect();
+    if most > INCIPIENT_LEVEL {
+        notices.push(Notice {
+            code: NoticeCode::NoiseHidesLevels,
+            message: format!(
+                "with {level_a:.3} A of noise on each phase sample, levels up to {most:.3} are not \
+                 excluded where nothing is detected; record with less noise"
+            ),
+        });
     }
+    notices
 }
 
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::NoiseSource;
+
+    #[test]
+    fn noise_above_the_bundles_and_levels_that_it_hides_are_told_apart() {
+        let codes = |level_a, most| -> Vec<NoticeCode> {
+            let noise = Noise { level_a, source: NoiseSource::Flag };
+            noise_notices(noise, 0.02, most).into_iter().map(|notice| notice.code).collect()
+        };
+        assert!(codes(0.02, 0.01).is_empty());
+        assert_eq!(codes(0.2, 0.01), [NoticeCode::NoiseAboveBundle]);
+        assert_eq!(codes(0.02, 0.1), [NoticeCode::NoiseHidesLevels]);
+        assert_eq!(codes(0.2, 0.1), [NoticeCode::NoiseAboveBundle, NoticeCode::NoiseHidesLevels]);
+    }
 }

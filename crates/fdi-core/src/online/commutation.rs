@@ -286,6 +286,7 @@ fn nearest_turn(electrical_rad: f64, experiment: &Experiment) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use ema_sim::{HealthState, Imperfections, PhaseSensors};
 
     use super::*;
@@ -342,6 +343,6 @@ mod tests {
         for (n, sector) in sectors.iter().enumerate() {
             assert_eq!(sector.number(), i64::from(n >= 20), "{n}");
         }
-        assert!((idle_power - 40.0 * 1e-4).abs() < 1e-12);
+        assert_abs_diff_eq!(idle_power, 40.0 * 1e-4, epsilon = 1e-12);
     }
 }

@@ -67,7 +67,7 @@ struct Fold {
 pub struct Emulated {
     /// Estimates of the coordinates looked for, free of bounds.
     pub estimate: Vec<f64>,
-    /// Their covariance, row by row.
+    /// Covariance of the estimates, row by row.
     pub covariance: Vec<Vec<f64>>,
     /// Mean square of the whitened residual.
     pub misfit: f64,

@@ -139,12 +139,13 @@ pub(crate) fn standard() -> Normal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn far_from_zero_the_interval_is_the_usual_one() {
         let [low, high] = truncated_interval(0.03, 0.002);
-        assert!((low - (0.03 - TWO_SIDED * 0.002)).abs() < 1e-9);
-        assert!((high - (0.03 + TWO_SIDED * 0.002)).abs() < 1e-9);
+        assert_abs_diff_eq!(low, 0.03 - TWO_SIDED * 0.002, epsilon = 1e-9);
+        assert_abs_diff_eq!(high, 0.03 + TWO_SIDED * 0.002, epsilon = 1e-9);
     }
 
     #[test]
@@ -178,7 +179,7 @@ mod tests {
             }
         }
         assert!((0.95..0.96).contains(&covered), "{covered}");
-        assert!((alarms - FALSE_ALARM_RATE).abs() < 1e-5, "{alarms}");
+        assert_abs_diff_eq!(alarms, FALSE_ALARM_RATE, epsilon = 1e-5);
     }
 
     #[test]

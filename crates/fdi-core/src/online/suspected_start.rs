@@ -106,6 +106,7 @@ fn suspicion(which: usize, value: f64, distance: f64, moved: f64) -> Notice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn what_is_apart_of_a_column_is_found() {
@@ -113,7 +114,8 @@ mod tests {
         let column = [5.0, -7.0, 2.0, 0.0];
         let left = [1.0, 1.0, 3.0, 9.0];
         let (value, std) = apart(&others, &column, &left).unwrap();
-        assert!((value - 1.5).abs() < 1e-12 && (std - 0.5).abs() < 1e-12);
+        assert_abs_diff_eq!(value, 1.5, epsilon = 1e-12);
+        assert_abs_diff_eq!(std, 0.5, epsilon = 1e-12);
         assert!(apart(&others, &[1.0, 2.0, 0.0, 0.0], &left).is_none());
     }
 }

@@ -40,3 +40,13 @@ pub(crate) fn envelope_kind(envelope: Envelope) -> EnvelopeKind {
         _ => EnvelopeKind::ConductingPhase,
     }
 }
+
+/// The envelope of the simulation by its name in metadata.
+pub(crate) fn envelope_of(kind: EnvelopeKind) -> Envelope {
+    match kind {
+        EnvelopeKind::HalfAbsSum => Envelope::HalfAbsSum,
+        EnvelopeKind::SignedProjection => Envelope::SignedProjection,
+        EnvelopeKind::QAxis => Envelope::QAxis,
+        EnvelopeKind::ConductingPhase => Envelope::ConductingPhase,
+    }
+}

@@ -32,8 +32,8 @@ pub struct Experiment {
     /// Rate at which the low-fidelity model's current is sampled before it is filtered; `None`:
     /// that of the controller.
     pub phase_rate_hz: Option<f64>,
-    /// Numbers of the machine, of the test and of the sensors that are known only roughly; none for
-    /// a machine that is exactly its model file.
+    /// Tolerances of numbers of the machine, of the test and of the sensors; none for a machine
+    /// that is exactly its model file.
     pub tolerance: Vec<Tolerance>,
     /// How numbers of the machine follow the temperature of its winding, where that is known.
     pub temperature: Option<TemperatureLaw>,

@@ -86,7 +86,7 @@ impl SimulatedRecording {
     /// # Errors
     ///
     /// [`SimulatedRecordingError::TooFast`] beyond 10 MHz and beyond 40 million samples.
-    pub fn check_fastest(rate_hz: f64, duration_s: f64) -> Result<(), SimulatedRecordingError> {
+    fn check_fastest(rate_hz: f64, duration_s: f64) -> Result<(), SimulatedRecordingError> {
         let most_hz = FASTEST_PHASES_HZ.min(MOST_SAMPLES / duration_s);
         if rate_hz > most_hz {
             return Err(SimulatedRecordingError::TooFast { rate_hz, most_hz, duration_s });
@@ -117,6 +117,7 @@ impl SimulatedRecording {
         experiment: &Experiment,
         name: &str,
     ) -> Result<(Recording, VisitedRange), SimulatedRecordingError> {
+        self.check_most(experiment)?;
         let model = experiment
             .high_fidelity(self.start_angle_rad, self.imperfections)?
             .with_seed(self.controller_seed);
@@ -189,6 +190,7 @@ impl SimulatedRecording {
         experiment: &Experiment,
         name: &str,
     ) -> Result<(Recording, VisitedRange), SimulatedRecordingError> {
+        self.check_most(experiment)?;
         let scenario = Scenario {
             imperfections: self.imperfections,
             seed: self.controller_seed,
@@ -205,6 +207,14 @@ impl SimulatedRecording {
         let start_angle_rad = Some(self.start_angle_rad);
         let recording = envelope_recording(experiment, name, &current_a, rate_hz, start_angle_rad)?;
         Ok((recording, visited))
+    }
+
+    /// Refuses a rate that no converter has, or that leaves more samples than a recording holds.
+    fn check_most(&self, experiment: &Experiment) -> Result<(), SimulatedRecordingError> {
+        match self.phase_rate_hz {
+            Some(rate_hz) => Self::check_fastest(rate_hz, experiment.scenario.duration_s),
+            None => Ok(()),
+        }
     }
 
     /// Refuses a rate that leaves less than two of so many samples.

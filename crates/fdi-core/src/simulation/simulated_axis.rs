@@ -1,8 +1,9 @@
 //! Recordings of simulated servo axes.
 
 use ema_sim::{
-    AxisInput, AxisScenario, AxisStart, AxisTrace, Command, Drive, Feedback, Geometry, HealthState,
-    PhaseSensors, PhysicalFaults, ServoAxisSimulation, VisitedRange, model_file::AxisModel,
+    AxisInput, AxisScenario, AxisStart, AxisTrace, Command, CommandKind, Drive, Feedback, Geometry,
+    HealthState, PhaseSensors, PhysicalFaults, ServoAxisSimulation, VisitedRange,
+    model_file::AxisModel,
 };
 
 use recordings::{
@@ -157,6 +158,24 @@ pub fn with_current_noise(
     };
     let channels = recording.channels().iter().map(measured).collect::<Result<_, _>>()?;
     Recording::new(recording.name.clone(), recording.metadata.clone(), channels).map(Some)
+}
+
+/// Channel of a command of a machine in rad or m. A motion is asked for as a position, whatever
+/// controller follows it.
+pub fn command_channel(geometry: Geometry, kind: CommandKind) -> ChannelName {
+    let [position, speed] = command_channels(geometry);
+    match kind {
+        CommandKind::Speed => speed,
+        CommandKind::Position | CommandKind::Motion => position,
+    }
+}
+
+/// Channel of the load on the output of a machine: a torque or a force.
+pub fn load_channel(geometry: Geometry) -> ChannelName {
+    match geometry {
+        Geometry::Rotary => ChannelName::Load,
+        Geometry::Linear => ChannelName::Force,
+    }
 }
 
 /// Commanded position and commanded speed.

@@ -63,6 +63,7 @@ pub(crate) fn unit_noise_at_rate(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn law_variance_of_two_first_order_stages() {
@@ -75,7 +76,7 @@ mod tests {
         let want = core::f64::consts::FRAC_PI_2 * 200.0 / rate_hz;
         let got = covariance.at(99, 99);
         // the sampled filter differs from the continuous one by (2π·f_c/f_s)² relative
-        assert!((got / want - 1.0).abs() < 1e-4, "{got} {want}");
+        assert_abs_diff_eq!(got, want, epsilon = 1e-4 * want);
     }
 
     #[test]

@@ -5,8 +5,8 @@ use inference::{NotPositiveDefinite, dot};
 use crate::{
     offline::{bundle::StartAngle, factor::joined},
     online::{
-        error::DiagnoseError, noise_level::Noise, outcome::MISFIT_DEVIATIONS, posterior::Posterior,
-        run::Run,
+        answer::loud_notice, damage::TRAINED_LEVEL, error::DiagnoseError, noise_level::Noise,
+        outcome::MISFIT_DEVIATIONS, posterior::Posterior, run::Run,
     },
     report::{
         Fault, FaultId, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis,
@@ -163,6 +163,8 @@ impl Run<'_> {
             faults[6] = Fault::undetermined(FaultId::K7);
         }
         let hidden = hidden(&faults, since);
+        let limits = self.limits(noise, &faults);
+        let is_loud = limits.iter().any(|notice| notice.code == NoticeCode::NoiseAboveBundle);
         let is_found = findings.all.iter().any(|finding| finding.detected);
         let verdict = if unfinished {
             Verdict::Undetermined
@@ -170,12 +172,13 @@ impl Run<'_> {
             Verdict::ModelInadequate
         } else if is_found {
             Verdict::Faulty
-        } else if hidden.is_empty() {
+        } else if hidden.is_empty() && !is_loud {
             Verdict::Healthy
         } else {
             Verdict::Undetermined
         };
         let mut notices = notices(unfinished, &faults, verdict, &hidden, since);
+        notices.extend(limits);
         notices.extend(unit.map(unit_notice));
         (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
         let answer = RecordDiagnosis {
@@ -237,6 +240,27 @@ impl Run<'_> {
             None => alone,
         };
         Ok((joint, damage))
+    }
+}
+
+impl Run<'_> {
+    /// Notices of a recording that the learnt error does not know: its rate, its noise, its damage.
+    fn limits(&self, noise: Noise, faults: &[Fault]) -> Vec<Notice> {
+        let beyond = |fault: &&Fault| {
+            fault.detected == Some(true) && fault.value.is_some_and(|level| level > TRAINED_LEVEL)
+        };
+        let levels = &faults[..FaultId::K7 as usize];
+        let damage = levels.iter().find(beyond).map(|fault| Notice {
+            code: NoticeCode::OutsideTraining,
+            message: format!(
+                "{} lies beyond the {TRAINED_LEVEL} up to which the error of machines within \
+                 tolerances is learnt; the interval may be too narrow",
+                fault.id
+            ),
+        });
+        let expected_a = self.learnt.bundle.noise_a;
+        let all = [self.coarse_phases(), loud_notice(noise, expected_a), damage];
+        all.into_iter().flatten().collect()
     }
 }
 

@@ -18,6 +18,7 @@
 //!
 //! Likelihood ratio (Wilks, Ann. Math. Stat. 9, 1938), Bonferroni's inequality; `docs/models/units.md`.
 
+use ema_sim::{Parameter, UncertainNumber};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::ContinuousCDF;
 
@@ -136,6 +137,11 @@ impl Direction {
 
 const REFERENCES: [&str; 2] = ["recordings of the same unit as new", "recordings of other days"];
 
+const REFERENCES_OR_A_THERMOMETER: [&str; 2] = [
+    "recordings of the same unit as new, the winding's temperature, or the motor's voltage",
+    "the winding's temperature, or the motor's voltage",
+];
+
 /// The directions that a test of a machine can show.
 fn directions(layout: &Layout) -> Vec<Direction> {
     let count = layout.sought.len();
@@ -158,15 +164,15 @@ fn directions(layout: &Layout) -> Vec<Direction> {
     };
     let mut all = Vec::new();
     if has(0) {
-        all.push(single(0, "friction", &["k1", "transmission.kinetic-friction-n-m"]));
+        all.push(single(0, "friction", &["k1", Parameter::KINETIC_FRICTION.key()]));
     }
     if has(1) {
-        all.push(single(1, "play", &["k2", "transmission.backlash-rad"]));
+        all.push(single(1, "play", &["k2", Parameter::BACKLASH.key()]));
     }
     let phases: Vec<usize> = SHORTS.into_iter().filter(|&short| has(short)).collect();
     if let [short] = phases[..] {
         let fault = ["k3", "k4", "k5"][short - SHORTS[0]];
-        all.push(single(short, "torque-constant", &[fault, "motor.back-emf-v-s-per-rad"]));
+        all.push(single(short, "torque-constant", &[fault, Parameter::BACK_EMF.key()]));
     } else if phases.len() > 1 {
         for &short in &phases {
             let others = phases.iter().filter(|&&other| other != short);
@@ -176,7 +182,11 @@ fn directions(layout: &Layout) -> Vec<Direction> {
             let named = short - SHORTS[0];
             all.push(Direction {
                 id: ["imbalance-a", "imbalance-b", "imbalance-c"][named],
-                members: vec![["k3", "k4", "k5"][named], "as-built.turns", "sensors.phase-gain"],
+                members: vec![
+                    ["k3", "k4", "k5"][named],
+                    UncertainNumber::Turns.key(),
+                    UncertainNumber::PhaseGain.key(),
+                ],
                 weights: vec![along(&pairs)],
                 faults: vec![FaultId::ALL[short]],
                 would_tell: REFERENCES,
@@ -186,21 +196,23 @@ fn directions(layout: &Layout) -> Vec<Direction> {
         let pairs: Vec<(usize, f64)> = phases.iter().map(|&short| (short, share)).collect();
         all.push(Direction {
             id: "torque-constant",
-            members: vec!["k3", "k4", "k5", "motor.back-emf-v-s-per-rad", "sensors.phase-gain"],
+            members: vec![
+                "k3",
+                "k4",
+                "k5",
+                Parameter::BACK_EMF.key(),
+                UncertainNumber::PhaseGain.key(),
+            ],
             weights: vec![along(&pairs)],
             // which of the phases it is, imbalances say
             faults: Vec::new(),
-            would_tell: [
-                "recordings of the same unit as new, the winding's temperature, or the motor's \
-                 voltage",
-                "the winding's temperature, or the motor's voltage",
-            ],
+            would_tell: REFERENCES_OR_A_THERMOMETER,
         });
     }
     if ECCENTRICITY.into_iter().all(has) {
         all.push(Direction {
             id: "eccentricity",
-            members: vec!["k6", "as-built.eccentricity"],
+            members: vec!["k6", UncertainNumber::Eccentricity.key()],
             weights: ECCENTRICITY.iter().map(|&one| along(&[(one, 1.0)])).collect(),
             faults: vec![FaultId::K6],
             would_tell: REFERENCES,

@@ -1,8 +1,8 @@
 //! The unknowns of a unit: damage looked for and numbers with a tolerance.
 
 use ema_sim::{
-    FAULT_COUNT, FaultCoordinates, Level, Parameter, TemperatureLaw, ThermalNumber, Tolerance,
-    UncertainNumber,
+    Block, FAULT_COUNT, FaultCoordinates, Level, Parameter, TemperatureLaw, ThermalNumber,
+    Tolerance, UncertainNumber,
 };
 
 use crate::simulation::experiment::Experiment;
@@ -81,9 +81,9 @@ impl Acts {
                 Some(Component::Motor)
             }
             Self::Load | Self::Temperature | Self::Coefficient(_) => None,
-            Self::Other(parameter) => match parameter.key().split_once('.') {
-                Some(("motor", _)) => Some(Component::Motor),
-                Some(("transmission", _)) => Some(Component::Gear),
+            Self::Other(parameter) => match parameter.block() {
+                Block::Motor => Some(Component::Motor),
+                Block::Transmission => Some(Component::Gear),
                 _ => None,
             },
         }
@@ -274,17 +274,18 @@ fn numbers_of(tolerance: &Tolerance) -> Vec<UnitNumber> {
 
 /// Part of the machine that a parameter of the model file is.
 fn acts_of(parameter: &'static Parameter) -> Acts {
-    match parameter.key() {
-        "motor.back-emf-v-s-per-rad" => Acts::TorqueConstant,
-        "motor.inertia-kg-m2" => Acts::MotorInertia,
-        "motor.viscous-n-m-s-per-rad" => Acts::Viscous,
-        "transmission.surface-inertia-kg-m2" => Acts::SurfaceInertia,
-        "transmission.kinetic-friction-n-m" => Acts::DryFriction,
+    let known = [
+        (Parameter::BACK_EMF, Acts::TorqueConstant),
+        (Parameter::MOTOR_INERTIA, Acts::MotorInertia),
+        (Parameter::VISCOUS, Acts::Viscous),
+        (Parameter::SURFACE_INERTIA, Acts::SurfaceInertia),
+        (Parameter::KINETIC_FRICTION, Acts::DryFriction),
         // a file that gives both says of this one how the ratio may be off
-        "transmission.static-friction-n-m" => Acts::StaticOverKinetic,
-        "transmission.surface-friction-n-m" => Acts::SurfaceFriction,
-        "transmission.backlash-rad" => Acts::Play,
-        "transmission.efficiency-ratio" => Acts::Efficiency,
-        _ => Acts::Other(parameter),
-    }
+        (Parameter::STATIC_FRICTION, Acts::StaticOverKinetic),
+        (Parameter::SURFACE_FRICTION, Acts::SurfaceFriction),
+        (Parameter::BACKLASH, Acts::Play),
+        (Parameter::EFFICIENCY, Acts::Efficiency),
+    ];
+    let own = known.into_iter().find(|(one, _)| one == parameter);
+    own.map_or(Acts::Other(parameter), |(_, acts)| acts)
 }

@@ -144,9 +144,7 @@ impl Diagnoser {
                     updated.take(recording, evidence, UnitState::Since)?;
                 }
                 (Verdict::Faulty, _) => {
-                    let found = answer.findings.iter().filter(|finding| finding.detected);
-                    let found: Vec<String> = found.map(Finding::label).collect();
-                    let reason = format!("{} detected", found.join(", "));
+                    let reason = format!("{} detected", detected(&answer).join(", "));
                     left_out.push(NotLearnt { name, reason });
                 }
                 _ => {
@@ -250,6 +248,18 @@ impl LearntUnit {
 
 fn failed(recording: &Recording, reason: DiagnoseError) -> UnitLearningError {
     UnitLearningError::Recording { name: recording.name.clone(), reason: Box::new(reason) }
+}
+
+/// Labels of the findings that are detected, of an answer without findings names of the faults.
+fn detected(answer: &RecordDiagnosis) -> Vec<String> {
+    let findings = answer.findings.iter().filter(|finding| finding.detected);
+    let found: Vec<String> = findings.map(Finding::label).collect();
+    if found.is_empty() {
+        let faults = answer.faults.iter().filter(|fault| fault.detected == Some(true));
+        faults.map(|fault| fault.name.clone()).collect()
+    } else {
+        found
+    }
 }
 
 /// Reason for which nothing is learnt from a recording.

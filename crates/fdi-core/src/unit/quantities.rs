@@ -54,8 +54,6 @@ const EFFICIENCY: usize = 12;
 /// Quantities before those of other parameters.
 const FIXED: usize = 13;
 
-/// Key of the parameter that follows the temperature beside the quantities.
-const RESISTANCE: &str = "motor.resistance-ohm";
 /// Least share of turns, friction and play: below, a machine has no equation.
 const LEAST_RATIO: f64 = 0.01;
 /// Relative change of a parameter that a test is asked about.
@@ -92,7 +90,8 @@ impl Quantities {
         for number in &layout.numbers {
             let moved = match number.acts {
                 Acts::Other(parameter) => Some(parameter),
-                Acts::Temperature => Parameter::find(RESISTANCE),
+                // what follows the temperature beside the quantities
+                Acts::Temperature => Some(&Parameter::RESISTANCE),
                 _ => None,
             };
             others.extend(moved.filter(|parameter| !others.contains(parameter)));
@@ -205,7 +204,7 @@ impl Quantities {
         torque_constant += warm[ThermalNumber::BackEmf as usize];
         all[FRICTION] += warm[ThermalNumber::DryFriction as usize];
         all[VISCOUS] += warm[ThermalNumber::Viscous as usize];
-        if let Some(place) = self.others.iter().position(|other| other.key() == RESISTANCE) {
+        if let Some(place) = self.others.iter().position(|other| **other == Parameter::RESISTANCE) {
             all[FIXED + place] += warm[ThermalNumber::Resistance as usize];
         }
         for (number, value) in self.layout.at(point) {

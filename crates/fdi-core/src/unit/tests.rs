@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use ema_sim::{FaultCoordinates, Level, Spread, Tolerance, UncertainNumber, presets};
 use inference::BandedMatrix;
 
@@ -82,11 +83,11 @@ fn what_the_current_cannot_tell_is_left_to_the_tolerances() {
     // constant that the inertia tells to its 3 %
     // and 15 K of temperature add 0.5·15 K of (0.4 % less 0.11 %, and 0.1 % uncertain)
     let friction = 0.5 * 0.20_f64.hypot(0.03).hypot(0.03);
-    assert!((std(0) / friction - 1.0).abs() < 0.05, "{}", std(0));
+    assert_abs_diff_eq!(std(0) / friction, 1.0, epsilon = 0.05);
     // k2 of 0.01 is a play twice as wide, 30 %
-    assert!((std(1) / (0.30 / 99.0) - 1.0).abs() < 0.02, "{}", std(1));
+    assert_abs_diff_eq!(std(1) / (0.30 / 99.0), 1.0, epsilon = 0.02);
     // eccentricity as built, 2 % over both directions
-    assert!((std(5) / (0.02 / 2f64.sqrt()) - 1.0).abs() < 0.01, "{}", std(5));
+    assert_abs_diff_eq!(std(5) / (0.02 / 2f64.sqrt()), 1.0, epsilon = 0.01);
 }
 
 #[test]
@@ -266,6 +267,7 @@ fn levels_of_one_number_add_in_squares() {
     let tolerance = vec![of(Level::Unit, 0.03), of(Level::Session, 0.04)];
     let quantities = Quantities::new(&Experiment { tolerance, ..Experiment::chirp() });
     let numbers = &quantities.layout().numbers;
-    assert!(numbers.len() == 1 && (numbers[0].scatter.together() - 0.05).abs() < 1e-12);
+    assert_eq!(numbers.len(), 1);
+    assert_abs_diff_eq!(numbers[0].scatter.together(), 0.05, epsilon = 1e-12);
     assert!(presets::ema_48_tolerance().len() > numbers.len());
 }

@@ -56,7 +56,7 @@ pub struct DatasetSummary {
 /// An encoding that a bundle holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EncodingSummary {
-    /// Its name.
+    /// Name of the encoding.
     pub name: Encoding,
     /// Numbers that it makes of a recording.
     pub size: u64,

@@ -35,9 +35,9 @@ pub struct CalibratedParameter {
     pub nominal: f64,
     /// By the recordings.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the value.
     pub std: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of the value.
     pub interval_95: [f64; 2],
     /// True where the recordings determine it; if not the model keeps the nominal value.
     pub determined: bool,

@@ -119,12 +119,12 @@ pub enum Status {
 pub enum Verdict {
     /// No fault vector explains the recording to noise and learnt error.
     ModelInadequate,
-    /// A fault is detected.
+    /// A fault or a finding is detected.
     Faulty,
-    /// None of the faults looked for is detected, and k1 to k6 of them are all decided.
+    /// Nothing looked for is detected, and k1 to k6 of it are all decided.
     Healthy,
-    /// None is detected, and one of k1 to k6 is not determined, noise could hide a level, or the
-    /// search did not finish.
+    /// Nothing is detected, and one of k1 to k6 is not determined, noise or tolerances could hide a
+    /// level, or the search did not finish.
     Undetermined,
 }
 

@@ -18,7 +18,7 @@ pub struct EffectCatalogue {
 /// One effect of the catalogue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CatalogueEffect {
-    /// Symbol, `E01` to `E25`; `U` for a measured curve.
+    /// Symbol, `E` and a number; `U` for a measured curve.
     pub id: String,
     /// An engineer's name for it.
     pub name: String,

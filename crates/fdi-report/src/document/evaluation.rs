@@ -47,7 +47,7 @@ pub struct EvaluationSettings {
 /// How a method did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MethodEvaluation {
-    /// Its name.
+    /// Name of the method.
     pub method: String,
     /// Mean over the faults of the median percentage error.
     pub average_percent: f64,

@@ -28,13 +28,13 @@ pub struct Explanation {
     /// Effects that explain the recordings as well as one of `effects`.
     pub alternatives: Vec<EffectFinding>,
     /// Catalogue identifiers of effects that these recordings cannot tell from damage or from
-    /// what the model file calls roughly known.
+    /// numbers within their tolerance.
     pub absorbed: Vec<String>,
     /// Residual of the recordings that were not fitted.
     pub holdout: Option<Holdout>,
     /// Fault levels, `k1` to `k6`, without and with what was found.
     pub faults: BTreeMap<String, FaultBeforeAfter>,
-    /// Numbers of the model that are roughly known, as fitted.
+    /// Numbers of the model with a tolerance, as fitted.
     pub nominal: BTreeMap<String, NominalChange>,
     /// How well each recording is explained without and with the effects.
     pub records: Vec<RecordFit>,
@@ -61,7 +61,7 @@ pub struct Explanation {
 pub enum ExplanationVerdict {
     /// The model explains the recordings to the noise.
     Adequate,
-    /// It does with the effects named.
+    /// The model explains the recordings with the effects named.
     Named,
     /// Effects are named, and something is left.
     NamedWithRemainder,
@@ -86,13 +86,13 @@ pub struct EffectFinding {
     pub port: String,
     /// Effects of one class differ in the form of the same curve.
     pub class: String,
-    /// Its numbers, by keys that carry the unit.
+    /// Numbers of the effect, by keys that carry the unit.
     pub parameters: BTreeMap<String, EffectNumber>,
     /// Chance that noise alone makes any effect of the catalogue score as much.
     pub p_familywise: f64,
     /// Gain in log-likelihood on recordings that were not fitted.
     pub holdout_gain_nats: f64,
-    /// Its standard error.
+    /// Standard error of the gain held out.
     pub holdout_gain_se: f64,
     /// Evidence that tells it from its look-alikes.
     pub separated_by: String,
@@ -104,7 +104,7 @@ pub struct EffectFinding {
 /// A number of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectNumber {
-    /// Its value.
+    /// Value of the number.
     pub value: f64,
     /// 95 % interval, where it was fitted.
     pub interval_95: Option<[f64; 2]>,
@@ -130,15 +130,15 @@ pub struct Holdout {
 pub struct FaultBeforeAfter {
     /// With the nominal model.
     pub before: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the level before.
     pub std_before: f64,
-    /// Its 95 % interval, within what a level can be.
+    /// 95 % interval of the level before, within what a level can be.
     pub interval_95_before: [f64; 2],
     /// With the effects.
     pub after: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the level after.
     pub std_after: f64,
-    /// Its 95 % interval, which holds those of all explanations that are left open.
+    /// 95 % interval of the level after, which holds those of all explanations that are left open.
     pub interval_95_after: [f64; 2],
 }
 
@@ -153,7 +153,7 @@ impl FaultBeforeAfter {
     }
 }
 
-/// A roughly known number of the model.
+/// Number of the model with a tolerance, before and after the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NominalChange {
     /// In the model file.
@@ -207,7 +207,7 @@ pub struct CoordinateShare {
 pub struct Sensitivity {
     /// Catalogue identifier.
     pub id: String,
-    /// Its number.
+    /// Key of the number that is the size.
     pub parameter: String,
     /// The size that is named nine times in ten.
     pub smallest_named_90: f64,
@@ -226,7 +226,7 @@ pub struct HypothesisOutcome {
     pub standing: Standing,
     /// Decimal logarithm of the chance that noise alone scores as much for this effect.
     pub log10_p: f64,
-    /// Share of what the effect does that damage and roughly known numbers cannot imitate.
+    /// Share of what the effect does that damage and numbers within their tolerance cannot imitate.
     pub visible_share: f64,
     /// Result of the refit, for the best of the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -252,7 +252,7 @@ pub enum Standing {
 pub struct HypothesisRefit {
     /// Gain in log-likelihood on recordings that were not fitted.
     pub holdout_gain_nats: f64,
-    /// Its standard error.
+    /// Standard error of the gain held out.
     pub holdout_gain_se: f64,
     /// Gain in evidence on those that were.
     pub evidence_nats: f64,
@@ -279,7 +279,7 @@ pub struct ResidualCurve {
 /// A bin of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurveBin {
-    /// Its middle, in the unit of the coordinate.
+    /// Middle of the bin, in the unit of the coordinate.
     pub centre: f64,
     /// Samples in it.
     pub samples: u64,

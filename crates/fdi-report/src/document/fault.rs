@@ -79,9 +79,9 @@ pub struct Fault {
     pub name: String,
     /// The level, 0 to 1.
     pub value: Option<f64>,
-    /// Its standard deviation.
+    /// Standard deviation of the level.
     pub std: Option<f64>,
-    /// Its 95 % interval; for k7 read upward on the circle, where 1 is 0.
+    /// 95 % interval of the level; for k7 read upward on the circle, where 1 is 0.
     pub interval_95: Option<[f64; 2]>,
     /// True where the fault is there; left out for k7 and for what is not determined.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -19,7 +19,7 @@ pub struct Finding {
     pub value: f64,
     /// Standard deviation of the size: what recording and tolerances leave open together.
     pub std: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of the size.
     pub interval_95: [f64; 2],
     /// True where neither noise nor tolerances explain the size.
     pub detected: bool,

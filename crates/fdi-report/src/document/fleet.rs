@@ -73,7 +73,7 @@ pub struct FaultChange {
     pub id: FaultId,
     /// The level.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the level.
     pub std: f64,
     /// The level less that of the reference; left out where the reference does not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -125,6 +125,7 @@ pub struct Slope {
     pub id: FaultId,
     /// Level gained in a day.
     pub per_day: f64,
-    /// Its standard deviation, if the stated ones are right and the level goes straight.
+    /// Standard deviation of the slope, if those of the levels are right and the level goes
+    /// straight.
     pub per_day_std: f64,
 }

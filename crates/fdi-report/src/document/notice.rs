@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Notice {
     /// Kind of notice.
     pub code: NoticeCode,
-    /// It in words.
+    /// Text of the notice.
     pub message: String,
 }
 
@@ -36,7 +36,9 @@ pub enum NoticeCode {
     EmulatorReplaced,
     /// The phases are sampled more slowly than the intervals and the test of fit know.
     PhasesSampledSlowly,
-    /// Noise on the phases could hide levels where nothing is detected.
+    /// The noise on the phases is far above what the bundle expects.
+    NoiseAboveBundle,
+    /// Noise on the phases could hide a level beyond the incipient ones where nothing is detected.
     NoiseHidesLevels,
     /// The start of the test was estimated with the faults.
     StartEstimated,
@@ -56,7 +58,7 @@ pub enum NoticeCode {
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -65,6 +67,7 @@ impl NoticeCode {
         Self::StartAngleNotLearnt,
         Self::EmulatorReplaced,
         Self::PhasesSampledSlowly,
+        Self::NoiseAboveBundle,
         Self::NoiseHidesLevels,
         Self::StartEstimated,
         Self::StartSuspected,
@@ -86,6 +89,7 @@ impl NoticeCode {
             Self::StartAngleNotLearnt => "start-angle-not-learnt",
             Self::EmulatorReplaced => "emulator-replaced",
             Self::PhasesSampledSlowly => "phases-sampled-slowly",
+            Self::NoiseAboveBundle => "noise-above-bundle",
             Self::NoiseHidesLevels => "noise-hides-levels",
             Self::StartEstimated => "start-estimated",
             Self::StartSuspected => "start-suspected",

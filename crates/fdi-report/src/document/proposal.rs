@@ -31,7 +31,7 @@ pub struct Proposal {
 pub struct ProposedRecording {
     /// Course of the machine in the test.
     pub description: String,
-    /// Its length, s.
+    /// Length of the recording, s.
     pub duration_s: f64,
     /// Least of the separations.
     pub separation: f64,

@@ -19,9 +19,9 @@ const FIGURES_SHOWN: usize = 12;
 /// A setting that is not left at its default.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SettingRow {
-    /// Its name, `diagnose.noise-a`.
+    /// Name of the setting, `diagnose.noise-a`.
     pub name: String,
-    /// Its value.
+    /// Value of the setting.
     pub value: String,
     /// Where the value is from: a flag, a variable, or a file with the line.
     pub origin: String,

@@ -183,7 +183,7 @@ fn residual(answer: &Explanation) -> Option<Section> {
     section("The residual, before and after", blocks.into_iter().flatten().collect())
 }
 
-/// Damage and roughly known numbers, before and after.
+/// Damage and numbers with a tolerance, before and after.
 fn faults(answer: &Explanation) -> Option<Section> {
     let caption = "Fault levels with the nominal model and with what was found: what a model \
                    misses shows up in its levels, as damage that is not there or too little of \
@@ -208,14 +208,14 @@ fn faults(answer: &Explanation) -> Option<Section> {
             ]
         };
         blocks.push(Block::Table(Table {
-            caption: "Numbers that the model file calls roughly known, as fitted together with \
+            caption: "Numbers to which the model file gives a tolerance, as fitted together with \
                       what was found."
                 .to_owned(),
             columns,
             rows: answer.nominal.iter().map(row).collect(),
         }));
     }
-    section("Fault levels and roughly known numbers", blocks)
+    section("Fault levels and numbers with a tolerance", blocks)
 }
 
 /// How well each recording is explained.
@@ -291,8 +291,8 @@ fn hypotheses(answer: &Explanation) -> Option<Section> {
     let table = Table {
         caption: "Every effect of the catalogue against the nominal model, best first: decimal \
                   logarithm of the chance that noise alone scores as much for it; share of it that \
-                  damage and roughly known numbers cannot imitate; and, for the best, what fitting \
-                  it together with everything else gained. An effect may be found only after \
+                  damage and numbers within their tolerance cannot imitate; and, for the best, what \
+                  fitting it together with everything else gained. An effect may be found only after \
                   another has been added."
             .to_owned(),
         columns,

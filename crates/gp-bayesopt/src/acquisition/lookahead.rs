@@ -32,7 +32,7 @@ pub enum Fantasies {
     MonteCarlo {
         /// Number of draws.
         draws: usize,
-        /// Their seed.
+        /// Seed of the draws.
         seed: u64,
     },
 }

@@ -367,6 +367,7 @@ impl NullaryFnOnce for LowerKernel<'_> {
 mod tests {
     use super::*;
     use crate::random::{Purpose, Stream};
+    use approx::assert_abs_diff_eq;
 
     /// Backward error of Cholesky and triangular inversion for a matrix of
     /// condition below 100: a modest multiple of n·ε.
@@ -414,7 +415,7 @@ mod tests {
         grown.append(&column, a[n * n - 1]).unwrap();
         let whole = factor(a, n).unwrap();
         for (x, y) in grown.upper.iter().zip(&whole.upper) {
-            assert!((x - y).abs() < RECONSTRUCTION_ABS);
+            assert_abs_diff_eq!(x, y, epsilon = RECONSTRUCTION_ABS);
         }
     }
 
@@ -427,14 +428,14 @@ mod tests {
         f.solve(&mut v);
         for i in 0..n {
             let back: f64 = (0..n).map(|j| a[i * n + j] * v[j]).sum();
-            assert!((back - i as f64).abs() < 1e-10);
+            assert_abs_diff_eq!(back, i as f64, epsilon = 1e-10);
         }
         let mut many: Vec<f64> = (0..n).flat_map(|i| [i as f64, 1.0, -2.0 * i as f64]).collect();
         f.solve_lower_many(&mut many, 3);
         let mut one: Vec<f64> = (0..n).map(|i| i as f64).collect();
         f.solve_lower(&mut one);
         for i in 0..n {
-            assert!((many[3 * i] - one[i]).abs() < RECONSTRUCTION_ABS * n as f64);
+            assert_abs_diff_eq!(many[3 * i], one[i], epsilon = RECONSTRUCTION_ABS * n as f64);
         }
     }
 }

@@ -104,13 +104,14 @@ fn back_substitute(a: &[f64], rows: usize, columns: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn solves_a_square_system() {
         let j = Matrix::from_rows(&[vec![2.0, 1.0], vec![1.0, 3.0]]).unwrap();
         let walls = Walls { lower: vec![-1e9; 2], upper: vec![1e9; 2] };
         let s = damped_step(&j, &[-5.0, -10.0], &[0.0, 0.0], &walls);
-        assert!((s[0] - 1.0).abs() < 1e-14 && (s[1] - 3.0).abs() < 1e-14, "{s:?}");
+        assert_abs_diff_eq!(s[..], [1.0, 3.0][..], epsilon = 1e-14);
     }
 
     #[test]
@@ -119,6 +120,6 @@ mod tests {
         let j = Matrix::from_rows(&[vec![1.0, 1.0], vec![1.0, -1.0]]).unwrap();
         let walls = Walls { lower: vec![-9.0; 2], upper: vec![1.0, 9.0] };
         let s = damped_step(&j, &[-4.0, 0.0], &[0.0, 0.0], &walls);
-        assert!((s[0] - 1.0).abs() < 1e-14 && (s[1] - 2.0).abs() < 1e-14, "{s:?}");
+        assert_abs_diff_eq!(s[..], [1.0, 2.0][..], epsilon = 1e-14);
     }
 }

@@ -49,9 +49,9 @@ pub enum Ask {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Told {
-    /// It informs the surrogate.
+    /// An outcome that informs the surrogate.
     Used,
-    /// It was not finite, or [`Outcome::Failed`]; it is kept as failed.
+    /// An outcome that was not finite, or [`Outcome::Failed`]; it is kept as failed.
     Failed,
 }
 
@@ -74,7 +74,7 @@ pub struct Best {
 pub struct StudyState {
     /// Points told, in order.
     pub points: Vec<Vec<f64>>,
-    /// Their outcomes.
+    /// Outcomes of the points.
     pub outcomes: Vec<Outcome>,
     /// How many of them, from the front, came from earlier runs.
     pub earlier: usize,

@@ -91,7 +91,7 @@ fn law_norm_improvement() {
                 );
                 if !unequal {
                     let closed = NormImprovement.of_shared_std(&mean, spread, best).unwrap();
-                    assert!((closed - drawn).abs() < allowed, "{closed} {drawn}");
+                    assert_abs_diff_eq!(closed, drawn, epsilon = allowed);
                 }
             }
         }

@@ -28,7 +28,7 @@ const FINEST_CLOCK_DECIMALS: i32 = 9;
 pub(super) struct Head {
     /// Group of columns with one time axis; `None` where all columns share one.
     pub(super) group: Option<String>,
-    /// Its own name.
+    /// Name of the column, without its group.
     pub(super) name: String,
     /// Group and name as the format's other programs join them.
     pub(super) path: String,
@@ -109,7 +109,7 @@ impl Samples {
 
 /// A file that is not text, open for reading.
 pub(super) trait Container {
-    /// Its columns.
+    /// Columns of the file.
     fn heads(&self) -> &[Head];
 
     /// Properties that the file states.

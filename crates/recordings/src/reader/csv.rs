@@ -160,7 +160,7 @@ struct KnownColumn {
     name: ChannelName,
     factor: f64,
     values: Vec<f64>,
-    /// Its own times, once a cell was empty; until then it has those of all rows.
+    /// Times of the cells that are not empty, once one was empty; until then those of all rows hold.
     own_times_s: Option<Vec<f64>>,
 }
 

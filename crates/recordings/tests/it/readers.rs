@@ -2,6 +2,7 @@
 //!
 //! `fixtures/references/readers` has the script and the versions.
 
+use approx::assert_abs_diff_eq;
 use std::path::PathBuf;
 
 use recordings::{ChannelName, ColumnMap, FileFormat, OtherColumn, RecordError, Recording};
@@ -181,7 +182,7 @@ mod mf4 {
         let want = twin.channel(ChannelName::PhaseACurrent).unwrap().values();
         let got = file.channel(ChannelName::Current).unwrap().values();
         for (got, want) in got.iter().zip(want) {
-            assert!((got - want).abs() <= 10.0 / 4095.0 + AGREEMENT_ABS);
+            assert_abs_diff_eq!(got, want, epsilon = 10.0 / 4095.0 + AGREEMENT_ABS);
         }
         let error = read("asammdf-plain.mf4", &["current_a=adc/remark"]).unwrap_err();
         assert_eq!(error.to_string(), "column `adc/remark` holds text, expected numbers");
@@ -222,9 +223,9 @@ mod tdms {
         let want = twin.channel(ChannelName::PhaseACurrent).unwrap();
         let counts = read("nptdms-time.tdms", &["current_a=counts"]).unwrap();
         let got = counts.channel(ChannelName::Current).unwrap();
-        assert!(
-            got.values().iter().zip(want.values()).all(|(a, b)| (a - b).abs() <= 0.0005 + 1e-9)
-        );
+        for (got, want) in got.values().iter().zip(want.values()) {
+            assert_abs_diff_eq!(got, want, epsilon = 0.0005 + 1e-9);
+        }
         let stamped = read("nptdms-time.tdms", &["time_s=stamp", "current_a=stamped/ia"]).unwrap();
         let got = stamped.channel(ChannelName::Current).unwrap();
         // 2⁻²⁴ of the value, in single precision; microseconds in the file

@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{
     CompressionConfig, CompressionError, CompressionMap, DmdConfig, Encoder, Encoding, Grid,
     LengthError, Matrix, NoiseCovariance, NoiseModel, PartsError, Placement, RankRule, Regression,
@@ -199,7 +200,9 @@ fn signals_that_differ_by_a_constant_compress() {
     let map = CompressionMap::fit(&(&flat).into(), &config(Encoding::Modes)).unwrap();
     assert_eq!(map.encoded_len(), 1);
     let decoded = map.decode(&map.encode(flat.snapshot(4)).unwrap()).unwrap();
-    assert!(decoded.iter().all(|value| (value - 4.0).abs() < 1e-13));
+    for value in decoded {
+        assert_abs_diff_eq!(value, 4.0, epsilon = 1e-13);
+    }
 }
 
 #[test]

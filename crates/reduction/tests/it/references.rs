@@ -78,7 +78,7 @@ fn versus_numpy_singular_values() {
     let svd = thin_svd(&field()).unwrap();
     for (found, expected) in svd.singular_values().iter().zip(&table) {
         // Absolute error of singular values is a modest multiple of ε·σ₁.
-        assert!((found - expected[0]).abs() < 1e-13 * table[0][0]);
+        assert_abs_diff_eq!(*found, expected[0], epsilon = 1e-13 * table[0][0]);
     }
 }
 

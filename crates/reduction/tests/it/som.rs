@@ -54,7 +54,7 @@ fn four_separated_clusters_get_a_neuron_each() {
         assert!(map.quantisation_error(&samples).unwrap() < 0.02);
         // Diagonal neighbours count: (10 + 10 + 14.14)/3.
         for distance in map.u_matrix() {
-            assert!((distance - 11.38).abs() < 0.05, "{distance}");
+            assert_abs_diff_eq!(distance, 11.38, epsilon = 0.05);
         }
     }
 }

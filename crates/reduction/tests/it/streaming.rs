@@ -1,3 +1,4 @@
+use approx::assert_abs_diff_eq;
 use reduction::{
     RandomisedConfig, Snapshots, StreamingConfig, StreamingError, StreamingSvd, Svd, SvdError,
     randomised_svd, thin_svd,
@@ -107,7 +108,7 @@ fn streaming_of_fewer_locations_than_directions_is_exact() {
     assert_eq!(streamed.singular_values().len(), 8);
     assert_eq!(streamed.dropped(), 0.0);
     for (found, expected) in streamed.singular_values().iter().zip(direct.singular_values()) {
-        assert!((found - expected).abs() < 1e-12 * direct.singular_values()[0]);
+        assert_abs_diff_eq!(found, expected, epsilon = 1e-12 * direct.singular_values()[0]);
     }
 }
 

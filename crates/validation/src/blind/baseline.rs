@@ -2,7 +2,8 @@
 //! thresholded least squares, and the least held-out rms.
 //!
 //! Each regresses the torque residual of the nominal machine, from measured current, position and
-//! known load, on expert features of the catalogue's effects, with rough numbers and faults free.
+//! known load, on expert features of the catalogue's effects, with nuisance parameters and faults
+//! free.
 
 mod design;
 mod feature;

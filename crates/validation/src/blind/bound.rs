@@ -47,15 +47,16 @@ fn quantile(a: f64, b: f64, level: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     /// Without hits the bound solves (1 − p)ⁿ = 0.05.
     #[test]
     fn law_bounds_of_none_and_all() {
         let none = Rate { hits: 0, of: 60 };
-        assert!((none.at_most() - (1.0 - 0.05_f64.powf(1.0 / 60.0))).abs() < 1e-9);
+        assert_abs_diff_eq!(none.at_most(), 1.0 - 0.05_f64.powf(1.0 / 60.0), epsilon = 1e-9);
         assert_eq!(none.at_least(), 0.0);
         let all = Rate { hits: 60, of: 60 };
-        assert!((all.at_least() - 0.05_f64.powf(1.0 / 60.0)).abs() < 1e-9);
+        assert_abs_diff_eq!(all.at_least(), 0.05_f64.powf(1.0 / 60.0), epsilon = 1e-9);
         assert_eq!(all.at_most(), 1.0);
     }
 
@@ -71,7 +72,7 @@ mod tests {
                 })
                 .sum()
         };
-        assert!((tail(rate.at_most(), 0..=3) - 0.05).abs() < 1e-9);
-        assert!((tail(rate.at_least(), 3..=40) - 0.05).abs() < 1e-9);
+        assert_abs_diff_eq!(tail(rate.at_most(), 0..=3), 0.05, epsilon = 1e-9);
+        assert_abs_diff_eq!(tail(rate.at_least(), 3..=40), 0.05, epsilon = 1e-9);
     }
 }

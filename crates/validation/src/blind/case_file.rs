@@ -33,7 +33,7 @@ pub(crate) struct Hidden {
     pub(crate) size: f64,
     pub(crate) form: String,
     pub(crate) lambda: f64,
-    /// Lambda by slopes over faults and rough numbers alone.
+    /// Lambda by slopes over faults and nuisance parameters alone.
     pub(crate) lambda_by_slopes: f64,
     pub(crate) visible: bool,
     pub(crate) own_share: f64,

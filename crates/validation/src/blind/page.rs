@@ -203,7 +203,7 @@ fn power(text: &mut String, lines: &[Line]) {
     let imitated = score::imitated_singles(lines);
     let _ = writeln!(
         text,
-        "\nVisible by slopes over faults and rough numbers alone, and not when they follow their own course: {} singles, {} of them named right.\n",
+        "\nVisible by slopes over faults and nuisance parameters alone, and not when they follow their own course: {} singles, {} of them named right.\n",
         imitated.of, imitated.hits,
     );
 }

@@ -152,9 +152,9 @@ const NORMAL_95: f64 = 1.959_963_984_540_054;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pooled<'a> {
     All,
-    /// Those of one fault.
+    /// Levels of one fault.
     Of(&'a str),
-    /// Those that by the generator's slopes the effect shifts by more than the half width of the
+    /// Levels that by the generator's slopes the effect shifts by more than the half width of the
     /// interval given for them in the end.
     Moved,
 }
@@ -433,6 +433,7 @@ pub(crate) fn verdicts(lines: &[Line]) -> std::collections::BTreeMap<(String, St
 mod tests {
     use super::*;
     use crate::blind::case_file::{Fault, Hidden, Named, Truth};
+    use approx::assert_abs_diff_eq;
 
     fn line(class: &str, hidden: &[&str], verdict: &str, effects: &[&str]) -> Line {
         let named = |ids: &[&str]| {
@@ -649,7 +650,8 @@ mod tests {
         let lines = [good, line("single", &["E01"], "inconclusive", &[])];
         let of = |pooled| fault_errors(&lines.iter().collect::<Vec<_>>(), pooled);
         let errors = of(Pooled::All);
-        assert!((errors.before[0] - 0.1).abs() < 1e-12 && (errors.after[0] - 0.01).abs() < 1e-12);
+        assert_abs_diff_eq!(errors.before[0], 0.1, epsilon = 1e-12);
+        assert_abs_diff_eq!(errors.after[0], 0.01, epsilon = 1e-12);
         assert_eq!((errors.covered, errors.missing), (Rate { hits: 1, of: 2 }, 1));
         // shifted by a tenth, of an interval of two hundredths either way; the other by nothing
         assert_eq!(of(Pooled::Moved).covered, Rate { hits: 1, of: 1 });

@@ -455,7 +455,7 @@ fn with_noise(page: &mut Rendered) -> Result<()> {
         page.markdown,
         "\n### Probability of detection\n\n\
          By level, in twelve parts of [0, 0.05]; {MANY_SNAPSHOTS} + 100 snapshots. The first part begins at 0.002,\n\
-         the least level of a condition. Drawn in `figures/detection-*.svg`, the hardest here:\n\n\
+         the least level of a condition. Drawn in `figures/detection-*.svg`, that of 2 kHz with real electronics here:\n\n\
          ![probability of detection against the level](figures/detection-2-khz-real.svg)\n\n\
          | setting | fault | {} |\n|{}",
         (0..12)

@@ -11,7 +11,7 @@ use ema_sim::{
 };
 use greybox::{CommandKind, Explained, Options, Record, Recordings, explain};
 
-use super::{figure::Figure, measured::verdict};
+use super::{bar::met, figure::Figure, measured::verdict};
 use crate::terminal::clock;
 
 /// Rate and length of the recordings.
@@ -195,7 +195,7 @@ pub(super) fn text() -> Result<String> {
             1e3 * after,
             1e3 * floor,
             if one == two { "yes" } else { "**no**" },
-            if two_s <= MOST_S { "met" } else { "**missed**" },
+            met(two_s <= MOST_S),
         )?;
     }
     page.push_str(include_str!("explaining/foot.md"));

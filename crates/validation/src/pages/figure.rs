@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Figure {
     /// Name on the page.
     pub(crate) id: String,
-    /// Its value.
+    /// Value on the page.
     pub(crate) value: f64,
     /// Relative difference that a recomputation may show.
     pub(crate) tolerance_rel: f64,

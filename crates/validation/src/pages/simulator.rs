@@ -352,21 +352,7 @@ fn smoothness_text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
     Ok(())
 }
 
-const SMOOTHNESS: &str = "
-What is left in high fidelity has one cause. Followed along a line in k4 in steps of 1e-5, the envelope moves smoothly
-(by 2e-5 A to 6e-5 A a step) but for rare jumps of 1e-3 A, each at one of the two slow reversals (16 ms and 145 ms):
-there the torque's ripple lifts the shaft over its static friction, and which ripple of the carrier does so changes by one.
-That is what dry friction under a carrier does, not an error of the solution. The jumps do not average out at a step of
-1e-4, which holds a jump in about one case in ten; a step of 1e-3 spreads it over its width.
-
-Before the current loop measured the phase in the middle of its conduction there were more of them: with the phase
-changed at the commutation, the feedback jumped by the idle phase's diode current, up to 0.1 A, whenever a commutation
-passed a sampling instant.
-
-The play (k2) shifts whole edges of the current in time, and the sampled loops answer at the next tick; two steps that
-differ by ten see different ticks. An optimiser should use steps of 1e-3 to 3e-3 in all levels (low-fidelity k1 jumps with the tick of the controller, see the limits), and for k2 take its
-derivative from the low-fidelity model.
-";
+const SMOOTHNESS: &str = include_str!("simulator/smoothness.md");
 
 const INPUT: &str = "
 ## Bad input

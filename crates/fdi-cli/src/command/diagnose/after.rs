@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use clap::CommandFactory;
 use fdi_core::{
-    Experiment, Recording, read_model,
+    ChannelName, ComparedSignals, Experiment, Recording, read_model,
     report::{Fleet, RecordDiagnosis},
 };
 use fdi_report::DiagnosisPage;
@@ -13,7 +13,6 @@ use fdi_report::DiagnosisPage;
 use super::{Batch, say_left};
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, ResolvedSetting, Streams,
-    command::{lacks, says_its_command},
     output::{TOOL, Tally},
     report_file::{self, put, trends_beside},
     shell::{file_word, quoted},
@@ -88,8 +87,8 @@ fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> O
     Cli::command().find_subcommand("explain")?;
     let read = |name: &String| {
         let recording = Recording::read(Path::new(name), &batch.map).ok()?;
-        let lacks = lacks(&recording);
-        let command = if says_its_command(&recording) {
+        let lacks = ComparedSignals::missing_column(&recording);
+        let command = if ComparedSignals::says_its_command(&recording) {
             Asked::Told
         } else {
             let name = batch.diagnoser.command_name(&recording);
@@ -106,7 +105,7 @@ fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> O
 struct Unexplained {
     name: String,
     /// A column without which there is no conclusion.
-    lacks: Option<&'static str>,
+    lacks: Option<ChannelName>,
     command: Asked,
 }
 
@@ -230,7 +229,7 @@ mod tests {
              machine"
         );
         let mut some = of(&["a.csv", "b.csv", "c.csv"], &Asked::Told);
-        some[1].lacks = Some("motor_angle_rad");
+        some[1].lacks = Some(ChannelName::MotorAngle);
         let text = advice(&some, 3, &[], None).unwrap();
         assert!(text.ends_with("(2 of them), run `fdi explain --train a.csv c.csv`"), "{text}");
         let text = advice(&some[1..2], 1, &[], None).unwrap();

@@ -3,14 +3,17 @@
 use std::collections::BTreeMap;
 
 use fdi_core::{
-    ema_sim::model_file::MachineModel,
+    ema_sim::{Geometry, model_file::MachineModel},
     report::{
         CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
         FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, SCHEMA_VERSION,
         Sensitivity,
     },
 };
-use greybox::{Explained, FaultChange, Finding, NoiseFloor, NumberFit, RecordChange, Use, Verdict};
+use greybox::{
+    Explained, FaultChange, Finding, NoiseFloor, NumberFit, RecordChange, SmallestNamed, Use,
+    Verdict,
+};
 
 use super::{evidence, sentences};
 use crate::{GlobalArgs, stamp};
@@ -30,8 +33,7 @@ pub(super) fn document(
         Verdict::Absorbed => ExplanationVerdict::Absorbed,
         Verdict::Inconclusive => ExplanationVerdict::Inconclusive,
     };
-    let judged =
-        |(rms, floor): ([f64; 2], NoiseFloor)| holdout(rms, floor.rms, explained.drive_unit);
+    let judged = |(rms, floor): ([f64; 2], NoiseFloor)| holdout(rms, &floor, explained.drive_unit);
     let mut answer = Explanation {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
@@ -69,12 +71,7 @@ pub(super) fn document(
         sensitivity: explained
             .smallest_named_90
             .iter()
-            .map(|smallest| Sensitivity {
-                id: smallest.id.info().symbol.to_owned(),
-                parameter: smallest.key.clone(),
-                smallest_named_90: smallest.size,
-                unit: unit_of(&smallest.key).to_owned(),
-            })
+            .map(|smallest| sensitivity(smallest, model.geometry()))
             .collect(),
         hypotheses: evidence::hypotheses(explained),
         curves: explained.curves.iter().map(evidence::curve).collect(),
@@ -82,6 +79,18 @@ pub(super) fn document(
     };
     answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());
     answer
+}
+
+/// The smallest size that a recording would have named.
+fn sensitivity(smallest: &SmallestNamed, geometry: Geometry) -> Sensitivity {
+    let info = smallest.id.info();
+    let own = info.parameters.iter().find(|parameter| parameter.key(geometry) == smallest.key);
+    Sensitivity {
+        id: info.symbol.to_owned(),
+        parameter: smallest.key.clone(),
+        smallest_named_90: smallest.size,
+        unit: own.map_or("", |parameter| parameter.quantity().key_ending(geometry)).to_owned(),
+    }
 }
 
 /// A fault level without and with what was found.
@@ -106,15 +115,14 @@ fn absorbed(explained: &Explained) -> Vec<String> {
     absorbed.map(|id| id.info().symbol.to_owned()).collect()
 }
 
-/// The residual of recordings that were not fitted, before and after; a gap within 2 % of the
-/// noise is none.
-pub(crate) fn holdout([rms_before, rms_after]: [f64; 2], noise_floor: f64, unit: &str) -> Holdout {
-    let gap = rms_before - noise_floor;
+/// The residual of recordings that were not fitted, before and after.
+pub(crate) fn holdout(rms: [f64; 2], noise_floor: &NoiseFloor, unit: &str) -> Holdout {
+    let [rms_before, rms_after] = rms;
     Holdout {
         rms_before,
         rms_after,
-        noise_floor,
-        gap_closed_frac: (gap > 0.02 * noise_floor).then(|| (rms_before - rms_after) / gap),
+        noise_floor: noise_floor.rms,
+        gap_closed_frac: noise_floor.closed_gap_frac(rms),
         unit: unit.to_owned(),
     }
 }
@@ -159,28 +167,4 @@ fn finding(finding: &Finding) -> EffectFinding {
         separated_by: info.separated_by.to_owned(),
         instead_of: finding.instead_of.map(|id| id.info().symbol.to_owned()),
     }
-}
-
-/// The unit that ends a key.
-fn unit_of(key: &str) -> &str {
-    const UNITS: [&str; 16] = [
-        "n_m_s_per_rad",
-        "n_s_per_m",
-        "n_m_per_rad",
-        "n_per_m",
-        "rad_per_n_m",
-        "m_per_n",
-        "per_a2",
-        "per_k",
-        "n_m",
-        "rad",
-        "ratio",
-        "henry",
-        "ohm",
-        "n",
-        "m",
-        "s",
-    ];
-    let ends = |unit: &&&str| key.strip_suffix(**unit).is_some_and(|rest| rest.ends_with('_'));
-    UNITS.iter().find(ends).copied().unwrap_or_else(|| key.rsplit('_').next().unwrap_or(key))
 }

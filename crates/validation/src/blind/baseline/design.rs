@@ -34,7 +34,7 @@ const APART_HZ: f64 = 1.0;
 pub(super) struct Rows {
     /// Torque that the nominal machine does not explain, N·m.
     pub(super) residual: Vec<f64>,
-    /// Columns of faults and rough numbers.
+    /// Columns of faults and nuisance parameters.
     pub(super) nuisance: Vec<Vec<f64>>,
     /// Columns of each feature.
     pub(super) features: Vec<Vec<Vec<f64>>>,
@@ -195,7 +195,7 @@ fn fitted_play(train: &[Signals]) -> f64 {
     widen(level)
 }
 
-/// Place of the load's column among those of faults and rough numbers.
+/// Place of the load's column among those of faults and nuisance parameters.
 const FELT: usize = 3;
 
 fn stack(columns: &mut Vec<Vec<f64>>, more: Vec<Vec<f64>>) {
@@ -208,7 +208,7 @@ fn stack(columns: &mut Vec<Vec<f64>>, more: Vec<Vec<f64>>) {
     }
 }
 
-/// Remainder after faults and rough numbers are projected out.
+/// Remainder after faults and nuisance parameters are projected out.
 fn without_nuisance(rows: &Rows) -> Vec<f64> {
     let columns: Vec<&[f64]> = rows.nuisance.iter().map(Vec::as_slice).collect();
     let gram = Gram::of(&columns, &rows.residual);

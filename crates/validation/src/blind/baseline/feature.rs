@@ -159,7 +159,7 @@ pub(super) fn vibration(hz: f64) -> Feature {
 }
 
 impl Shape {
-    /// Its columns at the rate of the recording, not smoothed.
+    /// Columns of the shape at the rate of the recording, not smoothed.
     pub(super) fn columns(self, x: &Signals, contact: &[f64]) -> Vec<Vec<f64>> {
         let s = |n: usize| x.speed[n].signum();
         let (k, dry) = (x.nominal.constant_n_m_per_a, x.nominal.kinetic_n_m);

@@ -116,6 +116,7 @@ impl Gram {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     /// Three columns, a known mixture and something orthogonal to all of them.
     #[test]
@@ -129,16 +130,15 @@ mod tests {
         let wanted: Vec<f64> = (0..40).map(|n| 2.0 * columns[0][n] - 3.0 * columns[1][n]).collect();
         let gram = Gram::of(&slices, &wanted);
         let sizes = gram.solve(&[0, 1, 2]);
-        for (size, want) in sizes.iter().zip([2.0, -3.0, 0.0]) {
-            // the ridge moves sizes by about 1e-9 times the conditioning, which is below 100
-            assert!((size - want).abs() < 1e-6, "{sizes:?}");
-        }
+        // the ridge moves sizes by about 1e-9 times the conditioning, which is below 100
+        assert_abs_diff_eq!(sizes[..], [2.0, -3.0, 0.0][..], epsilon = 1e-6);
         let squares: f64 = wanted.iter().map(|w| w * w).sum();
         assert!(gram.left(&[0, 1, 2], &sizes) < 1e-9 * squares);
         // one column taken first leaves what both leave together
         let rest = gram.after(1);
         let one = rest.solve(&[1]);
-        assert!((one[0] + 3.0).abs() < 1e-6 && rest.left(&[1], &one) < 1e-9 * squares);
+        assert_abs_diff_eq!(one[0], -3.0, epsilon = 1e-6);
+        assert!(rest.left(&[1], &one) < 1e-9 * squares);
         // what was taken is not there any more but for the ridge
         assert!(rest.between(&[0], &[1.0]).abs() < 1e-8 * gram.between(&[0], &[1.0]));
         // fitted beside given sizes

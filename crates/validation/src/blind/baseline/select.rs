@@ -12,13 +12,14 @@ use super::{
 
 /// Family-wise level of the F test.
 const LEVEL: f64 = 0.01;
-/// Thresholds on a feature's rms over that of what faults and rough numbers leave.
+/// Thresholds on a feature's rms over that of what faults and nuisance parameters leave.
 const THRESHOLDS: [f64; 10] = [0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.7, f64::INFINITY];
 /// Rounds of thresholding at most.
 const ROUNDS: usize = 30;
 /// A sparser answer wins unless its held-out squares are more by this share.
 const CLEARLY: f64 = 0.005;
-/// Share of a feature's length beside faults and rough numbers below which it says nothing new.
+/// Share of a feature's length beside faults and nuisance parameters below which it says nothing
+/// new.
 const NOTHING_NEW: f64 = 1e-3;
 
 /// Share of a feature's squares, beside the features before it, below which thresholded least
@@ -32,7 +33,7 @@ const BLOCK: usize = 50;
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     features: Vec<Feature>,
-    /// Columns of faults and rough numbers come first.
+    /// Columns of faults and nuisance parameters come first.
     nuisance: usize,
     /// Columns of each feature in training and on the hold-out: of vibrations not the same.
     train_of: Vec<Vec<usize>>,
@@ -40,7 +41,7 @@ pub(super) struct Problem {
     train: Gram,
     /// Two halves of the hold-out, in blocks by turns.
     hold_out: [Gram; 2],
-    /// Training beside faults and rough numbers.
+    /// Training beside faults and nuisance parameters.
     beside: Gram,
 }
 
@@ -62,7 +63,7 @@ impl Problem {
         }
     }
 
-    /// Features of which something is left beside faults and rough numbers.
+    /// Features of which something is left beside faults and nuisance parameters.
     fn usable(&self) -> Vec<usize> {
         let new = |f: &usize| {
             let columns = &self.train_of[*f];
@@ -74,8 +75,8 @@ impl Problem {
         (0..self.features.len()).filter(new).collect()
     }
 
-    /// Sizes of one feature alone beside faults and rough numbers, and the squares left, unless
-    /// its sign is refused.
+    /// Sizes of one feature alone beside faults and nuisance parameters, and the squares left,
+    /// unless its sign is refused.
     fn alone(&self, f: usize) -> Option<(&'static str, f64)> {
         let sizes = self.beside.solve(&self.train_of[f]);
         let name = self.features[f].name(&sizes)?;

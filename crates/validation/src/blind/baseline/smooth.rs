@@ -78,6 +78,7 @@ pub(super) fn bend(values: &[f64], rate_hz: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     /// Forth and back the gain is 1/(1 + Ω⁸) with Ω the ratio of the tangents (bilinear transform).
     #[test]
@@ -100,7 +101,9 @@ mod tests {
     fn slope_of_a_parabola() {
         let values: Vec<f64> = (0..50).map(|n| f64::from(n * n)).collect();
         let (slope, bend) = (slope(&values, 10.0), bend(&values, 10.0));
-        assert!((1..49).all(|n| (slope[n] - 20.0 * n as f64).abs() < 1e-9));
-        assert!((1..49).all(|n| (bend[n] - 200.0).abs() < 1e-9));
+        for n in 1..49 {
+            assert_abs_diff_eq!(slope[n], 20.0 * n as f64, epsilon = 1e-9);
+            assert_abs_diff_eq!(bend[n], 200.0, epsilon = 1e-9);
+        }
     }
 }

@@ -12,7 +12,7 @@ use super::{
 /// Which columns of the table belong to what; the first two are role and residual.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Key {
-    /// Faults and rough numbers.
+    /// Faults and nuisance parameters.
     nuisance: Vec<usize>,
     features: Vec<KeyOfFeature>,
 }

@@ -184,6 +184,7 @@ fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn least_squares_finds_what_a_signal_was_made_of() {
@@ -192,9 +193,7 @@ mod tests {
         let made: Vec<f64> =
             (0..400).map(|n| 2.0 * columns[0][n] - 0.5 * columns[1][n] + 3.0).collect();
         let sizes = least_squares(&columns, &made).unwrap();
-        for (found, expected) in sizes.iter().zip([2.0, -0.5, 3.0]) {
-            assert!((found - expected).abs() < 1e-10, "{sizes:?}");
-        }
+        assert_abs_diff_eq!(sizes[..], [2.0, -0.5, 3.0][..], epsilon = 1e-10);
         let twice = vec![columns[0].clone(), columns[0].clone()];
         assert_eq!(least_squares(&twice, &made), None);
     }
@@ -205,7 +204,7 @@ mod tests {
     fn law_a_bristle_is_bent_by_the_way_it_went() {
         let there = bristle(&[0.01; 30], 1e-4);
         let expected = 1.0 - (-3e-4_f64 / 1e-4).exp();
-        assert!((there[29] - expected).abs() < 1e-12, "{}", there[29]);
+        assert_abs_diff_eq!(there[29], expected, epsilon = 1e-12);
         let back = bristle(&[[0.01; 30], [-0.01; 30]].concat(), 1e-4);
         assert!(back[31] > 0.0 && back[59] < -0.85, "{} {}", back[31], back[59]);
     }

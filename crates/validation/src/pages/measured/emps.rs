@@ -1,6 +1,6 @@
 //! The EMPS rig: what its published structure without the offset leaves out.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use ema_sim::{
     AxisInput, AxisScenario, AxisStart, Command, Effect, EffectId, HealthState, Load,
     ServoAxisSimulation,
@@ -90,7 +90,7 @@ impl Data {
 
     /// The structure with effects at the shapes in which they were found.
     pub(super) fn with_effects(&self, effects: &[&Effect]) -> Result<Refit> {
-        self.refit(&terms(effects), 0.0)
+        self.refit(&terms(effects)?, 0.0)
     }
 
     fn refit(&self, terms: &[Term], delay_s: f64) -> Result<Refit> {
@@ -104,34 +104,48 @@ impl Data {
 }
 
 /// The forces of the structure with these effects in it.
-fn terms(effects: &[&Effect]) -> Vec<Term> {
+///
+/// # Errors
+///
+/// For an effect that the benchmark's identification has no force for.
+fn terms(effects: &[&Effect]) -> Result<Vec<Term>> {
     let mut terms = vec![Term::Mass, Term::Viscous, Term::Dry];
     for effect in effects {
-        let value = |key: &str| effect.get(key).unwrap_or(0.0);
+        let number = |key: &str| {
+            let absent = || format!("{}: no number `{key}`", effect.id().info().symbol);
+            effect.get(key).with_context(absent)
+        };
         match effect.id() {
             EffectId::DirectionalFriction => {
-                if value("viscous_asymmetry_n_s_per_m") != 0.0 {
+                if number("viscous_asymmetry_n_s_per_m")? != 0.0 {
                     terms.push(Term::ViscousAsymmetry);
                 }
-                if value("coulomb_asymmetry_n") != 0.0 {
+                if number("coulomb_asymmetry_n")? != 0.0 {
                     terms.push(Term::Offset);
                 }
             }
             EffectId::NonlinearViscous => terms.push(Term::Power {
-                reference: value("reference_speed_m_per_s"),
-                exponent: value("viscous_exponent"),
+                reference: number("reference_speed_m_per_s")?,
+                exponent: number("viscous_exponent")?,
             }),
             EffectId::Presliding => {
-                terms[2] = Term::Bristle { deflection: value("presliding_m") };
+                terms[2] = Term::Bristle { deflection: number("presliding_m")? };
             }
             EffectId::Vibration => {
-                let hz = value("frequency_hz");
+                let hz = number("frequency_hz")?;
                 terms.extend([Term::Sine { hz }, Term::Cosine { hz }]);
             }
-            _ => {}
+            other => {
+                let info = other.info();
+                bail!(
+                    "{} ({}) was found, and the benchmark's identification has no force for it",
+                    info.symbol,
+                    info.name
+                );
+            }
         }
     }
-    terms
+    Ok(terms)
 }
 
 /// A model whose friction is raised by what was fitted as wear.
@@ -191,4 +205,25 @@ fn pulses(model: &AxisModel, columns: &[Vec<f64>], flag: &[f64]) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     let size = all.get(all.len() / 2).copied().unwrap_or(0.0);
     flag.iter().map(|flag| if *flag == 0.0 { 0.0 } else { size }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ema_sim::Geometry;
+
+    use super::*;
+
+    #[test]
+    fn an_effect_without_a_force_in_the_identification_is_named() {
+        let drag = Effect::new(EffectId::DirectionalFriction, Geometry::Linear)
+            .with("viscous_asymmetry_n_s_per_m", -37.0)
+            .unwrap();
+        let delay = Effect::new(EffectId::ControllerMismatch, Geometry::Linear)
+            .with("delay_s", DELAY_S)
+            .unwrap();
+        let known = [Term::Mass, Term::Viscous, Term::Dry, Term::ViscousAsymmetry];
+        assert_eq!(terms(&[&drag]).unwrap(), known);
+        let said = terms(&[&drag, &delay]).unwrap_err().to_string();
+        assert!(said.starts_with("E21 ("), "{said}");
+    }
 }

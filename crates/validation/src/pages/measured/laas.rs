@@ -169,7 +169,7 @@ fn amplitude(angle_rad: &[f64], signal: &[f64], order: f64) -> f64 {
     sin.hypot(cos)
 }
 
-/// Its phase, of `a·cos(order·angle − phase)`.
+/// Phase of an order of the angle in a signal: of `a·cos(order·angle − phase)`.
 fn phase(angle_rad: &[f64], signal: &[f64], order: f64) -> f64 {
     let [sin, cos] = in_and_out(angle_rad, signal, order);
     sin.atan2(cos)

@@ -10,7 +10,7 @@ use reduction::{
     NoiseCovariance, Placement, PointRule, Regression, Sensitivities, Snapshots, TrainingData,
 };
 
-use crate::median::median;
+use crate::{median::median, pages::bar::met};
 
 /// Largest inflation of any bound that a default encoding may have.
 pub(super) const DEFAULT_BAR: f64 = 1.15;
@@ -141,6 +141,10 @@ struct Judged {
     runs: Vec<EncodingBounds>,
 }
 
+/// Encodings that a bundle offers beside the whole signal.
+const OFFERED: [&str; 4] = [PAPERS, "cluster means", "modes, 30", "sensitivities, linear"];
+const PAPERS: &str = "points: dynamic modes + map (the paper's)";
+
 fn encodings() -> Vec<(&'static str, CompressionConfig, bool)> {
     let base = CompressionConfig::default();
     let points = |placement| CompressionConfig {
@@ -153,7 +157,7 @@ fn encodings() -> Vec<(&'static str, CompressionConfig, bool)> {
         ..CompressionConfig::default()
     };
     vec![
-        ("points: dynamic modes + map (the paper's)", points(Placement::DmdSom), true),
+        (PAPERS, points(Placement::DmdSom), true),
         ("points: singular modes + map", points(Placement::PodSom), true),
         ("points: Q-DEIM", points(Placement::Qdeim), false),
         ("points: greedy A-optimal", points(Placement::GreedyAOptimal), false),
@@ -177,8 +181,32 @@ fn encodings() -> Vec<(&'static str, CompressionConfig, bool)> {
     ]
 }
 
-/// The table of encodings, judged at some cases, and the verdict on those that a bundle offers.
-pub(super) fn table(reference: &Reference<'_>, cases: &[BoundCase]) -> Result<String> {
+/// The table of encodings, judged at some cases.
+pub(super) struct Table {
+    pub(super) text: String,
+    /// Largest inflation of a fault's bound by each encoding.
+    worst: Vec<(&'static str, f64)>,
+}
+
+/// Largest cost of the encodings that a bundle offers in some tables, against the bar.
+pub(super) fn bars(page: &mut String, tables: &[Table]) -> Result<()> {
+    writeln!(
+        page,
+        "\n### Encodings that are one flag away\n\n\
+         The larger of the two simulators' worst inflations.\n\n\
+         | encoding | inflation | at most | |\n|---|--:|--:|---|"
+    )?;
+    for name in OFFERED {
+        let of = |table: &Table| table.worst.iter().find(|(of, _)| *of == name).map(|one| one.1);
+        let found: Option<Vec<f64>> = tables.iter().map(of).collect();
+        let most = largest(&found.context(name)?);
+        writeln!(page, "| {name} | {most:.2} | {DEFAULT_BAR} | {} |", met(most <= DEFAULT_BAR))?;
+    }
+    Ok(())
+}
+
+/// Judges each encoding, and thirty modes case by case.
+pub(super) fn table(reference: &Reference<'_>, cases: &[BoundCase]) -> Result<Table> {
     let parameters = parameters(reference.faults)?;
     let data = TrainingData::new(reference.snapshots)
         .with_parameters(&parameters)
@@ -188,8 +216,8 @@ pub(super) fn table(reference: &Reference<'_>, cases: &[BoundCase]) -> Result<St
         Ok((map.encoded_len(), EncodingBounds::of(&map, reference.noise, cases)?))
     };
     let modes = judge(&modes_config()).context("thirty modes")?.1;
-    let mut page = String::new();
-    head(&mut page, reference, &modes)?;
+    let (mut text, mut worst) = (String::new(), Vec::new());
+    head(&mut text, reference, &modes)?;
     for (name, config, seeded) in encodings() {
         let seeds = if seeded { SEEDS } else { 1 };
         let judged: Vec<(usize, EncodingBounds)> = (0..seeds)
@@ -198,10 +226,10 @@ pub(super) fn table(reference: &Reference<'_>, cases: &[BoundCase]) -> Result<St
             .context(name)?;
         let kept = judged.iter().map(|(kept, _)| *kept).max().unwrap_or(0);
         let runs = judged.into_iter().map(|(_, bounds)| bounds).collect();
-        line(&mut page, &Judged { name, kept, runs })?;
+        worst.push((name, line(&mut text, &Judged { name, kept, runs })?));
     }
-    page.push_str(&verdict(reference, &modes)?);
-    Ok(page)
+    text.push_str(&verdict(reference, &modes)?);
+    Ok(Table { text, worst })
 }
 
 /// Cost of thirty modes in the median and in the worst single case, by name.
@@ -247,7 +275,8 @@ fn head(page: &mut String, reference: &Reference<'_>, modes: &EncodingBounds) ->
     Ok(())
 }
 
-fn line(page: &mut String, judged: &Judged) -> Result<()> {
+/// Writes a line; returns the worst inflation that it tells.
+fn line(page: &mut String, judged: &Judged) -> Result<f64> {
     let Judged { name, kept, runs } = judged;
     let information: Vec<f64> = runs.iter().map(|run| median(&run.information)).collect();
     write!(page, "| {name} | {kept} | {:.3}", median(&information))?;
@@ -263,7 +292,7 @@ fn line(page: &mut String, judged: &Judged) -> Result<()> {
     } else {
         writeln!(page, " | {middle:.2} |")?;
     }
-    Ok(())
+    Ok(middle)
 }
 
 /// How the paper's points lie to the extrema of the first dynamic mode.
@@ -310,10 +339,10 @@ pub(super) fn figure_section(reference: &Reference<'_>) -> Result<String> {
         page,
         "\nOver the seeds the points are {found:.1} samples from an extremum, {by_chance:.1} by chance: on\n\
          these signals, with the scaling of decision 0022, they {verdict} gather on the extrema of the first mode;\n\
-         with nearest rows it is {nearest:.1}. In the figure, of the embedded bundle's signals, points lie on the slopes as well as on the turns.\n\
-         What the map places evenly is all thirty modes and the time together, of which the first mode is one\n\
-         column in thirty-one."
+         with nearest rows it is {nearest:.1}. What the map places evenly is all thirty modes and the time together,\n\
+         of which the first mode is one column in thirty-one."
     )?;
+    page.push_str(include_str!("points.md"));
     Ok(page)
 }
 
@@ -375,7 +404,7 @@ mod tests {
         let reference = Reference { snapshots: &snapshots, faults: &faults, noise: &noise };
         let cases = regressed_cases(&reference).unwrap();
         assert_eq!(cases.len(), 100);
-        let page = table(&reference, &cases).unwrap();
+        let page = table(&reference, &cases).unwrap().text;
         assert_eq!(page.lines().filter(|line| line.starts_with('|')).count(), 17);
         let information = |name: &str| -> f64 {
             let line = page.lines().find(|line| line.contains(name)).unwrap();

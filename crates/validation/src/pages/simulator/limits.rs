@@ -172,11 +172,10 @@ impl Loop {
 }
 
 pub(super) fn text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
+    page.push_str(include_str!("limits.md"));
     writeln!(
         page,
-        "\n### Why the bench's k3 to k5 on the sine, and its k1 in low fidelity, miss their bars\n\n\
-         Neither is a slip of the shape function; both are what eqs 18 and 19 have no place for, shown by taking it away.\n\n\
-         **k3 to k5.** In the rotor's axes a short of k in phase j adds the voltage e = k/3·(k_p·ω + R·I)·(cos 2(P·θ − δ_j) − 1): at the sine's\n\
+        "\n**k3 to k5.** In the rotor's axes a short of k in phase j adds the voltage e = k/3·(k_p·ω + R·I)·(cos 2(P·θ − δ_j) − 1): at the sine's\n\
          peak speed 63 mV at 95 Hz. The monitor's current is its set-point; a real loop of 1 kHz lets 88 mA/V through at 95 Hz, 5 mA\n\
          beside a signature of 9 mA rms. Not the carrier: with the legs held at their averages cosine and magnitude\n\
          of k3 are {:.4} and {:.4}. A faster loop, with the carrier in proportion:\n\n\

@@ -195,12 +195,11 @@ pub(super) fn text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
     };
     writeln!(
         page,
-        "\nAveraged, the largest difference is {:.0e} %, what a Taylor segment of a whole period lacks. The\n\
-         carrier's {:.2} % is the ripple: over a period it has the same mean voltage, but the current follows it with the\n\
-         winding's time constant of {:.1} periods, and the rotor turns within the period.",
+        "\nAveraged, the largest difference is {:.0e} %, under the carrier {:.2} %; the winding's time constant is {:.1} periods.",
         worst("averaged")?,
         worst("carrier")?,
         BENCH.motor.inductance_henry / BENCH.motor.resistance_ohm / PERIOD_S,
     )?;
+    page.push_str(include_str!("motulator.md"));
     Ok(())
 }

@@ -212,10 +212,6 @@ pub(super) fn text(page: &mut String, f: &Lookup<'_>) -> Result<()> {
     for case in &CASES {
         line(page, f, case.name, case.what)?;
     }
-    page.push_str(
-        "\nA locked rotor's speed and idle current are compared as they are, in rad/s and A. ProgPy integrates with explicit\n\
-         Euler steps of 1e-7 s and rounds commutation to one; its own distance to an exact\n\
-         solution of the same equations (`README.md` there) is of this size.\n",
-    );
+    page.push_str(include_str!("peers.md"));
     Ok(())
 }

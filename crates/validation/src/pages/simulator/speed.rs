@@ -9,7 +9,10 @@ use ema_sim::{
 };
 
 use super::signals::{Lookup, healthy, worn};
+use crate::pages::bar::met;
 
+/// Times that a batch side by side is asked to be faster than one by one.
+const SIDE_BY_SIDE: f64 = 4.0;
 /// States of health in a batch.
 const BATCH: u32 = 64;
 
@@ -103,8 +106,8 @@ fn batch_text(page: &mut String) -> Result<()> {
         page,
         "\n**Side by side.** {BATCH} states of health with levels up to 0.05, low fidelity, `simulate_currents` against\n\
          `simulate_current` one by one, each group of sixteen and each run the least of many. The results are the same bit for bit\n\
-         (`property_lanes_give_the_bits_of_runs_alone_up_to_full_damage`: 200 states of health with levels up to 1; `…_on_the_bench`). Bar: 4 times; the bench's chirp, with most events, misses it.\n\n\
-         | batch | one by one | side by side | times | lane-ticks with an event % |\n|---|--:|--:|--:|--:|"
+         (`property_lanes_give_the_bits_of_runs_alone_up_to_full_damage`: 200 states of health with levels up to 1; `…_on_the_bench`). Bar: {SIDE_BY_SIDE} times.\n\n\
+         | batch | one by one | side by side | times | | lane-ticks with an event % |\n|---|--:|--:|--:|---|--:|"
     )?;
     for (name, actuator, scenario, rounds) in [
         ("EMA-48, chirp", &EMA_48, Scenario::chirp(), 150),
@@ -114,10 +117,11 @@ fn batch_text(page: &mut String) -> Result<()> {
     ] {
         let model = LowFidelity::new(actuator, &scenario)?;
         let (alone_ms, together_ms) = compare(&model, &faults, rounds);
+        let times = alone_ms / together_ms;
         writeln!(
             page,
-            "| {name} | {alone_ms:.2} ms | {together_ms:.2} ms | {:.1} | {:.1} |",
-            alone_ms / together_ms,
+            "| {name} | {alone_ms:.2} ms | {together_ms:.2} ms | {times:.1} | {} | {:.1} |",
+            met(times >= SIDE_BY_SIDE),
             events_percent(&model, &faults),
         )?;
     }

@@ -9,7 +9,7 @@ use experiments::{
 };
 use fdi_core::{Diagnoser, report::FaultId};
 
-use super::{BUNDLE_SEED, JOBS, SEED, beside, both_bounds, percent};
+use super::setting::{BUNDLE_SEED, JOBS, SEED, beside, both_bounds, percent};
 
 /// Units of a line.
 pub(super) const UNITS: usize = 200;

@@ -11,7 +11,7 @@ const NUMBERS: usize = 1024;
 const ROUNDS: usize = 4_000_000;
 
 /// Processor time of all threads so far, s; the time of the clock where the system has no `/proc`.
-pub(super) fn processor_s() -> f64 {
+pub(crate) fn processor_s() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").ok();
     stat.as_deref().and_then(ticks).map_or_else(clock_s, |ticks| ticks / TICKS_PER_S)
 }
@@ -32,7 +32,7 @@ fn clock_s() -> f64 {
 
 /// Processor time of the reference loop, s: multiplications and additions over a short vector with
 /// a division each, as in the factors and simulations of a diagnosis.
-pub(super) fn reference_s() -> f64 {
+pub(crate) fn reference_s() -> f64 {
     let start_s = processor_s();
     let mut values: Vec<f64> = (0..NUMBERS).map(|n| 1.0 + n as f64 / NUMBERS as f64).collect();
     let mut sum = 0.0;

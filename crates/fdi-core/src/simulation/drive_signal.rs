@@ -1,0 +1,70 @@
+//! The signal of a recording that drives its machine.
+
+use ema_sim::{DriveUnit, Envelope, model_file::MachineModel};
+use recordings::{Channel, ChannelName, RecordError, Recording};
+
+use crate::simulation::{compared_signals::ComparedSignalsError, envelope::envelope_of};
+
+/// The signal that drives a machine, and the filter that it went through.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DriveSignal {
+    /// Samples: current in A, or of an amplifier or winding its voltage in V.
+    pub(crate) channel: Channel,
+    /// Corner of the two first-order low-passes behind it, Hz, where it was filtered.
+    pub(crate) filter_hz: Option<f64>,
+}
+
+impl DriveSignal {
+    /// Signal of a recording that a model of the machine drives.
+    ///
+    /// | drive | columns, the first that is there |
+    /// | --- | --- |
+    /// | voltage | `motor_voltage_v`, `voltage_v` |
+    /// | current of a servo axis | `q_axis_current_a`, `current_a` |
+    /// | current of an actuator | envelope of the three phases, `current_a`, `q_axis_current_a` |
+    ///
+    /// # Errors
+    ///
+    /// [`ComparedSignalsError::NoDrive`] and [`ComparedSignalsError::NoRotorAngle`] where a column
+    /// is missing, [`ComparedSignalsError::Record`] for phases with times of their own.
+    pub(crate) fn of(
+        recording: &Recording,
+        model: &MachineModel,
+    ) -> Result<Self, ComparedSignalsError> {
+        use ChannelName::{Current, MotorVoltage, QAxisCurrent, Voltage};
+        let machine = model.kind();
+        let names = match (machine.drive_unit(), machine.pole_pairs()) {
+            (DriveUnit::Volt, _) => [MotorVoltage, Voltage],
+            (DriveUnit::Ampere, None) => [QAxisCurrent, Current],
+            (DriveUnit::Ampere, Some(pole_pairs)) => {
+                if let Some(envelope) = envelope(recording, pole_pairs)? {
+                    return Ok(envelope);
+                }
+                [Current, QAxisCurrent]
+            }
+        };
+        let channel = recording.first_channel(&names).cloned();
+        let channel = channel.ok_or(ComparedSignalsError::NoDrive { expected: names[0] })?;
+        Ok(Self { channel, filter_hz: recording.metadata.filter_hz })
+    }
+}
+
+/// The envelope of the phase currents as the metadata name it, else that of the conducting phase;
+/// `None` for a recording without all three.
+fn envelope(
+    recording: &Recording,
+    pole_pairs: u32,
+) -> Result<Option<DriveSignal>, ComparedSignalsError> {
+    use ChannelName::{Current, MotorAngle, PhaseACurrent, PhaseBCurrent, PhaseCCurrent};
+    let phases = [PhaseACurrent, PhaseBCurrent, PhaseCCurrent].map(|name| recording.channel(name));
+    let [Some(a), Some(b), Some(c)] = phases else { return Ok(None) };
+    let angle = recording.channel(MotorAngle).ok_or(ComparedSignalsError::NoRotorAngle)?;
+    if [b, c].iter().any(|phase| phase.times_s() != a.times_s()) {
+        return Err(RecordError::ChannelTime { channel: PhaseBCurrent, index: 0 }.into());
+    }
+    let envelope = recording.metadata.envelope.map_or(Envelope::ConductingPhase, envelope_of);
+    let phases = [a, b, c].map(Channel::values);
+    let values = envelope.of_phases_at(phases, &angle.at(a.times_s()), pole_pairs);
+    let channel = Channel::new(Current, a.times_s(), values)?;
+    Ok(Some(DriveSignal { channel, filter_hz: None }))
+}
