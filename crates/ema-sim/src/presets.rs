@@ -254,7 +254,6 @@ pub fn ema_48_tolerance() -> Vec<Tolerance> {
     normal(&EMA_48_SCATTER)
 }
 
-/// Tolerances of [`BENCH`] that are usual in the field, in the order of their keys: those of
 /// How numbers of [`EMA_48`] follow the temperature of its winding.
 ///
 /// | number | coefficient, %/K | standard deviation, %/K | source |
@@ -284,8 +283,9 @@ pub fn ema_48_temperature() -> TemperatureLaw {
     }
 }
 
-/// [`ema_48_tolerance`], and dry friction of the user shaft, 20 % between units and 3 % between
-/// sessions (choice, as the friction of EMA-48).
+/// Tolerances of [`BENCH`](crate::presets::BENCH) that are usual in the field: [`ema_48_tolerance`],
+/// and dry friction of the user shaft, 20 % between units and 3 % between sessions (choice, as the
+/// friction of EMA-48).
 pub fn bench_tolerance() -> Vec<Tolerance> {
     let mut tolerances = ema_48_tolerance();
     tolerances.extend(normal(&BENCH_SCATTER));

@@ -90,7 +90,7 @@ impl UncertainNumber {
     ];
 
     /// Block and field in `[tolerance]`: `motor.resistance-ohm`, `sensors.phase-gain`.
-    pub fn key(self) -> &'static str {
+    pub const fn key(self) -> &'static str {
         match self {
             Self::Parameter(parameter) => parameter.key(),
             Self::StaticOverKinetic => "transmission.static-over-kinetic",

@@ -4,17 +4,21 @@
 //! high-fidelity model itself, sensors included, with scatter written down here.
 
 mod bound;
+mod effects;
 mod hidden;
 mod learnt;
+mod numbers;
 mod score;
 mod symmetry;
 
-pub use bound::{BoundCase, unit_bounds};
+pub use bound::{BoundCase, NumberBound, number_bounds, unit_bounds};
+pub use effects::{EffectLine, HiddenEffect, evaluate_effects};
 pub use hidden::HiddenDamage;
 pub use learnt::{
     LearntLine, LearntResult, WearLine, bundle_over_days, evaluate_learnt, evaluate_wear,
     unit_recordings,
 };
+pub use numbers::{NumberScore, NumbersLine, NumbersResult, evaluate_numbers};
 pub use score::UnitsScore;
 pub use symmetry::{
     Symmetry, SymmetryResult, bundle_of_scaled_torques, difference_of_diagnosers,

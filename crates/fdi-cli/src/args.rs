@@ -12,7 +12,7 @@ use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
-    ColumnMap, Encoding, RootSeed, Schema,
+    ColumnMap, Encoding, FileFormat, RootSeed, Schema,
     ema_sim::PhaseSensors,
     report::{Fidelity, Method, ToleranceUse},
 };
@@ -218,8 +218,8 @@ pub struct MapArgs {
 /// Options of `fdi diagnose`.
 #[derive(Clone, Debug, Args)]
 pub struct DiagnoseArgs {
-    /// Recordings (`.csv`, `.csv.gz`, `.parquet`, `.mat`, `.mf4`, `.tdms`) and folders of recordings
-    #[arg(required = true, value_name = "PATH")]
+    /// Recordings, by the endings of [`FileFormat::listed`], and folders of recordings
+    #[arg(required = true, value_name = "PATH", help = paths_help())]
     pub paths: Vec<PathBuf>,
     /// Bundle to diagnose with [default: the embedded one that fits the recording]
     #[arg(long, value_name = "FILE")]
@@ -278,6 +278,11 @@ pub struct DiagnoseArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub fleet: FleetArgs,
+}
+
+/// Help that lists the endings of the recordings that this build reads.
+fn paths_help() -> String {
+    format!("Recordings ({}) and folders of recordings", FileFormat::listed())
 }
 
 /// Every N-th recording, beginning with the I-th.

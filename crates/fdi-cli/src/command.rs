@@ -27,4 +27,4 @@ pub(crate) use inspect::inspect;
 pub(crate) use propose::propose;
 pub(crate) use schema::schema;
 pub(crate) use simulate::simulate;
-pub(crate) use unit::{learn, reset, show_unit, update};
+pub(crate) use unit::{learn, reset, show_unit, update, write_model};

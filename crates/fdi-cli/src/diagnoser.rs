@@ -9,9 +9,9 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, ColumnMap, DiagnoseOptions, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding, FitSignals,
-    LearntUnit, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError, fitting_experiment,
-    list_recordings, report::RecordDiagnosis,
+    Bundle, ColumnMap, DiagnoseOptions, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding, Experiment,
+    FitSignals, LearntUnit, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError,
+    ema_sim::model_file::Model, fitting_experiment, list_recordings, report::RecordDiagnosis,
 };
 
 use crate::{DiagnoseArgs, args::ReadingArgs, identity::read_named, unit_file::Units};
@@ -104,6 +104,56 @@ pub(crate) fn diagnoser_of_first(paths: &[PathBuf], reading: &ReadingArgs) -> Re
     let fitting = recordings.first().map_or(0, |first| fitting_experiment(&experiments, first));
     let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).bundle)?;
     Ok(ToLearn { recordings, diagnoser })
+}
+
+/// The bundle that a unit was learnt with, of a file or the embedded ones; `None` where none is.
+///
+/// # Errors
+/// A bundle that was named, and is another.
+pub(crate) fn diagnoser_of_unit(
+    unit: &LearntUnit,
+    bundle: Option<&PathBuf>,
+) -> Result<Option<fdi_core::Diagnoser>> {
+    let fitting = read_bundles(bundle)?.into_iter().find(|one| unit.is_of(&one.bundle));
+    if let (Some(path), None) = (bundle, &fitting) {
+        return Err(anyhow!("{}: the unit was learnt with another bundle", path.display()));
+    }
+    Ok(fitting.map(|one| fdi_core::Diagnoser::new(one.bundle)).transpose()?)
+}
+
+/// The diagnosis of a model's machines within their tolerances, in a test; `None` where no bundle at
+/// hand has learnt them.
+///
+/// # Errors
+/// A bundle that was named, and is of another model or test.
+pub(crate) fn diagnoser_of_model(
+    model: &Model,
+    command: Option<&str>,
+    recording: &Recording,
+    bundle: Option<&PathBuf>,
+) -> Result<Option<fdi_core::Diagnoser>> {
+    let is_of = |bundle: &Bundle| {
+        let Experiment { actuator, tolerance, temperature, effects, name, .. } = &bundle.experiment;
+        let is_stated = model.tolerance.is_empty() || model.tolerance == *tolerance;
+        let is_as_warm = model.temperature.is_none() || model.temperature == *temperature;
+        let is_machine = *actuator == model.actuator && *effects == model.switched_on();
+        let is_test = command.is_none_or(|command| command == name);
+        is_machine && is_stated && is_as_warm && is_test && bundle.knows_units()
+    };
+    let mut bundles = read_bundles(bundle)?;
+    bundles.retain(|one| is_of(&one.bundle));
+    if bundles.is_empty() {
+        return match bundle {
+            Some(path) => Err(anyhow!(
+                "{}: of another model or test, or it has not learnt machines within tolerances",
+                path.display()
+            )),
+            None => Ok(None),
+        };
+    }
+    let experiments: Vec<_> = bundles.iter().map(|one| &one.bundle.experiment).collect();
+    let fitting = fitting_experiment(&experiments, recording);
+    Ok(Some(fdi_core::Diagnoser::new(bundles.swap_remove(fitting).bundle)?))
 }
 
 /// Settings that units are learnt with.

@@ -53,9 +53,14 @@ impl Files {
                 files.product("--figure", args.figure.as_ref());
             }
             Command::Evaluate(args) => files.report(&args.report),
-            Command::Calibrate(args) => files.machine(&args.model, &args.records),
+            Command::Calibrate(args) => {
+                files.machine(&args.model, &args.records);
+                files.read("the bundle", args.bundle.clone());
+            }
             Command::Explain(args) => {
                 files.machine(&args.model, &args.records);
+                files.read("the unit", args.unit.clone());
+                files.read("the bundle", args.bundle.clone());
                 files.report(&args.report);
             }
             Command::Propose(args) => files.machine(&args.model, &args.records),
@@ -71,8 +76,9 @@ impl Files {
             Command::Unit(UnitCommand::Reset(args)) => {
                 files.read("the unit", [args.unit.clone()]);
             }
-            Command::Unit(UnitCommand::Show(args)) => {
+            Command::Unit(UnitCommand::Show(args) | UnitCommand::Model(args)) => {
                 files.read("the unit", [args.unit.clone()]);
+                files.read("the bundle", args.bundle.clone());
             }
             Command::Inspect(args) if args.file != Path::new("config") => {
                 files.read("a recording", [args.file.clone()]);

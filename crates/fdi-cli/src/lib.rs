@@ -60,6 +60,7 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
         Command::Unit(UnitCommand::Update(args)) => command::update(args, &cli.global, streams),
         Command::Unit(UnitCommand::Reset(args)) => command::reset(args, &cli.global, streams),
         Command::Unit(UnitCommand::Show(args)) => command::show_unit(args, &cli.global, streams),
+        Command::Unit(UnitCommand::Model(args)) => command::write_model(args, &cli.global, streams),
         Command::Effects(args) => command::effects(args, &cli.global, streams),
         Command::Schema(args) => command::schema(args, &cli.global, streams),
         Command::Completions(args) => command::completions(args, &cli.global, streams),

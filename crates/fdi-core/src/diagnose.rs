@@ -21,6 +21,7 @@ use crate::{
         watch::Watch,
     },
     report::{Encoding, Notice, NoticeCode, RecordDiagnosis},
+    unit::answer::beyond_incipient,
 };
 
 /// Most rounds in which faults and the start angle that commutation shows settle.
@@ -189,9 +190,7 @@ impl Diagnoser {
                     Err(DiagnoseError::Unit(_)) => {}
                     Err(error) => return Err(error),
                 }
-                Some(
-                    "no machine within its tolerances with incipient faults explains it".to_owned(),
-                )
+                Some(beyond_incipient(plan.unit.is_some()))
             }
             Err(reason) if plan.unit.is_some() => {
                 let reason = reason.unwrap_or_else(|| "tolerances are switched off".to_owned());

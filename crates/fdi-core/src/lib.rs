@@ -94,5 +94,6 @@ pub use unit::{
     layout::Component,
     learning::{Disagreement, NotLearnt, UnitLearningError},
     learnt_unit::{LearntUnit, OtherBundle, UnitRecording, UnitState},
+    numbers::{LearntNumber, LearntNumbers},
     search::UnitSearchError,
 };

@@ -12,6 +12,7 @@ pub(crate) mod layout;
 pub(crate) mod learning;
 pub(crate) mod learnt_unit;
 pub(crate) mod monitor;
+pub(crate) mod numbers;
 pub(crate) mod quantities;
 pub(crate) mod search;
 pub(crate) mod sensors;

@@ -46,7 +46,7 @@ pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, Trend
 pub use notice::{Notice, NoticeCode};
 pub use proposal::{Proposal, ProposedRecording, Separation};
 pub use tolerance_use::ToleranceUse;
-pub use unit::{LearntFrom, UnitSummary};
+pub use unit::{LearntFrom, UnitNumber, UnitSummary};
 
 /// Version of the JSON documents: raised when a field changes its meaning or goes,
 /// not when one is added.

@@ -37,7 +37,7 @@ pub use document::{
     Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal,
     ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead,
     SCHEMA_VERSION, Sensitivity, Separation, Slope, Standing, Status, ToleranceUse, TrendPoint,
-    UnitSummary, Verdict,
+    UnitNumber, UnitSummary, Verdict,
 };
 pub use figure::{
     DrawnMode, convergence_figure_svg, detection_figure_svg, fault_change_figure_svg,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{
     BundleSummary, Calibration, Diagnosis, EffectCatalogue, Evaluation, Explanation, Fleet,
-    Proposal, words,
+    Proposal, UnitSummary, words,
 };
 
 /// A form that the program reads or writes.
@@ -34,11 +34,13 @@ pub enum Schema {
     Effects,
     /// The JSON of the trends beside a report of `diagnose`.
     Fleet,
+    /// The JSON of `unit show`.
+    Unit,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Recording,
         Self::Diagnosis,
         Self::Bundle,
@@ -48,6 +50,7 @@ impl Schema {
         Self::Proposal,
         Self::Effects,
         Self::Fleet,
+        Self::Unit,
     ];
 
     /// A JSON Schema (draft 2020-12), or for the recording its tables in Markdown.
@@ -62,6 +65,7 @@ impl Schema {
             Self::Proposal => json_schema::<Proposal>(),
             Self::Effects => json_schema::<EffectCatalogue>(),
             Self::Fleet => json_schema::<Fleet>(),
+            Self::Unit => json_schema::<UnitSummary>(),
         }
     }
 }
@@ -70,7 +74,7 @@ words! {
     Schema {
         Recording "recording", Diagnosis "diagnosis", Bundle "bundle", Evaluation "evaluation",
         Explanation "explanation", Calibration "calibration", Proposal "proposal",
-        Effects "effects", Fleet "fleet",
+        Effects "effects", Fleet "fleet", Unit "unit",
     }
 }
 

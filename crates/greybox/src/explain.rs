@@ -2,7 +2,7 @@
 
 use core::cmp::Ordering;
 
-use ema_sim::{EffectId, MachineSignals, model_file::MachineModel};
+use ema_sim::{EffectId, FaultId, MachineSignals, model_file::MachineModel};
 use inference::{Whitener, rms};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
@@ -580,7 +580,8 @@ fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, FaultLevel
             Ordering::Equal => {
                 let parts = [fitted.values[p], fitted.values[p + 1]];
                 let covariance = covariance.fixed_view::<2, 2>(p, p);
-                Some(("k6".to_owned(), amount(parts, &covariance.into_owned())))
+                let key = FaultId::Eccentricity.symbol().to_owned();
+                Some((key, amount(parts, &covariance.into_owned())))
             }
             Ordering::Greater => None,
         }

@@ -14,6 +14,7 @@ use crate::{
 
 /// Where the noise level is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NoiseSource {
     /// The difference of two recordings of the same command.
     Repeat,

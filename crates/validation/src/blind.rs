@@ -161,7 +161,10 @@ pub(crate) fn built(root: &Path) -> Result<PathBuf> {
     if !status.success() {
         bail!("cargo build --release --package fdi-cli: {status}");
     }
-    Ok(root.join("target/release").join(format!("fdi{}", std::env::consts::EXE_SUFFIX)))
+    // cargo runs in `root`, so that a relative folder is one of `root`
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    let name = format!("fdi{}", std::env::consts::EXE_SUFFIX);
+    Ok(root.join(target).join("release").join(name))
 }
 
 /// Where the results go: scored ones by their seeds, and always on from where they were, here or,

@@ -107,7 +107,7 @@ const BATCHES: [Batch; 8] = [
         fidelity: Fidelity::Low,
         tolerance: ToleranceUse::Model,
         first: true,
-        evaluations: &[252],
+        evaluations: &[155],
         limit_ratio: 2.0,
     },
     Batch {
@@ -117,8 +117,8 @@ const BATCHES: [Batch; 8] = [
         fidelity: Fidelity::Low,
         tolerance: ToleranceUse::Model,
         first: false,
-        evaluations: &[110, 160, 181, 209, 385],
-        limit_ratio: 0.4,
+        evaluations: &[79, 55, 105, 157, 205],
+        limit_ratio: 0.2,
     },
     Batch {
         name: "sines, tolerances, batch",

@@ -6,6 +6,7 @@
 
 mod bar;
 mod bayesopt;
+mod cranfield;
 mod diagnosis;
 mod experiments;
 mod explaining;
@@ -71,6 +72,11 @@ const PAGES: &[Page] = &[
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "units", quick: units::quick, text: |_| units::text().map(Into::into) },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
+    Page {
+        name: "cranfield",
+        quick: cranfield::quick,
+        text: |_| cranfield::text().map(Into::into),
+    },
 ];
 
 /// Rebuilds the pages, or with `check` recomputes their quick figures.
@@ -113,7 +119,7 @@ pub fn validate_pages(root: &Path, only: Option<&str>, check: bool) -> Result<()
 
 /// Data that a page needs and does not have here.
 fn lacks(page: &Page) -> Option<&'static str> {
-    (page.name == "measured" && measured::is_without_data())
+    (["measured", "cranfield"].contains(&page.name) && measured::is_without_data())
         .then_some("`FDI_MEASURED_DATA` does not name the folder of measured recordings")
 }
 

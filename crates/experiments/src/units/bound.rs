@@ -1,7 +1,11 @@
 //! Least standard deviations that a diagnosis of a machine within its tolerances can have.
 
-use fdi_core::{Bundle, Experiment, in_parallel, unit_noise_covariance};
-use inference::{BandedMatrix, SymmetricMatrix, dot, tapered_covariance};
+use fdi_core::{
+    Bundle, Experiment,
+    ema_sim::{FaultCoordinates, Parameter, ThermalNumber, UncertainNumber},
+    in_parallel, unit_noise_covariance,
+};
+use inference::{BandedCholesky, BandedMatrix, SymmetricMatrix, dot, tapered_covariance};
 
 use super::hidden::{Hidden, SENSORS, SESSION, UNIT};
 use crate::request::EvaluationError;
@@ -79,6 +83,112 @@ pub fn unit_bounds(
     case: &BoundCase,
     jobs: usize,
 ) -> Result<[f64; 6], EvaluationError> {
+    let unknowns = unknowns(case.scale);
+    let parts = parts(&unknowns, case, case.references + 1);
+    let Whole { information, .. } = whole(bundle, case, &unknowns, &parts, jobs)?;
+    let variance = |place: usize| variance(&information, &[(place, 1.0)]);
+    let std = |place: usize| match place {
+        5 => (0.5 * (variance(5) + variance(6))).sqrt(),
+        other => variance(other).sqrt(),
+    };
+    Ok([0, 1, 2, 3, 4, 5].map(std))
+}
+
+/// Least standard deviation of a number of a unit as new, over that of its tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NumberBound {
+    /// Key as [`fdi_core::LearntNumber`] has it.
+    pub key: String,
+    /// Standard deviation over that of the tolerances.
+    pub share: f64,
+}
+
+/// Least standard deviations that any unbiased inference from the recordings of a unit as new can
+/// have of its numbers, and of the motor's inertia over its torque constant; bounds as those of
+/// [`unit_bounds`].
+///
+/// # Errors
+///
+/// [`EvaluationError`] when the machine cannot be simulated.
+pub fn number_bounds(
+    bundle: &Bundle,
+    case: &BoundCase,
+    jobs: usize,
+) -> Result<Vec<NumberBound>, EvaluationError> {
+    let mut unknowns = unknowns(case.scale);
+    // machines as new have no damage
+    unknowns.retain(|unknown| !matches!(unknown.scatter, ScatterOfBound::Damage));
+    let parts = parts(&unknowns, case, case.references);
+    let Whole { information, .. } = whole(bundle, case, &unknowns, &parts, jobs)?;
+    let of_unit = |part: &Part| part.shares.iter().all(|share| *share == 1.0);
+    let is_number = |part: &Part| {
+        let scatter = &unknowns[part.unknown].scatter;
+        matches!(scatter, ScatterOfBound::Coefficient(_)) || of_unit(part)
+    };
+    let bound = |place: usize| NumberBound {
+        key: unknowns[parts[place].unknown].key.clone(),
+        share: (variance(&information, &[(place, 1.0)]) * parts[place].precision).sqrt(),
+    };
+    let numbers = (0..parts.len()).filter(|&place| is_number(&parts[place]));
+    let mut bounds: Vec<NumberBound> = numbers.map(bound).collect();
+    let place = |parameter: &Parameter| {
+        let is_it = |part: &Part| of_unit(part) && unknowns[part.unknown].key == parameter.key();
+        parts.iter().position(is_it)
+    };
+    let (inertia, torque_constant) = (&Parameter::MOTOR_INERTIA, &Parameter::BACK_EMF);
+    if let (Some(over), Some(under)) = (place(inertia), place(torque_constant)) {
+        let prior = 1.0 / parts[over].precision + 1.0 / parts[under].precision;
+        let left = variance(&information, &[(over, 1.0), (under, -1.0)]);
+        let key = format!("{} / {}", inertia.key(), torque_constant.key());
+        bounds.push(NumberBound { key, share: (left / prior).sqrt() });
+    }
+    Ok(bounds)
+}
+
+/// Evidence for changes of one recording's signal that neither damage nor the numbers of a machine
+/// within its tolerances explain.
+pub(super) struct Evidence {
+    whole: Whole,
+    parts: Vec<Part>,
+}
+
+impl Evidence {
+    /// Of one recording at full tolerances.
+    pub(super) fn of_one_recording(bundle: &Bundle, jobs: usize) -> Result<Self, EvaluationError> {
+        let case = BoundCase::alone(1.0);
+        let unknowns = unknowns(case.scale);
+        let parts = parts(&unknowns, &case, 1);
+        let whole = whole(bundle, &case, &unknowns, &parts, jobs)?;
+        Ok(Self { whole, parts })
+    }
+
+    /// `λ = dᵀ·Σ⁻¹·d − (J·Σ⁻¹·d)ᵀ·C·(J·Σ⁻¹·d)` of a change `d`: twice the logarithm of the likelihood
+    /// ratio that it is worth, all else free within its prior.
+    pub(super) fn lambda(&self, change_a: &[f64]) -> f64 {
+        let mut white = change_a.to_vec();
+        self.whole.factor.whiten(&mut white);
+        let share = |part: &Part| part.shares[0] * dot(&self.whole.rows[part.unknown], &white);
+        let seen: Vec<f64> = self.parts.iter().map(share).collect();
+        let explained = dot(&seen, &self.whole.information.solve_semidefinite(&seen));
+        dot(&white, &white) - explained
+    }
+}
+
+/// Slopes of one recording as white numbers, and what recordings and priors say of the parts.
+struct Whole {
+    factor: BandedCholesky,
+    /// One row an unknown.
+    rows: Vec<Vec<f64>>,
+    information: SymmetricMatrix,
+}
+
+fn whole(
+    bundle: &Bundle,
+    case: &BoundCase,
+    unknowns: &[UnknownOfBound],
+    parts: &[Part],
+    jobs: usize,
+) -> Result<Whole, EvaluationError> {
     let experiment = &bundle.experiment;
     let nominal = Hidden::nominal(experiment);
     let mut whole = noise(experiment, &nominal, jobs)?;
@@ -87,8 +197,7 @@ pub fn unit_bounds(
     }
     let factor =
         whole.cholesky().map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
-    let unknowns = unknowns(case.scale);
-    let mut rows = in_parallel(&unknowns, jobs, |_, unknown| -> Result<_, EvaluationError> {
+    let mut rows = in_parallel(unknowns, jobs, |_, unknown| -> Result<_, EvaluationError> {
         let side = |by: f64| {
             let mut moved = nominal.clone();
             (unknown.add)(&mut moved, by);
@@ -100,23 +209,21 @@ pub fn unit_bounds(
     })?;
     factor.whiten_each(&mut rows);
     let gram = |i: usize, j: usize| dot(&rows[i], &rows[j]);
-    let parts = parts(&unknowns, case);
     let information = SymmetricMatrix::from_fn(parts.len(), |i, j| {
         let prior = if i == j { parts[i].precision } else { 0.0 };
-        let shared = |r: usize| parts[i].shares[r] * parts[j].shares[r];
-        let recordings = (0..=case.references).map(shared).sum::<f64>();
+        let recordings = dot(&parts[i].shares, &parts[j].shares);
         recordings * gram(parts[i].unknown, parts[j].unknown) + prior
     });
-    let variance = |place: usize| -> f64 {
-        let mut unit = vec![0.0; parts.len()];
-        unit[place] = 1.0;
-        information.solve_semidefinite(&unit)[place]
-    };
-    let std = |place: usize| match place {
-        5 => (0.5 * (variance(5) + variance(6))).sqrt(),
-        other => variance(other).sqrt(),
-    };
-    Ok([0, 1, 2, 3, 4, 5].map(std))
+    Ok(Whole { factor, rows, information })
+}
+
+/// Variance that an information leaves of a combination, given by place and weight.
+fn variance(information: &SymmetricMatrix, of: &[(usize, f64)]) -> f64 {
+    let mut weights = vec![0.0; information.order()];
+    for &(place, weight) in of {
+        weights[place] = weight;
+    }
+    dot(&weights, &information.solve_semidefinite(&weights))
 }
 
 /// Covariance of the noise of electronics and sensors on a healthy machine's signal.
@@ -160,9 +267,8 @@ struct Part {
     precision: f64,
 }
 
-/// Damage of the recording diagnosed, then numbers of the unit and of each day.
-fn parts(unknowns: &[UnknownOfBound], case: &BoundCase) -> Vec<Part> {
-    let recordings = case.references + 1;
+/// Damage of the recording diagnosed, the last, then numbers of the unit and of each day.
+fn parts(unknowns: &[UnknownOfBound], case: &BoundCase, recordings: usize) -> Vec<Part> {
     let only =
         |one: usize| (0..recordings).map(|r| f64::from(u8::from(r == one))).collect::<Vec<f64>>();
     let temperatures_k = case.temperatures_k();
@@ -188,7 +294,7 @@ fn parts(unknowns: &[UnknownOfBound], case: &BoundCase) -> Vec<Part> {
                 }
             }
             ScatterOfBound::Coefficient(std) if std > 0.0 => {
-                add(temperatures_k.clone(), precision(std));
+                add(temperatures_k[..recordings].to_vec(), precision(std));
             }
             ScatterOfBound::Coefficient(_) => {}
         }
@@ -201,6 +307,8 @@ type Addition = Box<dyn Fn(&mut Hidden, f64) + Sync>;
 
 /// One unknown of the bound.
 struct UnknownOfBound {
+    /// Key of its tolerance, with the phase where there are three; of damage its name.
+    key: String,
     add: Addition,
     step: f64,
     scatter: ScatterOfBound,
@@ -221,38 +329,50 @@ enum ScatterOfBound {
 /// Change of a machine by the size of one number.
 type Change = fn(&mut Hidden, f64);
 
-/// Scatter of the machine's numbers between units and between sessions, the step of their slopes where
+/// Keys of the machine's numbers, their scatter between units and between sessions, the step of their slopes where
 /// another unknown does the same, and how they change the machine.
 ///
 /// The controller's ticks have kinks: what is alike takes equal differences, a friction of 2·0.01 of
 /// k1, a play of 99·0.001 of k2.
-const MACHINE_NUMBERS: [(f64, f64, Option<f64>, Change); 9] = [
-    (UNIT.torque_constant, 0.0, None, |hidden, by| {
+const MACHINE_NUMBERS: [(&str, f64, f64, Option<f64>, Change); 9] = [
+    (Parameter::BACK_EMF.key(), UNIT.torque_constant, 0.0, None, |hidden, by| {
         hidden.actuator.motor.back_emf_v_s_per_rad *= 1.0 + by;
     }),
-    (UNIT.motor_inertia, 0.0, None, |hidden, by| {
+    (Parameter::MOTOR_INERTIA.key(), UNIT.motor_inertia, 0.0, None, |hidden, by| {
         hidden.actuator.motor.inertia_kg_m2 *= 1.0 + by;
     }),
-    (UNIT.surface_inertia, 0.0, None, |hidden, by| {
+    (Parameter::SURFACE_INERTIA.key(), UNIT.surface_inertia, 0.0, None, |hidden, by| {
         hidden.actuator.transmission.surface_inertia_kg_m2 *= 1.0 + by;
     }),
-    (UNIT.viscous, SESSION.viscous, None, |hidden, by| {
+    (Parameter::VISCOUS.key(), UNIT.viscous, SESSION.viscous, None, |hidden, by| {
         hidden.actuator.motor.viscous_n_m_s_per_rad *= 1.0 + by;
     }),
-    (UNIT.friction, SESSION.friction, Some(0.02), |hidden, by| {
-        hidden.actuator.transmission.kinetic_friction_n_m *= 1.0 + by;
-        hidden.actuator.transmission.static_friction_n_m *= 1.0 + by;
-    }),
-    (UNIT.static_over_kinetic, SESSION.static_over_kinetic, None, |hidden, by| {
-        hidden.actuator.transmission.static_friction_n_m *= 1.0 + by;
-    }),
-    (UNIT.play, 0.0, Some(0.099), |hidden, by| {
+    (
+        Parameter::KINETIC_FRICTION.key(),
+        UNIT.friction,
+        SESSION.friction,
+        Some(0.02),
+        |hidden, by| {
+            hidden.actuator.transmission.kinetic_friction_n_m *= 1.0 + by;
+            hidden.actuator.transmission.static_friction_n_m *= 1.0 + by;
+        },
+    ),
+    (
+        UncertainNumber::StaticOverKinetic.key(),
+        UNIT.static_over_kinetic,
+        SESSION.static_over_kinetic,
+        None,
+        |hidden, by| {
+            hidden.actuator.transmission.static_friction_n_m *= 1.0 + by;
+        },
+    ),
+    (Parameter::BACKLASH.key(), UNIT.play, 0.0, Some(0.099), |hidden, by| {
         hidden.actuator.transmission.backlash_rad *= 1.0 + by;
     }),
-    (UNIT.efficiency, 0.0, None, |hidden, by| {
+    (Parameter::EFFICIENCY.key(), UNIT.efficiency, 0.0, None, |hidden, by| {
         hidden.actuator.transmission.efficiency_ratio *= 1.0 + by;
     }),
-    (LOAD_STD_N_M, 0.0, None, |hidden, by| hidden.load_n_m += by),
+    (UncertainNumber::Load.key(), LOAD_STD_N_M, 0.0, None, |hidden, by| hidden.load_n_m += by),
 ];
 
 /// Scatter of the load of the chirp, 0.5 N·m: 5 % and 0.1 N·m in squares.
@@ -262,6 +382,7 @@ const LOAD_STD_N_M: f64 = 0.103_077_640_640_441_5;
 fn unknowns(scale: f64) -> Vec<UnknownOfBound> {
     let mut all: Vec<UnknownOfBound> = (0..7)
         .map(|place| UnknownOfBound {
+            key: FaultCoordinates::NAMES[place].to_owned(),
             add: Box::new(move |hidden: &mut Hidden, by: f64| hidden.damage.0[place] += by),
             step: if place == 1 { 0.001 } else { 0.01 },
             scatter: ScatterOfBound::Damage,
@@ -270,31 +391,42 @@ fn unknowns(scale: f64) -> Vec<UnknownOfBound> {
     if scale <= 0.0 {
         return all;
     }
-    let number = |unit: f64, session: f64, step: Option<f64>, add| UnknownOfBound {
+    let number = |key: String, unit: f64, session: f64, step: Option<f64>, add| UnknownOfBound {
+        key,
         add,
         step: step.unwrap_or(SLOPE_SHARE * unit),
         scatter: ScatterOfBound::Number { unit: scale * unit, session: scale * session },
     };
-    for (unit, session, step, add) in MACHINE_NUMBERS {
-        all.push(number(unit, session, step, Box::new(add)));
+    for (key, unit, session, step, add) in MACHINE_NUMBERS {
+        all.push(number(key.to_owned(), unit, session, step, Box::new(add)));
     }
-    let parts = |phase: usize| -> [(f64, f64, Addition); 3] {
+    let parts = |phase: usize| -> [(UncertainNumber, f64, f64, Addition); 3] {
+        use UncertainNumber::{PhaseGain, PhaseOffset, Turns};
         [
-            (UNIT.gain, SESSION.gain, Box::new(move |hidden, by| hidden.gains[phase] += by)),
             (
+                PhaseGain,
+                UNIT.gain,
+                SESSION.gain,
+                Box::new(move |hidden, by| hidden.gains[phase] += by),
+            ),
+            (
+                PhaseOffset,
                 UNIT.offset_a,
                 SESSION.offset_a,
                 Box::new(move |hidden, by| hidden.offsets_a[phase] += by),
             ),
-            (UNIT.turns, 0.0, Box::new(move |hidden, by| hidden.turns[phase] += by)),
+            (Turns, UNIT.turns, 0.0, Box::new(move |hidden, by| hidden.turns[phase] += by)),
         ]
     };
-    for (unit, session, add) in (0..3).flat_map(parts) {
-        all.push(number(unit, session, None, add));
+    for (phase, name) in ["a", "b", "c"].into_iter().enumerate() {
+        for (of, unit, session, add) in parts(phase) {
+            all.push(number(format!("{}.{name}", of.key()), unit, session, None, add));
+        }
     }
-    for part in 0..2 {
+    for (part, name) in ["cos", "sin"].into_iter().enumerate() {
         let add = Box::new(move |hidden: &mut Hidden, by: f64| hidden.eccentricity[part] += by);
-        all.push(number(UNIT.eccentricity, 0.0, None, add));
+        let key = format!("{}.{name}", UncertainNumber::Eccentricity.key());
+        all.push(number(key, UNIT.eccentricity, 0.0, None, add));
     }
     // relative changes of what follows the temperature, as its numbers take them
     let warm: [Change; 4] = [
@@ -306,11 +438,13 @@ fn unknowns(scale: f64) -> Vec<UnknownOfBound> {
         },
         |hidden, by| hidden.actuator.motor.viscous_n_m_s_per_rad *= 1.0 + by,
     ];
-    for (std, add) in UNIT.coefficients.into_iter().zip(warm) {
+    for ((std, add), of) in UNIT.coefficients.into_iter().zip(warm).zip(ThermalNumber::ALL) {
         let scatter = ScatterOfBound::Coefficient(scale * std);
-        all.push(UnknownOfBound { add: Box::new(add), step: 0.01, scatter });
+        let key = format!("temperature.{}", of.key());
+        all.push(UnknownOfBound { key, add: Box::new(add), step: 0.01, scatter });
     }
     all.push(UnknownOfBound {
+        key: UncertainNumber::WindingTemperature.key().to_owned(),
         add: Box::new(|hidden, by| hidden.temperature_k += by),
         step: 5.0,
         scatter: ScatterOfBound::Temperature,

@@ -4,8 +4,9 @@
 use fdi_core::{
     Channel, ChannelName, CommandSource, Experiment, Metadata, Purpose, Recording, RootSeed,
     ema_sim::{
-        Actuator, Converter, FaultCoordinates, HighFidelity, LowFidelity, PhaseSensors,
-        PhysicalFaults, Scenario, Sector, SimulationError,
+        Actuator, Converter, Effect, FaultCoordinates, HighFidelity, LowFidelity, Parameter,
+        PhaseSensors, PhysicalFaults, Scenario, Sector, SimulationError, ThermalNumber,
+        UncertainNumber,
     },
     report::FaultId,
 };
@@ -177,6 +178,8 @@ pub(super) struct Hidden {
     /// Temperature beyond that of the model file's numbers.
     pub(super) temperature_k: f64,
     pub(super) damage: FaultCoordinates,
+    /// Physics that the model file does not have.
+    pub(super) effects: Vec<Effect>,
 }
 
 impl Hidden {
@@ -191,6 +194,7 @@ impl Hidden {
             coefficients: COEFFICIENTS,
             temperature_k: 0.0,
             damage: FaultCoordinates([0.0; 7]),
+            effects: Vec::new(),
         }
     }
 
@@ -234,6 +238,36 @@ impl Hidden {
         self.temperature_k += scale * by.temperature_k * chance.normal();
     }
 
+    /// A number of the machine as built, by the key of its tolerance.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        let gear = &self.actuator.transmission;
+        if let Some((over, under)) = key.split_once(" / ") {
+            return Some(self.number(over)? / self.number(under)?);
+        }
+        if let Some(parameter) = Parameter::find(key) {
+            return Some(parameter.get(&self.actuator));
+        }
+        let (of, part) = key.rsplit_once('.')?;
+        let place = ["a", "b", "c"].iter().position(|phase| *phase == part);
+        match UncertainNumber::find(key).or_else(|| UncertainNumber::find(of))? {
+            UncertainNumber::StaticOverKinetic => {
+                Some(gear.static_friction_n_m / gear.kinetic_friction_n_m)
+            }
+            UncertainNumber::Load => Some(self.load_n_m),
+            UncertainNumber::PhaseGain => Some(1.0 + self.gains[place?]),
+            UncertainNumber::PhaseOffset => Some(self.offsets_a[place?]),
+            UncertainNumber::Turns => Some(1.0 + self.turns[place?]),
+            UncertainNumber::Eccentricity => Some(self.eccentricity[usize::from(part == "sin")]),
+            _ => None,
+        }
+    }
+
+    /// A temperature coefficient, 1/K, by its key `temperature.…`.
+    pub(super) fn coefficient(&self, key: &str) -> Option<f64> {
+        let is_it = |number: &ThermalNumber| key == format!("temperature.{}", number.key());
+        Some(self.coefficients[ThermalNumber::ALL.iter().position(is_it)?])
+    }
+
     /// The actuator at its temperature.
     fn warm(&self) -> Actuator {
         let mut actuator = self.actuator;
@@ -255,7 +289,8 @@ impl Hidden {
     ) -> Result<([Vec<f64>; 3], Vec<f64>), SimulationError> {
         let scenario = Scenario { load_n_m: self.load_n_m, ..scenario.clone() };
         let scenario = scenario.with_real_electronics(seed);
-        let trace = HighFidelity::new(&self.warm(), &scenario)?.try_simulate(&self.faults())?;
+        let model = HighFidelity::new(&self.warm(), &scenario)?.with_effects(&self.effects)?;
+        let trace = model.try_simulate(&self.faults())?;
         Ok((self.sensed(trace.phase_currents_a), trace.motor_angle_rad))
     }
 
@@ -284,7 +319,8 @@ impl Hidden {
         experiment: &Experiment,
     ) -> Result<Vec<f64>, SimulationError> {
         let scenario = Scenario { load_n_m: self.load_n_m, ..experiment.scenario.clone() };
-        let trace = LowFidelity::new(&self.warm(), &scenario)?.try_simulate(&self.faults())?;
+        let model = LowFidelity::new(&self.warm(), &scenario)?.with_effects(&self.effects)?;
+        let trace = model.try_simulate(&self.faults())?;
         let pole_pairs = self.actuator.motor.pole_pairs;
         let pattern = |angle_rad: &f64| {
             Sector::of_electrical_angle(f64::from(pole_pairs) * angle_rad).pattern()

@@ -89,8 +89,7 @@ pub fn evaluate_learnt(
         let own = RootSeed(seed).derive(Purpose::Units, index);
         let days = Days { half_width_k: line.half_width_k, reading_std_k: line.reading_std_k };
         let mut unit = Owned::drawn(experiment, days, line.misstated, own);
-        let references = (0..line.references).map(|_| unit.record(FaultCoordinates([0.0; 7])));
-        let references = references.collect::<Result<Vec<Recording>, EvaluationError>>()?;
+        let references = unit.records_as_new(line.references)?;
         let damage = line.damage.draw(&mut unit.chance);
         let recording = unit.record(damage)?;
         let options =
@@ -130,12 +129,12 @@ struct Days {
 const DAYS: Days = Days { half_width_k: 40.0, reading_std_k: Some(3.0) };
 
 /// A hidden unit with what is drawn for it.
-struct Owned<'a> {
+pub(super) struct Owned<'a> {
     experiment: &'a Experiment,
     days: Days,
-    hidden: Hidden,
+    pub(super) hidden: Hidden,
     session: Scatter,
-    chance: Chance,
+    pub(super) chance: Chance,
     seed: u64,
     recorded: u64,
 }
@@ -151,8 +150,29 @@ impl<'a> Owned<'a> {
         Self { experiment, days, hidden, session, chance, seed, recorded: 0 }
     }
 
+    /// A unit whose scatter is as stated, on cold and hot days whose temperature is read.
+    pub(super) fn usual(experiment: &'a Experiment, seed: u64) -> Self {
+        Self::drawn(experiment, DAYS, 1.0, seed)
+    }
+
+    /// A number of the unit as built, or a coefficient, by the key of its tolerance.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        self.hidden.coefficient(key).or_else(|| self.hidden.number(key))
+    }
+
+    /// Recordings as new, each of a day of its own.
+    pub(super) fn records_as_new(
+        &mut self,
+        recordings: usize,
+    ) -> Result<Vec<Recording>, EvaluationError> {
+        (0..recordings).map(|_| self.record(FaultCoordinates([0.0; 7]))).collect()
+    }
+
     /// A recording of a new day.
-    fn record(&mut self, damage: FaultCoordinates) -> Result<Recording, EvaluationError> {
+    pub(super) fn record(
+        &mut self,
+        damage: FaultCoordinates,
+    ) -> Result<Recording, EvaluationError> {
         let mut hidden = Hidden { damage, ..self.hidden.clone() };
         hidden.scatter(&self.session, 1.0, false, &mut self.chance);
         hidden.temperature_k = self.days.half_width_k * (2.0 * self.chance.uniform() - 1.0);
@@ -178,8 +198,7 @@ pub fn unit_recordings(
     recordings: usize,
     seed: u64,
 ) -> Result<Vec<Recording>, EvaluationError> {
-    let mut unit = Owned::drawn(experiment, DAYS, 1.0, seed);
-    (0..recordings).map(|_| unit.record(FaultCoordinates([0.0; 7]))).collect()
+    Owned::usual(experiment, seed).records_as_new(recordings)
 }
 
 /// A slow wear over sessions, with `fdi unit update` after each.
@@ -212,11 +231,10 @@ pub fn evaluate_wear(
     let indices: Vec<u64> = (0..line.units as u64).collect();
     in_parallel(&indices, jobs, |_, &index| {
         let own = RootSeed(seed).derive(Purpose::Units, index);
-        let mut unit = Owned::drawn(experiment, DAYS, 1.0, own);
+        let mut unit = Owned::usual(experiment, own);
         let one = line.fault.map(|fault| HiddenDamage::Alone(fault, line.rate));
         let rate = one.map_or(FaultCoordinates([0.0; 7]), |one| one.draw(&mut unit.chance));
-        let references = (0..REFERENCES).map(|_| unit.record(FaultCoordinates([0.0; 7])));
-        let references = references.collect::<Result<Vec<_>, EvaluationError>>()?;
+        let references = unit.records_as_new(REFERENCES)?;
         let refused =
             |error: UnitLearningError| EvaluationError::Search { reason: error.to_string() };
         let mut learnt = diagnoser.learn_unit(&references, &options).map_err(refused)?;

@@ -39,6 +39,13 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
+    /// Unit that the recordings are of, as `fdi unit learn` wrote it: its numbers in place of its
+    /// type's
+    #[arg(long, value_name = "FILE", conflicts_with = "model")]
+    pub unit: Option<PathBuf>,
+    /// Bundle that the unit was learnt with [default: the embedded one]
+    #[arg(long, value_name = "FILE", requires = "unit")]
+    pub bundle: Option<PathBuf>,
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]
     pub without: Vec<String>,
@@ -59,6 +66,10 @@ pub struct CalibrateArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
+    /// Bundle of an actuator's model, which knows the error of the low-fidelity model [default: the
+    /// embedded one, where the model is its]
+    #[arg(long, value_name = "FILE")]
+    pub bundle: Option<PathBuf>,
 }
 
 /// Options of `fdi propose`.

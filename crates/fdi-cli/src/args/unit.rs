@@ -22,8 +22,13 @@ pub enum UnitCommand {
     Update(UpdateArgs),
     /// Note that a part was replaced: what was learnt of it is of the old one
     Reset(ResetArgs),
-    /// Say what a unit was learnt from
+    /// Say what a unit was learnt from, and its numbers
     Show(ShowUnitArgs),
+    /// Write the model file of a unit: its numbers, and what is left open of them as tolerances
+    ///
+    /// `fdi explain --model` and `fdi simulate --model` then take the unit for its type. Errors of
+    /// its current sensors, mismatch of its turns and its eccentricity have no place in a model file.
+    Model(ShowUnitArgs),
 }
 
 /// Options of `fdi unit learn`.
@@ -76,12 +81,15 @@ pub struct ResetArgs {
     pub replaced: ReplacedArg,
 }
 
-/// Options of `fdi unit show`.
+/// Options of `fdi unit show` and `fdi unit model`.
 #[derive(Clone, Debug, Args)]
 pub struct ShowUnitArgs {
     /// The unit
     #[arg(value_name = "UNIT")]
     pub unit: PathBuf,
+    /// Bundle that it was learnt with [default: the embedded one]
+    #[arg(long, value_name = "FILE")]
+    pub bundle: Option<PathBuf>,
 }
 
 /// Part of an actuator that was replaced.

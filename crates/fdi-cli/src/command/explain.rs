@@ -26,7 +26,7 @@ use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
     progress::watched,
-    report_file,
+    report_file, unit_file,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -42,7 +42,15 @@ pub(crate) fn explain(
         bail!("no table of this: `--output-format human|json|jsonl`");
     }
     let start = Instant::now();
-    let model = read_machine(&args.model)?;
+    let model = match &args.unit {
+        Some(path) => {
+            let unit = unit_file::read(path)?;
+            let model = super::unit::model_of(&unit, args.bundle.as_ref());
+            MachineModel::Actuator(model.with_context(|| path.display().to_string())?)
+        }
+        None if args.bundle.is_some() => bail!("`--bundle` is of a unit: give `--unit FILE` too"),
+        None => read_machine(&args.model)?,
+    };
     let explained = match recordings(&args.records, &model)? {
         Ok(recordings) => {
             let options = Options {

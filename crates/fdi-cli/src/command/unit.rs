@@ -1,17 +1,19 @@
 //! `fdi unit`.
 
-use std::fmt::Write as _;
+use std::{fmt::Write as _, path::PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Disagreement, LearntUnit, UnitState,
-    report::{LearntFrom, UnitSummary},
+    Disagreement, LearntNumber, LearntNumbers, LearntUnit, UnitState,
+    ema_sim::model_file::{MachineModel, Model},
+    report::{LearntFrom, UnitNumber, UnitSummary},
 };
 
+use super::explain::rounded;
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{LearnArgs, ResetArgs, ShowUnitArgs, UpdateArgs},
-    diagnoser::{ToLearn, diagnoser_of_first, learning_options},
+    diagnoser::{ToLearn, diagnoser_of_first, diagnoser_of_unit, learning_options},
     unit_file::{self, HeldUnit},
 };
 
@@ -71,7 +73,10 @@ pub(crate) fn show_unit(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    let summary = summary(&unit_file::read(&args.unit)?);
+    let unit = unit_file::read(&args.unit)?;
+    let diagnoser = diagnoser_of_unit(&unit, args.bundle.as_ref())?;
+    let numbers = diagnoser.map(|diagnoser| diagnoser.unit_numbers(&unit)).transpose()?;
+    let summary = summary(&unit, numbers.as_ref());
     let text = match global.output_format {
         OutputFormat::Human => describe(&summary),
         OutputFormat::Json => serde_json::to_string_pretty(&summary)? + "\n",
@@ -80,6 +85,33 @@ pub(crate) fn show_unit(
     };
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
+}
+
+/// Writes the model file of a unit.
+pub(crate) fn write_model(
+    args: &ShowUnitArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let unit = unit_file::read(&args.unit)?;
+    if global.output_format != OutputFormat::Human {
+        bail!("the model file of a unit has no other form: leave `--output-format` out");
+    }
+    let named = || args.unit.display().to_string();
+    let model = model_of(&unit, args.bundle.as_ref()).with_context(named)?;
+    let written = MachineModel::Actuator(model).write();
+    streams.product(global.output.as_deref(), |out| out.write_all(written.as_bytes()))?;
+    Ok(ExitStatus::Done)
+}
+
+/// The model of a unit.
+pub(crate) fn model_of(unit: &LearntUnit, bundle: Option<&PathBuf>) -> Result<Model> {
+    let Some(diagnoser) = diagnoser_of_unit(unit, bundle)? else {
+        bail!(
+            "no bundle at hand is the one that the unit was learnt with: `--bundle FILE` names it"
+        );
+    };
+    Ok(diagnoser.unit_numbers(unit)?.model)
 }
 
 /// Writes a unit where it was read, or where `--output` says.
@@ -99,7 +131,8 @@ fn written(
     Ok(())
 }
 
-fn warning(disagreement: &Disagreement) -> String {
+/// Warning of a recording as new that disagrees.
+pub(crate) fn warning(disagreement: &Disagreement) -> String {
     let Disagreement { name, findings, against_others } = disagreement;
     let against = if *against_others { "the other recordings" } else { "its type" };
     let what = findings.join(", ");
@@ -122,7 +155,19 @@ fn sentence(unit: &LearntUnit) -> String {
     )
 }
 
-fn summary(unit: &LearntUnit) -> UnitSummary {
+fn summary(unit: &LearntUnit, numbers: Option<&LearntNumbers>) -> UnitSummary {
+    let number = |one: &LearntNumber| UnitNumber {
+        key: one.key.clone(),
+        nominal: one.nominal,
+        value: one.value,
+        std: one.std,
+        interval_95: one.interval_95(),
+        prior_std: one.prior_std,
+        determined: one.is_determined(),
+    };
+    let all = |of: fn(&LearntNumbers) -> &[LearntNumber]| {
+        numbers.map(|numbers| of(numbers).iter().map(number).collect()).unwrap_or_default()
+    };
     let recording = |one: &fdi_core::UnitRecording| LearntFrom {
         name: one.name.clone(),
         session: one.session.clone(),
@@ -133,6 +178,8 @@ fn summary(unit: &LearntUnit) -> UnitSummary {
         model: unit.model_name().to_owned(),
         command: unit.command().to_owned(),
         recordings: unit.recordings().iter().map(recording).collect(),
+        numbers: all(|numbers| &numbers.numbers),
+        ratios: all(|numbers| &numbers.ratios),
     }
 }
 
@@ -149,6 +196,20 @@ fn describe(summary: &UnitSummary) -> String {
         let label = if recording.as_new { "as new" } else { "since" };
         let session = recording.session.as_deref().unwrap_or("no session stated");
         line(label, &format!("{} ({session})", recording.name));
+    }
+    if summary.numbers.is_empty() {
+        line("numbers", "not shown: no bundle at hand is the one that the unit was learnt with");
+        return text;
+    }
+    let width = summary.numbers.iter().chain(&summary.ratios).map(|one| one.key.len());
+    let width = width.max().unwrap_or(0);
+    let _ = writeln!(text, "\n{:<width$} {:>11} {:>11}   95 %", "number", "data sheet", "unit");
+    for number in summary.numbers.iter().chain(&summary.ratios) {
+        let UnitNumber { key, nominal, value, .. } = number;
+        let [from, to] = number.interval_95.map(rounded);
+        let left = if number.determined { "" } else { "   not determined" };
+        let (nominal, value) = (rounded(*nominal), rounded(*value));
+        let _ = writeln!(text, "{key:<width$} {nominal:>11} {value:>11}   {from} to {to}{left}");
     }
     text
 }

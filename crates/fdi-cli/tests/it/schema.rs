@@ -54,7 +54,7 @@ pub(crate) fn violations(value: &Value, schema: &Value, root: &Value, at: &str) 
                 !rule.as_array().unwrap().iter().any(|name| missing(&name))
             }
             // stricter than the schema, which lets readers meet fields of a later version
-            "properties" => value.as_object().unwrap().iter().all(|(name, inner)| {
+            "properties" => value.as_object().into_iter().flatten().all(|(name, inner)| {
                 let Some(of) = rule.get(name) else { return false };
                 found.extend(violations(inner, of, root, &format!("{at}/{name}")));
                 true

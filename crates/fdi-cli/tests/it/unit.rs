@@ -2,9 +2,14 @@
 
 use std::fs::{self, File};
 
+use approx::assert_relative_eq;
 use fdi_core::{
     Schema,
-    report::{Diagnosis, FindingKind, NoticeCode, RecordDiagnosis, Verdict},
+    ema_sim::model_file,
+    report::{
+        Calibration, Diagnosis, FindingKind, NoticeCode, RecordDiagnosis, UnitNumber, UnitSummary,
+        Verdict,
+    },
 };
 use serde_json::Value;
 use tempfile::TempDir;
@@ -98,6 +103,78 @@ fn a_unit_is_learnt_and_diagnosed_a_year_later() {
     let other = record(&folder, "B-1", "2027-11-03", "k2=0.002", "13");
     let answer = diagnosed(&folder, &other, &["--unit", "."]);
     assert!(answer.notices.iter().all(|one| one.code != NoticeCode::ReferenceUsed));
+}
+
+/// A number of a unit, or of a calibration, by its key.
+fn number<'a>(all: &'a [UnitNumber], key: &str) -> &'a UnitNumber {
+    all.iter().find(|number| number.key == key).unwrap_or_else(|| panic!("{key}: {all:?}"))
+}
+
+#[test]
+fn a_unit_has_numbers_and_a_model_file() {
+    let folder = learnt();
+    let show = ["unit", "show", "A-7.fdi-unit", "--output-format", "json"];
+    let shown: UnitSummary = answer(&output(folder.path(), &show), Schema::Unit);
+    // the play of this machine is a fifth wider than the data sheet's 5e-5 rad
+    let play = number(&shown.numbers, "transmission.backlash-rad");
+    let [least, most] = play.interval_95;
+    assert!(play.determined && least < 6.0e-5 && 6.0e-5 < most, "{play:?}");
+    assert!(least > 5.0e-5, "the data sheet's play is told from it: {play:?}");
+    // magnets and inertia show through their ratio alone
+    let magnets = number(&shown.numbers, "motor.back-emf-v-s-per-rad");
+    assert!(!magnets.determined, "{magnets:?}");
+    let ratio = number(&shown.ratios, "motor.inertia-kg-m2 / motor.back-emf-v-s-per-rad");
+    assert!(ratio.determined, "{ratio:?}");
+    assert_relative_eq!(ratio.value, 2.55e-5 / 0.0368, max_relative = 0.02);
+    // what does not show in this test stays as it was
+    let resistance = number(&shown.numbers, "motor.resistance-ohm");
+    assert!(!resistance.determined);
+    assert_relative_eq!(resistance.std, resistance.prior_std, max_relative = 1e-6);
+
+    // calibration says the same
+    let recordings = ["A-7_2026-11-02.csv", "A-7_2026-11-03.csv"];
+    let calibrate = ["calibrate", "--model", "ema-48", "--output-format", "json", "--train"];
+    let said = output(folder.path(), &[&calibrate[..], &recordings].concat());
+    let calibrated: Calibration = answer(&said, Schema::Calibration);
+    let play = &calibrated.parameters["transmission.backlash-rad"];
+    let [least, most] = play.interval_95;
+    assert!(play.determined && least < 6.0e-5 && 6.0e-5 < most, "{play:?}");
+    assert!(!calibrated.parameters["motor.back-emf-v-s-per-rad"].determined);
+
+    // a damaged machine is told, as is a bundle of another test
+    let short = record(&folder, "A-7", "2026-11-04", "k4=0.12", "9");
+    let said = output(folder.path(), &[&calibrate[..], &recordings, &[&short]].concat());
+    let told = String::from_utf8_lossy(&said.stderr).into_owned();
+    assert!(told.contains("warning: A-7_2026-11-04.csv disagrees with"), "{told}");
+    let asked = ["--bundle", "A-7.fdi-unit", "--command", "sine"];
+    let refused = refusal(&folder, &[&calibrate[..], &recordings, &asked].concat());
+    assert!(refused.contains("A-7.fdi-unit"), "{refused}");
+
+    // the model file of the unit is one of which a machine can be made
+    let written = output(folder.path(), &["unit", "model", "A-7.fdi-unit", "-o", "A-7.toml"]);
+    assert!(written.status.success(), "{}", whole(&written));
+    let model = fs::read_to_string(folder.path().join("A-7.toml")).unwrap();
+    let model = model_file::parse(&model).unwrap();
+    assert_eq!(model.name.as_deref(), Some("A-7"));
+    assert_relative_eq!(model.actuator.transmission.backlash_rad, 6.0e-5, max_relative = 0.1);
+    // and whose recordings it explains
+    let explain = ["explain", "--unit", "A-7.fdi-unit", "--train", "A-7_2026-11-02.csv"];
+    let said = output(folder.path(), &[&explain[..], &["A-7_2026-11-03.csv"]].concat());
+    assert!(said.status.success(), "{}", whole(&said));
+    let refused =
+        refusal(&folder, &[&explain[..3], &["--model", "ema-48", "--train", "x"]].concat());
+    assert!(refused.contains("cannot be used with"), "{refused}");
+
+    // of a new gear nothing is known but its tolerances
+    let reset = ["unit", "reset", "A-7.fdi-unit", "--replaced", "gear"];
+    assert!(output(folder.path(), &reset).status.success());
+    let shown: UnitSummary = answer(&output(folder.path(), &show), Schema::Unit);
+    let play = number(&shown.numbers, "transmission.backlash-rad");
+    assert_relative_eq!(play.std, play.prior_std, max_relative = 1e-6);
+    assert_eq!(play.value, play.nominal);
+    // the motor is the old one
+    let turns = number(&shown.numbers, "as-built.eccentricity.cos");
+    assert!(turns.determined, "{turns:?}");
 }
 
 #[test]

@@ -176,6 +176,11 @@ pub struct Bundle {
 }
 
 impl Bundle {
+    /// True where it has learnt machines within the tolerances of its model.
+    pub fn knows_units(&self) -> bool {
+        !self.units.is_empty()
+    }
+
     /// Covariance of the low-fidelity model's error on machines within the tolerances that is left
     /// beside its learnt mean, A², from the bundle's start angle; `None` without tolerances.
     pub fn unit_error_covariance(&self) -> Option<&BandedMatrix> {

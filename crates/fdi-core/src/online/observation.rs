@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{Matrix3, Vector3};
 use recordings::{
     Channel, ChannelName, CommandSource, Current, Metadata, RecordError, Recording, Sampling,
 };
@@ -507,24 +507,26 @@ fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
 }
 
 /// Noise of a phase sample by the sum of three phases, less what offsets and gains of the sensors
-/// make of the currents: the residual of the sum over the phases and a constant.
+/// make of the currents.
+///
+/// The currents of a star add to nothing, so that sensors with gains `1 + g` and offsets `o` sum to
+/// `Σ g·i + Σ o` and noise: with two differences of the currents for regressors this is linear, and
+/// what is left of the sum is the noise of three samples. The noise of a difference is not
+/// correlated with that of the sum. The currents themselves are no regressors: they hold their sum.
 fn noise_beside_gains_a(phases: [&[f64]; 3]) -> Option<f64> {
-    let count = phases[0].len();
-    let row = |n: usize| [phases[0][n], phases[1][n], phases[2][n], 1.0];
-    let mut gram = Matrix4::<f64>::zeros();
-    let mut moment = Vector4::<f64>::zeros();
-    for n in 0..count {
-        let regressors = Vector4::from(row(n));
-        gram += regressors * regressors.transpose();
-        moment += regressors * (phases[0][n] + phases[1][n] + phases[2][n]);
+    let [a, b, c] = phases;
+    let sum = |n: usize| a[n] + b[n] + c[n];
+    let regressors = |n: usize| Vector3::new(a[n] - b[n], b[n] - c[n], 1.0);
+    let mut gram = Matrix3::<f64>::zeros();
+    let mut moment = Vector3::<f64>::zeros();
+    for n in 0..a.len() {
+        let row = regressors(n);
+        gram += row * row.transpose();
+        moment += row * sum(n);
     }
     let shares = gram.try_inverse()? * moment;
-    let square = |n: usize| {
-        let sum = phases[0][n] + phases[1][n] + phases[2][n];
-        let left = sum - shares.dot(&Vector4::from(row(n)));
-        left * left
-    };
-    let variance = (0..count).map(square).sum::<f64>() / (count as f64 - 4.0);
+    let square = |n: usize| (sum(n) - shares.dot(&regressors(n))).powi(2);
+    let variance = (0..a.len()).map(square).sum::<f64>() / (a.len() as f64 - 3.0);
     let noise_a = (variance / 3.0).sqrt();
     (noise_a > COMPUTED_SUM_A).then_some(noise_a)
 }
@@ -602,7 +604,43 @@ pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_relative_eq;
+
     use super::*;
+
+    /// Three phases of a star, whose sensors have gains, offsets and noise.
+    fn sensed(gains: [f64; 3], noise_a: f64) -> [Vec<f64>; 3] {
+        let mut noise = crate::seed::Draws::new(7);
+        core::array::from_fn(|phase| {
+            let current_a = |n: u32| {
+                let angle = 0.01 * f64::from(n) - phase as f64 * PI / 1.5;
+                3.0 * angle.sin()
+            };
+            let offset_a = 0.02 * phase as f64;
+            (0..20_000)
+                .map(|n| gains[phase] * current_a(n) + offset_a + noise_a * noise.normal())
+                .collect()
+        })
+    }
+
+    #[test]
+    fn noise_is_told_from_gains_of_the_sensors() {
+        for noise_a in [0.02, 0.5] {
+            let [a, b, c] = sensed([1.01, 0.99, 1.005], noise_a);
+            let phases = [&a[..], &b[..], &c[..]];
+            let found_a = noise_beside_gains_a(phases).expect("noise");
+            assert_relative_eq!(found_a, noise_a, max_relative = 0.02);
+            // gains are noise to the plain sum
+            let plain_a = zero_sequence_noise_a(phases).expect("noise");
+            assert!(plain_a > found_a, "{plain_a} {found_a}");
+        }
+    }
+
+    #[test]
+    fn phases_that_were_computed_have_no_noise() {
+        let [a, b, c] = sensed([1.01, 0.99, 1.005], 0.0);
+        assert_eq!(noise_beside_gains_a([&a, &b, &c]), None);
+    }
 
     #[test]
     fn a_slow_signal_is_advanced_between_its_samples() {

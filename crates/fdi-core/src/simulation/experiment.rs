@@ -3,7 +3,9 @@
 use ema_sim::{
     Actuator, Command, Effect, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
     HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
-    TemperatureLaw, Tolerance, model_file::Model, presets::EMA_48,
+    TemperatureLaw, Tolerance,
+    model_file::{EffectBlock, Model},
+    presets::EMA_48,
 };
 use inference::central_differences_together;
 
@@ -207,6 +209,24 @@ impl Experiment {
     /// Samples of the diagnosed signal.
     pub fn samples(&self) -> usize {
         (self.scenario.duration_s * self.filter.output_hz).round() as usize
+    }
+
+    /// The model of the machine, as a file gives it.
+    pub fn model(&self) -> Model {
+        let plain = |effect: &Effect| EffectBlock {
+            effect: effect.clone(),
+            name: None,
+            interval_95: Vec::new(),
+            annotations: Vec::new(),
+        };
+        Model {
+            name: Some(self.model_name.clone()),
+            actuator: self.actuator,
+            faults: FaultId::ALL.into_iter().filter(|fault| self.sought[fault.index()]).collect(),
+            tolerance: self.tolerance.clone(),
+            temperature: self.temperature,
+            effects: self.effects.iter().map(plain).collect(),
+        }
     }
 
     /// Indices of the coordinates looked for.

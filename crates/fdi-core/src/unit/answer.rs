@@ -30,8 +30,21 @@ const WATCH_LEVELS: [f64; 6] = [0.5, 0.02, 0.15, 0.15, 0.15, 0.10];
 /// Levels of changes since a unit was new, of which its references leave less open.
 const WATCH_CHANGES: [f64; 6] = [0.10, 0.002, 0.02, 0.02, 0.02, 0.02];
 
+/// Standard deviations by which damage is beyond that of the units whose error was learnt.
+const SEVERE_DEVIATIONS: f64 = 1.0;
+
 /// Why tolerances cannot be used on a recording, in words.
 pub(crate) type Reason = String;
+
+/// Reason for which a recording is answered without tolerances.
+pub(crate) fn beyond_incipient(has_unit: bool) -> Reason {
+    let reason = "no machine within its tolerances with incipient faults explains it";
+    if has_unit {
+        format!("{reason}; the unit is not used, so that levels are no changes since it was new")
+    } else {
+        reason.to_owned()
+    }
+}
 
 impl Run<'_> {
     /// The error on machines within the tolerances and the start angle, where they are used; else
@@ -97,15 +110,17 @@ impl Run<'_> {
                 },
             )
         };
-        let (noise, fit) = if let Some(noise) = told {
-            (noise, fitted(noise.level_a)?)
-        } else {
-            let prior_a = self.learnt.bundle.noise_a;
-            let first = fitted(prior_a)?;
-            let level_a = self.likeliest_noise(error, &first)?;
-            let mut fit = fitted(level_a)?;
-            fit.evaluations += first.evaluations;
-            (Noise { level_a, source: NoiseSource::Residual }, fit)
+        let first = fitted(told.map_or(self.learnt.bundle.noise_a, |noise| noise.level_a))?;
+        let is_adequate = first.misfit <= error.largest_misfit(MISFIT_DEVIATIONS);
+        let (noise, fit) = match told {
+            Some(noise) if is_adequate || !is_severe(&first) => (noise, first),
+            // of damage beyond that of the units learnt the error is larger: the residual tells it
+            _ => {
+                let level_a = self.likeliest_noise(error, &first)?;
+                let mut fit = fitted(level_a)?;
+                fit.evaluations += first.evaluations;
+                (Noise { level_a, source: NoiseSource::Residual }, fit)
+            }
         };
         self.unit_answer(error, &quantities, noise, &fit)
     }
@@ -262,6 +277,13 @@ impl Run<'_> {
         let all = [self.coarse_phases(), loud_notice(noise, expected_a), damage];
         all.into_iter().flatten().collect()
     }
+}
+
+/// True where damage is beyond that of the units whose error was learnt.
+fn is_severe(fit: &UnitFit) -> bool {
+    let stds = fit.covariance.diagonal().map(f64::sqrt);
+    let mut levels = fit.point.iter().zip(&stds);
+    levels.any(|(level, std)| level.abs() > TRAINED_LEVEL + SEVERE_DEVIATIONS * std)
 }
 
 /// The notice that levels are changes of a unit.

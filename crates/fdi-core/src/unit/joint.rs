@@ -78,6 +78,16 @@ impl From<&UnitFit> for DamageFit {
     }
 }
 
+/// Numbers of a machine as built, with what is left open of them.
+#[derive(Clone, Debug)]
+pub(crate) struct BuiltFit {
+    /// Places of the numbers in the layout.
+    pub(crate) numbers: Vec<usize>,
+    /// Most probable values, beyond those of the model file.
+    pub(crate) estimate: Vec<f64>,
+    pub(crate) covariance: DMatrix<f64>,
+}
+
 /// A recording of a unit among those that are explained together.
 #[derive(Clone, Debug)]
 struct Seen {
@@ -86,6 +96,15 @@ struct Seen {
     replaced: [u32; Component::COUNT],
     /// Share of the damage diagnosed, then of the wear of a session, that it has.
     damage: [f64; 2],
+}
+
+impl Seen {
+    /// `None` where the evidence is not finite.
+    fn of(one: &OfUnit<'_>, damage: [f64; 2], is_alone: bool) -> Option<Self> {
+        let &OfUnit { evidence, session, replaced, .. } = one;
+        let white = if is_alone { evidence.white() } else { evidence.white_beside_others() };
+        Some(Self { evidence: white?, session, replaced, damage })
+    }
 }
 
 /// One unknown of the recordings together.
@@ -140,37 +159,61 @@ impl<'a> Joint<'a> {
         own: &OfUnit<'_>,
         start: &[f64],
     ) -> Option<Self> {
-        let seen = |one: &OfUnit<'_>, damage| {
-            let &OfUnit { evidence, session, replaced, .. } = one;
-            let white =
-                if others.is_empty() { evidence.white() } else { evidence.white_beside_others() };
-            Some(Seen { evidence: white?, session, replaced, damage })
-        };
-        let of_other = |one: &OfUnit<'_>| match one.wear {
-            Wear::AsNew => seen(one, [0.0; 2]),
-            Wear::Since(sessions) => seen(one, [0.0, sessions as f64]),
-        };
-        let mut all = others.iter().map(of_other).collect::<Option<Vec<_>>>()?;
-        all.push(seen(own, [1.0, 0.0])?);
-        let parts = parts(quantities.layout(), &all);
+        let is_alone = others.is_empty();
+        let mut seen = seen_of(others, is_alone)?;
+        seen.push(Seen::of(own, [1.0, 0.0], is_alone)?);
+        Self::of_seen(quantities, seen, is_alone, start)
+    }
+
+    /// Recordings that a unit was learnt from, none of them diagnosed: what they say of its numbers
+    /// after so many replacements of each component. Of a component that no recording has seen since,
+    /// the tolerances alone are known.
+    pub(crate) fn learnt(
+        quantities: &'a Quantities,
+        all: &[OfUnit<'_>],
+        replaced: &[u32; Component::COUNT],
+    ) -> Option<Self> {
+        let mut joint = Self::of_seen(quantities, seen_of(all, all.len() == 1)?, false, &[])?;
+        joint.parts.retain(|part| part.of != Of::Diagnosed);
+        let layout = quantities.layout();
+        for (number, place) in layout.numbers.iter().zip(layout.sought.len()..) {
+            let Some(component) = number.acts.component() else { continue };
+            let of = Of::Built(Some((component, replaced[component as usize])));
+            let is_seen = joint.parts.iter().any(|part| part.place == place && part.of == of);
+            if number.scatter.machine > 0.0 && !is_seen {
+                let unknown = number_unknown(number.scatter.machine);
+                joint.parts.push(Part { unknown, place, of });
+            }
+        }
+        joint.start = vec![0.0; joint.parts.len()];
+        Some(joint)
+    }
+
+    fn of_seen(
+        quantities: &'a Quantities,
+        seen: Vec<Seen>,
+        is_alone: bool,
+        start: &[f64],
+    ) -> Option<Self> {
+        let parts = parts(quantities.layout(), &seen, is_alone);
         let start = parts.iter().map(|part| match part.of {
             Of::Diagnosed | Of::Built(_) => start.get(part.place).copied().unwrap_or(0.0),
             _ => 0.0,
         });
         let start: Vec<f64> = start.collect();
-        let mut joint = Self { quantities, start, seen: all, sessions: Vec::new(), parts };
-        joint.sessions = joint.sessions()?;
+        let mut joint = Self { quantities, start, seen, sessions: Vec::new(), parts };
+        joint.sessions = joint.sessions(is_alone)?;
         Some(joint)
     }
 
     /// The sessions with what differs between them left out.
-    fn sessions(&self) -> Option<Vec<Session>> {
+    fn sessions(&self, is_alone: bool) -> Option<Vec<Session>> {
         let numbers = distinct(self.seen.iter().map(|one| one.session));
         let session = |number: usize| {
             let is_of = |&place: &usize| self.seen[place].session == number;
             let recordings: Vec<usize> = (0..self.seen.len()).filter(is_of).collect();
             // a recording alone shows all levels together
-            let factor = if self.seen.len() == 1 { None } else { Some(self.factor(&recordings)?) };
+            let factor = if is_alone { None } else { Some(self.factor(&recordings)?) };
             Some(Session { recordings, factor })
         };
         numbers.into_iter().map(session).collect()
@@ -254,6 +297,28 @@ impl<'a> Joint<'a> {
         })
     }
 
+    /// The machine as built, after so many replacements of each component, by the recordings
+    /// together; `None` where they and the tolerances do not determine it.
+    pub(crate) fn as_built(&self, replaced: &[u32; Component::COUNT]) -> Option<BuiltFit> {
+        let found = Constrained::new(self, &[]).found()?;
+        let latest = |part: &Part| match part.of {
+            Of::Built(None) => true,
+            Of::Built(Some((component, times))) => times == replaced[component as usize],
+            _ => false,
+        };
+        let damage = self.quantities.layout().sought.len();
+        let mut kept: Vec<usize> =
+            (0..self.parts.len()).filter(|&part| latest(&self.parts[part])).collect();
+        kept.sort_by_key(|&part| self.parts[part].place);
+        Some(BuiltFit {
+            numbers: kept.iter().map(|&part| self.parts[part].place - damage).collect(),
+            estimate: kept.iter().map(|&part| found.numbers[part]).collect(),
+            covariance: DMatrix::from_fn(kept.len(), kept.len(), |i, j| {
+                found.covariance.at(kept[i], kept[j])
+            }),
+        })
+    }
+
     /// Twice the negative logarithm of the probability of the best explanation, up to a constant,
     /// with the damage diagnosed at right angles to some weights; `None` where there is none.
     pub(crate) fn least_sum(&self, weights: &[Vec<f64>]) -> Option<f64> {
@@ -296,8 +361,18 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// The unknowns of recordings together, the damage diagnosed first.
-fn parts(layout: &Layout, seen: &[Seen]) -> Vec<Part> {
+/// Recordings beside the one diagnosed, or one alone.
+fn seen_of(all: &[OfUnit<'_>], is_alone: bool) -> Option<Vec<Seen>> {
+    let of_other = |one: &OfUnit<'_>| match one.wear {
+        Wear::AsNew => Seen::of(one, [0.0; 2], is_alone),
+        Wear::Since(sessions) => Seen::of(one, [0.0, sessions as f64], is_alone),
+    };
+    all.iter().map(of_other).collect()
+}
+
+/// The unknowns of recordings together, the damage diagnosed first; of a recording alone the levels
+/// of its numbers together.
+fn parts(layout: &Layout, seen: &[Seen], is_alone: bool) -> Vec<Part> {
     let damage = |of| {
         let sought = layout.sought.iter().enumerate();
         sought.map(move |(place, &coordinate)| {
@@ -316,8 +391,7 @@ fn parts(layout: &Layout, seen: &[Seen]) -> Vec<Part> {
             }
         };
         let scatter = number.scatter;
-        if seen.len() == 1 {
-            // one recording shows the levels together
+        if is_alone {
             add(Of::Built(None), scatter.together());
             continue;
         }

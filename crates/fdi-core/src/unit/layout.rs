@@ -56,6 +56,22 @@ impl Acts {
         matches!(self, Self::PhaseGain(_) | Self::PhaseOffset(_))
     }
 
+    /// The parameter of the model file that the number is the ratio of.
+    pub(crate) fn parameter(self) -> Option<&'static Parameter> {
+        Some(match self {
+            Self::TorqueConstant => &Parameter::BACK_EMF,
+            Self::MotorInertia => &Parameter::MOTOR_INERTIA,
+            Self::SurfaceInertia => &Parameter::SURFACE_INERTIA,
+            Self::DryFriction => &Parameter::KINETIC_FRICTION,
+            Self::Viscous => &Parameter::VISCOUS,
+            Self::SurfaceFriction => &Parameter::SURFACE_FRICTION,
+            Self::Play => &Parameter::BACKLASH,
+            Self::Efficiency => &Parameter::EFFICIENCY,
+            Self::Other(parameter) => parameter,
+            _ => return None,
+        })
+    }
+
     /// True for the temperature of the winding.
     pub(crate) fn is_temperature(self) -> bool {
         matches!(self, Self::Temperature)
@@ -77,10 +93,11 @@ impl Acts {
             | Self::Play
             | Self::Efficiency => Some(Component::Gear),
             Self::PhaseGain(_) | Self::PhaseOffset(_) => Some(Component::Sensor),
-            Self::Coefficient(ThermalNumber::BackEmf | ThermalNumber::Resistance) => {
-                Some(Component::Motor)
-            }
-            Self::Load | Self::Temperature | Self::Coefficient(_) => None,
+            Self::Coefficient(number) => Some(match number {
+                ThermalNumber::DryFriction => Component::Gear,
+                _ => Component::Motor,
+            }),
+            Self::Load | Self::Temperature => None,
             Self::Other(parameter) => match parameter.block() {
                 Block::Motor => Some(Component::Motor),
                 Block::Transmission => Some(Component::Gear),
@@ -275,17 +292,19 @@ fn numbers_of(tolerance: &Tolerance) -> Vec<UnitNumber> {
 /// Part of the machine that a parameter of the model file is.
 fn acts_of(parameter: &'static Parameter) -> Acts {
     let known = [
-        (Parameter::BACK_EMF, Acts::TorqueConstant),
-        (Parameter::MOTOR_INERTIA, Acts::MotorInertia),
-        (Parameter::VISCOUS, Acts::Viscous),
-        (Parameter::SURFACE_INERTIA, Acts::SurfaceInertia),
-        (Parameter::KINETIC_FRICTION, Acts::DryFriction),
-        // a file that gives both says of this one how the ratio may be off
-        (Parameter::STATIC_FRICTION, Acts::StaticOverKinetic),
-        (Parameter::SURFACE_FRICTION, Acts::SurfaceFriction),
-        (Parameter::BACKLASH, Acts::Play),
-        (Parameter::EFFICIENCY, Acts::Efficiency),
+        Acts::TorqueConstant,
+        Acts::MotorInertia,
+        Acts::Viscous,
+        Acts::SurfaceInertia,
+        Acts::DryFriction,
+        Acts::SurfaceFriction,
+        Acts::Play,
+        Acts::Efficiency,
     ];
-    let own = known.into_iter().find(|(one, _)| one == parameter);
-    own.map_or(Acts::Other(parameter), |(_, acts)| acts)
+    if *parameter == Parameter::STATIC_FRICTION {
+        // a file that gives both frictions says of this one how the ratio may be off
+        return Acts::StaticOverKinetic;
+    }
+    let own = known.into_iter().find(|acts| acts.parameter() == Some(parameter));
+    own.unwrap_or(Acts::Other(parameter))
 }

@@ -58,6 +58,9 @@ pub enum UnitLearningError {
         /// Name under which the unit has it.
         earlier: String,
     },
+    /// Recordings that leave a number without a most probable value.
+    #[error("the unit's recordings do not determine its numbers: learn it again from them")]
+    Undetermined,
     /// The unit was learnt with another bundle.
     #[error(transparent)]
     OtherBundle(#[from] OtherBundle),

@@ -146,6 +146,11 @@ impl LearntUnit {
         (earlier.collect(), of_other)
     }
 
+    /// True where the unit was learnt with a bundle of this model, test and set of numbers.
+    pub fn is_of(&self, bundle: &Bundle) -> bool {
+        self.check_basis(bundle, &Quantities::new(&bundle.experiment)).is_ok()
+    }
+
     /// The recording that some evidence is of already: two recordings never agree to the last bit.
     pub(crate) fn with_evidence(&self, evidence: &Evidence) -> Option<&UnitRecording> {
         self.recordings.iter().find(|one| one.evidence == *evidence)

@@ -95,7 +95,7 @@ pub(crate) fn explain(
         observed,
         monitor: UnitMonitor::new(experiment, quantities, observed.start_angle_rad),
         cholesky: whole.cholesky()?,
-        simulated: None,
+        shares: None,
         white_slopes: Vec::new(),
         evaluations: 0,
     };
@@ -126,8 +126,8 @@ struct Compared<'a> {
     observed: &'a Observed<'a>,
     monitor: UnitMonitor<'a>,
     cholesky: BandedCholesky,
-    /// Shares of the sensors in the simulation at the last point.
-    simulated: Option<SensorShares>,
+    /// Shares of the sensors at the last point.
+    shares: Option<SensorShares>,
     /// White slopes of the signal in all that it shows, at the last point asked for.
     white_slopes: Vec<Vec<f64>>,
     evaluations: u64,
@@ -139,17 +139,18 @@ impl Compared<'_> {
         let at = self.quantities.at(point);
         let layout = self.quantities.layout();
         self.evaluations += 1;
-        let mut signal = if let Some(shares) = self.observed.shares {
+        let (mut signal, shares) = if let Some(measured) = self.observed.shares {
             let mut signal = self.monitor.signal(&at)?;
-            shares.add(layout, point, &mut signal);
-            signal
+            self.error.add_mean(&at, &mut signal);
+            let shares = measured.with_expected_sum(&signal);
+            (signal, shares)
         } else {
             let (mut signal, shares) = self.monitor.sensed(&at)?;
-            shares.add(layout, point, &mut signal);
-            self.simulated = Some(shares);
-            signal
+            self.error.add_mean(&at, &mut signal);
+            (signal, shares)
         };
-        self.error.add_mean(&at, &mut signal);
+        shares.add(layout, point, &mut signal);
+        self.shares = Some(shares);
         for (value, measured) in signal.iter_mut().zip(self.observed.signal_a) {
             *value = measured - *value;
         }
@@ -254,7 +255,7 @@ impl Whitened for Compared<'_> {
     fn slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
         let mut white = self.quantity_slopes(point)?;
         let layout = self.quantities.layout();
-        let shares = self.observed.shares.or(self.simulated.as_ref());
+        let shares = self.shares.as_ref();
         let of_sensors = layout.numbers.iter().filter_map(|number| shares?.of(number.acts));
         white.extend(of_sensors.map(<[f64]>::to_vec));
         for row in &mut white {

@@ -36,6 +36,23 @@ impl SensorShares {
         }
     }
 
+    /// Shares of measured phases with the sum over the gains that a model expects of the signal.
+    ///
+    /// All gains together have the signal itself for their share. Measured, it has the noise that
+    /// the residual has, and a regression of one on the other finds a gain where there is none: with
+    /// `N` white samples and the variance `s²` of the gain, `N·s²`. The differences of the gains keep
+    /// their measured shares, whose noise is not that of the signal.
+    pub(crate) fn with_expected_sum(&self, expected_a: &[f64]) -> Self {
+        let mut shares = self.clone();
+        for (n, expected) in expected_a.iter().enumerate() {
+            let sum: f64 = self.gains.iter().map(|share| share[n]).sum();
+            for share in &mut shares.gains {
+                share[n] -= (sum - expected) / 3.0;
+            }
+        }
+        shares
+    }
+
     /// Adds what the sensors' errors at a point of the unknowns add to a signal.
     pub(crate) fn add(&self, layout: &Layout, point: &[f64], signal: &mut [f64]) {
         for (number, size) in layout.at(point) {

@@ -21,6 +21,10 @@ pub struct Calibration {
     pub model: String,
     /// The numbers, by their keys in the model file.
     pub parameters: BTreeMap<String, CalibratedParameter>,
+    /// Of an actuator, inertias and frictions over the torque constant, which is all that a current
+    /// shows of either.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub ratios: BTreeMap<String, CalibratedParameter>,
     /// Residual of recordings that were not fitted, where there are any.
     pub holdout: Option<Holdout>,
     /// Wall time, s; left out with `--stable`.
@@ -39,7 +43,8 @@ pub struct CalibratedParameter {
     pub std: f64,
     /// 95 % interval of the value.
     pub interval_95: [f64; 2],
-    /// True where the recordings determine it; if not the model keeps the nominal value.
+    /// True where the recordings determine it; if not the model of an axis keeps the nominal value,
+    /// that of an actuator the value beside the others that it is known with.
     pub determined: bool,
     /// A number that these recordings cannot tell it from.
     pub tied_to: Option<String>,

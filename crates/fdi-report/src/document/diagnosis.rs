@@ -133,7 +133,7 @@ pub enum Verdict {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Method {
-    /// Generalised least squares on the whitened envelope, without a surrogate.
+    /// Generalised least squares on the low-fidelity model with the learnt error's covariance.
     Gls,
     /// Vector-valued Bayesian optimisation of the whitened residual.
     Composite,

@@ -5,7 +5,7 @@ mod benchmark;
 mod emps;
 mod filter;
 mod laas;
-mod recording;
+pub(super) mod recording;
 
 use std::fmt::Write as _;
 

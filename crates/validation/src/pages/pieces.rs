@@ -11,11 +11,14 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 21] = [
+const OF_METHOD: [&str; 24] = [
     "bayesopt/head.md",
     "bayesopt/limits.md",
     "bayesopt/problems.md",
     "bayesopt/speed.md",
+    "cranfield/head.md",
+    "cranfield/limits.md",
+    "cranfield/table.md",
     "explaining/head.md",
     "fidelity/diagnosis.md",
     "fidelity/found.md",

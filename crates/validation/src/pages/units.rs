@@ -16,7 +16,9 @@ use self::setting::{
 use super::figure::Figure;
 
 mod cost;
+mod effects;
 mod learnt;
+mod numbers;
 mod setting;
 mod symmetry;
 
@@ -69,6 +71,8 @@ pub(super) fn text() -> Result<String> {
          that is linear in it.\n"
     );
     let (cost, symmetry) = (cost::text()?, symmetry::text()?);
+    let over_days = learnt::diagnoser()?;
+    let (numbers, effects) = (numbers::text(&over_days)?, effects::text(&over_days)?);
     let mut healthy = Vec::new();
     let mut faulty = Vec::new();
     let mut bounds = Vec::new();
@@ -96,6 +100,8 @@ pub(super) fn text() -> Result<String> {
     write!(page, "\n## Power at full tolerances\n\n{}", power()?)?;
     write!(page, "\n## What a recording cannot tell apart\n\n{symmetry}")?;
     write!(page, "\n## Units that were learnt\n\n{}", learnt::text()?)?;
+    write!(page, "\n## Numbers of a unit\n\n{numbers}")?;
+    write!(page, "\n## Physics that the model file does not have\n\n{effects}")?;
     write!(page, "\n## A fleet that is not as stated\n\n{}", misstated()?)?;
     write!(page, "\n## Slow wear\n\n{}", learnt::wear()?)?;
     write!(page, "\n## Severe faults\n\n{}", severe()?)?;

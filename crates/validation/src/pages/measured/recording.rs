@@ -10,17 +10,23 @@ pub(super) fn folder() -> Option<OsString> {
     std::env::var_os("FDI_MEASURED_DATA")
 }
 
-/// The columns of a compressed table.
-pub(super) fn columns(path: &str) -> Result<Vec<Vec<f64>>> {
+/// The rows of a compressed table below its head, as text.
+pub(in crate::pages) fn rows(path: &str) -> Result<Vec<Vec<String>>> {
     let folder = folder().context("`FDI_MEASURED_DATA` does not name the measured recordings")?;
     let file = PathBuf::from(folder).join(path);
     let opened = File::open(&file).with_context(|| file.display().to_string())?;
     let mut text = String::new();
     GzDecoder::new(opened).read_to_string(&mut text).with_context(|| file.display().to_string())?;
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+    Ok(text.lines().skip(1).map(cells).collect())
+}
+
+/// The columns of a compressed table.
+pub(super) fn columns(path: &str) -> Result<Vec<Vec<f64>>> {
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    for line in text.lines().skip(1) {
-        for (place, cell) in line.split(',').enumerate() {
-            let value = cell.parse().with_context(|| format!("{}: `{cell}`", file.display()))?;
+    for row in rows(path)? {
+        for (place, cell) in row.iter().enumerate() {
+            let value = cell.parse().with_context(|| format!("{path}: `{cell}`"))?;
             match columns.get_mut(place) {
                 Some(column) => column.push(value),
                 None => columns.push(vec![value]),

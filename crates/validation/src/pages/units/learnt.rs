@@ -16,16 +16,16 @@ pub(super) const UNITS: usize = 200;
 /// Units of a line that are diagnosed by a shift against their references too.
 const SHIFTED: usize = 10;
 /// Recordings of each unit as new.
-const REFERENCES: usize = 4;
+pub(super) const REFERENCES: usize = 4;
 /// Half-width of the winding's temperature over days, K.
-const HALF_WIDTH_K: f64 = 40.0;
+pub(super) const HALF_WIDTH_K: f64 = 40.0;
 /// Standard deviation of the winding's temperature as read, K.
-const READING_STD_K: f64 = 3.0;
+pub(super) const READING_STD_K: f64 = 3.0;
 /// Units of a line of slow wear, and sessions that each is followed.
 const WORN_UNITS: usize = 10;
 const SESSIONS: usize = 40;
 
-fn diagnoser() -> Result<Diagnoser> {
+pub(super) fn diagnoser() -> Result<Diagnoser> {
     Ok(Diagnoser::new(bundle_over_days(HALF_WIDTH_K, BUNDLE_SEED)?)?)
 }
 
