@@ -153,7 +153,7 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// Of one recording at full tolerances.
+    /// Evidence in one recording at full tolerances.
     pub(super) fn of_one_recording(bundle: &Bundle, jobs: usize) -> Result<Self, EvaluationError> {
         let case = BoundCase::alone(1.0);
         let unknowns = unknowns(case.scale);

@@ -21,7 +21,7 @@ pub struct Calibration {
     pub model: String,
     /// The numbers, by their keys in the model file.
     pub parameters: BTreeMap<String, CalibratedParameter>,
-    /// Of an actuator, inertias and frictions over the torque constant, which is all that a current
+    /// Inertias and frictions of an actuator over its torque constant, which is all that a current
     /// shows of either.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub ratios: BTreeMap<String, CalibratedParameter>,

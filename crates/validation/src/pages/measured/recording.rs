@@ -11,7 +11,7 @@ pub(super) fn folder() -> Option<OsString> {
 }
 
 /// The rows of a compressed table below its head, as text.
-pub(in crate::pages) fn rows(path: &str) -> Result<Vec<Vec<String>>> {
+pub(crate) fn rows(path: &str) -> Result<Vec<Vec<String>>> {
     let folder = folder().context("`FDI_MEASURED_DATA` does not name the measured recordings")?;
     let file = PathBuf::from(folder).join(path);
     let opened = File::open(&file).with_context(|| file.display().to_string())?;
