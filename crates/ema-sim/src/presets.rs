@@ -283,7 +283,7 @@ pub fn ema_48_temperature() -> TemperatureLaw {
     }
 }
 
-/// Tolerances of [`BENCH`](crate::presets::BENCH) that are usual in the field: [`ema_48_tolerance`],
+/// Tolerances of [`BENCH`] that are usual in the field: [`ema_48_tolerance`],
 /// and dry friction of the user shaft, 20 % between units and 3 % between sessions (choice, as the
 /// friction of EMA-48).
 pub fn bench_tolerance() -> Vec<Tolerance> {
