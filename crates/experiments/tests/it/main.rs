@@ -4,3 +4,4 @@
 
 mod evaluation;
 mod numbers;
+mod severe;

@@ -8,7 +8,8 @@ use cargo_metadata::MetadataCommand;
 fn law_the_generator_depends_on_no_crate_of_the_workspace() {
     let metadata = MetadataCommand::new()
         .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
-        .other_options(vec!["--offline".to_owned()])
+        // crates of other platforms may have to be fetched first
+        .other_options(vec!["--locked".to_owned()])
         .exec()
         .unwrap();
     let members = &metadata.workspace_members;
