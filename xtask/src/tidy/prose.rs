@@ -24,7 +24,7 @@ const SHARE_PERCENT: usize = 95;
 
 /// Pages whose sentences are counted, each by the beginning of its path.
 ///
-/// Of the decisions only those of 0100 and later are counted: earlier pages stay as they were
+/// Decisions from 0100 on alone are counted: earlier pages stay as they were
 /// written.
 const PAGES: [&str; 7] = [
     "docs/ARCHITECTURE.md",

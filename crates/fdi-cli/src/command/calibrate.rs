@@ -59,9 +59,9 @@ pub(crate) fn calibrate(
 /// Value of a number that is not determined, in the model that is written.
 #[derive(Clone, Copy, Debug)]
 enum Kept {
-    /// That of the data sheet.
+    /// Value of the data sheet.
     Nominal,
-    /// The most probable one beside the others.
+    /// Most probable value beside the other numbers.
     MostProbable,
 }
 
@@ -149,14 +149,9 @@ fn document_of_actuator(
         (number.key.clone(), parameter)
     };
     Calibration {
-        schema_version: SCHEMA_VERSION,
-        tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
-        stamp: global.stamp.then(stamp::now),
-        model: model.name().unwrap_or("unnamed").to_owned(),
         parameters: learnt.numbers.iter().map(parameter).collect(),
         ratios: learnt.ratios.iter().map(parameter).collect(),
-        holdout: None,
-        elapsed_s,
+        ..nothing_found(model, global, elapsed_s)
     }
 }
 
@@ -179,13 +174,22 @@ fn document(
     };
     let judged = |rms| holdout(rms, &calibrated.noise_floor, calibrated.drive_unit);
     Calibration {
+        parameters: calibrated.numbers.iter().map(parameter).collect(),
+        holdout: calibrated.holdout_rms.map(judged),
+        ..nothing_found(model, global, elapsed_s)
+    }
+}
+
+/// A calibration of a model without any number.
+fn nothing_found(model: &MachineModel, global: &GlobalArgs, elapsed_s: Option<f64>) -> Calibration {
+    Calibration {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
         stamp: global.stamp.then(stamp::now),
         model: model.name().unwrap_or("unnamed").to_owned(),
-        parameters: calibrated.numbers.iter().map(parameter).collect(),
+        parameters: BTreeMap::new(),
         ratios: BTreeMap::new(),
-        holdout: calibrated.holdout_rms.map(judged),
+        holdout: None,
         elapsed_s,
     }
 }

@@ -26,7 +26,7 @@ use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
     progress::watched,
-    report_file, unit_file,
+    report_file,
 };
 
 /// Says what a model misses in recordings, and writes the extended model.
@@ -43,11 +43,7 @@ pub(crate) fn explain(
     }
     let start = Instant::now();
     let model = match &args.unit {
-        Some(path) => {
-            let unit = unit_file::read(path)?;
-            let model = super::unit::model_of(&unit, args.bundle.as_ref());
-            MachineModel::Actuator(model.with_context(|| path.display().to_string())?)
-        }
+        Some(path) => super::unit::model_of(path, args.bundle.as_ref())?,
         None if args.bundle.is_some() => bail!("`--bundle` is of a unit: give `--unit FILE` too"),
         None => read_machine(&args.model)?,
     };

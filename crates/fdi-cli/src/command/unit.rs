@@ -1,11 +1,14 @@
 //! `fdi unit`.
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Disagreement, LearntNumber, LearntNumbers, LearntUnit, UnitState,
-    ema_sim::model_file::{MachineModel, Model},
+    ema_sim::model_file::MachineModel,
     report::{LearntFrom, UnitNumber, UnitSummary},
 };
 
@@ -93,25 +96,27 @@ pub(crate) fn write_model(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
-    let unit = unit_file::read(&args.unit)?;
     if global.output_format != OutputFormat::Human {
         bail!("the model file of a unit has no other form: leave `--output-format` out");
     }
-    let named = || args.unit.display().to_string();
-    let model = model_of(&unit, args.bundle.as_ref()).with_context(named)?;
-    let written = MachineModel::Actuator(model).write();
+    let written = model_of(&args.unit, args.bundle.as_ref())?.write();
     streams.product(global.output.as_deref(), |out| out.write_all(written.as_bytes()))?;
     Ok(ExitStatus::Done)
 }
 
-/// The model of a unit.
-pub(crate) fn model_of(unit: &LearntUnit, bundle: Option<&PathBuf>) -> Result<Model> {
-    let Some(diagnoser) = diagnoser_of_unit(unit, bundle)? else {
-        bail!(
-            "no bundle at hand is the one that the unit was learnt with: `--bundle FILE` names it"
-        );
-    };
-    Ok(diagnoser.unit_numbers(unit)?.model)
+/// The model of the unit in a file, learnt with a bundle.
+pub(crate) fn model_of(path: &Path, bundle: Option<&PathBuf>) -> Result<MachineModel> {
+    let unit = unit_file::read(path)?;
+    let named = || path.display().to_string();
+    let diagnoser = diagnoser_of_unit(&unit, bundle).with_context(named)?.with_context(|| {
+        let path = named();
+        format!(
+            "{path}: no bundle at hand is the one that the unit was learnt with: `--bundle FILE` \
+             names it"
+        )
+    })?;
+    let numbers = diagnoser.unit_numbers(&unit).with_context(named)?;
+    Ok(MachineModel::Actuator(numbers.model))
 }
 
 /// Writes a unit where it was read, or where `--output` says.

@@ -286,7 +286,7 @@ fn bad_units_are_refused_in_one_line() {
     );
 }
 
-/// What the learnt error does not know of a recording is told within tolerances too.
+/// Notices of noise, rate and damage that the learnt error does not know, within tolerances too.
 #[test]
 fn rate_noise_and_damage_beyond_what_is_learnt_are_told() {
     let folder = fleet();

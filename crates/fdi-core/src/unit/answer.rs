@@ -111,9 +111,8 @@ impl Run<'_> {
             )
         };
         let first = fitted(told.map_or(self.learnt.bundle.noise_a, |noise| noise.level_a))?;
-        let is_adequate = first.misfit <= error.largest_misfit(MISFIT_DEVIATIONS);
         let (noise, fit) = match told {
-            Some(noise) if is_adequate || !is_severe(&first) => (noise, first),
+            Some(noise) if is_adequate(error, &first) || !is_severe(&first) => (noise, first),
             // of damage beyond that of the units learnt the error is larger: the residual tells it
             _ => {
                 let level_a = self.likeliest_noise(error, &first)?;
@@ -156,7 +155,7 @@ impl Run<'_> {
         fit: &UnitFit,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let layout = quantities.layout();
-        let adequate = fit.misfit <= error.largest_misfit(MISFIT_DEVIATIONS);
+        let adequate = is_adequate(error, fit);
         let unfinished = !fit.converged && !adequate;
         let unit = self.plan.unit.as_deref().filter(|_| adequate);
         let (joint, damage) = self.with_unit(unit, quantities, fit)?;
@@ -277,6 +276,11 @@ impl Run<'_> {
         let all = [self.coarse_phases(), loud_notice(noise, expected_a), damage];
         all.into_iter().flatten().collect()
     }
+}
+
+/// True where the model explains the recording.
+fn is_adequate(error: &UnitError, fit: &UnitFit) -> bool {
+    fit.misfit <= error.largest_misfit(MISFIT_DEVIATIONS)
 }
 
 /// True where damage is beyond that of the units whose error was learnt.
