@@ -8,7 +8,8 @@
 //!
 //! The inverter is taken as perfect: the current is the set-point, unless the supply cannot
 //! drive it. A field-oriented drive has `k_p`, `R_p` and a smooth `F_sc` in place of `2·k_p`,
-//! `2·R_p` and the staircase (`shape_function`). The two shape functions follow from the torque
+//! `2·R_p` and the staircase (`shape_function`), and a term of its current loop, so that the
+//! current follows the set-point and answers what unequal phases do (`plant/quadrature_loop.rs`). The two shape functions follow from the torque
 //! of the conducting pair; the paper names but does not print its own (`docs/paper-ledger.md`,
 //! eqs 18-19).
 //!
@@ -184,8 +185,8 @@ impl LowFidelity {
 
     /// Set-points of the controller, A, at each tick of the test when its sensors show the
     /// motor and the surface of a trace, simulated or recorded: the loop cut open. Of a trace of
-    /// this very test it is the current that the next tick begins with, unless the supply cannot
-    /// drive it. A trace that ends before the test is replayed to its end.
+    /// this very test it is, in six steps, the current that the next tick begins with, unless the
+    /// supply cannot drive it; of a field-oriented drive what its current loop drives to. A trace that ends before the test is replayed to its end.
     pub fn replayed_current_a(&self, trace: &LowFidelityTrace) -> Vec<f64> {
         let actuator = self.actuator.rescaled(&rescaling(&self.effects));
         let mut cascade = Cascade::new(&actuator, &self.scenario);

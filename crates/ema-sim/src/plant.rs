@@ -2,10 +2,14 @@
 //! servo axis.
 
 mod lanes;
+mod quadrature_loop;
+mod regulated;
 
 use std::sync::Arc;
 
 pub(crate) use lanes::{Lanes, NARROW, WIDTH};
+
+use self::{quadrature_loop::QuadratureLoop, regulated::RegulatedSegment};
 
 use crate::{
     drive_train::{Crossing, Direction, DriveTrain, START_RAD},
@@ -43,6 +47,9 @@ pub(crate) struct Run {
     sectors: [(f64, f64); 6],
     /// Shape function in place of the six sectors, in a field-oriented drive.
     shape: Option<ShapeFunction>,
+    /// Current loop of a field-oriented drive, and by how much its integral is behind.
+    quadrature_loop: Option<QuadratureLoop>,
+    behind_v: f64,
     /// Share of healthy turns, for the shape of the back-EMF.
     turns_frac: PerPhase,
     /// Largest voltage of the equivalent machine.
@@ -132,6 +139,7 @@ impl Run {
         let lead_rad = run.lead_rad();
         let electrical = (run.start_angle_rad + lead_rad) * run.winding.pole_pairs();
         run.enter(Sector::of_electrical_angle(electrical));
+        run.start_loop(actuator, scenario);
         run
     }
 
@@ -167,6 +175,8 @@ impl Run {
             winding,
             sectors,
             shape: None,
+            quadrature_loop: None,
+            behind_v: 0.0,
             turns_frac: [1.0; 3],
             limit_v,
             voltage_driven: false,
@@ -306,13 +316,11 @@ impl Run {
     }
 
     /// Torque over current near the rotor's angle, and the resistance there.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
     fn equivalent(&self) -> (LocalQuadratic, f64) {
         match &self.shape {
             Some(shape) => {
-                let motor_rad = self.start_angle_rad + self.train.angle_rad;
-                shape.near(motor_rad, &self.winding.gap(&self.rotor))
+                let near = self.near(shape);
+                (near.coupling, shape.resistance_ohm(&near))
             }
             None => self.equivalent_of_sector(),
         }
@@ -362,19 +370,18 @@ impl Run {
         if self.extension.is_some() || self.voltage_driven {
             self.advance_with_effects(reference, span_s);
         } else if self.shape.is_some() {
-            self.advance_plain::<true>(reference, span_s);
+            self.advance_regulated(reference, span_s);
         } else {
-            self.advance_plain::<false>(reference, span_s);
+            self.advance_plain(reference, span_s);
         }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    fn advance_plain<const SHAPED: bool>(&mut self, reference_a: f64, span_s: f64) {
+    fn advance_plain(&mut self, reference_a: f64, span_s: f64) {
         let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
-            let (coupling, resistance_ohm) =
-                if SHAPED { self.equivalent() } else { self.equivalent_of_sector() };
+            let (coupling, resistance_ohm) = self.equivalent_of_sector();
             let emf_v = coupling[0] * self.train.speed_rad_per_s;
             let needed_v = resistance_ohm * reference_a + emf_v;
             let saturated = needed_v.abs() > self.limit_v;
@@ -394,12 +401,7 @@ impl Run {
             } else {
                 Motion::at_current(&self.shaft, &coupling, reference_a, speed)
             };
-            let longest_s = if SHAPED {
-                self.longest_s(speed).max(SHORTEST_RATIO * span_s)
-            } else {
-                f64::INFINITY
-            };
-            left_s -= self.follow(&motion, left_s.min(longest_s), &coupling, &mut event_limit);
+            left_s -= self.follow(&motion, left_s, &coupling, &mut event_limit);
         }
     }
 
@@ -470,6 +472,14 @@ impl Run {
         if drive.applied_v.is_some() && !self.voltage_driven {
             (coupling, drive) = coupled(self.current_a);
         }
+        if let Some(law) = self.quadrature_loop {
+            if drive.applied_v.is_none() {
+                let span_s = span_s.min(law.longest_s);
+                let segment = RegulatedSegment { wanted_a, span_s, coupling, resistance_ohm };
+                return self.regulated_with_effects(extension, &law, &segment, event_limit);
+            }
+            self.behind_v = 0.0;
+        }
         let before_a = self.current_a;
         self.current_a = drive.current_a;
         let rising = extension.winding().inductance_henry > 0.0 && drive.applied_v.is_some();
@@ -494,6 +504,13 @@ impl Run {
             _ => Motion::at_current(&self.shaft, &coupling, torque_a, speed),
         };
         let (event, taken_s) = self.glide(&motion, span_s, event_limit);
+        self.end_segment(extension, SegmentEnd { event, taken_s, from, heat_w, motor_n_m });
+        taken_s
+    }
+
+    /// Takes the effects to the end of a segment, and handles its event.
+    fn end_segment(&mut self, extension: &mut Extension, end: SegmentEnd) {
+        let SegmentEnd { event, taken_s, from, heat_w, motor_n_m } = end;
         let to = MotorState::of(&self.train);
         extension.advance(taken_s, from, to, heat_w);
         self.guard.watch(extension.time_s(), to.speed_rad_per_s);
@@ -509,7 +526,6 @@ impl Run {
             }
             self.handle_with(event, motor_n_m, extension);
         }
-        taken_s
     }
 
     /// Current and, where the supply is all used, voltage of the next segment, with the set-point
@@ -700,6 +716,17 @@ fn shape_of_sectors(actuator: &Actuator, faults: &PhysicalFaults) -> [(f64, f64)
 struct Asked {
     reference: f64,
     wanted_a: f64,
+}
+
+/// End of a segment with effects.
+#[derive(Clone, Copy)]
+struct SegmentEnd {
+    event: Event,
+    taken_s: f64,
+    /// The motor at the segment's start.
+    from: MotorState,
+    heat_w: f64,
+    motor_n_m: f64,
 }
 
 /// How the drive acts in a segment.

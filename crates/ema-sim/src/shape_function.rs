@@ -69,10 +69,10 @@ impl ShapeFunction {
         0.1 / (2.0 * self.pole_pairs * speed_rad_per_s.abs())
     }
 
-    /// Torque over current near a motor angle, and resistance there.
+    /// Torque over current and turns near a motor angle.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the monitor's inner loop: a third of its time")]
-    pub(crate) fn near(&self, motor_rad: f64, gap: &LocalQuadratic) -> (LocalQuadratic, f64) {
+    pub(crate) fn near(&self, motor_rad: f64, gap: &LocalQuadratic) -> Near {
         let turns = if self.wave == (0.0, 0.0) {
             [self.mean, 0.0, 0.0]
         } else {
@@ -82,7 +82,13 @@ impl ShapeFunction {
         };
         let tabulated = self.spline.as_ref().map(|spline| self.tabulated(spline, motor_rad));
         let shape = tabulated.unwrap_or(turns).map(|f| self.back_emf_v_s_per_rad * f);
-        (times(&shape, gap), self.resistance_ohm * turns[0])
+        Near { coupling: times(&shape, gap), turns }
+    }
+
+    /// Resistance that a share of turns leaves.
+    #[inline]
+    pub(crate) fn resistance_ohm(&self, near: &Near) -> f64 {
+        self.resistance_ohm * near.turns[0]
     }
 
     /// Numbers of the function, where the shape is a sine.
@@ -112,6 +118,15 @@ impl ShapeFunction {
         }
         sum
     }
+}
+
+/// The equivalent machine near an angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    /// Torque over current, `v`.
+    pub(crate) coupling: LocalQuadratic,
+    /// `F_sc` of the heat.
+    pub(crate) turns: LocalQuadratic,
 }
 
 /// `F_sc` of sines, and what it multiplies.
@@ -170,7 +185,8 @@ mod tests {
                     })
                     .sum()
             };
-            let (torque, ohm) = shape.near(motor_rad, &[1.0, 0.0, 0.0]);
+            let near = shape.near(motor_rad, &[1.0, 0.0, 0.0]);
+            let (torque, ohm) = (near.coupling, shape.resistance_ohm(&near));
             let k = BENCH.motor.back_emf_v_s_per_rad;
             assert_abs_diff_eq!(torque[0], k * at(motor_rad), epsilon = TORQUE);
             assert_abs_diff_eq!(ohm, BENCH.motor.resistance_ohm * at(motor_rad), epsilon = OHM);

@@ -6,11 +6,22 @@ use fdi_core::report::ConvergencePoint;
 
 use crate::score::{median, quartiles};
 
-/// Least discrepancy so far at each evaluation of one search.
+/// A search after one of its evaluations.
+#[derive(Clone, Debug)]
+struct Step {
+    /// Seconds from the start.
+    time_s: f64,
+    /// Least discrepancy so far, A.
+    least: f64,
+    /// Percentage error of each fault looked for at the point with that discrepancy; empty where
+    /// the point is not known.
+    errors_percent: Vec<f64>,
+}
+
+/// The steps of one search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct History {
-    /// One entry an evaluation: seconds from the start, least discrepancy so far, A.
-    steps: Vec<(f64, f64)>,
+    steps: Vec<Step>,
 }
 
 /// Writes a history while a search runs.
@@ -25,12 +36,20 @@ impl<'a> Recorder<'a> {
         Self { clock, start_s: clock(), history: RefCell::default() }
     }
 
-    /// Notes the discrepancy of an evaluation.
+    /// Notes the discrepancy of an evaluation at a point that is not known.
     pub(crate) fn note(&self, discrepancy: f64) {
+        self.note_at(discrepancy, Vec::new);
+    }
+
+    /// Notes the discrepancy of an evaluation, and the errors of its point if it is the best.
+    pub(crate) fn note_at(&self, discrepancy: f64, errors_percent: impl FnOnce() -> Vec<f64>) {
         let time_s = (self.clock)() - self.start_s;
         let steps = &mut self.history.borrow_mut().steps;
-        let least = steps.last().map_or(discrepancy, |(_, least)| least.min(discrepancy));
-        steps.push((time_s, least));
+        let step = match steps.last() {
+            Some(last) if last.least <= discrepancy => Step { time_s, ..last.clone() },
+            _ => Step { time_s, least: discrepancy, errors_percent: errors_percent() },
+        };
+        steps.push(step);
     }
 
     pub(crate) fn finish(self) -> History {
@@ -41,12 +60,19 @@ impl<'a> Recorder<'a> {
 impl History {
     /// The least discrepancy of all.
     pub(crate) fn least(&self) -> f64 {
-        self.steps.last().map_or(f64::NAN, |(_, least)| *least)
+        self.steps.last().map_or(f64::NAN, |step| step.least)
     }
 
-    /// The least discrepancy after some evaluations, and when; that of the end for more.
-    fn after(&self, evaluations: usize) -> Option<(f64, f64)> {
-        self.steps.get(evaluations.checked_sub(1)?).or(self.steps.last()).copied()
+    /// States the errors that the search ends with.
+    pub(crate) fn end_with(&mut self, errors_percent: Vec<f64>) {
+        if let Some(last) = self.steps.last_mut() {
+            last.errors_percent = errors_percent;
+        }
+    }
+
+    /// The search after some evaluations; its end for more.
+    fn after(&self, evaluations: usize) -> Option<&Step> {
+        self.steps.get(evaluations.checked_sub(1)?).or(self.steps.last())
     }
 }
 
@@ -56,13 +82,15 @@ pub(crate) fn curve(histories: &[History], timed: bool) -> Vec<ConvergencePoint>
     checkpoints(longest)
         .into_iter()
         .map(|evaluations| {
-            let at: Vec<(f64, f64)> =
+            let at: Vec<&Step> =
                 histories.iter().filter_map(|history| history.after(evaluations)).collect();
-            let discrepancy = quartiles(at.iter().map(|(_, least)| *least).collect());
+            let faults = at.iter().map(|step| step.errors_percent.len()).min().unwrap_or(0);
+            let error = |fault| quartiles(at.iter().map(|s| s.errors_percent[fault]).collect());
             ConvergencePoint {
                 evaluations: evaluations as u64,
-                time_s: timed.then(|| median(at.iter().map(|(time_s, _)| *time_s))),
-                discrepancy,
+                time_s: timed.then(|| median(at.iter().map(|step| step.time_s))),
+                discrepancy: quartiles(at.iter().map(|step| step.least).collect()),
+                errors_percent: (0..faults).map(error).collect(),
             }
         })
         .collect()
@@ -104,5 +132,17 @@ mod tests {
         let medians: Vec<f64> = points.iter().map(|point| point.discrepancy.median).collect();
         assert_eq!(medians, [3.0, 3.0, 1.0]);
         assert_eq!(points[0].time_s, None);
+        assert!(points[0].errors_percent.is_empty());
+    }
+
+    #[test]
+    fn errors_are_those_of_the_best_point_so_far() {
+        let recorder = Recorder::new(&|| 0.0);
+        for (discrepancy, error) in [(3.0, 10.0), (5.0, 1.0), (1.0, 4.0)] {
+            recorder.note_at(discrepancy, || vec![error]);
+        }
+        let points = curve(&[recorder.finish()], false);
+        let errors: Vec<f64> = points.iter().map(|point| point.errors_percent[0].median).collect();
+        assert_eq!(errors, [10.0, 10.0, 4.0]);
     }
 }

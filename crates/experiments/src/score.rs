@@ -38,6 +38,13 @@ pub(crate) fn absolute_error(fault: usize, truth: f64, found: f64) -> f64 {
     if fault == FAULT_COUNT - 1 { error.min(1.0 - error) } else { error }
 }
 
+/// Percentage error of each fault looked for, eq. 20.
+pub(crate) fn errors_percent(sought: &[usize], truth: &[f64], found: &[f64]) -> Vec<f64> {
+    let percent =
+        |&fault: &usize| 100.0 * absolute_error(fault, truth[fault], found[fault]) / truth[fault];
+    sought.iter().map(percent).collect()
+}
+
 /// Errors of the faults looked for, over trials.
 pub(crate) fn fault_scores(sought: &[usize], trials: &[Trial]) -> Vec<FaultEvaluation> {
     sought

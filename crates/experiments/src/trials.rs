@@ -14,7 +14,7 @@ use crate::{
     convergence::{History, Recorder, curve},
     protocol::Protocol,
     request::{EvaluationError, EvaluationRequest, test_conditions},
-    score::{Trial, fault_scores, levels_of, median},
+    score::{Trial, errors_percent, fault_scores, levels_of, median},
 };
 
 /// Evaluations that a population method may make unless told otherwise.
@@ -108,7 +108,7 @@ impl Arena<'_> {
         }
         let trials = in_parallel(tests, self.request.jobs, |index, test| {
             let start_s = now();
-            let found = self.find(contender, index, test)?;
+            let mut found = self.find(contender, index, test)?;
             let trial = Trial {
                 truth: test.condition.levels,
                 found: levels_of(&sought, &found.estimate),
@@ -116,6 +116,7 @@ impl Arena<'_> {
                 evaluations: found.evaluations,
                 wall_time_s: now() - start_s,
             };
+            found.history.end_with(errors_percent(&sought, &trial.truth, &trial.found));
             let relative = predicted(&sought, &found.std, &trial.truth);
             Ok::<_, EvaluationError>(((trial, found.history), relative))
         })?;
@@ -159,11 +160,11 @@ impl Arena<'_> {
             return self.emulate(&test.signal_a);
         }
         if let Some(population) = contender.population() {
-            return self.search_population(population, &test.signal_a, seed);
+            return self.search_population(population, test, seed);
         }
         let Some(method) = contender.method() else { return Err(self.no_such(contender)) };
         if let Some(search) = ScalarSearch::of(method, self.request.max_evaluations, seed) {
-            return self.search_scalar(search, &test.signal_a);
+            return self.search_scalar(search, test);
         }
         let now = || self.now_s();
         let recorder = Recorder::new(&now);
@@ -255,7 +256,7 @@ impl Arena<'_> {
     /// The discrepancy as a function of a point of the unit box, each evaluation noted.
     fn discrepancy<'r>(
         &'r self,
-        signal_a: &'r [f64],
+        test: &'r Test,
         recorder: &'r Recorder<'r>,
     ) -> Result<impl FnMut(&[f64]) -> f64 + 'r, EvaluationError> {
         let sought = self.experiment().sought_indices();
@@ -266,23 +267,22 @@ impl Arena<'_> {
                 Some(high) => high.signal_a(&self.experiment().sought_coordinates(&levels)),
                 None => self.monitored(&mut monitor, &levels),
             };
-            let value = self.on_mask(signal_a, &modelled);
-            recorder.note(value);
+            let value = self.on_mask(&test.signal_a, &modelled);
+            recorder.note_at(value, || {
+                let point = self.experiment().sought_coordinates(&levels);
+                errors_percent(&sought, &test.condition.levels, &levels_of(&sought, &point))
+            });
             value
         })
     }
 
     /// The paper's search: Algorithm 1 on the scalar, with the learnt error of the monitor taken
     /// off.
-    fn search_scalar(
-        &self,
-        search: ScalarSearch,
-        signal_a: &[f64],
-    ) -> Result<Found, EvaluationError> {
+    fn search_scalar(&self, search: ScalarSearch, test: &Test) -> Result<Found, EvaluationError> {
         let sought = self.experiment().sought_indices();
         let now = || self.now_s();
         let recorder = Recorder::new(&now);
-        let mut value = self.discrepancy(signal_a, &recorder)?;
+        let mut value = self.discrepancy(test, &recorder)?;
         let found = search
             .minimise(&sought, &mut value)
             .map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
@@ -300,7 +300,7 @@ impl Arena<'_> {
     fn search_population(
         &self,
         population: Population,
-        signal_a: &[f64],
+        test: &Test,
         seed: u64,
     ) -> Result<Found, EvaluationError> {
         let sought = self.experiment().sought_indices();
@@ -313,7 +313,7 @@ impl Arena<'_> {
         };
         let now = || self.now_s();
         let recorder = Recorder::new(&now);
-        let mut discrepancy = self.discrepancy(signal_a, &recorder)?;
+        let mut discrepancy = self.discrepancy(test, &recorder)?;
         let value = |levels: &[f64]| Ok::<_, Infallible>(discrepancy(levels));
         let solution = population
             .minimise(value, &bounds, &options)

@@ -1,13 +1,15 @@
 //! Drawings as self-contained SVG, one file a kind of answer.
 
+mod convergence;
 mod diagnosis;
 mod drawing;
 mod evaluation;
 mod explanation;
 mod mode;
 
+pub use convergence::convergence_figure_svg;
 pub use diagnosis::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
-pub use evaluation::{convergence_figure_svg, detection_figure_svg};
+pub use evaluation::detection_figure_svg;
 pub(crate) use explanation::four_digits;
 pub use explanation::{
     fault_change_figure_svg, held_out_figure_svg, residual_curve_figure_svg,

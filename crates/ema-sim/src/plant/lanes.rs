@@ -19,11 +19,14 @@ use crate::{
     drive_train::Direction,
     lane_sine,
     series::{value, value_from_zero},
-    shape_function::{ShapeFunction, Wave, turns_near},
+    shape_function::{Near, ShapeFunction, Wave, turns_near},
     winding::{LocalQuadratic, RotorAngle, Shaft, gap_of, times},
 };
 
-use super::{Motion, REFRESH_TICKS, Run};
+use super::{
+    Motion, REFRESH_TICKS, Run,
+    quadrature_loop::{Answer, LoopState, QuadratureLoop},
+};
 
 /// Most lanes that go together.
 pub(crate) const WIDTH: usize = 16;
@@ -41,6 +44,8 @@ struct Moving<const N: usize> {
     sin: Wide<N>,
     cos: Wide<N>,
     current_a: Wide<N>,
+    /// By how much the current loop's integral is behind.
+    behind_v: Wide<N>,
     integral_a: Wide<N>,
 }
 
@@ -77,6 +82,8 @@ struct Lasting<const N: usize> {
 struct Outcome<const N: usize> {
     /// Set-points.
     reference_a: Wide<N>,
+    current_a: Wide<N>,
+    behind_v: Wide<N>,
     speed_rad_per_s: Wide<N>,
     turn_rad: Wide<N>,
     needed_v: Wide<N>,
@@ -99,8 +106,8 @@ struct Common {
     limit_v: f64,
     tick_s: f64,
     start_angle_rad: f64,
-    /// Numbers of a field-oriented drive's shape function.
-    wave: Option<Wave>,
+    /// Numbers of a field-oriented drive's shape function, and its loop.
+    wave: Option<(Wave, QuadratureLoop)>,
 }
 
 /// Runs side by side.
@@ -129,6 +136,9 @@ impl<const N: usize> Lanes<N> {
         }
         let first = &runs[0];
         let waves = runs.each_ref().map(|run| run.shape.as_ref().and_then(ShapeFunction::wave));
+        if first.quadrature_loop.is_some_and(|law| law.longest_s < tick_s) {
+            return None;
+        }
         let zero = [0.0; N];
         let moving = Moving {
             angle_rad: zero,
@@ -136,6 +146,7 @@ impl<const N: usize> Lanes<N> {
             sin: zero,
             cos: zero,
             current_a: zero,
+            behind_v: zero,
             integral_a: [integral_a; N],
         };
         let mut lanes = Self {
@@ -147,7 +158,7 @@ impl<const N: usize> Lanes<N> {
                 limit_v: first.limit_v,
                 tick_s,
                 start_angle_rad: first.start_angle_rad,
-                wave: waves[0],
+                wave: waves[0].zip(first.quadrature_loop),
             },
             before: moving.clone(),
             moving,
@@ -171,6 +182,8 @@ impl<const N: usize> Lanes<N> {
             },
             outcome: Outcome {
                 reference_a: zero,
+                current_a: zero,
+                behind_v: zero,
                 speed_rad_per_s: zero,
                 turn_rad: zero,
                 needed_v: zero,
@@ -201,19 +214,11 @@ impl<const N: usize> Lanes<N> {
             self.refresh();
         }
         self.decide(command);
-        if let Some(wave) = self.common.wave {
+        if let Some((wave, law)) = self.common.wave {
             self.turn_waves(wave.rate);
-            self.glide(|lasting, outcome, lane, gap| {
-                let shape = [lasting.mean[lane], lasting.wave_cos[lane], lasting.wave_sin[lane]];
-                let (sin, cos) = (outcome.wave_sin[lane], outcome.wave_cos[lane]);
-                let turns = turns_near(shape, wave.rate, sin, cos);
-                let shape = turns.map(|f| wave.back_emf_v_s_per_rad * f);
-                (times(&shape, gap), wave.resistance_ohm * turns[0])
-            });
+            self.glide_regulated(&wave, &law);
         } else {
-            self.glide(|lasting, _, lane, gap| {
-                (gap.map(|g| lasting.constant[lane] * g), lasting.resistance_ohm[lane])
-            });
+            self.glide();
         }
         self.arrive();
         if self.outcome.event.iter().fold(0, |any, event| any | event) != 0 {
@@ -281,21 +286,16 @@ impl<const N: usize> Lanes<N> {
         }
     }
 
-    /// Speed and turn at the end of the tick as if nothing happened in it, with `equivalent` for
-    /// torque over current and the resistance.
+    /// Speed and turn at the end of the tick as if nothing happened in it, at the set-point.
     #[inline(always)]
-    fn glide(
-        &mut self,
-        equivalent: impl Fn(&Lasting<N>, &Outcome<N>, usize, &LocalQuadratic) -> (LocalQuadratic, f64),
-    ) {
+    fn glide(&mut self) {
         let Common { per_inertia, viscous_n_m_s_per_rad, tick_s, .. } = self.common;
         let (moving, lasting, outcome) = (&self.moving, &self.lasting, &mut self.outcome);
         for lane in 0..N {
             let (reference_a, speed) = (outcome.reference_a[lane], moving.speed_rad_per_s[lane]);
-            let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
-            let eccentricity = [lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]];
-            let gap = gap_of(eccentricity, &rotor);
-            let (coupling, resistance_ohm) = equivalent(lasting, outcome, lane, &gap);
+            let gap = gap(moving, lasting, lane);
+            let coupling = gap.map(|g| lasting.constant[lane] * g);
+            let resistance_ohm = lasting.resistance_ohm[lane];
             // a shaft at rest has no inverse inertia, so that nothing moves
             let first = lasting.per_inertia[lane];
             let shaft = Shaft {
@@ -308,6 +308,46 @@ impl<const N: usize> Lanes<N> {
             outcome.turn_rad[lane] = value_from_zero(&motion.turn, tick_s);
             outcome.needed_v[lane] = resistance_ohm * reference_a + coupling[0] * speed;
             outcome.torque_n_m[lane] = coupling[0] * reference_a;
+            outcome.current_a[lane] = reference_a;
+        }
+    }
+
+    /// Speed, turn and current at the end of the tick as if nothing happened in it, the current
+    /// led by its loop.
+    #[inline(always)]
+    fn glide_regulated(&mut self, wave: &Wave, law: &QuadratureLoop) {
+        let Common { per_inertia, viscous_n_m_s_per_rad, tick_s, .. } = self.common;
+        let (moving, lasting, outcome) = (&self.moving, &self.lasting, &mut self.outcome);
+        for lane in 0..N {
+            let (reference_a, speed) = (outcome.reference_a[lane], moving.speed_rad_per_s[lane]);
+            let shape = [lasting.mean[lane], lasting.wave_cos[lane], lasting.wave_sin[lane]];
+            let (sin, cos) = (outcome.wave_sin[lane], outcome.wave_cos[lane]);
+            let turns = turns_near(shape, wave.rate, sin, cos);
+            let shape = turns.map(|f| wave.back_emf_v_s_per_rad * f);
+            let near = Near { coupling: times(&shape, &gap(moving, lasting, lane)), turns };
+            let rests = lasting.per_inertia[lane] == 0.0;
+            let shaft = Shaft {
+                per_inertia: per_inertia.map(|per| if rests { 0.0 } else { per }),
+                external_n_m: lasting.external_n_m[lane],
+                viscous_n_m_s_per_rad,
+            };
+            let now =
+                LoopState { current_a: moving.current_a[lane], behind_v: moving.behind_v[lane] };
+            let answer = law.answer(now, reference_a, &near, &shaft, speed);
+            let Answer { current, .. } = &answer;
+            let motion = Motion::at_series(&shaft, &near.coupling, current, speed, &law.fifth);
+            outcome.speed_rad_per_s[lane] = value(&motion.speed, tick_s);
+            outcome.turn_rad[lane] = value_from_zero(&motion.turn, tick_s);
+            outcome.needed_v[lane] =
+                wave.resistance_ohm * turns[0] * reference_a + near.coupling[0] * speed;
+            // the torque at the end of the tick, unless that at its start is already too much
+            let start_n_m = near.coupling[0] * now.current_a;
+            let end_n_m = value(&answer.current.map(|a| near.coupling[0] * a), tick_s);
+            let beyond =
+                (start_n_m > lasting.most_n_m[lane]) | (start_n_m < lasting.least_n_m[lane]);
+            outcome.torque_n_m[lane] = if beyond { start_n_m } else { end_n_m };
+            let end = answer.at(tick_s);
+            (outcome.current_a[lane], outcome.behind_v[lane]) = (end.current_a, end.behind_v);
         }
     }
 
@@ -317,7 +357,8 @@ impl<const N: usize> Lanes<N> {
         let Common { limit_v, tick_s, wave, .. } = self.common;
         // beyond this speed, less its rounding, the shape function's series wants segments shorter
         // than a tick: `ShapeFunction::longest_s`
-        let most = wave.map_or(f64::INFINITY, |wave| 0.1 / (wave.rate * tick_s) * (1.0 - 1e-12));
+        let most =
+            wave.map_or(f64::INFINITY, |(wave, _)| 0.1 / (wave.rate * tick_s) * (1.0 - 1e-12));
         let (moving, lasting, outcome) = (&mut self.moving, &self.lasting, &mut self.outcome);
         let before = &mut self.before;
         for lane in 0..N {
@@ -339,10 +380,13 @@ impl<const N: usize> Lanes<N> {
             before.angle_rad[lane] = angle_rad;
             before.speed_rad_per_s[lane] = moving.speed_rad_per_s[lane];
             (before.sin[lane], before.cos[lane]) = (sin, cos);
+            before.current_a[lane] = moving.current_a[lane];
+            before.behind_v[lane] = moving.behind_v[lane];
             moving.angle_rad[lane] = to_rad;
             moving.speed_rad_per_s[lane] = speed;
             (moving.sin[lane], moving.cos[lane]) = (rotor.sin, rotor.cos);
-            moving.current_a[lane] = outcome.reference_a[lane];
+            moving.current_a[lane] = outcome.current_a[lane];
+            moving.behind_v[lane] = outcome.behind_v[lane];
         }
     }
 
@@ -355,9 +399,10 @@ impl<const N: usize> Lanes<N> {
         (run.rotor.sin, run.rotor.cos) = (moving.sin[lane], moving.cos[lane]);
         let (reference_a, tick_s) = (self.outcome.reference_a[lane], self.common.tick_s);
         if run.shape.is_some() {
-            run.advance_plain::<true>(reference_a, tick_s);
+            (run.current_a, run.behind_v) = (moving.current_a[lane], moving.behind_v[lane]);
+            run.advance_regulated(reference_a, tick_s);
         } else {
-            run.advance_plain::<false>(reference_a, tick_s);
+            run.advance_plain(reference_a, tick_s);
         }
         self.take_over(lane);
     }
@@ -371,6 +416,7 @@ impl<const N: usize> Lanes<N> {
         moving.speed_rad_per_s[lane] = train.speed_rad_per_s;
         (moving.sin[lane], moving.cos[lane]) = (run.rotor.sin, run.rotor.cos);
         moving.current_a[lane] = run.current_a;
+        moving.behind_v[lane] = run.behind_v;
         (lasting.follows[lane], lasting.offset_rad[lane], _) = train.surface_line();
         lasting.sign[lane] = train.direction.sign();
         lasting.per_inertia[lane] = run.shaft.per_inertia[0];
@@ -384,4 +430,11 @@ impl<const N: usize> Lanes<N> {
         let sector = run.sectors[run.sector.place()];
         (lasting.constant[lane], lasting.resistance_ohm[lane]) = sector;
     }
+}
+
+/// The air gap near a lane's rotor.
+#[inline(always)]
+fn gap<const N: usize>(moving: &Moving<N>, lasting: &Lasting<N>, lane: usize) -> LocalQuadratic {
+    let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
+    gap_of([lasting.eccentricity_cos[lane], lasting.eccentricity_sin[lane]], &rotor)
 }

