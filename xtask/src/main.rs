@@ -16,6 +16,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 const TASKS: &str = "\
 cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings, or compare them
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
+cargo xtask validate PAGE SECTION       rebuild one section of a long page
 cargo xtask blind [FLAG...]             the scored hidden-effect cases
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
@@ -40,6 +41,7 @@ fn main() -> Result<()> {
         ["validate"] => validation::validate_pages(&root, None, false),
         ["validate", "--check"] => validation::validate_pages(&root, None, true),
         ["validate", page] => validation::validate_pages(&root, Some(page), false),
+        ["validate", page, section] => validation::validate_section(&root, page, section),
         other => bail!("unknown task {other:?}; the tasks are\n{TASKS}"),
     }
 }

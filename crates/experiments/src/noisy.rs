@@ -38,7 +38,7 @@ struct Sample {
 pub(crate) fn run(
     request: &EvaluationRequest<'_>,
 ) -> Result<Vec<MethodEvaluation>, EvaluationError> {
-    let experiment = request.protocol.experiment();
+    let experiment = request.protocol.experiment()?;
     let bundle = request.setting.bundle(&experiment, request.seed, request.jobs)?;
     let conditions = test_conditions(&experiment, request)?;
     let diagnoser = Diagnoser::new(bundle)?;

@@ -1,6 +1,9 @@
 //! The experiments: whose models, which faults, how many conditions.
 
-use fdi_core::Experiment;
+use fdi_core::{
+    Experiment, ExperimentError,
+    ema_sim::{model_file::Model, presets::BENCH},
+};
 
 use crate::contender::Contender;
 
@@ -14,16 +17,18 @@ pub enum Protocol {
     Low,
     /// The low-fidelity model monitors, population methods search (Table 6).
     Metaheuristics,
-    /// Friction and backlash alone, on the sine (Tables 7 and 8).
+    /// Friction and backlash alone, on the sine of the preset `bench` (Tables 7 and 8).
     Bench,
+    /// The same with noise of the sensors, as [`Noisy`](Self::Noisy).
+    BenchNoisy,
     /// Noise of the sensors: errors against the Cramér-Rao bound, coverage, false alarms.
     Noisy,
 }
 
 impl Protocol {
     /// Every protocol.
-    pub const ALL: [Self; 5] =
-        [Self::High, Self::Low, Self::Metaheuristics, Self::Bench, Self::Noisy];
+    pub const ALL: [Self; 6] =
+        [Self::High, Self::Low, Self::Metaheuristics, Self::Bench, Self::BenchNoisy, Self::Noisy];
 
     /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -32,20 +37,36 @@ impl Protocol {
             Self::Low => "low",
             Self::Metaheuristics => "metaheuristics",
             Self::Bench => "bench",
+            Self::BenchNoisy => "bench-noisy",
             Self::Noisy => "noisy",
         }
     }
 
-    /// The actuator, its test and the faults looked for.
-    pub fn experiment(self) -> Experiment {
-        if self == Self::Bench { Experiment::sine() } else { Experiment::chirp() }
+    /// True where errors are judged against bounds, under noise of the sensors.
+    pub fn is_noisy(self) -> bool {
+        matches!(self, Self::Noisy | Self::BenchNoisy)
     }
 
-    /// Test conditions of the paper (of ours for [`Noisy`](Self::Noisy)).
+    /// The actuator, its test and the faults looked for.
+    ///
+    /// # Errors
+    ///
+    /// [`ExperimentError`] for a preset that cannot be tested; none is such.
+    pub fn experiment(self) -> Result<Experiment, ExperimentError> {
+        match self {
+            Self::Bench | Self::BenchNoisy => {
+                Experiment::sine().of_model("bench", &Model::from(BENCH))
+            }
+            _ => Ok(Experiment::chirp()),
+        }
+    }
+
+    /// Test conditions of the paper; of ours under noise.
     pub fn default_conditions(self) -> usize {
         match self {
             Self::Bench => 10,
             Self::Noisy => 1000,
+            Self::BenchNoisy => 200,
             Self::High | Self::Low | Self::Metaheuristics => 100,
         }
     }
@@ -53,7 +74,7 @@ impl Protocol {
     /// The methods that search unless others are told.
     pub fn default_contenders(self) -> &'static [Contender] {
         match self {
-            Self::Noisy => &[Contender::Gls],
+            Self::Noisy | Self::BenchNoisy => &[Contender::Gls],
             Self::High | Self::Low | Self::Bench => &[
                 Contender::Gls,
                 Contender::Emulator,

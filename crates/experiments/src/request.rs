@@ -22,7 +22,7 @@ pub struct EvaluationRequest<'a> {
     pub conditions: usize,
     /// Methods that search.
     pub contenders: &'a [Contender],
-    /// Healthy recordings on which false alarms are counted ([`Protocol::Noisy`]).
+    /// Healthy recordings on which false alarms are counted (protocols under noise).
     pub healthy: usize,
     /// Searches of the scalar discrepancy look at levels up to this: 1, the whole domain of the
     /// paper, or less.

@@ -49,7 +49,7 @@ struct Found {
 pub(crate) fn run(
     request: &EvaluationRequest<'_>,
 ) -> Result<Vec<MethodEvaluation>, EvaluationError> {
-    let experiment = request.protocol.experiment();
+    let experiment = request.protocol.experiment()?;
     let tests = tests(&experiment, request)?;
     let bundle = request.setting.bundle(&experiment, request.seed, request.jobs)?;
     let high = request.protocol == Protocol::High;

@@ -14,6 +14,6 @@ mod terminal;
 
 pub use blind::score_blind_cases;
 pub use budget::check_budgets;
-pub use pages::validate_pages;
+pub use pages::{validate_pages, validate_section};
 pub use same_answers::same_answers;
 pub use terminal::{clock, say};

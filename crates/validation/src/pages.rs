@@ -17,6 +17,7 @@ mod measured;
 mod pieces;
 mod real_recordings;
 mod reduction;
+mod section;
 mod simulator;
 mod units;
 
@@ -25,7 +26,10 @@ use std::{fs, path::Path};
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
-use self::figure::{Figure, Rendered};
+use self::{
+    figure::{Figure, Rendered},
+    section::{Section, with_section},
+};
 
 /// The quick figures of a page as they are stored beside it.
 #[derive(Debug, Serialize, Deserialize)]
@@ -39,6 +43,9 @@ struct Page {
     quick: fn() -> Result<Vec<Figure>>,
     text: fn(&[Figure]) -> Result<Rendered>,
 }
+
+/// Pages whose sections can be rebuilt one by one.
+const SECTIONED: &[(&str, &[Section])] = &[("experiments", experiments::SECTIONS)];
 
 /// Every page, in the order of the paper's pipeline.
 const PAGES: &[Page] = &[
@@ -109,10 +116,36 @@ pub fn validate_pages(root: &Path, only: Option<&str>, check: bool) -> Result<()
         fs::create_dir_all(&folder)?;
         let rendered = (page.text)(&figures).with_context(|| format!("page `{}`", page.name))?;
         fs::write(folder.join(page.name).with_extension("md"), rendered.markdown)?;
-        for (name, svg) in rendered.drawings {
-            fs::write(folder.join("figures").join(name), svg)?;
-        }
+        write_drawings(&folder, rendered.drawings)?;
         fs::write(&beside, toml::to_string_pretty(&Stored { figure: figures })?)?;
+    }
+    Ok(())
+}
+
+/// Rebuilds one section of a page.
+///
+/// # Errors
+///
+/// When there is no such section, or it cannot be computed.
+pub fn validate_section(root: &Path, page: &str, name: &str) -> Result<()> {
+    let sections = SECTIONED.iter().find(|(of, _)| *of == page).map_or(&[][..], |(_, all)| *all);
+    let Some(section) = sections.iter().find(|section| section.name == name) else {
+        let known: Vec<_> = sections.iter().map(|section| section.name).collect();
+        bail!("page `{page}` has no section `{name}`; those that can be rebuilt are {known:?}");
+    };
+    let folder = root.join("docs/validation");
+    let path = folder.join(page).with_extension("md");
+    let mut rendered = Rendered::from(String::new());
+    (section.write)(&mut rendered).with_context(|| format!("section `{name}`"))?;
+    // read late: other sections may have been rebuilt meanwhile
+    let whole = fs::read_to_string(&path)?;
+    fs::write(path, with_section(&whole, &rendered.markdown)?)?;
+    write_drawings(&folder, rendered.drawings)
+}
+
+fn write_drawings(folder: &Path, drawings: Vec<(String, String)>) -> Result<()> {
+    for (name, svg) in drawings {
+        fs::write(folder.join("figures").join(name), svg)?;
     }
     Ok(())
 }

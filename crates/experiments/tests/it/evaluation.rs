@@ -8,7 +8,7 @@ fn run(protocol: Protocol, contenders: &[Contender], jobs: usize, seed: u64) -> 
         protocol,
         setting: EvaluationSetting {
             imperfections: Imperfections::NONE,
-            sensor_noise_a: if protocol == Protocol::Noisy { 0.020 } else { 0.0 },
+            sensor_noise_a: if protocol.is_noisy() { 0.020 } else { 0.0 },
             phase_rate_hz: 10_000.0,
             snapshots: 60,
             sparse_snapshots: 0,
@@ -31,6 +31,13 @@ fn run(protocol: Protocol, contenders: &[Contender], jobs: usize, seed: u64) -> 
 fn published_low_fidelity_errors_are_beaten() {
     let result = run(Protocol::Low, &[Contender::Gls], 2, 1);
     assert!(result.methods[0].average_percent < 0.3, "{:?}", result.methods[0]);
+}
+
+/// The aim of the page is 0.2 %; what 60 snapshots and 8 conditions may miss is in it.
+#[test]
+fn published_bench_errors_are_within_the_aim() {
+    let result = run(Protocol::Bench, &[Contender::Gls], 2, 1);
+    assert!(result.methods[0].average_percent < 0.2, "{:?}", result.methods[0]);
 }
 
 #[test]

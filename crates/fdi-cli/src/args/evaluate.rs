@@ -13,7 +13,7 @@ pub struct EvaluateArgs {
     /// Which experiment
     #[arg(value_enum)]
     pub protocol: ProtocolArg,
-    /// Test conditions [default: the paper's number; 1000 for `noisy`]
+    /// Test conditions [default: the paper's number; 1000 for `noisy`, 200 for `bench-noisy`]
     #[arg(long, value_name = "N")]
     pub conditions: Option<NonZeroUsize>,
     /// Search methods, by the names of [`Contender::ALL`]
@@ -25,7 +25,7 @@ pub struct EvaluateArgs {
     /// Digitisation inside the control loop of the reference
     #[arg(long, value_enum, default_value_t = Switch::Off)]
     pub digitisation: Switch,
-    /// Noise on each phase sample before a 12-bit converter, rms [default: 0, neither; 0.02 for `noisy`]
+    /// Noise on each phase sample before a 12-bit converter, rms [default: 0, neither; 0.02 for the noisy ones]
     #[arg(long, value_name = "A", value_parser = noise_a)]
     pub noise_a: Option<f64>,
     /// Rate of the phase samples
@@ -34,10 +34,10 @@ pub struct EvaluateArgs {
     /// Reference signals that everything is learnt on
     #[arg(long, default_value = "100", value_name = "N")]
     pub snapshots: NonZeroUsize,
-    /// Reference signals with most faults absent beside them [default: 0; 100 for `noisy`]
+    /// Reference signals with most faults absent beside them [default: 0; 100 for the noisy ones]
     #[arg(long, value_name = "N")]
     pub sparse_snapshots: Option<usize>,
-    /// Healthy recordings on which false alarms are counted (`noisy`)
+    /// Healthy recordings on which false alarms are counted (the noisy ones)
     #[arg(long, default_value_t = 500, value_name = "N")]
     pub healthy: usize,
     /// Largest level that `ei`, `ucb`, `two-step-ei` and the population methods look at
@@ -66,8 +66,10 @@ pub enum ProtocolArg {
     Low,
     /// Population methods (Table 6)
     Metaheuristics,
-    /// Friction and backlash on the sine (Tables 7, 8)
+    /// Friction and backlash on the sine of the preset `bench` (Tables 7, 8)
     Bench,
+    /// The same with sensor noise: bounds, coverage, false alarms
+    BenchNoisy,
     /// Sensor noise: bounds, coverage, false alarms
     Noisy,
 }

@@ -34,9 +34,9 @@ pub(crate) fn evaluate_protocol(
         _ => bail!("no CSV form or other table: `--output-format human|json|jsonl`"),
     };
     let protocol = protocol(args.protocol);
-    let is_noisy = protocol == Protocol::Noisy;
+    let is_noisy = protocol.is_noisy();
     let noise_a = args.noise_a.unwrap_or(if is_noisy { NOISY_A } else { 0.0 });
-    let fastest_hz = protocol.experiment().actuator.controller.sample_hz;
+    let fastest_hz = protocol.experiment()?.actuator.controller.sample_hz;
     if !(2000.0..=fastest_hz).contains(&args.phase_rate_hz) {
         bail!("`--phase-rate-hz {}`: expected 2000 to {fastest_hz}", args.phase_rate_hz);
     }
@@ -86,6 +86,7 @@ fn protocol(arg: ProtocolArg) -> Protocol {
         ProtocolArg::Low => Protocol::Low,
         ProtocolArg::Metaheuristics => Protocol::Metaheuristics,
         ProtocolArg::Bench => Protocol::Bench,
+        ProtocolArg::BenchNoisy => Protocol::BenchNoisy,
         ProtocolArg::Noisy => Protocol::Noisy,
     }
 }

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 24] = [
+const OF_METHOD: [&str; 25] = [
     "bayesopt/head.md",
     "bayesopt/limits.md",
     "bayesopt/problems.md",
@@ -36,6 +36,7 @@ const OF_METHOD: [&str; 24] = [
     "measured/speed.md",
     "real_recordings/head.md",
     "real_recordings/references.md",
+    "simulator/limits.md",
 ];
 
 /// Words of a verdict on figures.

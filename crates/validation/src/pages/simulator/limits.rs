@@ -1,4 +1,4 @@
-//! What the term of the current loop is for, shown by taking it out of the monitor.
+//! Purpose of the term of the current loop, shown by taking it out of the monitor.
 
 use std::fmt::Write as _;
 
