@@ -19,7 +19,7 @@ pub enum Protocol {
     Metaheuristics,
     /// Friction and backlash alone, on the sine of the preset `bench` (Tables 7 and 8).
     Bench,
-    /// The same with noise of the sensors, as [`Noisy`](Self::Noisy).
+    /// [`Bench`](Self::Bench) with noise of the sensors, judged as [`Noisy`](Self::Noisy).
     BenchNoisy,
     /// Noise of the sensors: errors against the Cramér-Rao bound, coverage, false alarms.
     Noisy,

@@ -136,6 +136,31 @@ impl Qr {
     }
 }
 
+/// Eigenvalues, not decreasing, and orthonormal eigenvectors of a symmetric matrix.
+pub(crate) struct SymmetricEigen {
+    pub(crate) values: Vec<f64>,
+    pub(crate) vectors: Matrix,
+}
+
+/// Decomposes a symmetric matrix, of which the lower triangle is read.
+pub(crate) fn symmetric_eigen(matrix: &Matrix) -> Result<SymmetricEigen, NoConvergence> {
+    let size = matrix.rows();
+    let mut vectors = Matrix::zeros(size, size);
+    let mut values = Diag::zeros(size);
+    let scratch =
+        evd::self_adjoint_evd_scratch::<f64>(size, ComputeEigenvectors::Yes, Par::Seq, default());
+    evd::self_adjoint_evd(
+        matrix.view(),
+        values.as_mut(),
+        Some(vectors.view_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        default(),
+    )
+    .map_err(|_| NoConvergence { rows: size, columns: size })?;
+    Ok(SymmetricEigen { values: values.column_vector().iter().copied().collect(), vectors })
+}
+
 /// Eigenvalues and right eigenvectors of a real square matrix.
 ///
 /// `packed` follows LAPACK's `dgeev`: a real eigenvalue has its vector in its

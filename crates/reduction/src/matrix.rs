@@ -5,7 +5,10 @@ mod from_ndarray;
 #[cfg(feature = "serde")]
 mod layout;
 
-use faer::{Accum, MatRef, Par, linalg::matmul::matmul};
+use faer::{
+    Accum, MatRef, Par,
+    linalg::matmul::{matmul, triangular},
+};
 
 /// Why numbers could not be taken as a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -235,6 +238,23 @@ impl Matrix {
     #[must_use]
     pub fn transposed_times(&self, other: &Self) -> Self {
         self.product(self.view().transpose(), other.view())
+    }
+
+    /// The product `selfᵀ · self`: its lower triangle, zeros above it.
+    pub(crate) fn gram(&self) -> Self {
+        let mut result = Self::zeros(self.columns, self.columns);
+        triangular::matmul(
+            result.view_mut(),
+            triangular::BlockStructure::TriangularLower,
+            Accum::Replace,
+            self.view().transpose(),
+            triangular::BlockStructure::Rectangular,
+            self.view(),
+            triangular::BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        result
     }
 
     #[expect(clippy::unused_self, reason = "keeps the two products beside one another")]

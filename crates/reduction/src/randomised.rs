@@ -4,7 +4,11 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 use crate::{
     Matrix, Snapshots, Svd, SvdError,
     decomposition::{self, Qr},
+    leading::leading_svd,
 };
+
+/// Smaller dimension from which random directions are quicker than all of them.
+const LEAST_SIZE: usize = 150;
 
 /// Settings of [`randomised_svd`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +34,8 @@ impl Default for RandomisedConfig {
 /// Leading part of the singular value decomposition from random directions.
 ///
 /// Signs as in [`Svd`]. At most as many singular values come back as the
-/// snapshots have.
+/// snapshots have. A matrix whose smaller dimension is below 150 is decomposed
+/// without random directions, by [`leading_svd`]: that is quicker.
 ///
 /// # Errors
 ///
@@ -66,6 +71,9 @@ pub fn randomised_svd(snapshots: &Snapshots, config: &RandomisedConfig) -> Resul
     }
     let matrix = snapshots.matrix();
     let size = matrix.rows().min(matrix.columns());
+    if size < LEAST_SIZE {
+        return leading_svd(snapshots, config.rank);
+    }
     let width = (config.rank + config.oversampling).min(size);
     let mut random = ChaCha8Rng::seed_from_u64(config.seed);
     let signs = (0..matrix.columns() * width)

@@ -68,7 +68,7 @@ pub enum ProtocolArg {
     Metaheuristics,
     /// Friction and backlash on the sine of the preset `bench` (Tables 7, 8)
     Bench,
-    /// The same with sensor noise: bounds, coverage, false alarms
+    /// Bench with sensor noise: bounds, coverage, false alarms
     BenchNoisy,
     /// Sensor noise: bounds, coverage, false alarms
     Noisy,

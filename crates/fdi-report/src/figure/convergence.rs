@@ -59,7 +59,7 @@ pub fn convergence_figure_svg(evaluation: &Evaluation) -> Option<String> {
     Some(svg)
 }
 
-/// What a row of panels shows.
+/// Quantity that a row of panels shows.
 #[derive(Clone, Copy)]
 enum Quantity {
     Discrepancy,

@@ -6,6 +6,7 @@ mod compression;
 mod conversions;
 mod dmd;
 mod information;
+mod leading;
 mod noise;
 mod property;
 mod references;
