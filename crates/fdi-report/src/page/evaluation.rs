@@ -24,8 +24,9 @@ pub(super) fn page(result: &Evaluation, tool: &str) -> Page {
         figure(
             "convergence",
             convergence_figure_svg(result),
-            "Least discrepancy in A (norm of the residual on the mask's points) against evaluations \
-             of the monitor and time in s: median, and the middle half of the conditions as a band.",
+            "Least discrepancy in A (norm of the residual on the mask's points), and the error of each \
+             fault in % where it was, against evaluations of the monitor and time in s: median, and \
+             the middle half of the conditions as a band.",
         ),
         figure(
             "detection",
