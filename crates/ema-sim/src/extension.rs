@@ -309,7 +309,7 @@ impl Extension {
     }
 
     /// The current that its sensor shows, once a tick.
-    #[cold]
+    #[inline(never)]
     pub(crate) fn shown_current_a(&mut self, current_a: f64) -> f64 {
         self.read_current_a(current_a, self.parts.machine.tick_s)
     }
@@ -336,7 +336,7 @@ impl Extension {
     }
 
     /// The position that its sensor shows, once a tick; with the error of the gear.
-    #[cold]
+    #[inline(never)]
     pub(crate) fn shown_position_rad(&mut self, train: &DriveTrain, motor_rad: f64) -> f64 {
         let position = self.position_in(train, 0.0) + self.error_rad(motor_rad);
         self.read_position_rad(position, motor_rad)

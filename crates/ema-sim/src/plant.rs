@@ -226,7 +226,7 @@ impl Run {
         }
     }
 
-    #[cold]
+    #[inline(never)]
     fn take_load(&mut self, tick_s: f64) {
         if let Some(mut load) = self.load.take() {
             let surface_rad = if load.feels_surface() { self.surface_rad() } else { 0.0 };
@@ -406,7 +406,7 @@ impl Run {
     }
 
     /// A tick with effects, or driven by voltage.
-    #[cold]
+    #[inline(never)]
     fn advance_with_effects(&mut self, reference: f64, span_s: f64) {
         let Some(mut extension) = self.extension.take() else {
             return self.advance_by_voltage(reference, span_s);
@@ -423,7 +423,7 @@ impl Run {
         self.extension = Some(extension);
     }
 
-    #[cold]
+    #[inline(never)]
     fn advance_by_voltage(&mut self, reference_v: f64, span_s: f64) {
         let (mut left_s, mut event_limit) = (span_s, EventLimit::over(span_s, MOST_IN_A_TICK));
         while left_s > 0.0 {
@@ -447,7 +447,7 @@ impl Run {
     }
 
     /// One segment with effects; returns its length.
-    #[cold]
+    #[inline(never)]
     fn extended_segment(
         &mut self,
         extension: &mut Extension,

@@ -9,8 +9,12 @@ use core::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::sides::{SIDES, Side, take_products_off};
+
 /// Rows whose share of the unknowns before them is taken off in one pass.
 const GROUP: usize = 4;
+/// Right-hand sides that are solved one by one: fewer than pay for being laid side by side.
+const FEW_SIDES: usize = 2;
 
 /// A symmetric matrix of order `n` with `b` diagonals below the main one.
 ///
@@ -92,6 +96,31 @@ impl BandedMatrix {
     pub fn scaled(&self, scale: f64) -> Self {
         let rows = self.rows.iter().map(|value| scale * value).collect();
         Self { rows, ..*self }
+    }
+
+    /// Multiplies every element by a scalar.
+    pub fn scale(&mut self, scale: f64) {
+        for value in &mut self.rows {
+            *value *= scale;
+        }
+    }
+
+    /// The matrix with `scale` times another added, in the same memory where its band is as wide.
+    ///
+    /// # Panics
+    ///
+    /// When the orders differ.
+    #[must_use]
+    pub fn plus_scaled(self, scale: f64, other: &Self) -> Self {
+        let mut sum = if self.half_band >= other.half_band {
+            self
+        } else {
+            let mut wider = Self::zeros(self.order, other.half_band);
+            wider.add_scaled(1.0, &self);
+            wider
+        };
+        sum.add_scaled(scale, other);
+        sum
     }
 
     /// The sum of two matrices.
@@ -237,7 +266,14 @@ impl BandedCholesky {
     /// When a length is not the matrix order.
     pub fn whiten_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
         let mut all = self.sides(all);
-        Arch::new().dispatch(Whiten { factor: &self.factor, all: &mut all });
+        for all in all.chunks_mut(SIDES) {
+            match all.len() {
+                ..=FEW_SIDES => Arch::new().dispatch(Whiten { factor: &self.factor, all }),
+                _ => self.together(all, |factor, z| {
+                    Arch::new().dispatch(WhitenTogether { factor, z });
+                }),
+            }
+        }
     }
 
     /// Solves `Lᵀ·x = z` in place; after [`whiten`](Self::whiten) this gives `A⁻¹·r`.
@@ -257,6 +293,22 @@ impl BandedCholesky {
     pub fn whiten_transposed_each<R: AsMut<[f64]>>(&self, all: &mut [R]) {
         let mut all = self.sides(all);
         Arch::new().dispatch(WhitenTransposed { factor: &self.factor, all: &mut all });
+    }
+
+    /// Solves at most [`SIDES`] right-hand sides laid side by side.
+    fn together(&self, all: &mut [&mut [f64]], solve: impl FnOnce(&BandedMatrix, &mut [Side])) {
+        let mut z = vec![[0.0; SIDES]; self.factor.order];
+        for (lane, side) in all.iter().enumerate() {
+            for (to, from) in z.iter_mut().zip(side.iter()) {
+                to[lane] = *from;
+            }
+        }
+        solve(&self.factor, &mut z);
+        for (lane, side) in all.iter_mut().enumerate() {
+            for (to, from) in side.iter_mut().zip(&z) {
+                *to = from[lane];
+            }
+        }
     }
 
     /// Right-hand sides as slices of the matrix order.
@@ -335,6 +387,63 @@ impl WithSimd for WhitenTransposed<'_, '_> {
                 settle_group(factor, i, z);
             }
         }
+    }
+}
+
+/// [`BandedCholesky::whiten_each`] of right-hand sides side by side.
+struct WhitenTogether<'a> {
+    factor: &'a BandedMatrix,
+    z: &'a mut [Side],
+}
+
+impl WithSimd for WhitenTogether<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { factor, z } = self;
+        let groups = if factor.half_band >= GROUP { factor.order / GROUP } else { 0 };
+        for i in (0..groups * GROUP).step_by(GROUP) {
+            let common = factor.first(i + 3)..i;
+            let (before, now) = z.split_at_mut(i);
+            let mut values = [now[0], now[1], now[2], now[3]];
+            let row = |r: usize| factor.part(i + r, common.clone());
+            take_products_off(
+                &mut values,
+                [row(0), row(1), row(2), row(3)],
+                &before[common.clone()],
+            );
+            for r in 0..GROUP {
+                let alone = factor.first(i + r)..common.start;
+                for (l, z) in factor.part(i + r, alone.clone()).iter().zip(&before[alone]) {
+                    take_off_side(&mut values[r], *l, z);
+                }
+                for (c, l) in factor.part(i + r, i..i + r).iter().enumerate() {
+                    let z = values[c];
+                    take_off_side(&mut values[r], *l, &z);
+                }
+                let pivot = factor.diagonal(i + r);
+                values[r] = values[r].map(|value| value / pivot);
+            }
+            now[..GROUP].copy_from_slice(&values);
+        }
+        for i in groups * GROUP..factor.order {
+            let first = factor.first(i);
+            let mut value = z[i];
+            for (l, z) in factor.part(i, first..i).iter().zip(&z[first..i]) {
+                take_off_side(&mut value, *l, z);
+            }
+            let pivot = factor.diagonal(i);
+            z[i] = value.map(|value| value / pivot);
+        }
+    }
+}
+
+/// `value −= l·z` for right-hand sides side by side.
+#[inline(always)]
+fn take_off_side(value: &mut Side, l: f64, z: &Side) {
+    for lane in 0..SIDES {
+        value[lane] -= l * z[lane];
     }
 }
 
@@ -514,18 +623,34 @@ mod tests {
     }
 
     #[test]
-    fn several_right_hand_sides_give_the_bits_of_each_alone() {
-        let factor = example(40, 4).cholesky().unwrap();
-        let side = |k: u32| -> Vec<f64> { (0..40).map(|i| f64::from(i * k).sin()).collect() };
-        let mut all: Vec<Vec<f64>> = (1..4).map(side).collect();
-        factor.whiten_each(&mut all);
-        factor.whiten_transposed_each(&mut all);
-        for (k, together) in (1..4).zip(all) {
-            let mut alone = side(k);
-            factor.whiten(&mut alone);
-            factor.whiten_transposed(&mut alone);
-            assert_eq!(together, alone);
+    fn several_right_hand_sides_give_what_each_gives_alone() {
+        let factor = example(43, 5).cholesky().unwrap();
+        let side = |k: u32| -> Vec<f64> { (0..43).map(|i| f64::from(i * k).sin()).collect() };
+        for count in [1, 2, 3, 8, 9, 20] {
+            let mut all: Vec<Vec<f64>> = (1..=count).map(side).collect();
+            factor.whiten_each(&mut all);
+            factor.whiten_transposed_each(&mut all);
+            for (k, together) in (1..).zip(all) {
+                let mut alone = side(k);
+                factor.whiten(&mut alone);
+                factor.whiten_transposed(&mut alone);
+                for (a, b) in together.iter().zip(&alone) {
+                    assert_abs_diff_eq!(a, b, epsilon = FACTOR_REL);
+                }
+            }
         }
+    }
+
+    #[test]
+    fn sums_in_place_are_sums() {
+        let (wide, narrow) = (example(12, 4), example(12, 2));
+        for (a, b) in [(&wide, &narrow), (&narrow, &wide)] {
+            let sum = a.clone().plus_scaled(0.5, b);
+            assert_eq!(sum, a.plus(&b.scaled(0.5)));
+        }
+        let mut scaled = wide.clone();
+        scaled.scale(3.0);
+        assert_eq!(scaled, wide.scaled(3.0));
     }
 
     #[test]

@@ -21,6 +21,7 @@ mod in_box;
 mod most_probable;
 #[cfg(test)]
 mod random;
+mod sides;
 mod symmetric;
 mod taper;
 

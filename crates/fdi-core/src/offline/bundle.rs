@@ -10,7 +10,7 @@ use reduction::{
 
 use crate::{
     offline::{
-        dataset::{Dataset, ReferenceDesign, sought_coordinates},
+        dataset::{Dataset, ReferenceDesign, monitor_signals, sought_coordinates},
         electronics::{electronics_covariance, electronics_noise},
         error_choice::{self, References},
         error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
@@ -271,16 +271,16 @@ impl Bundle {
         self.model_of(Modelled::Signal)
     }
 
-    /// The low-fidelity model's own signal with the mean of its error, as a quadratic function of
-    /// damage at the experiment's start angle, quartic for two faults; linear, or `None`, where
-    /// there are too few conditions.
-    pub(crate) fn monitor_surface(
+    /// The error model for the bundle's own start of the rotor, and the response surface beside it:
+    /// the low-fidelity model's own signal with the mean of its error, as a quadratic function of
+    /// damage, quartic for two faults; linear, or none, where there are too few conditions.
+    pub(crate) fn incipient_with_surface(
         &self,
-        error: &ErrorModel,
-    ) -> Result<Option<ErrorModel>, BundleError> {
+    ) -> Result<Option<(ErrorModel, Option<ErrorModel>)>, BundleError> {
+        let of = Modelled::Error(StartAngle::Zero);
         let datasets = of_start(&self.datasets, StartAngle::Zero);
-        let (mut signals, coordinates) =
-            Modelled::Error(StartAngle::Zero).signals(&self.experiment, &datasets)?;
+        let (mut signals, coordinates) = of.signals(&self.experiment, &datasets)?;
+        let Some(error) = self.model_on(of, &signals, &coordinates)? else { return Ok(None) };
         let references = datasets.iter().flat_map(|dataset| &dataset.signals_a);
         for ((signal, reference), point) in signals.iter_mut().zip(references).zip(&coordinates) {
             for ((value, reference), mean) in
@@ -298,7 +298,8 @@ impl Bundle {
         };
         let learnt =
             |&trend: &Trend| ErrorModel::learn(&signals, &coordinates, trend, shape, None).ok();
-        Ok(surfaces.iter().find_map(learnt))
+        let surface = surfaces.iter().find_map(learnt);
+        Ok(Some((error, surface)))
     }
 
     /// Difference between the reference signals and the high-fidelity model without noise: a
@@ -323,17 +324,30 @@ impl Bundle {
     }
 
     fn model_of(&self, of: Modelled) -> Result<Option<ErrorModel>, BundleError> {
+        if !self.choices.iter().any(|choice| choice.of == of) {
+            return Ok(None);
+        }
+        let datasets = of_start(&self.datasets, of.start());
+        let (signals, coordinates) = of.signals(&self.experiment, &datasets)?;
+        self.model_on(of, &signals, &coordinates)
+    }
+
+    /// The model of signals at coordinates, as it was chosen; `None` where it was not.
+    fn model_on(
+        &self,
+        of: Modelled,
+        signals: &[Vec<f64>],
+        coordinates: &[Vec<f64>],
+    ) -> Result<Option<ErrorModel>, BundleError> {
         let Some(choice) = self.choices.iter().find(|choice| choice.of == of) else {
             return Ok(None);
         };
-        let datasets = of_start(&self.datasets, of.start());
-        let (signals, coordinates) = of.signals(&self.experiment, &datasets)?;
         let electronics = match choice.shape.electronics_share {
             0.0 => None,
-            _ => electronics_of(&self.experiment, &datasets)?,
+            _ => electronics_of(&self.experiment, &of_start(&self.datasets, of.start()))?,
         };
         let (trend, shape) = (choice.trend, choice.shape);
-        Ok(Some(ErrorModel::learn(&signals, &coordinates, trend, shape, electronics)?))
+        Ok(Some(ErrorModel::learn(signals, coordinates, trend, shape, electronics)?))
     }
 
     /// The covariance of the noise of the electronics.
@@ -407,20 +421,13 @@ pub(crate) fn differences(
     experiment: &Experiment,
     dataset: &Dataset,
 ) -> Result<Vec<Vec<f64>>, ema_sim::SimulationError> {
-    let mut monitor = experiment.monitor(0.0)?;
-    Ok(dataset
-        .conditions
-        .iter()
-        .zip(&dataset.signals_a)
-        .map(|(condition, reference)| {
-            monitor.turn_to(condition.start_angle_rad);
-            let mut difference = monitor.signal(&condition.coordinates());
-            for (value, reference) in difference.iter_mut().zip(reference) {
-                *value = reference - *value;
-            }
-            difference
-        })
-        .collect())
+    let mut differences = monitor_signals(experiment, &dataset.conditions)?;
+    for (difference, reference) in differences.iter_mut().zip(&dataset.signals_a) {
+        for (value, reference) in difference.iter_mut().zip(reference) {
+            *value = reference - *value;
+        }
+    }
+    Ok(differences)
 }
 
 /// The datasets that tell the error for a start of the rotor.

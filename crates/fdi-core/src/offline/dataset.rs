@@ -266,6 +266,23 @@ fn signal(
     Ok(experiment.high_fidelity_signal(&model, &PhysicalFaults::from(&condition.coordinates())))
 }
 
+/// Signals of the low-fidelity model at every condition; those of one start angle that follow one
+/// another are simulated side by side.
+pub(crate) fn monitor_signals(
+    experiment: &Experiment,
+    conditions: &[Condition],
+) -> Result<Vec<Vec<f64>>, SimulationError> {
+    let mut monitor = experiment.monitor(0.0)?;
+    let mut signals = Vec::with_capacity(conditions.len());
+    let same_start = |a: &Condition, b: &Condition| a.start_angle_rad == b.start_angle_rad;
+    for together in conditions.chunk_by(same_start) {
+        monitor.turn_to(together[0].start_angle_rad);
+        let points: Vec<FaultCoordinates> = together.iter().map(Condition::coordinates).collect();
+        signals.extend(monitor.signals(&points));
+    }
+    Ok(signals)
+}
+
 /// The coordinates looked for, of every condition.
 pub(crate) fn sought_coordinates(experiment: &Experiment, dataset: &Dataset) -> Vec<Vec<f64>> {
     let indices = experiment.sought_indices();

@@ -20,7 +20,7 @@ use ema_sim::{Imperfections, SimulationError};
 use inference::{BandedMatrix, tapered_covariance};
 
 use crate::{
-    offline::dataset::{Condition, Dataset, sought_coordinates},
+    offline::dataset::{Condition, Dataset, monitor_signals, sought_coordinates},
     simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
     statistics::noise_covariance::unit_noise_at_rate,
 };
@@ -80,17 +80,21 @@ fn noise_of_loops(
         return Ok(None);
     }
     let runs = (SAMPLES / experiment.samples().max(1)).max(LEAST_RUNS);
-    let mut ideal = experiment.monitor(0.0)?;
+    let place_of = |run: usize| run * conditions.len() / runs;
+    let mut places: Vec<usize> = (0..runs).map(place_of).collect();
+    places.dedup();
+    let simulated: Vec<Condition> = places.iter().map(|&place| *conditions[place].0).collect();
+    let ideal = monitor_signals(experiment, &simulated)?;
     let mut scatter = Vec::with_capacity(runs);
     for run in 0..runs {
-        let (condition, dataset) = conditions[run * conditions.len() / runs];
+        let (condition, dataset) = conditions[place_of(run)];
+        let place = places.partition_point(|&place| place < place_of(run));
         let seed = condition.noise_seed ^ STREAM.wrapping_mul(run as u64 + 1);
         let angle_rad = condition.start_angle_rad;
         let mut noisy = experiment.noisy_monitor(angle_rad, dataset.imperfections, seed)?;
-        ideal.turn_to(angle_rad);
         let coordinates = condition.coordinates();
         let mut difference = noisy.signal(&coordinates);
-        for (value, ideal) in difference.iter_mut().zip(ideal.signal(&coordinates)) {
+        for (value, ideal) in difference.iter_mut().zip(&ideal[place]) {
             *value -= ideal;
         }
         scatter.push(difference);

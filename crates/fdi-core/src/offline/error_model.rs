@@ -106,11 +106,12 @@ impl CovarianceShape {
         residuals: &[R],
         electronics: Option<&BandedMatrix>,
     ) -> BandedMatrix {
-        let tapered = tapered_covariance(residuals, self.taper_support_samples);
+        let mut tapered = tapered_covariance(residuals, self.taper_support_samples);
         let share = self.electronics_share;
         match electronics {
             Some(electronics) if share > 0.0 => {
-                tapered.scaled(1.0 - share).plus(&electronics.scaled(share))
+                tapered.scale(1.0 - share);
+                tapered.plus_scaled(share, electronics)
             }
             _ => tapered,
         }
@@ -129,15 +130,8 @@ pub struct ErrorModel {
     residuals: Vec<Vec<f64>>,
     shape: CovarianceShape,
     electronics: Option<Arc<BandedMatrix>>,
-    /// Formed once, when first asked for.
-    covariances: OnceLock<Covariances>,
-}
-
-/// The covariance of all residuals, and those without each fold.
-#[derive(Clone, Debug)]
-struct Covariances {
-    whole: BandedMatrix,
-    without_fold: Vec<BandedMatrix>,
+    /// `S`, formed when first asked for.
+    covariance: OnceLock<BandedMatrix>,
 }
 
 impl ErrorModel {
@@ -203,8 +197,8 @@ impl ErrorModel {
             })
             .collect();
         let coefficients = fitted;
-        let covariances = OnceLock::new();
-        Ok(Self { trend, coefficients, centre, spread, residuals, shape, electronics, covariances })
+        let covariance = OnceLock::new();
+        Ok(Self { trend, coefficients, centre, spread, residuals, shape, electronics, covariance })
     }
 
     /// The mean error at a point of the sought coordinates.
@@ -232,7 +226,7 @@ impl ErrorModel {
             residuals,
             shape: CovarianceShape::tapered(shorter.max(2)),
             electronics: None,
-            covariances: OnceLock::new(),
+            covariance: OnceLock::new(),
         }
     }
 
@@ -240,7 +234,7 @@ impl ErrorModel {
     #[must_use]
     pub(crate) fn corrected(&self, offset: &[f64], factor: f64) -> Self {
         let mut corrected = self.clone();
-        corrected.covariances = OnceLock::new();
+        corrected.covariance = OnceLock::new();
         // the first term is the constant one
         add_scaled(&mut corrected.coefficients[0], 1.0, offset);
         for value in corrected.residuals.iter_mut().flatten() {
@@ -268,25 +262,30 @@ impl ErrorModel {
 
     /// The covariance `S`.
     pub fn covariance(&self) -> BandedMatrix {
-        self.covariances().whole.clone()
+        self.whole().clone()
     }
 
-    /// Deals the residuals into folds: for each fold the covariance learnt without it, and the
-    /// residuals in it.
-    pub fn folds(&self) -> Vec<(BandedMatrix, Vec<&[f64]>)> {
-        let without = &self.covariances().without_fold;
-        let pair = |fold: usize| (without[fold].clone(), deal(&self.residuals, fold).0);
-        (0..FOLDS).map(pair).collect()
-    }
-
-    fn covariances(&self) -> &Covariances {
+    fn whole(&self) -> &BandedMatrix {
         let electronics = self.electronics.as_deref();
-        self.covariances.get_or_init(|| Covariances {
-            whole: self.shape.covariance(&self.residuals, electronics),
-            without_fold: (0..FOLDS)
-                .map(|fold| self.shape.covariance(&deal(&self.residuals, fold).1, electronics))
-                .collect(),
-        })
+        self.covariance.get_or_init(|| self.shape.covariance(&self.residuals, electronics))
+    }
+
+    /// Residuals that are dealt into a fold of [`FOLDS`].
+    pub(crate) fn in_fold(&self, fold: usize) -> impl Iterator<Item = &Vec<f64>> {
+        self.residuals.iter().skip(fold).step_by(FOLDS)
+    }
+
+    /// The covariance learnt without the residuals in a fold, from that of all and that of these:
+    /// `(n·S − n_f·S_f)/(n − n_f)`.
+    pub(crate) fn covariance_without(&self, fold: usize) -> BandedMatrix {
+        let inside: Vec<&Vec<f64>> = self.in_fold(fold).collect();
+        let (count, left) = (self.residuals.len(), self.residuals.len() - inside.len());
+        if inside.is_empty() || left == 0 {
+            return self.covariance();
+        }
+        let mut without = self.shape.covariance(&inside, self.electronics.as_deref());
+        without.scale(-(inside.len() as f64) / left as f64);
+        without.plus_scaled(count as f64 / left as f64, self.whole())
     }
 
     /// The terms of the mean at a point of the sought coordinates, one a row of
@@ -331,16 +330,6 @@ fn away(coordinates: &[f64], centre: &[f64], spread: &[f64]) -> Vec<f64> {
 /// Folds that the residuals are dealt into for cross-fitting.
 pub(crate) const FOLDS: usize = 4;
 
-/// The residuals in a fold, and the others.
-fn deal(residuals: &[Vec<f64>], fold: usize) -> (Vec<&[f64]>, Vec<&[f64]>) {
-    let (mut inside, mut outside) = (Vec::new(), Vec::new());
-    for (row, residual) in residuals.iter().enumerate() {
-        let part = if row % FOLDS == fold { &mut inside } else { &mut outside };
-        part.push(residual.as_slice());
-    }
-    (inside, outside)
-}
-
 /// `a += scale·b`.
 pub(crate) fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
     for (x, y) in a.iter_mut().zip(b) {
@@ -373,5 +362,29 @@ mod tests {
         assert!(model.covariance().mean_diagonal() < 1e-24);
         let constant = learn(Trend::Constant);
         assert!(constant.covariance().mean_diagonal() > 1e-5);
+    }
+
+    #[test]
+    fn a_covariance_without_a_fold_is_that_of_the_other_residuals() {
+        let coordinates: Vec<Vec<f64>> = (0..10).map(|i| vec![f64::from(i)]).collect();
+        let differences: Vec<Vec<f64>> =
+            (1..11).map(|k| (0..9).map(|t| f64::from(k * t).sin()).collect()).collect();
+        let electronics = Arc::new(tapered_covariance(&differences[..3], 4));
+        let shape = CovarianceShape { taper_support_samples: 3, electronics_share: 0.25 };
+        let electronics = Some(electronics);
+        let model =
+            ErrorModel::learn(&differences, &coordinates, Trend::Constant, shape, electronics)
+                .unwrap();
+        for fold in 0..FOLDS {
+            let others = model.residuals.iter().enumerate().filter(|(row, _)| row % FOLDS != fold);
+            let others: Vec<&Vec<f64>> = others.map(|(_, residual)| residual).collect();
+            let want = shape.covariance(&others, model.electronics.as_deref());
+            let got = model.covariance_without(fold);
+            for row in 0..9 {
+                for column in 0..9 {
+                    assert_abs_diff_eq!(got.at(row, column), want.at(row, column), epsilon = 1e-14);
+                }
+            }
+        }
     }
 }

@@ -23,6 +23,17 @@ pub(crate) fn joined(model: &BandedMatrix, noise: &BandedMatrix) -> BandedMatrix
     whole
 }
 
+/// As [`joined`], with noise of a variance, in the memory of the model's covariance.
+pub(crate) fn joined_in_place(
+    model: BandedMatrix,
+    variance_a2: f64,
+    unit_noise: &BandedMatrix,
+) -> BandedMatrix {
+    let mut whole = model.plus_scaled(variance_a2, unit_noise);
+    whole.add_to_diagonal(FLOOR_A * FLOOR_A);
+    whole
+}
+
 /// Factor of the covariance of what a diagnosis looks at.
 #[derive(Debug)]
 pub(crate) struct Factor {
@@ -74,22 +85,8 @@ impl Factor {
         seen
     }
 
-    /// `Eᵀ·(E·Σ·Eᵀ)⁻¹·E·r`, of full length.
-    pub(crate) fn solve(&self, residual: &[f64]) -> Vec<f64> {
-        self.spread(self.whiten(residual), residual.len())
-    }
-
-    /// `Eᵀ·L⁻ᵀ·z` of white numbers, of full length: after [`whiten`](Self::whiten) this is
-    /// [`solve`](Self::solve).
-    pub(crate) fn spread(&self, mut white: Vec<f64>, samples: usize) -> Vec<f64> {
-        self.cholesky.whiten_transposed(&mut white);
-        match &self.encoder {
-            Some(encoder) => encoder.spread(&white, samples),
-            None => white,
-        }
-    }
-
-    /// Signals of full length from several rows of white numbers, as [`spread`](Self::spread).
+    /// `Eᵀ·L⁻ᵀ·z` of several rows of white numbers, of full length: after
+    /// [`whiten_each`](Self::whiten_each) this is `Eᵀ·(E·Σ·Eᵀ)⁻¹·E·r`.
     pub(crate) fn spread_each(&self, mut white: Vec<Vec<f64>>, samples: usize) -> Vec<Vec<f64>> {
         self.cholesky.whiten_transposed_each(&mut white);
         match &self.encoder {
@@ -159,7 +156,11 @@ mod tests {
         let whole = Factor::new(covariance(), None).unwrap();
         let encoded = Factor::new(covariance(), Some(&encoder(rows))).unwrap();
         let residual: Vec<f64> = (0..12).map(|i| (0.9 * f64::from(i)).sin()).collect();
-        for (a, b) in whole.solve(&residual).iter().zip(encoded.solve(&residual)) {
+        let solve = |factor: &Factor| {
+            let white = factor.whiten(&residual);
+            factor.spread_each(vec![white], residual.len()).remove(0)
+        };
+        for (a, b) in solve(&whole).iter().zip(solve(&encoded)) {
             assert_abs_diff_eq!(*a, b, epsilon = SOLVE_ABS);
         }
         let square = |factor: &Factor| factor.whiten(&residual).iter().map(|z| z * z).sum::<f64>();

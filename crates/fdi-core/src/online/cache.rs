@@ -6,21 +6,29 @@ use std::{
     sync::{Arc, Mutex, MutexGuard},
 };
 
+use crate::online::noise_grid::{LevelKey, NoiseLevel};
+
 /// Values by key, each made when first asked for.
 ///
 /// Threads that ask for one key wait for the first of them; other keys are not held up.
 pub(crate) struct Kept<K, V> {
-    slots: Mutex<BTreeMap<K, Arc<Slot<V>>>>,
+    slots: Mutex<Slots<K, V>>,
     most: usize,
 }
 
 /// Place of a value that may still have to be made.
 type Slot<V> = Mutex<Option<V>>;
 
+/// Places by key, each with the turn in which it was asked for last.
+struct Slots<K, V> {
+    by_key: BTreeMap<K, (u64, Arc<Slot<V>>)>,
+    turn: u64,
+}
+
 impl<K: Copy + Ord, V: Clone> Kept<K, V> {
-    /// Room for a number of values; one more and the others are forgotten.
+    /// Room for a number of values; one more, and that is forgotten which was not asked for longest.
     pub(crate) fn at_most(most: usize) -> Self {
-        Self { slots: Mutex::new(BTreeMap::new()), most }
+        Self { slots: Mutex::new(Slots { by_key: BTreeMap::new(), turn: 0 }), most }
     }
 
     /// Value of a key, made where it is not kept.
@@ -46,10 +54,17 @@ impl<K: Copy + Ord, V: Clone> Kept<K, V> {
 
     fn slot(&self, key: K) -> Arc<Slot<V>> {
         let mut slots = locked(&self.slots);
-        if slots.len() >= self.most && !slots.contains_key(&key) {
-            slots.clear();
+        let Slots { by_key, turn } = &mut *slots;
+        if by_key.len() >= self.most
+            && !by_key.contains_key(&key)
+            && let Some(oldest) = by_key.iter().min_by_key(|(_, (turn, _))| *turn).map(|(k, _)| *k)
+        {
+            by_key.remove(&oldest);
         }
-        Arc::clone(slots.entry(key).or_default())
+        *turn += 1;
+        let (last, slot) = by_key.entry(key).or_default();
+        *last = *turn;
+        Arc::clone(slot)
     }
 }
 
@@ -74,6 +89,8 @@ pub(crate) enum ErrorId {
     HighOwnStart,
     /// High-fidelity model, any start angle.
     HighAnyStart,
+    /// Model of the reference signal itself.
+    Signal,
 }
 
 /// Rate of the phase samples, by its bits.
@@ -88,16 +105,16 @@ impl RateKey {
     }
 }
 
-/// Noise of the sensors: its level and the rate of the phase samples, by their bits.
+/// Noise of the sensors: the level of the grid and the rate of the phase samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct NoiseKey {
-    noise_bits: u64,
+    level: LevelKey,
     rate: RateKey,
 }
 
 impl NoiseKey {
-    pub(crate) fn new(phase_rate_hz: f64, noise_a: f64) -> Self {
-        Self { noise_bits: noise_a.to_bits(), rate: RateKey::new(phase_rate_hz) }
+    pub(crate) fn new(phase_rate_hz: f64, level: NoiseLevel) -> Self {
+        Self { level: level.key(), rate: RateKey::new(phase_rate_hz) }
     }
 }
 
@@ -109,8 +126,8 @@ pub(crate) struct LikelihoodKey {
 }
 
 impl LikelihoodKey {
-    pub(crate) fn new(error: ErrorId, phase_rate_hz: f64, noise_a: f64) -> Self {
-        Self { error, noise: NoiseKey::new(phase_rate_hz, noise_a) }
+    pub(crate) fn new(error: ErrorId, phase_rate_hz: f64, level: NoiseLevel) -> Self {
+        Self { error, noise: NoiseKey::new(phase_rate_hz, level) }
     }
 }
 
@@ -121,17 +138,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_is_made_once_and_forgotten_when_there_are_too_many() {
+    fn a_value_is_made_once_and_the_one_not_asked_for_longest_is_forgotten() {
         let kept = Kept::at_most(2);
-        let mut made = 0;
-        for key in [1, 2, 1, 2, 3, 3, 1] {
+        let mut made = Vec::new();
+        for key in [1, 2, 1, 3, 1, 2, 2] {
             let Ok(value) = kept.get(key, || {
-                made += 1;
+                made.push(key);
                 Ok::<_, Infallible>(10 * key)
             });
             assert_eq!(value, 10 * key);
         }
-        assert_eq!(made, 4);
+        assert_eq!(made, [1, 2, 3, 2]);
     }
 
     #[test]
@@ -140,12 +157,5 @@ mod tests {
         assert_eq!(kept.get(0, || Err::<u8, _>("no")), Err("no"));
         assert_eq!(kept.get(0, || Ok::<_, &str>(7)), Ok(7));
         assert_eq!(kept.get(0, || Err("no")), Ok(7));
-    }
-
-    #[test]
-    fn levels_that_differ_in_their_last_bit_are_kept_apart() {
-        let key = |noise_a: f64| LikelihoodKey::new(ErrorId::Turned, 10e3, noise_a);
-        assert_eq!(key(0.02), key(0.02));
-        assert_ne!(key(0.02), key(0.02f64.next_up()));
     }
 }

@@ -1,7 +1,5 @@
 //! Cramér-Rao bounds of a diagnosis at one noise level.
 
-use std::sync::Arc;
-
 use ema_sim::{FaultCoordinates, PhysicalFaults};
 use inference::{central_differences, dot};
 use nalgebra::DMatrix;
@@ -31,7 +29,7 @@ const CONDUCTING_PHASES: f64 = 2.0;
 #[derive(Debug)]
 pub struct ErrorBounds<'a> {
     diagnoser: &'a Diagnoser,
-    likelihood: Arc<Likelihood>,
+    likelihood: Likelihood,
     sensor_factor: Factor,
     phase_rate_hz: f64,
     noise_a: f64,

@@ -1,6 +1,8 @@
 //! Diagnosis with the high-fidelity model alone, from where the emulator ends and with
 //! its slopes.
 
+use std::sync::Arc;
+
 use ema_sim::Imperfections;
 
 use crate::{
@@ -75,6 +77,7 @@ impl HighFidelitySearch {
         let jacobians = coordinates.iter().map(|point| emulator.jacobian(point)).collect();
         let references = References { differences, coordinates, jacobians, electronics };
         let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+        let unit = Arc::new(unit);
         let noise = unit.scaled(noise_a * noise_a);
         let (trend, shape) = error_choice::choose(
             &references,
@@ -83,7 +86,7 @@ impl HighFidelitySearch {
             &noise,
         )?;
         let error = references.learn(trend, shape)?;
-        let likelihood = Likelihood::new(&error, &unit, noise_a, None)?;
+        let likelihood = Likelihood::new(Arc::new(error), &unit, noise_a, None)?;
         Ok(Self { monitor, likelihood })
     }
 

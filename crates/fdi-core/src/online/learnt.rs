@@ -10,7 +10,7 @@ use crate::{
         dataset::{ReferenceDesign, sought_coordinates},
         encoder_fit::fitted_encoder,
         encoding::Encoder,
-        error_model::ErrorModel,
+        error_model::{ErrorModel, FOLDS},
     },
     online::{
         beginning,
@@ -18,7 +18,8 @@ use crate::{
         damage::within_training,
         emulator::Emulator,
         error::DiagnoseError,
-        likelihood::Likelihood,
+        likelihood::{GridLikelihood, Likelihood},
+        noise_grid::NoiseLevel,
         severe_errors::SevereErrors,
     },
     report::Encoding,
@@ -31,8 +32,12 @@ use crate::{
 /// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
 /// of four pole pairs.
 const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
-/// Noise levels whose likelihoods are kept for the next recording.
-const LEVELS_KEPT: usize = 8;
+/// Errors that are kept.
+const ERRORS_KEPT: usize = 8;
+/// Numbers in the factors of all likelihoods that are kept for the next recording: 128 MB.
+const NUMBERS_KEPT: usize = 16_000_000;
+/// Likelihoods that are kept at least, and at most.
+const LIKELIHOODS_KEPT: [usize; 2] = [2, 64];
 /// Rates of the phase samples whose noise is kept.
 const RATES_KEPT: usize = 64;
 
@@ -59,7 +64,7 @@ pub(crate) struct Learnt {
     quantities: Kept<(), Arc<Quantities>>,
     /// Covariance of the noise of one ampere.
     unit_noise: Kept<RateKey, Arc<BandedMatrix>>,
-    likelihoods: Kept<LikelihoodKey, Arc<Likelihood>>,
+    likelihoods: Kept<LikelihoodKey, Arc<GridLikelihood>>,
     emulators: Kept<NoiseKey, Arc<Emulator>>,
     /// The response surface, prepared for a noise level.
     surfaces: Kept<NoiseKey, Arc<Emulator>>,
@@ -84,22 +89,25 @@ impl Learnt {
     /// Learns the error of the low-fidelity model at the bundle's start angle.
     pub(crate) fn of(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
         let encoder = fitted_encoder(&bundle, encoding)?;
-        let incipient = bundle.error_model(StartAngle::Zero)?.ok_or(BundleError::NoIncipient)?;
-        let surface = bundle.monitor_surface(&incipient)?.map(Arc::new);
+        let learnt = bundle.incipient_with_surface()?.ok_or(BundleError::NoIncipient)?;
+        let (incipient, surface) = (learnt.0, learnt.1.map(Arc::new));
+        let numbers = bundle.experiment.samples() * incipient.shape().taper_support_samples;
+        let [least, most] = LIKELIHOODS_KEPT;
+        let levels = (NUMBERS_KEPT / (FOLDS + 1) / numbers.max(1)).clamp(least, most);
         Ok(Self {
             bundle,
             encoder,
             references: None,
             incipient: Arc::new(incipient),
             surface,
-            errors: Kept::at_most(LEVELS_KEPT),
+            errors: Kept::at_most(ERRORS_KEPT),
             severe: Kept::at_most(1),
             start_effects: Kept::at_most(1),
             quantities: Kept::at_most(1),
             unit_noise: Kept::at_most(RATES_KEPT),
-            likelihoods: Kept::at_most(LEVELS_KEPT),
-            emulators: Kept::at_most(LEVELS_KEPT),
-            surfaces: Kept::at_most(LEVELS_KEPT),
+            likelihoods: Kept::at_most(levels),
+            emulators: Kept::at_most(levels),
+            surfaces: Kept::at_most(levels),
         })
     }
 
@@ -110,6 +118,9 @@ impl Learnt {
             ErrorId::Turned => self.turned(),
             ErrorId::HighOwnStart => {
                 self.errors.get(id, || self.high_error(StartAngle::Zero, &self.incipient))
+            }
+            ErrorId::Signal => {
+                self.errors.get(id, || Ok(self.bundle.signal_model()?.map(Arc::new)))
             }
             ErrorId::HighAnyStart => self.errors.get(id, || match self.turned()? {
                 Some(turned) => self.high_error(StartAngle::Any, &turned),
@@ -188,43 +199,70 @@ impl Learnt {
         self.references.as_ref().map_or(noise_a, |references| noise_a.hypot(references.noise_a))
     }
 
+    /// Noise of recording and references with the level of the grid; a level of its own where few
+    /// numbers are looked at, whose covariance is small.
+    pub(crate) fn level(&self, noise_a: f64) -> NoiseLevel {
+        let whole_a = self.with_reference_noise(noise_a);
+        match self.encoder {
+            Some(_) => NoiseLevel::own(whole_a),
+            None => NoiseLevel::near(whole_a),
+        }
+    }
+
     /// Likelihood of an error at a noise level.
     pub(crate) fn likelihood(
         &self,
         id: ErrorId,
         phase_rate_hz: f64,
         noise_a: f64,
-    ) -> Result<Arc<Likelihood>, DiagnoseError> {
-        self.likelihoods.get(LikelihoodKey::new(id, phase_rate_hz, noise_a), || {
-            let error = self.error(id)?.ok_or(BundleError::NoIncipient)?;
-            let unit = self.unit_noise(phase_rate_hz);
-            let whole_a = self.with_reference_noise(noise_a);
-            Ok(Arc::new(Likelihood::new(&error, &unit, whole_a, self.encoder.as_ref())?))
+    ) -> Result<Likelihood, DiagnoseError> {
+        let level = self.level(noise_a);
+        Ok(Likelihood::at(self.grid(id, phase_rate_hz, level)?, level))
+    }
+
+    /// Likelihood of an error at a level of the grid.
+    fn grid(
+        &self,
+        id: ErrorId,
+        phase_rate_hz: f64,
+        level: NoiseLevel,
+    ) -> Result<Arc<GridLikelihood>, DiagnoseError> {
+        self.likelihoods.get(LikelihoodKey::new(id, phase_rate_hz, level), || {
+            let error = self.error(id)?.ok_or(match id {
+                ErrorId::Signal => BundleError::NoEmulator,
+                _ => BundleError::NoIncipient,
+            })?;
+            let (unit, encoder) = (self.unit_noise(phase_rate_hz), self.encoder.as_ref());
+            let variance_a2 = level.grid_variance_a2();
+            Ok(Arc::new(GridLikelihood::new(error, unit, variance_a2, encoder)?))
         })
     }
 
-    /// Emulator for a noise level.
+    /// Emulator for the levels about one of the grid.
     pub(crate) fn emulator(
         &self,
         phase_rate_hz: f64,
-        noise_a: f64,
+        level: NoiseLevel,
     ) -> Result<Arc<Emulator>, DiagnoseError> {
-        self.emulators.get(NoiseKey::new(phase_rate_hz, noise_a), || {
-            Ok(Arc::new(Emulator::learn(&self.bundle, phase_rate_hz, noise_a)?))
+        self.emulators.get(NoiseKey::new(phase_rate_hz, level), || {
+            let model = self.error(ErrorId::Signal)?.ok_or(BundleError::NoEmulator)?;
+            let grid = self.grid(ErrorId::Signal, phase_rate_hz, level)?;
+            Ok(Arc::new(Emulator::on(model, self.bundle.experiment.sought_indices(), grid)))
         })
     }
 
-    /// Response surface for a noise level; `None` where there is none.
+    /// Response surface for the levels about one of the grid; `None` where there is none.
     pub(crate) fn surface(
         &self,
         phase_rate_hz: f64,
         noise_a: f64,
     ) -> Result<Option<Arc<Emulator>>, DiagnoseError> {
         let Some(surface) = &self.surface else { return Ok(None) };
-        let prepared = self.surfaces.get(NoiseKey::new(phase_rate_hz, noise_a), || {
-            let likelihood = self.likelihood(ErrorId::Incipient, phase_rate_hz, noise_a)?;
+        let level = self.level(noise_a);
+        let prepared = self.surfaces.get(NoiseKey::new(phase_rate_hz, level), || {
+            let grid = self.grid(ErrorId::Incipient, phase_rate_hz, level)?;
             let sought = self.bundle.experiment.sought_indices();
-            Ok::<_, DiagnoseError>(Arc::new(Emulator::on(Arc::clone(surface), sought, likelihood)))
+            Ok::<_, DiagnoseError>(Arc::new(Emulator::on(Arc::clone(surface), sought, grid)))
         });
         prepared.map(Some)
     }

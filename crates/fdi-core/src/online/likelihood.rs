@@ -10,6 +10,9 @@
 //! seen: each reference error goes through the estimator built without its fold, and the scatter of
 //! what comes out is the low-fidelity model's share.
 //!
+//! Factors are made at the levels of a grid, and what a level beside one has otherwise is taken as a
+//! perturbation (`grid_factor`).
+//!
 //! # Source
 //!
 //! Generalised least squares: Aitken (Proc. R. Soc. Edinburgh 55, 1935). The covariance by estimators
@@ -21,21 +24,39 @@ use std::sync::{Arc, OnceLock};
 use inference::{BandedMatrix, NotPositiveDefinite, dot};
 use nalgebra::{DMatrix, DVector};
 
-use crate::offline::{
-    encoding::Encoder,
-    error_model::ErrorModel,
-    estimator::{combined, gram, information, symmetric},
-    factor::{Factor, joined},
+use crate::{
+    offline::{
+        encoding::Encoder,
+        error_model::{ErrorModel, FOLDS},
+        estimator::{combined, gram, symmetric},
+        factor::{Factor, joined_in_place},
+    },
+    online::{
+        grid_factor::{GridFactor, probes},
+        noise_grid::NoiseLevel,
+    },
 };
 
 /// A Gaussian model of residuals at one noise level.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Likelihood {
-    factor: Factor,
-    noise: BandedMatrix,
+    /// Likelihood of the nearest level of the grid, made once for all levels about it.
+    grid: Arc<GridLikelihood>,
+    /// Variance of the noise beyond that of the grid's level, A².
+    excess_a2: f64,
+}
+
+/// A Gaussian model of residuals at a noise level of the grid.
+#[derive(Debug)]
+pub(crate) struct GridLikelihood {
+    error: Arc<ErrorModel>,
+    encoder: Option<Arc<Encoder>>,
+    whole: GridFactor,
     /// Mean variance of a sample, A².
     mean_variance: f64,
-    folds: Vec<Fold>,
+    /// Mean variance of a sample by noise of one ampere.
+    mean_noise: f64,
+    folds: OnceLock<Result<Vec<Fold>, NotPositiveDefinite>>,
     /// Mean and variance of ln(misfit) over the reference errors, formed when first asked for.
     misfits: OnceLock<(f64, f64)>,
 }
@@ -81,20 +102,15 @@ pub(crate) fn misfit(white: &[f64]) -> f64 {
     dot(white, white) / white.len() as f64
 }
 
-/// Residuals with the factor of a covariance that does not know them.
+/// Errors with the factor of a covariance that does not know them.
 #[derive(Debug)]
 struct Fold {
     factor: Factor,
-    residuals: Vec<Vec<f64>>,
-    /// The residuals as white numbers, formed when first asked for.
-    white: OnceLock<Vec<Vec<f64>>>,
+    /// The residuals as white numbers.
+    white: Vec<Vec<f64>>,
 }
 
 impl Fold {
-    fn white(&self) -> &[Vec<f64>] {
-        self.white.get_or_init(|| self.factor.whiten_each(self.residuals.iter()))
-    }
-
     /// Estimates from each residual of the fold, by the estimator that does not know the fold.
     fn shifts(&self, jacobian: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<Vec<DVector<f64>>> {
         let rows = self.factor.whiten_each(jacobian.iter());
@@ -102,95 +118,162 @@ impl Fold {
         let project = |white: &Vec<f64>| {
             DVector::from_iterator(rows.len(), rows.iter().map(|row| dot(row, white)))
         };
-        Some(self.white().iter().map(|white| &inverse * project(white)).collect())
+        Some(self.white.iter().map(|white| &inverse * project(white)).collect())
     }
 }
 
-impl Likelihood {
-    /// Joins model error and noise.
+impl GridLikelihood {
+    /// Joins model error and noise at a level of the grid.
     pub(crate) fn new(
-        error: &ErrorModel,
-        unit_noise: &BandedMatrix,
-        noise_a: f64,
+        error: Arc<ErrorModel>,
+        unit_noise: Arc<BandedMatrix>,
+        variance_a2: f64,
         encoder: Option<&Arc<Encoder>>,
     ) -> Result<Self, NotPositiveDefinite> {
-        let noise = unit_noise.scaled(noise_a * noise_a);
-        let with_noise = |model: &BandedMatrix| joined(model, &noise);
-        let whole = with_noise(&error.covariance());
-        let mean_variance = whole.mean_diagonal();
-        let folds = error
-            .folds()
-            .into_iter()
-            .map(|(covariance, residuals)| {
-                Ok(Fold {
-                    factor: Factor::new(with_noise(&covariance), encoder)?,
-                    residuals: residuals.iter().map(|r| r.to_vec()).collect(),
-                    white: OnceLock::new(),
-                })
-            })
-            .collect::<Result<_, _>>()?;
+        let whole = joined_in_place(error.covariance(), variance_a2, &unit_noise);
+        let (mean_variance, mean_noise) = (whole.mean_diagonal(), unit_noise.mean_diagonal());
         Ok(Self {
-            factor: Factor::new(whole, encoder)?,
-            noise,
+            whole: GridFactor::new(Factor::new(whole, encoder)?, unit_noise, variance_a2),
+            error,
+            encoder: encoder.cloned(),
             mean_variance,
-            folds,
+            mean_noise,
+            folds: OnceLock::new(),
             misfits: OnceLock::new(),
         })
     }
 
     /// The factor of the whole covariance.
-    pub(crate) fn factor(&self) -> &Factor {
-        &self.factor
+    pub(crate) fn whole(&self) -> &GridFactor {
+        &self.whole
     }
 
-    /// Covariance of the sensors' noise.
-    pub(crate) fn noise(&self) -> &BandedMatrix {
-        &self.noise
+    /// Shows each fold of the reference errors: the factor of the covariance without it, and its
+    /// errors as white numbers. None is kept for it.
+    pub(crate) fn each_fold(
+        &self,
+        mut show: impl FnMut(&Factor, &[Vec<f64>]),
+    ) -> Result<(), NotPositiveDefinite> {
+        let mut logs = Vec::new();
+        for index in 0..FOLDS {
+            let fold = self.fold(index)?;
+            logs.extend(self.log_misfits(&fold));
+            show(&fold.factor, &fold.white);
+        }
+        self.misfits.get_or_init(|| mean_and_variance(&logs));
+        Ok(())
     }
 
-    /// Residuals, each fold with the factor that does not know it.
-    pub(crate) fn folds(&self) -> impl Iterator<Item = (&Factor, &[Vec<f64>])> {
-        self.folds.iter().map(|fold| (&fold.factor, fold.residuals.as_slice()))
+    fn fold(&self, index: usize) -> Result<Fold, NotPositiveDefinite> {
+        let (without, variance_a2) =
+            (self.error.covariance_without(index), self.whole.variance_a2());
+        let covariance = joined_in_place(without, variance_a2, self.whole.noise());
+        let factor = Factor::new(covariance, self.encoder.as_ref())?;
+        let white = factor.whiten_each(self.error.in_fold(index));
+        Ok(Fold { factor, white })
     }
 
-    /// The factor of noise and model error alone, without what uncertainty needs.
-    pub(crate) fn plain(
-        error: &ErrorModel,
-        unit_noise: &BandedMatrix,
+    fn folds(&self) -> Option<&[Fold]> {
+        let made = || (0..FOLDS).map(|index| self.fold(index)).collect();
+        self.folds.get_or_init(made).as_deref().ok()
+    }
+
+    /// Mean and variance of ln(misfit) over the reference errors.
+    fn misfits(&self) -> Option<(f64, f64)> {
+        if let Some(&misfits) = self.misfits.get() {
+            return Some(misfits);
+        }
+        let logs: Vec<f64> = self.folds()?.iter().flat_map(|fold| self.log_misfits(fold)).collect();
+        Some(*self.misfits.get_or_init(|| mean_and_variance(&logs)))
+    }
+
+    /// ln(misfit) of the reference errors of a fold, the expectation of the noise added.
+    fn log_misfits(&self, fold: &Fold) -> Vec<f64> {
+        let noise = self.noise_share(&fold.factor);
+        fold.white.iter().map(|white| (misfit(white) + noise).ln()).collect()
+    }
+
+    /// Expectation of the misfit per sample from noise alone, `tr(Σ⁻¹·N)/n`, from a few probing
+    /// vectors of ±1 (Hutchinson, Commun. Stat. Simul. Comput. 19, 1990); their scatter is below
+    /// a hundredth here.
+    fn noise_share(&self, factor: &Factor) -> f64 {
+        const PROBES: usize = 4;
+        let (noise, variance_a2) = (self.whole.noise(), self.whole.variance_a2());
+        if let Some(share) = factor.exact_share(noise) {
+            return variance_a2 * share;
+        }
+        let order = noise.order();
+        let probes = probes(PROBES, order);
+        let mut images: Vec<Vec<f64>> = probes.iter().map(|probe| noise.times(probe)).collect();
+        images = factor.spread_each(factor.whiten_each(images.iter()), order);
+        let sum: f64 = probes.iter().zip(&images).map(|(probe, image)| dot(probe, image)).sum();
+        variance_a2 * sum / (PROBES as f64 * order as f64)
+    }
+}
+
+impl Likelihood {
+    /// Joins model error and noise at any level.
+    pub(crate) fn new(
+        error: Arc<ErrorModel>,
+        unit_noise: &Arc<BandedMatrix>,
         noise_a: f64,
         encoder: Option<&Arc<Encoder>>,
-    ) -> Result<Factor, NotPositiveDefinite> {
-        Factor::new(joined(&error.covariance(), &unit_noise.scaled(noise_a * noise_a)), encoder)
+    ) -> Result<Self, NotPositiveDefinite> {
+        let unit_noise = Arc::clone(unit_noise);
+        let grid = GridLikelihood::new(error, unit_noise, noise_a * noise_a, encoder)?;
+        Ok(Self { grid: Arc::new(grid), excess_a2: 0.0 })
+    }
+
+    /// The likelihood of a level that belongs to one of the grid.
+    pub(crate) fn at(grid: Arc<GridLikelihood>, level: NoiseLevel) -> Self {
+        Self { grid, excess_a2: level.excess_a2() }
+    }
+
+    /// The likelihood at the level of the grid.
+    pub(crate) fn grid(&self) -> &Arc<GridLikelihood> {
+        &self.grid
+    }
+
+    fn whole(&self) -> &GridFactor {
+        &self.grid.whole
     }
 
     /// `(JᵀΣ⁻¹J)⁻¹`, what no unbiased estimate can beat under this model.
     pub(crate) fn bound(&self, jacobian: &[Vec<f64>]) -> Option<DMatrix<f64>> {
-        information(&self.factor, jacobian).try_inverse()
+        gram(&self.whiten_each(jacobian.iter())).try_inverse()
     }
 
     /// A residual as white numbers; their squared length is the misfit.
     pub(crate) fn whiten(&self, residual: &[f64]) -> Vec<f64> {
-        self.factor.whiten(residual)
+        self.whole().whiten(residual, self.excess_a2)
+    }
+
+    /// White numbers from several residuals.
+    pub(crate) fn whiten_each<'r>(
+        &self,
+        residuals: impl Iterator<Item = &'r Vec<f64>>,
+    ) -> Vec<Vec<f64>> {
+        self.whole().whiten_each(residuals, self.excess_a2)
     }
 
     /// White numbers that a residual makes.
     pub(crate) fn size(&self) -> usize {
-        self.factor.size()
+        self.whole().factor().size()
     }
 
     /// Root of the mean variance that noise and model error explain, A.
     pub(crate) fn floor_a(&self) -> f64 {
-        self.mean_variance.sqrt()
+        (self.grid.mean_variance + self.excess_a2 * self.grid.mean_noise).max(0.0).sqrt()
     }
 
     /// Logarithm of the determinant of `Σ`.
     pub(crate) fn log_determinant(&self) -> f64 {
-        self.factor.log_determinant()
+        self.whole().log_determinant(self.excess_a2)
     }
 
     /// Slopes of the signal, one row a coordinate, with what is made of them here.
     pub(crate) fn slopes(&self, rows: Vec<Vec<f64>>) -> Slopes {
-        let white = self.factor.whiten_each(rows.iter());
+        let white = self.whiten_each(rows.iter());
         Slopes { information: gram(&white), rows, white }
     }
 
@@ -213,22 +296,29 @@ impl Likelihood {
         let prior = diagonal(precision);
         let inverse = (&slopes.information + &prior).try_inverse()?;
         let samples = slopes.rows.first().map_or(0, Vec::len);
-        let solved = self.factor.spread_each(slopes.white.clone(), samples);
+        let solved = self.whole().spread_each(slopes.white.clone(), samples, self.excess_a2);
         let weights = combined(&inverse, &solved);
         let noise_images: Vec<Vec<f64>> =
-            weights.iter().map(|weight| self.noise.times(weight)).collect();
-        let mut covariance = symmetric(order, |i, j| dot(&weights[i], &noise_images[j]));
+            weights.iter().map(|weight| self.whole().noise().times(weight)).collect();
+        let variance_a2 = self.whole().variance_a2() + self.excess_a2;
+        let mut covariance =
+            symmetric(order, |i, j| variance_a2 * dot(&weights[i], &noise_images[j]));
+        covariance += self.scatter(&slopes.rows, &prior)?;
+        covariance += &inverse * prior * &inverse;
+        Some(covariance)
+    }
+
+    /// Mean square of what the reference errors do to estimates that do not know them.
+    fn scatter(&self, rows: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let mut count = 0.0;
-        let mut scatter = DMatrix::zeros(order, order);
-        for fold in &self.folds {
-            for shift in fold.shifts(&slopes.rows, &prior)? {
+        let mut scatter = DMatrix::zeros(rows.len(), rows.len());
+        for fold in self.grid.folds()? {
+            for shift in fold.shifts(rows, prior)? {
                 scatter += &shift * shift.transpose();
                 count += 1.0;
             }
         }
-        covariance += scatter / f64::max(count, 1.0);
-        covariance += &inverse * prior * &inverse;
-        Some(covariance)
+        Some(scatter / f64::max(count, 1.0))
     }
 
     /// The misfit per sample that a recording of the modelled machine hardly exceeds.
@@ -236,54 +326,20 @@ impl Likelihood {
     /// The misfits of the reference errors, each through the fold that does not know it and with
     /// the expectation of the noise added, are taken as log-normal; `deviations` standard
     /// deviations above their mean is the limit. The noise's own scatter, `√(2/n)`, is included.
+    ///
+    /// Nothing is below it where a covariance without a fold has no factor.
     pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
-        let (mean, scatter) = *self.misfits.get_or_init(|| self.misfits());
+        let Some((mean, scatter)) = self.grid.misfits() else { return 0.0 };
         let own = 2.0 / self.size() as f64;
         (mean + deviations * (scatter + own).sqrt()).exp()
     }
-
-    /// Mean and variance of ln(misfit) over the reference errors.
-    fn misfits(&self) -> (f64, f64) {
-        let logs: Vec<f64> = self
-            .folds
-            .iter()
-            .flat_map(|fold| {
-                let noise = self.noise_share(&fold.factor);
-                fold.white().iter().map(move |white| (misfit(white) + noise).ln())
-            })
-            .collect();
-        let count = logs.len().max(2) as f64;
-        let mean = logs.iter().sum::<f64>() / count;
-        let scatter = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
-        (mean, scatter)
-    }
-
-    /// Expectation of the misfit per sample from noise alone, `tr(Σ⁻¹·N)/n`, from a few probing
-    /// vectors of ±1 (Hutchinson, Commun. Stat. Simul. Comput. 19, 1990); their scatter is below
-    /// a hundredth here.
-    fn noise_share(&self, factor: &Factor) -> f64 {
-        const PROBES: u64 = 4;
-        if let Some(share) = factor.exact_share(&self.noise) {
-            return share;
-        }
-        let order = self.noise.order();
-        let mut sum = 0.0;
-        for probe in 0..PROBES {
-            let signs: Vec<f64> =
-                (0..order as u64).map(|i| sign(i + probe * order as u64)).collect();
-            let image = factor.solve(&self.noise.times(&signs));
-            sum += dot(&signs, &image);
-        }
-        sum / (PROBES as f64 * order as f64)
-    }
 }
 
-/// ±1 from a counter (the finaliser of SplitMix64): fixed probing vectors, not randomness.
-fn sign(counter: u64) -> f64 {
-    let mut z = counter.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    if (z ^ (z >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+fn mean_and_variance(logs: &[f64]) -> (f64, f64) {
+    let count = logs.len().max(2) as f64;
+    let mean = logs.iter().sum::<f64>() / count;
+    let scatter = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
+    (mean, scatter)
 }
 
 /// A matrix with these on its diagonal.

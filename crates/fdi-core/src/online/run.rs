@@ -57,7 +57,7 @@ impl Run<'_> {
         &self,
         hypothesis: &Hypothesis,
         noise_a: f64,
-    ) -> Result<Arc<Likelihood>, DiagnoseError> {
+    ) -> Result<Likelihood, DiagnoseError> {
         self.learnt.likelihood(hypothesis.error_id, self.observation.phase_rate_hz, noise_a)
     }
 

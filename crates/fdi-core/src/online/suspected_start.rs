@@ -34,7 +34,7 @@ impl Run<'_> {
         let columns: Vec<&Vec<f64>> = slopes.iter().chain([&delay]).chain(effects.iter()).collect();
         let left = residual_a.to_vec();
         let whole = columns.iter().copied().chain([&left]);
-        let white = likelihood.factor().whiten_each(whole);
+        let white = likelihood.whiten_each(whole);
         let mut strongest: Option<(usize, f64)> = None;
         for extra in order..columns.len() {
             let Some((value, std)) = apart(&white[..order], &white[extra], &white[columns.len()])

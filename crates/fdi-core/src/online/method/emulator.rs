@@ -1,11 +1,14 @@
 //! Diagnosis by the emulator of the reference signal, without a simulation.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::{
     online::{
         damage::TRAINED_LEVEL,
         error::DiagnoseError,
+        likelihood::Likelihood,
         outcome::{MISFIT_DEVIATIONS, Outcome},
         posterior::Posterior,
         run::Run,
@@ -20,9 +23,11 @@ impl Run<'_> {
             return Err(DiagnoseError::EmulatorEncoded);
         }
         let rate_hz = self.observation.phase_rate_hz;
-        let emulator = self.learnt.emulator(rate_hz, noise_a)?;
-        let likelihood = emulator.likelihood();
-        let Some(found) = emulator.diagnose(&self.observation.signal_a) else {
+        let level = self.learnt.level(noise_a);
+        let emulator = self.learnt.emulator(rate_hz, level)?;
+        let likelihood = Likelihood::at(Arc::clone(emulator.grid()), level);
+        let Some(found) = emulator.diagnose_beside(&self.observation.signal_a, level.excess_a2())
+        else {
             return Err(DiagnoseError::Undetermined);
         };
         let adequate = found.misfit <= likelihood.largest_misfit(MISFIT_DEVIATIONS);

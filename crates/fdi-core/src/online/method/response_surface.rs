@@ -40,10 +40,10 @@ impl Run<'_> {
         let Some(surface) = self.learnt.surface(rate_hz, noise_a)? else {
             return Ok((None, 0));
         };
-        let Some(found) = surface.diagnose(&self.observation.signal_a) else {
+        let excess_a2 = self.learnt.level(noise_a).excess_a2();
+        let Some(mut point) = surface.nearest(&self.observation.signal_a, excess_a2) else {
             return Ok((None, 0));
         };
-        let mut point = found.estimate;
         let mut monitor = self.monitor(hypothesis)?;
         let most = self.plan.budget.surface;
         for evaluations in 1..=most {
@@ -51,12 +51,11 @@ impl Run<'_> {
                 return Ok((None, evaluations - 1));
             }
             let residual_a = self.residual(hypothesis, &mut monitor, &point);
-            let white = likelihood.whiten(&residual_a);
-            let Some(step) = surface.step(&point, &white) else {
+            let Some(step) = surface.step(&point, &residual_a, excess_a2) else {
                 return Ok((None, evaluations));
             };
             if step.iter().all(|part| part.abs() < STEP_TOLERANCE) {
-                let fit = self.last_step(hypothesis, likelihood, &point, &white)?;
+                let fit = self.last_step(hypothesis, likelihood, &point, &residual_a)?;
                 let spent = evaluations + 2 * point.len() as u64 + 1;
                 let fit = fit.map(|fit| FitResult { evaluations: spent, ..fit });
                 return Ok((fit, spent));
@@ -68,7 +67,7 @@ impl Run<'_> {
         Ok((None, most))
     }
 
-    /// One step for a whitened residual with the low-fidelity model's own slopes, and its residual
+    /// One step for a residual with the low-fidelity model's own slopes, and its residual
     /// there: what a surface leaves out is not to be read as damage. `None` where the slopes leave
     /// a coordinate undetermined.
     fn last_step(
@@ -76,10 +75,10 @@ impl Run<'_> {
         hypothesis: &Hypothesis,
         likelihood: &Likelihood,
         point: &[f64],
-        white: &[f64],
+        residual_a: &[f64],
     ) -> Result<Option<FitResult>, DiagnoseError> {
         let slopes = likelihood.slopes(self.jacobian(hypothesis, point)?);
-        let Some(step) = slopes.step(white) else {
+        let Some(step) = slopes.step(&likelihood.whiten(residual_a)) else {
             return Ok(None);
         };
         let estimate: Vec<f64> = point.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
