@@ -32,6 +32,8 @@ const STEPS: &[Step] = &[
     step("reference datasets", &["xtask", "gen-dataset", "--check"]),
     step("budgets", &["xtask", "budget"]),
     step("validation figures", &["xtask", "validate", "--check"]),
+    step("program for Python", &["build", "--release", "--package", "fdi-cli"]),
+    step("Python", &["xtask", "python"]),
 ];
 
 /// Runs every step; stops at the first that fails.

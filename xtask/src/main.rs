@@ -4,6 +4,7 @@ mod ci;
 mod docs;
 mod gen_dataset;
 mod picture;
+mod python;
 mod tidy;
 
 use anyhow::{Result, bail};
@@ -21,6 +22,7 @@ cargo xtask blind [FLAG...]             the scored hidden-effect cases
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
 cargo xtask docs [--check]              rebuild the generated reference pages and drawings, or compare them
+cargo xtask python                      the wheel: build, types, tests; skipped without Python
 cargo xtask tidy [--measures]           edges, paths, licences, prose, help, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
@@ -35,6 +37,7 @@ fn main() -> Result<()> {
         ["docs", "--check"] => docs::run(&root, true),
         ["gen-dataset"] => gen_dataset::run(&root, false),
         ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
+        ["python"] => python::run(&root),
         ["same-answers", arguments @ ..] => validation::same_answers(&root, arguments),
         ["tidy"] => tidy::run(&root),
         ["tidy", "--measures"] => tidy::measures(&root),

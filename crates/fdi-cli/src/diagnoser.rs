@@ -17,7 +17,7 @@ use fdi_core::{
 use crate::{DiagnoseArgs, args::ReadingArgs, identity::read_named, unit_file::Units};
 
 /// Diagnoses one recording after another, from several threads at once.
-pub trait Diagnoser: Sync {
+pub trait Diagnoser: Send + Sync {
     /// SHA-256 of the bundle that stands at the head of the answer.
     fn bundle_sha256(&self) -> &str;
 

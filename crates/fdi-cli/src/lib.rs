@@ -1,6 +1,7 @@
-//! The command `fdi`, as a library so that its tree of commands can be documented
-//! and its batches tested; no interface for other programs.
+//! The command `fdi`, as a library: its tree of commands can be documented, its batches tested, and
+//! [`Session`] answers without a terminal for other front ends.
 
+mod answering;
 pub mod args;
 mod batch;
 mod bundle;
@@ -17,6 +18,7 @@ mod reference;
 mod regular_file;
 mod report_file;
 mod resume;
+mod session;
 mod setting;
 mod shell;
 mod simulator;
@@ -24,12 +26,15 @@ mod stamp;
 mod streams;
 mod unit_file;
 
+pub use answering::Source;
 pub use args::{Cli, DiagnoseArgs, GlobalArgs, OutputFormat};
 pub use command::diagnose_with;
 pub use config::{LoadError, config_reference, load};
 pub use diagnoser::Diagnoser;
 pub use exit::ExitStatus;
+pub use output::{Answer, Cell, Head, Kind};
 pub use reference::{ListedOption, OptionValue, listed_options, reference};
+pub use session::{Answers, Session, Stopped, parsed, simulated};
 pub use setting::ResolvedSetting;
 pub use streams::Streams;
 

@@ -14,7 +14,10 @@ use std::io::Write;
 use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
 
 use crate::OutputFormat;
-pub(crate) use answer::{Answer, AnswerWriter, Head};
+pub(crate) use answer::AnswerWriter;
+pub use answer::{Answer, Head};
+pub use columns::{Cell, Kind};
+pub(crate) use columns::{columns, row};
 pub(crate) use json::{TOOL, to_line};
 pub(crate) use table::table;
 

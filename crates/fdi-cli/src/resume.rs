@@ -58,9 +58,9 @@ struct Kept {
 impl Resume {
     /// Opens the file, made if there is none, and checks that its answers are of this batch and
     /// depend on the same; an unfinished last line is cut off.
-    pub(crate) fn open<'a>(
+    pub(crate) fn open(
         path: &Path,
-        batch: impl Iterator<Item = &'a Path>,
+        batch: impl Iterator<Item = String>,
         head: &ResumeHead,
     ) -> Result<Self> {
         let name = path.display();
@@ -79,7 +79,7 @@ impl Resume {
             bail!("`{name}` is written by another run");
         }
         let first = serde_json::to_string(head)? + "\n";
-        let recordings: Vec<String> = batch.map(|path| path.display().to_string()).collect();
+        let recordings: Vec<String> = batch.collect();
         let mut resume = Self {
             path: path.to_owned(),
             file: Mutex::new(file),

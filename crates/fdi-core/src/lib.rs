@@ -73,8 +73,8 @@ pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 pub use recordings::{
     self, AskedFor, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError,
     CommandColumn, CommandSource, CsvFormat, Current, EnvelopeKind, FileFormat, Metadata,
-    OtherColumn, RecordError, Recording, RecordingDate, Sampling, StatedUnit, WriteError,
-    guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
+    OtherColumn, RecordError, Recording, RecordingDate, Sampling, SharedNumbers, StatedUnit,
+    WriteError, guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };
 pub use seed::{Purpose, RootSeed};
 pub use signal_diagnosis::{EnvelopeSignal, SignalDiagnosis};

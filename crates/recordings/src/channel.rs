@@ -1,8 +1,6 @@
 //! Channels of a recording: samples with times.
 
-use std::sync::Arc;
-
-use crate::{ChannelName, RecordError, Sampling};
+use crate::{ChannelName, RecordError, Sampling, SharedNumbers};
 
 /// The samples of one channel.
 ///
@@ -10,8 +8,8 @@ use crate::{ChannelName, RecordError, Sampling};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     name: ChannelName,
-    times_s: Arc<[f64]>,
-    values: Vec<f64>,
+    times_s: SharedNumbers,
+    values: SharedNumbers,
     time_quantum_s: f64,
 }
 
@@ -22,15 +20,15 @@ impl Channel {
     /// [`RecordError::ChannelLength`], [`RecordError::ChannelEmpty`],
     /// [`RecordError::ChannelNotFinite`] or [`RecordError::ChannelTime`].
     pub fn new(name: ChannelName, times_s: &[f64], values: Vec<f64>) -> Result<Self, RecordError> {
-        Self::on(name, times_s.into(), values, 0.0)
+        Self::on(name, times_s.into(), values.into(), 0.0)
     }
 
     /// A channel on an axis that others may share, whose numbers are written to a multiple
     /// of `time_quantum_s`.
     pub(super) fn on(
         name: ChannelName,
-        times_s: Arc<[f64]>,
-        values: Vec<f64>,
+        times_s: SharedNumbers,
+        values: SharedNumbers,
         time_quantum_s: f64,
     ) -> Result<Self, RecordError> {
         if times_s.len() != values.len() {
@@ -41,7 +39,7 @@ impl Channel {
             return Err(RecordError::ChannelEmpty { channel: name });
         }
         let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
-        if let Some(index) = times_s.iter().zip(&values).position(|pair| !finite(pair)) {
+        if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
             return Err(RecordError::ChannelNotFinite { channel: name, index });
         }
         if let Some(index) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
@@ -69,8 +67,8 @@ impl Channel {
     /// As read from a file that was checked line by line.
     pub(super) fn from_rows(
         name: ChannelName,
-        times_s: Arc<[f64]>,
-        values: Vec<f64>,
+        times_s: SharedNumbers,
+        values: SharedNumbers,
         time_quantum_s: f64,
     ) -> Self {
         debug_assert_eq!(times_s.len(), values.len());
@@ -90,6 +88,16 @@ impl Channel {
     /// Values of the samples, in the unit of the [`name`](Self::name).
     pub fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// Times of the samples, s, with a share in their memory.
+    pub fn shared_times_s(&self) -> SharedNumbers {
+        self.times_s.clone()
+    }
+
+    /// Values of the samples, with a share in their memory.
+    pub fn shared_values(&self) -> SharedNumbers {
+        self.values.clone()
     }
 
     /// The rate of the samples and how evenly they are spaced.

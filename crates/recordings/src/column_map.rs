@@ -135,6 +135,11 @@ impl ColumnMap {
         self.entries.is_empty()
     }
 
+    /// Tells whether a channel, or the time, is read from the column.
+    pub fn reads(&self, column: &str) -> bool {
+        self.of_column(column).is_some()
+    }
+
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }

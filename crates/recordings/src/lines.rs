@@ -1,11 +1,11 @@
 //! Where the rows of a text stand, for messages about single samples.
 
-use std::sync::Arc;
+use crate::SharedNumbers;
 
 /// Lines of the rows of a text, by their times.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lines {
-    times_s: Arc<[f64]>,
+    times_s: SharedNumbers,
     /// Rows from which on the line is that many more than the row: one entry, and one
     /// more for each blank line or line break inside a cell.
     runs: Vec<(usize, u64)>,
@@ -13,7 +13,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// Lines of the rows with these times, where row `i` of a run is at `i` plus its offset.
-    pub(super) fn new(times_s: Arc<[f64]>, runs: Vec<(usize, u64)>) -> Self {
+    pub(super) fn new(times_s: SharedNumbers, runs: Vec<(usize, u64)>) -> Self {
         Self { times_s, runs }
     }
 
@@ -31,7 +31,7 @@ mod tests {
 
     #[test]
     fn rows_are_found_by_their_times() {
-        let lines = Lines::new([0.0, 0.5, 1.0].into(), vec![(0, 3), (2, 4)]);
+        let lines = Lines::new(vec![0.0, 0.5, 1.0].into(), vec![(0, 3), (2, 4)]);
         assert_eq!([0.0, 0.5, 1.0].map(|t| lines.of(t)), [Some(3), Some(4), Some(6)]);
         assert_eq!(lines.of(0.7), None);
     }

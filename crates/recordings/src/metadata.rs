@@ -171,12 +171,12 @@ impl Metadata {
         Ok(())
     }
 
-    /// Sets a key from a property of a file that is not text; an unknown one is left.
-    pub(super) fn set_property(
-        &mut self,
-        key: &str,
-        property: &Property,
-    ) -> Result<(), RecordError> {
+    /// Sets a key from a value that is no line of a text.
+    ///
+    /// # Errors
+    /// [`RecordError::MetadataKey`] for an unknown key, [`RecordError::Property`] for a value that
+    /// the key does not take.
+    pub fn set_property(&mut self, key: &str, property: &Property) -> Result<(), RecordError> {
         let text = match property {
             Property::Number(value) => format!("{key} = {value:?}"),
             // a number that was stored as text is a number

@@ -1,12 +1,10 @@
-//! Properties: what files that are not text say of themselves.
+//! Properties: metadata of recordings that are not text.
 
-/// Value that a file states under some name.
-#[cfg_attr(
-    not(any(feature = "mat", feature = "mf4", feature = "parquet", feature = "tdms")),
-    expect(dead_code, reason = "without another format no file has properties")
-)]
+/// Value of a metadata key, as a file or a program states it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Property {
+pub enum Property {
+    /// A number, in the unit of the key.
     Number(f64),
+    /// A text, or a date in the form of ISO 8601.
     Text(String),
 }

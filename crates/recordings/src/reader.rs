@@ -5,6 +5,7 @@
 mod guarded;
 
 pub use guarded::is_decoding;
+pub use in_memory::MemoryColumn;
 
 use std::path::Path;
 
@@ -24,6 +25,7 @@ macro_rules! readers {
             expect(dead_code, reason = "without another format no file has columns to assemble")
         )]
         mod container;
+        mod in_memory;
         $(
             $(#[cfg(feature = $feature)])?
             mod $module;

@@ -5,24 +5,21 @@ mod answers;
 
 use std::{
     io,
-    panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
     sync::RwLock,
-    time::Instant,
 };
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use fdi_core::{
-    ColumnMap, Metadata, RecordError, Recording, list_recordings, recording_sha256,
-    report::{Failure, RecordDiagnosis, Verdict},
+    ColumnMap, list_recordings, recording_sha256,
+    report::{RecordDiagnosis, Verdict},
 };
 
 use crate::{
     DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
-    args::FleetArgs,
+    answering::{Batch, Source, failure},
     batch::in_order,
     files::Files,
-    identity::Identity,
     output::{Answer, Head, Tally, writer},
     progress::Progress,
     resume::{Line, Resume},
@@ -56,13 +53,13 @@ pub(crate) fn diagnose(
     let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
     let map = ColumnMap::new(&args.map.map)?;
     let is_kept = args.resume.is_some();
-    let (fleet, stable) = (&args.fleet, global.stable);
-    let batch = Batch { diagnoser, map, fleet, stable, one_a_line, is_kept };
+    let (names, stable) = (&args.fleet.names, global.stable);
+    let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept };
     let inputs = inputs(args);
     let resume = match &args.resume {
         Some(path) => {
             let head = answers::head(args, global, diagnoser)?;
-            Some(Resume::open(path, inputs.iter().map(Input::path), &head)?)
+            Some(Resume::open(path, inputs.iter().map(Source::name), &head)?)
         }
         None => None,
     };
@@ -93,7 +90,7 @@ fn say_left(path: &Path, global: &GlobalArgs, streams: &mut Streams<'_>) {
 /// because nothing came of the batch.
 fn tell(
     batch: &Batch<'_>,
-    inputs: &[Input],
+    inputs: &[Source],
     resume: Option<Resume>,
     records: &mut Option<Vec<RecordDiagnosis>>,
     global: &GlobalArgs,
@@ -105,7 +102,7 @@ fn tell(
         seed: global.seed,
         stamp: global.stamp.then(stamp::now),
     };
-    let is_done = |input: &&Input| resume.as_ref().is_some_and(|one| one.done(input.path()));
+    let is_done = |input: &&Source| resume.as_ref().is_some_and(|one| one.done(&input.path()));
     let before = inputs.iter().filter(is_done).count();
     let mut tally = Tally::default();
     let mut keep = |answer: &Answer| {
@@ -152,7 +149,7 @@ fn tell(
             }
             written
         };
-        let work = |_: usize, input: &Input| batch.done(input, resume.as_ref());
+        let work = |_: usize, input: &Source| batch.done(input, resume.as_ref());
         let done = in_order(inputs, jobs, work, emit);
         progress.clear(*err);
         done?;
@@ -186,126 +183,47 @@ fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
     }
 }
 
-/// One entry of a batch: a recording, or a path that gives none.
-enum Input {
-    Recording(PathBuf),
-    Broken(Failure),
-}
-
-impl Input {
-    fn path(&self) -> &Path {
-        match self {
-            Self::Recording(path) => path,
-            Self::Broken(failure) => Path::new(&failure.recording),
-        }
-    }
-}
-
-/// The entries that the paths stand for, in their order.
-fn inputs(args: &DiagnoseArgs) -> Vec<Input> {
-    let mut inputs = Vec::new();
-    for path in &args.paths {
-        match list_recordings(path) {
-            Ok(found) => inputs.extend(found.into_iter().map(Input::Recording)),
-            Err(error) => inputs.push(Input::Broken(failure(path, error.to_string()))),
-        }
-    }
+/// The entries that the options stand for, in their order.
+fn inputs(args: &DiagnoseArgs) -> Vec<Source> {
+    let inputs = sources(args.paths.iter().map(PathBuf::as_path));
     let Some(shard) = args.shard else { return inputs };
     let kept = inputs.into_iter().enumerate().filter(|(index, _)| shard.holds(*index));
     kept.map(|(_, input)| input).collect()
 }
 
-fn failure(path: &Path, error: String) -> Failure {
-    Failure { recording: path.display().to_string(), actuator_id: None, date: None, error }
-}
-
-/// Values that all recordings of a batch share.
-struct Batch<'a> {
-    diagnoser: &'a dyn Diagnoser,
-    map: ColumnMap,
-    fleet: &'a FleetArgs,
-    stable: bool,
-    one_a_line: bool,
-    /// True where the answers are gone on with later.
-    is_kept: bool,
+/// Recordings that paths stand for, in their order.
+pub(crate) fn sources<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<Source> {
+    let mut sources = Vec::new();
+    for path in paths {
+        match list_recordings(path) {
+            Ok(found) => sources.extend(found.into_iter().map(Source::File)),
+            Err(error) => sources.push(Source::Broken(failure(path, error.to_string()))),
+        }
+    }
+    sources
 }
 
 impl Batch<'_> {
     /// The answer of an earlier run, where the recording is the same, else one of its own.
-    fn done(&self, input: &Input, resume: Option<&RwLock<Resume>>) -> Done {
+    fn done(&self, input: &Source, resume: Option<&RwLock<Resume>>) -> Done {
         let Some(resume) = resume else { return Done { answer: self.answer(input), line: None } };
-        let earlier = resume.read().expect(UNPOISONED).earlier(input.path());
+        let path = input.path();
+        let earlier = resume.read().expect(UNPOISONED).earlier(&path);
         match earlier {
             Ok(Some((Answer::Diagnosed(record), line)))
                 if record.recording_sha256.is_some()
-                    && recording_sha256(input.path()).ok() == record.recording_sha256 =>
+                    && recording_sha256(&path).ok() == record.recording_sha256 =>
             {
                 Done { answer: Answer::Diagnosed(record), line: Some(line) }
             }
             // what failed is tried again, what is not the same diagnosed again
             Ok(_) => Done { answer: self.answer(input), line: None },
             Err(error) => {
-                let answer = Answer::Failed(failure(input.path(), format!("{error:#}")));
+                let answer = Answer::Failed(failure(&path, format!("{error:#}")));
                 Done { answer, line: None }
             }
         }
     }
-
-    fn answer(&self, input: &Input) -> Answer {
-        let path = match input {
-            Input::Recording(path) => path,
-            Input::Broken(failure) => return Answer::Failed(failure.clone()),
-        };
-        // a defect that one recording brings to light must not take the others with it
-        let mut identity = Identity::of(&self.fleet.names, path, &Metadata::default());
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.diagnose(path, &mut identity)))
-            .unwrap_or_else(|_| bail!("internal error, please report it"));
-        let Identity { actuator_id, date, .. } = identity;
-        match outcome {
-            Ok(record) => {
-                Answer::Diagnosed(Box::new(RecordDiagnosis { actuator_id, date, ..record }))
-            }
-            Err(error) => {
-                let error = format!("{error:#}");
-                Answer::Failed(Failure { actuator_id, date, ..failure(path, error) })
-            }
-        }
-    }
-
-    fn diagnose(&self, path: &Path, identity: &mut Identity) -> Result<RecordDiagnosis> {
-        let start = clock();
-        let (mut recording, sha256) =
-            Recording::read_with_sha256(path, &self.map).map_err(|error| self.explain(error))?;
-        *identity = Identity::of(&self.fleet.names, path, &recording.metadata);
-        identity.put_into(&mut recording)?;
-        let mut record = self.diagnoser.diagnose(&recording)?;
-        if self.one_a_line {
-            // there is no head to name it
-            record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
-        }
-        record.recording_sha256 = self.is_kept.then_some(sha256);
-        record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
-        if let Some(name) = record.not_finite() {
-            bail!("internal error, please report it: `{name}` is not finite");
-        }
-        Ok(record)
-    }
-
-    /// Adds what the recording's rate says about it where its text breaks off.
-    fn explain(&self, error: RecordError) -> anyhow::Error {
-        let rates_hz = self.diagnoser.rates_hz();
-        if !error.is_of_another_rate(rates_hz) {
-            return error.into();
-        }
-        let mut known: Vec<_> = rates_hz.iter().map(|rate_hz| format!("{rate_hz} Hz")).collect();
-        known.dedup();
-        anyhow::anyhow!("{error}, and the bundle is for {}", known.join(" or "))
-    }
-}
-
-#[expect(clippy::disallowed_methods, reason = "the command line is where the clock is read")]
-fn clock() -> Instant {
-    Instant::now()
 }
 
 impl Tally {

@@ -5,15 +5,17 @@ use std::io;
 use fdi_core::report::{Failure, RecordDiagnosis};
 
 /// Result of one recording.
-#[derive(Debug)]
-pub(crate) enum Answer {
+#[derive(Clone, Debug)]
+pub enum Answer {
+    /// The diagnosis.
     Diagnosed(Box<RecordDiagnosis>),
+    /// Why there is none.
     Failed(Failure),
 }
 
 impl Answer {
     /// The recording that it is of.
-    pub(crate) fn recording(&self) -> &str {
+    pub fn recording(&self) -> &str {
         match self {
             Self::Diagnosed(record) => &record.recording,
             Self::Failed(failure) => &failure.recording,
@@ -33,11 +35,14 @@ impl Answer {
 }
 
 /// Facts that stand before all answers.
-#[derive(Debug)]
-pub(crate) struct Head {
-    pub(crate) bundle: String,
-    pub(crate) seed: u64,
-    pub(crate) stamp: Option<String>,
+#[derive(Clone, Debug)]
+pub struct Head {
+    /// SHA-256 of the bundle.
+    pub bundle: String,
+    /// Seed of what is random.
+    pub seed: u64,
+    /// Date and time, where they are asked for.
+    pub stamp: Option<String>,
 }
 
 /// Writes answers in one form, as they come.

@@ -6,19 +6,27 @@ use super::answer::Answer;
 
 /// Type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum Kind {
+    /// Texts.
     Text,
+    /// Numbers.
     Number,
+    /// Numbers of things.
     Count,
+    /// Truth values.
     Truth,
 }
 
 /// One cell; `None` where there is nothing to say.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Cell {
+pub enum Cell {
+    /// A text.
     Text(Option<String>),
+    /// A number.
     Number(Option<f64>),
+    /// A number of things.
     Count(Option<u64>),
+    /// A truth value.
     Truth(Option<bool>),
 }
 
@@ -38,7 +46,7 @@ impl Cell {
 }
 
 /// Names, with their units, and kinds of the columns.
-pub(super) fn columns() -> Vec<(String, Kind)> {
+pub(crate) fn columns() -> Vec<(String, Kind)> {
     use Kind::{Count, Number, Text, Truth};
     let named = |(name, kind): (&str, Kind)| (name.to_owned(), kind);
     let before = [
@@ -80,7 +88,7 @@ pub(super) fn columns() -> Vec<(String, Kind)> {
 const STATUS: usize = 3;
 
 /// The row of an answer, a cell for each of the [`columns`].
-pub(super) fn row(answer: &Answer) -> Vec<Cell> {
+pub(crate) fn row(answer: &Answer) -> Vec<Cell> {
     match answer {
         Answer::Diagnosed(record) => diagnosed(record),
         Answer::Failed(failure) => {

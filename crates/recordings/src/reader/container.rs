@@ -3,11 +3,9 @@
 //! A reader says which columns a file has and gives the numbers of those that are
 //! asked for; here they become channels, each with its own time axis.
 
-use std::sync::Arc;
-
 use crate::{
     Channel, ChannelName, ColumnMap, METADATA_KEYS, Metadata, MetadataKey, OtherColumn,
-    RecordError, Recording, RecordingDate,
+    RecordError, Recording, RecordingDate, SharedNumbers,
     column_map::{Entry, Target},
     property::Property,
     recording::MOST_PLAUSIBLE,
@@ -101,9 +99,29 @@ impl Samples {
     pub(super) fn of(values: Vec<f64>) -> Self {
         Self { values, ..Self::default() }
     }
+}
 
+/// The numbers of a column that others may read too.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Numbers {
+    pub(super) values: SharedNumbers,
+    /// Which of them are there; `None` where all are.
+    pub(super) present: Option<Vec<bool>>,
+    /// True where they were held in single precision.
+    pub(super) single: bool,
+}
+
+impl Numbers {
     fn is_present(&self, index: usize) -> bool {
         self.present.as_ref().is_none_or(|present| present[index])
+    }
+
+    /// Multiplies all of them; without a factor they stay where they are.
+    fn scaled(self, factor: f64) -> Self {
+        if factor == 1.0 {
+            return self;
+        }
+        Self { values: self.values.iter().map(|value| value * factor).collect(), ..self }
     }
 }
 
@@ -117,6 +135,12 @@ pub(super) trait Container {
 
     /// The numbers of a column; points in time as seconds since the first.
     fn read(&self, column: usize) -> Result<Samples, RecordError>;
+
+    /// The numbers of a column, shared with whoever else holds them.
+    fn numbers(&self, column: usize) -> Result<Numbers, RecordError> {
+        let Samples { values, present, single } = self.read(column)?;
+        Ok(Numbers { values: values.into(), present, single })
+    }
 }
 
 /// Makes a recording of the columns that are channels.
@@ -126,6 +150,16 @@ pub(super) fn assemble(
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
     let metadata = metadata(container.properties())?;
+    assemble_with(name, metadata, container, map)
+}
+
+/// Makes a recording of the columns that are channels, with metadata that are known.
+pub(super) fn assemble_with(
+    name: String,
+    metadata: Metadata,
+    container: &dyn Container,
+    map: &ColumnMap,
+) -> Result<Recording, RecordError> {
     let plan = Plan::new(container.heads(), map)?;
     let mut axes = Axes { container, plan: &plan, metadata: &metadata, read: Vec::new() };
     let mut channels = Vec::with_capacity(plan.channels.len());
@@ -275,7 +309,7 @@ fn is_clock(heads: &[Head], column: usize) -> bool {
 /// Times of the samples of a column, and the step to which they are rounded.
 #[derive(Clone, Debug)]
 struct Axis {
-    times_s: Arc<[f64]>,
+    times_s: SharedNumbers,
     /// Which times are there; `None` where all are.
     present: Option<Vec<bool>>,
     quantum_s: f64,
@@ -338,7 +372,7 @@ impl Axes<'_> {
         if let Some((_, axis)) = self.read.iter().find(|(column, _)| *column == time.column) {
             return Ok(axis.clone());
         }
-        let mut samples = self.container.read(time.column)?;
+        let samples = self.container.numbers(time.column)?;
         let single = samples.single;
         let decimals = samples.values.iter().map(|&value| decimals(value)).max().unwrap_or(0);
         let largest = samples.values.iter().fold(0.0, |most: f64, value| value.abs().max(most));
@@ -348,11 +382,9 @@ impl Axes<'_> {
         } else {
             10f64.powi(-decimals).max(FINEST_CLOCK_S)
         };
-        for value in &mut samples.values {
-            *value *= time.factor;
-        }
+        let samples = samples.scaled(time.factor);
         let axis = Axis {
-            times_s: samples.values.into(),
+            times_s: samples.values,
             present: samples.present,
             quantum_s: step * time.factor.abs(),
         };
@@ -392,13 +424,10 @@ fn channel(
     axes: &mut Axes<'_>,
 ) -> Result<Option<Channel>, RecordError> {
     let head = &container.heads()[wanted.column];
-    let mut samples = container.read(wanted.column)?;
+    let samples = container.numbers(wanted.column)?.scaled(wanted.factor);
     let count = samples.values.len();
     if !(0..count).any(|index| samples.is_present(index)) {
         return Ok(None);
-    }
-    for value in &mut samples.values {
-        *value *= wanted.factor;
     }
     if wanted.channel == ChannelName::HallState {
         let sector = |value: f64| (1..=6).any(|sector| value == f64::from(sector));
@@ -432,7 +461,7 @@ fn channel(
     if let Some(&index) = kept.iter().find(|&&index| !timed(index)) {
         return Err(RecordError::SampleWithoutTime { channel: wanted.channel, index });
     }
-    let times_s: Arc<[f64]> = kept.iter().map(|&index| axis.times_s[index]).collect();
+    let times_s: SharedNumbers = kept.iter().map(|&index| axis.times_s[index]).collect();
     let values = kept.iter().map(|&index| samples.values[index]).collect();
     Channel::on(wanted.channel, times_s, values, axis.quantum_s).map(Some)
 }

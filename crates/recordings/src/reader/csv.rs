@@ -1,12 +1,10 @@
 //! The text of a recording, row by row.
 
-use std::sync::Arc;
-
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::{
     Channel, ChannelName, ColumnMap, Metadata, OtherColumn, RecordError, Recording, Sampling,
-    column_map::Target, lines::Lines, reader::csv_gz, recording::MOST_PLAUSIBLE,
+    SharedNumbers, column_map::Target, lines::Lines, reader::csv_gz, recording::MOST_PLAUSIBLE,
     source::LIMIT_BYTES,
 };
 
@@ -321,7 +319,7 @@ impl Table {
             return Err(RecordError::HeaderOnly { line: header_line });
         }
         let quantum_s = self.time_quantum_s();
-        let times_s: Arc<[f64]> = self.times_s.into();
+        let times_s = SharedNumbers::from(self.times_s);
         let (mut channels, mut others) = (Vec::new(), Vec::new());
         for role in self.roles {
             match role {
@@ -330,8 +328,8 @@ impl Table {
                 // a column without a single sample is a channel that is not there
                 Role::Known(known) if known.values.is_empty() => {}
                 Role::Known(KnownColumn { name, values, own_times_s, .. }) => {
-                    let own = own_times_s.map_or_else(|| times_s.clone(), Arc::from);
-                    channels.push(Channel::from_rows(name, own, values, quantum_s));
+                    let own = own_times_s.map_or_else(|| times_s.clone(), SharedNumbers::from);
+                    channels.push(Channel::from_rows(name, own, values.into(), quantum_s));
                 }
             }
         }

@@ -10,9 +10,10 @@ use fdi_core::{
 };
 use fdi_report::DiagnosisPage;
 
-use super::{Batch, say_left};
+use super::say_left;
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, ResolvedSetting, Streams,
+    answering::Batch,
     output::{TOOL, Tally},
     report_file::{self, put, trends_beside},
     shell::{file_word, quoted},
