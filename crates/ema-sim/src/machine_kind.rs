@@ -80,6 +80,26 @@ pub struct LoopGains {
     pub speed: f64,
 }
 
+/// Model in which a machine is run with its electronics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelFidelity {
+    /// The monitoring model: one equivalent direct current.
+    Low,
+    /// The reference model: three phases, their inverter and its carrier.
+    High,
+}
+
+/// Electronics that a run is made with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Electronics {
+    /// Model that is run.
+    pub fidelity: ModelFidelity,
+    /// Noise of the controller's sensors, by its seed; none for a quiet run.
+    pub noise_seed: Option<u64>,
+    /// True with the steps of encoder and set-point.
+    pub is_digitised: bool,
+}
+
 /// A machine as its model file describes it: facts, numbers, and runs on a command.
 ///
 /// No question has a default answer, so that a kind cannot leave one out.
@@ -168,6 +188,25 @@ pub trait MachineKind {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<Box<dyn MachineRun>, MachineTestError>;
+
+    /// Models in which its electronics can be run, the finest last; none where its model file
+    /// describes no electronics.
+    fn electronics(&self) -> &'static [ModelFidelity];
+
+    /// Runs it with the noise and the steps of its electronics: what a recording of it shows but
+    /// for the noise of the sensors that recorded it. The current of three phases is shown as the
+    /// envelope that the drive has.
+    ///
+    /// # Errors
+    ///
+    /// [`MachineTestError`] for a test, numbers, effects or electronics that it cannot be run with.
+    fn run_with_electronics(
+        &self,
+        electronics: Electronics,
+        test: &MachineTest<'_>,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) -> Result<MachineSignals, MachineTestError>;
 
     /// Makes ready what several runs of one test have in common.
     fn prepare(&self, test: &MachineTest<'_>) -> PreparedTest;

@@ -121,7 +121,7 @@ pub fn calibrate(
     Ok(Calibrated {
         numbers,
         holdout_rms,
-        noise_floor: floor.level(),
+        noise_floor: floor.level(1.0),
         drive_unit: machine.drive_unit(),
         model: machine.with_rough(&found.rough),
     })

@@ -18,13 +18,14 @@ use crate::{
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
     machine::{Machine, Rough},
+    observation::{AllAnchors, Observation},
     problem::{PerRecord, Problem, Split},
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
     scan::Scored,
     search::{Found, Round, Search},
-    show::{along_coordinates, record_fits, remainder},
+    show::{RecordFit, along_coordinates, record_fits, remainder},
     structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
     trial::Trial,
@@ -55,6 +56,8 @@ pub struct Options {
     pub tie_nats: f64,
     /// Effects that the machine cannot have: they are not looked for.
     pub without: Vec<EffectId>,
+    /// Model that predicts what recordings show; `None`: the one under which they are likeliest.
+    pub observation: Option<Observation>,
 }
 
 impl Default for Options {
@@ -70,6 +73,7 @@ impl Default for Options {
             evidence_nats: 3.0,
             tie_nats: 5.0,
             without: Vec::new(),
+            observation: None,
         }
     }
 }
@@ -152,14 +156,31 @@ pub(crate) struct Session<'a> {
     pub(crate) options: &'a Options,
     pub(crate) train: Problem<'a>,
     pub(crate) holdout: Problem<'a>,
-    repeat: Problem<'a>,
+    pub(crate) repeat: Problem<'a>,
     pairs: Vec<(usize, usize)>,
 }
 
-/// A fit with what it leaves of the recordings held out at its own numbers.
+/// A fit with what it leaves of all recordings, seen from where the prediction stood for it.
 struct Seen<'f> {
     judged: &'f Judged,
+    /// Residuals of the recordings held out at its own numbers.
     held_out: PerRecord,
+    /// Residuals of what was fitted and of what was held out, in their own unit.
+    in_unit: [PerRecord; 2],
+    fits: Vec<(Use, RecordFit)>,
+    plant: Vec<ThroughPlant>,
+}
+
+impl Seen<'_> {
+    /// Root mean square of what was held out, in its own unit.
+    fn held_out_rms(&self) -> f64 {
+        rms(&self.in_unit[1].concat())
+    }
+
+    /// Its size in its own unit over that of equal noise.
+    fn unit(&self) -> f64 {
+        self.held_out_rms() / rms(&self.held_out.concat()).max(f64::MIN_POSITIVE)
+    }
 }
 
 impl<'a> Session<'a> {
@@ -184,14 +205,14 @@ impl<'a> Session<'a> {
         Split { train: &self.train, holdout: &self.holdout }
     }
 
-    fn run(&self) -> Result<Explained, GreyboxError> {
+    fn run(&mut self) -> Result<Explained, GreyboxError> {
         let search = self.search()?;
         self.answer(search)
     }
 
     /// The explanations that the recordings leave open, the best first, with the noise. Without
     /// an effect found none.
-    pub(crate) fn open(&self) -> Result<(Vec<(EffectId, Fitted)>, Whitener), GreyboxError> {
+    pub(crate) fn open(&mut self) -> Result<(Vec<(EffectId, Fitted)>, Whitener), GreyboxError> {
         let search = self.search()?;
         let Some(first) = search.found.first() else {
             return Ok((Vec::new(), search.floor.whitener));
@@ -212,14 +233,14 @@ impl<'a> Session<'a> {
         Ok((std::iter::once(best).chain(others).collect(), search.floor.whitener))
     }
 
-    fn answer(&self, search: Search) -> Result<Explained, GreyboxError> {
+    fn answer(&mut self, search: Search) -> Result<Explained, GreyboxError> {
         let is_more_there = search.is_more_beside_found();
         let Search { floor, before, current, found, first_round, tried, mut log, .. } = search;
         let (ties, last_ties) = (search.ties, search.last_ties);
         let whitener = &floor.whitener;
         let fitted = &current.fitted;
-        let nominal = self.seen(&before, whitener)?;
-        let now = self.seen(&current, whitener)?;
+        let nominal = self.seen_from(&search.anchors_before, &before, whitener)?;
+        let now = self.seen_from(&search.anchors, &current, whitener)?;
         let something_left =
             self.is_something_left(&nominal, &now, &floor, &mut log)? || is_more_there;
         let verdict = match (found.is_empty(), something_left) {
@@ -268,13 +289,14 @@ impl<'a> Session<'a> {
             effects,
             alternatives,
             absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
-            holdout_rms: Some([&nominal, &now].map(|seen| rms(&seen.held_out.concat()))),
-            noise_floor: Some(floor.level()),
+            holdout_rms: Some([&nominal, &now].map(Seen::held_out_rms)),
+            noise_floor: Some(floor.level(now.unit())),
+            observation: Some(search.observation),
             drive_unit: self.machine.drive_unit(),
             faults,
             rough: rough.map(number).collect(),
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
-            records: self.record_fits(&nominal, &now, whitener)?,
+            records: record_changes(&nominal, &now),
             remainder,
             hypotheses: tried,
             curves: self.curves(&nominal, &now)?,
@@ -315,9 +337,9 @@ impl<'a> Session<'a> {
             &self.pairs,
             &floor.whitener,
         )?;
-        let (now, nominal) = (self.through_plant(now)?, self.through_plant(before)?);
+        let (now, nominal) = (&now.plant, &before.plant);
         log.push(format!("left over: {excess:?}, {now:?}, of the nominal model {nominal:?}"));
-        let plant = now.into_iter().zip(nominal).any(|(now, nominal)| now.is_there(nominal));
+        let plant = now.iter().zip(nominal).any(|(now, nominal)| now.is_there(*nominal));
         // a model may fit what is held out and not what was fitted
         let worst_rms = held_out.rms().max(rms(&fitted.residuals.concat()));
         Ok(plant || excess.map_or_else(|| worst_rms > 1.05 * floor.rms, Excess::is_there))
@@ -326,8 +348,12 @@ impl<'a> Session<'a> {
     /// Part that came through the plant in the recordings fitted and in those held out, there at
     /// the
     /// numbers as both have them; nothing of these where an effect has another size in each.
-    fn through_plant(&self, seen: &Seen<'_>) -> Result<Vec<ThroughPlant>, GreyboxError> {
-        let Judged { fitted, held_out, .. } = seen.judged;
+    fn through_plant(
+        &self,
+        judged: &Judged,
+        there: &PerRecord,
+    ) -> Result<Vec<ThroughPlant>, GreyboxError> {
+        let Judged { fitted, held_out, .. } = judged;
         let Fitted { structure, values, residuals, .. } = fitted;
         let state = structure.state(self.machine, values);
         let mut plant = vec![ThroughPlant::of(&self.train, &state, residuals)?];
@@ -339,48 +365,36 @@ impl<'a> Session<'a> {
                     let residuals = self.holdout.residuals(drive);
                     ThroughPlant::of(&self.holdout, &moved, &residuals)?
                 }
-                _ => ThroughPlant::of(&self.holdout, &state, &seen.held_out)?,
+                _ => ThroughPlant::of(&self.holdout, &state, there)?,
             });
         }
         Ok(plant.into_iter().flatten().collect())
     }
 
-    /// A fit with what it leaves of the recordings held out at its own numbers.
-    fn seen<'f>(&self, judged: &'f Judged, whitener: &Whitener) -> Result<Seen<'f>, GreyboxError> {
-        let Fitted { structure, values, .. } = &judged.fitted;
-        Ok(Seen { judged, held_out: elsewhere(&self.holdout, structure, values, whitener)? })
-    }
-
-    fn record_fits(
-        &self,
-        before: &Seen<'_>,
-        after: &Seen<'_>,
+    /// A fit with what it leaves of all recordings, the prediction standing where it stood for it.
+    fn seen_from<'f>(
+        &mut self,
+        anchors: &AllAnchors,
+        judged: &'f Judged,
         whitener: &Whitener,
-    ) -> Result<Vec<RecordChange>, GreyboxError> {
+    ) -> Result<Seen<'f>, GreyboxError> {
+        self.put_back(anchors);
+        let Fitted { structure, values, residuals, .. } = &judged.fitted;
+        let held_out = elsewhere(&self.holdout, structure, values, whitener)?;
+        let repeated = elsewhere(&self.repeat, structure, values, whitener)?;
         let mut fits = Vec::new();
-        let mut add = |role: Use, problem: &Problem<'_>, nominal: &PerRecord, found: &PerRecord| {
-            let pairs = record_fits(problem, nominal, whitener)
-                .into_iter()
-                .zip(record_fits(problem, found, whitener));
-            fits.extend(pairs.map(|(before, after)| RecordChange { role, before, after }));
-        };
-        add(
-            Use::Train,
-            &self.train,
-            &before.judged.fitted.residuals,
-            &after.judged.fitted.residuals,
-        );
-        add(Use::Holdout, &self.holdout, &before.held_out, &after.held_out);
-        let of = |seen: &Seen<'_>| {
-            elsewhere(
-                &self.repeat,
-                &seen.judged.fitted.structure,
-                &seen.judged.fitted.values,
-                whitener,
-            )
-        };
-        add(Use::Repeat, &self.repeat, &of(before)?, &of(after)?);
-        Ok(fits)
+        for (role, problem, residuals) in [
+            (Use::Train, &self.train, residuals),
+            (Use::Holdout, &self.holdout, &held_out),
+            (Use::Repeat, &self.repeat, &repeated),
+        ] {
+            let of = record_fits(problem, residuals, whitener).into_iter();
+            fits.extend(of.map(|fit| (role, fit)));
+        }
+        let in_unit =
+            [self.train.in_their_unit(residuals), self.holdout.in_their_unit(&held_out)];
+        let plant = self.through_plant(judged, &held_out)?;
+        Ok(Seen { judged, held_out, in_unit, fits, plant })
     }
 
     /// Residuals over the coordinates, of what was fitted and of what was held out.
@@ -397,8 +411,7 @@ impl<'a> Session<'a> {
         for (all, more) in along.iter_mut().zip(there) {
             all.extend(more);
         }
-        let before = joined([&before.judged.fitted.residuals, &before.held_out]);
-        let after = joined([&after.residuals, &now.held_out]);
+        let [before, after] = [before, now].map(|seen| joined(&seen.in_unit));
         Ok(curves(self.machine, &along, &before, &after))
     }
 
@@ -565,6 +578,17 @@ impl<'a> Session<'a> {
     }
 }
 
+/// Fits of the recordings before and after.
+fn record_changes(before: &Seen<'_>, after: &Seen<'_>) -> Vec<RecordChange> {
+    let pairs = before.fits.iter().zip(&after.fits);
+    let of = |((role, before), (_, after)): (&(Use, RecordFit), &(Use, RecordFit))| RecordChange {
+        role: *role,
+        before: before.clone(),
+        after: after.clone(),
+    };
+    pairs.map(of).collect()
+}
+
 /// Standard deviations that nine of ten are within, to one side.
 const NINE_IN_TEN: f64 = 1.2816;
 
@@ -639,7 +663,7 @@ fn absorbed(round: &Round) -> Vec<EffectId> {
 }
 
 /// Noise by second differences of the measured signals: a first guess.
-fn rough_noise(problem: &Problem<'_>) -> f64 {
+pub(crate) fn rough_noise(problem: &Problem<'_>) -> f64 {
     let differences: Vec<f64> = problem
         .records
         .iter()

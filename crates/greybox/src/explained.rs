@@ -9,6 +9,7 @@ use crate::{
     curve::{Hypothesis, ResidualCurve},
     floor::NoiseFloor,
     machine::Machine,
+    observation::Observation,
     show::{RecordFit, Remainder},
     unexplained::unexplained_block,
 };
@@ -150,6 +151,8 @@ pub struct Explained {
     pub holdout_rms: Option<[f64; 2]>,
     /// Level of the noise.
     pub noise_floor: Option<NoiseFloor>,
+    /// Model that predicted the recordings.
+    pub observation: Option<Observation>,
     /// Unit of the signal compared, `a` or `v`.
     pub drive_unit: &'static str,
     /// Fault levels.
@@ -182,6 +185,7 @@ impl Explained {
             absorbed: Vec::new(),
             holdout_rms: None,
             noise_floor: None,
+            observation: None,
             drive_unit: "a",
             faults: Vec::new(),
             rough: Vec::new(),

@@ -69,9 +69,9 @@ pub(crate) fn pairs(recordings: &Recordings) -> Vec<(usize, usize)> {
 }
 
 impl Floor {
-    /// Level and source.
-    pub(crate) fn level(&self) -> NoiseFloor {
-        NoiseFloor { rms: self.rms, source: self.source }
+    /// Level and source, where noise of size one is so much in its own unit.
+    pub(crate) fn level(&self, unit: f64) -> NoiseFloor {
+        NoiseFloor { rms: unit * self.rms, source: self.source }
     }
 
     /// From pairs of recordings; `None` without any.

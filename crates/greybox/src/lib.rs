@@ -12,6 +12,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod anchor;
 mod calibrate;
 mod curve;
 mod elsewhere;
@@ -28,6 +29,7 @@ mod machine;
 mod mains;
 mod menu;
 mod parallel;
+mod observation;
 mod problem;
 mod propose;
 mod random;
@@ -54,6 +56,7 @@ pub use explained::{
 };
 pub use floor::{NoiseFloor, NoiseSource};
 pub use inference::{Whitener, rms};
+pub use observation::Observation;
 pub use propose::{Proposal, Proposed, Separation, propose};
 pub use record::{Record, Recordings};
 pub use show::{CoordinateShare, RecordFit, Remainder};

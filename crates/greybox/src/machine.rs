@@ -1,9 +1,10 @@
 //! The nominal machine with free numbers, damage and effects, run on the command of a recording.
 
 use ema_sim::{
-    CommandKind, Effect, FaultCoordinates, FaultId, Geometry, MachineKind, MachineNumber,
-    MachineRun, MachineSignals, MachineTestError, MotionTerm, NumberValue, PhysicalFaults,
-    PreparedTest, bandwidth_hz, model_file::MachineModel, resolved_hz, shown_while_followed,
+    CommandKind, Effect, Electronics, FaultCoordinates, FaultId, Geometry, MachineKind,
+    MachineNumber, MachineRun, MachineSignals, MachineTestError, ModelFidelity, MotionTerm,
+    NumberValue, PhysicalFaults, PreparedTest, bandwidth_hz, model_file::MachineModel, resolved_hz,
+    shown_while_followed,
 };
 
 use crate::{error::GreyboxError, record::Record};
@@ -209,7 +210,8 @@ impl Machine {
 
     /// Part of the drive signal that came about through the plant: the controller's answer to the
     /// measured position less that to the position predicted, at the recording's rate. What is
-    /// left of a residual beside it entered after the controller, or in it.
+    /// left of a residual beside it entered after the controller, or in it. Where the prediction is
+    /// anchored to a finer model, its position is `moved` by so much.
     ///
     /// `None` for a recording without a position, or whose drive signal was filtered.
     pub(crate) fn through_plant(
@@ -217,6 +219,7 @@ impl Machine {
         state: &State,
         record: &Record,
         place: usize,
+        moved: Option<&[f64]>,
     ) -> Result<Option<Vec<f64>>, GreyboxError> {
         let (Some(position), None) = (&record.position, record.filter_hz) else {
             return Ok(None);
@@ -224,7 +227,32 @@ impl Machine {
         if record.kind == CommandKind::Motion {
             return Ok(None);
         }
-        Ok(Some(self.run(state, record, place)?.replayed_drive_change(position)))
+        let run = self.run(state, record, place)?;
+        let less = |moved: &[f64]| position.iter().zip(moved).map(|(x, by)| x - by).collect();
+        let position: Vec<f64> = moved.map_or_else(|| position.clone(), less);
+        Ok(Some(run.replayed_drive_change(&position)))
+    }
+
+    /// Models in which its electronics can be run, the finest last.
+    pub(crate) fn electronics(&self) -> &'static [ModelFidelity] {
+        self.kind().electronics()
+    }
+
+    /// Runs the command of a recording with noise and steps of the electronics.
+    pub(crate) fn run_with_electronics(
+        &self,
+        electronics: Electronics,
+        state: &State,
+        record: &Record,
+        place: usize,
+    ) -> Result<MachineSignals, GreyboxError> {
+        let (model, faults) = (self.with_rough(&state.rough), PhysicalFaults::from(&state.faults));
+        let effects = self.acting(state, place);
+        let run =
+            model.kind().run_with_electronics(electronics, &record.test(), &faults, &effects);
+        let mut signals = run.map_err(|reason| refused(record, reason))?;
+        signals.drive = finite(signals.drive, record)?;
+        Ok(signals)
     }
 
     /// The machine as its file says, without effects, made ready for the command of a recording.

@@ -1,8 +1,9 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
-use ema_sim::{MachineSignals, PreparedTest};
+use ema_sim::{MachineSignals, ModelFidelity, PreparedTest};
 
 use crate::{
+    anchor::{Anchor, local_variance},
     error::GreyboxError,
     machine::{Machine, State},
     mains::Mains,
@@ -13,6 +14,8 @@ use crate::{
 
 /// Time left out at the start, s: the controller's integrators are not known there.
 const SETTLING_S: f64 = 0.3;
+/// Share of the rough part of a residual that is of the sensors at least.
+const LEAST_SENSOR_SHARE: f64 = 0.01;
 
 /// Signals of all recordings, one after the other.
 pub(crate) type PerRecord = Vec<Vec<f64>>;
@@ -27,9 +30,27 @@ pub(crate) struct Prepared<'a> {
     pub(crate) factor: usize,
     skip: usize,
     mains: Mains,
+    /// Measured drive signal as it is compared: of equal noise throughout.
     pub(crate) measured: Vec<f64>,
+    /// Measured drive signal, averaged.
+    pub(crate) averaged: Vec<f64>,
     /// Work that runs of its command have in common.
     test: PreparedTest,
+    /// Finer model to which the prediction is moved.
+    anchored: Option<Anchored>,
+}
+
+/// Anchor of a recording as it is compared.
+#[derive(Clone, Debug)]
+struct Anchored {
+    /// Change of the averaged drive signal.
+    drive: Vec<f64>,
+    /// Change of the position of the motor, at the rate of the recording.
+    motor: Vec<f64>,
+    /// Averaged runs less their mean.
+    scatter: Vec<Vec<f64>>,
+    /// Noise of the sensors over that of sensors and loop together, 0 to 1.
+    weights: Vec<f64>,
 }
 
 impl<'a> Prepared<'a> {
@@ -41,27 +62,87 @@ impl<'a> Prepared<'a> {
         let drive = Machine::measured_drive(record);
         let samples = drive.len().saturating_sub(skip) / factor;
         let mains = Mains::new(record.rate_hz, factor, samples);
-        let (measured, test) = (Vec::new(), machine.prepared(record));
-        let mut prepared = Self { record, place, factor, skip, mains, measured, test };
-        prepared.measured = prepared.reduce(&drive);
+        let (measured, averaged, anchored) = (Vec::new(), Vec::new(), None);
+        let test = machine.prepared(record);
+        let mut prepared =
+            Self { record, place, factor, skip, mains, measured, averaged, test, anchored };
+        prepared.averaged = prepared.reduce(&drive);
+        prepared.measured.clone_from(&prepared.averaged);
         prepared
     }
 
     /// The drive signal of a machine on its command, as it is compared.
     pub(crate) fn drive(&self, machine: &Machine, state: &State) -> Result<Vec<f64>, GreyboxError> {
-        Ok(self.reduce(&machine.drive(state, self.record, &self.test, self.place)?))
+        let drive = self.reduce(&machine.drive(state, self.record, &self.test, self.place)?);
+        Ok(self.of_equal_noise(self.moved(drive)))
     }
 
-    /// A drive signal at the recording's rate as it is compared: averaged, and without what hums
-    /// at the frequency of the mains.
+    /// An averaged drive signal of the simple model, moved to what the finer one gives.
+    pub(crate) fn moved(&self, mut drive: Vec<f64>) -> Vec<f64> {
+        if let Some(anchored) = &self.anchored {
+            drive.iter_mut().zip(&anchored.drive).for_each(|(x, by)| *x += by);
+        }
+        drive
+    }
+
+    /// Change of the position of the motor from the simple model to the finer one, where there is
+    /// one.
+    pub(crate) fn moved_motor(&self) -> Option<&[f64]> {
+        self.anchored.as_ref().map(|anchored| anchored.motor.as_slice())
+    }
+
+    /// An averaged signal scaled at each sample so that all have noise of one size.
+    pub(crate) fn of_equal_noise(&self, mut signal: Vec<f64>) -> Vec<f64> {
+        if let Some(anchored) = &self.anchored {
+            signal.iter_mut().zip(&anchored.weights).for_each(|(x, weight)| *x *= weight);
+        }
+        signal
+    }
+
+    /// A residual [of equal noise](Self::of_equal_noise) in its own unit.
+    pub(crate) fn in_its_unit(&self, signal: &[f64]) -> Vec<f64> {
+        let Some(anchored) = &self.anchored else { return signal.to_vec() };
+        signal.iter().zip(&anchored.weights).map(|(x, weight)| x / weight).collect()
+    }
+
+    /// Moves the prediction to what a finer model gives in a state; false where it cannot be run.
+    fn anchor(
+        &self,
+        machine: &Machine,
+        fidelity: ModelFidelity,
+        state: &State,
+    ) -> Result<Option<Anchored>, GreyboxError> {
+        let anchor = Anchor::new(machine, fidelity, state, self.record, self.place)?;
+        Ok(anchor.map(|Anchor { drive, motor, scatter }| Anchored {
+            drive: self.reduce(&drive),
+            motor,
+            scatter: scatter.iter().map(|run| self.reduce(run)).collect(),
+            weights: Vec::new(),
+        }))
+    }
+
+    /// Sets the weights by the noise of the sensors.
+    fn weigh(&mut self, noise: f64) {
+        let rate_hz = self.rate_hz();
+        if let Some(anchored) = &mut self.anchored {
+            let square = noise * noise;
+            let weight = |v: f64| libm::sqrt(square / (square + v));
+            let variance = local_variance(&anchored.scatter, rate_hz);
+            anchored.weights = variance.into_iter().map(weight).collect();
+        }
+        self.measured = self.of_equal_noise(self.averaged.clone());
+    }
+
+    /// A drive signal at the recording's rate, averaged, and without what hums at the frequency of
+    /// the mains.
     pub(crate) fn reduce(&self, drive: &[f64]) -> Vec<f64> {
-        let mut averaged = self.averaged(drive);
+        let mut averaged = self.average(drive);
         self.mains.take_off(&mut averaged);
         averaged
     }
 
     /// A signal at the recording's rate, averaged over so many samples, without its start.
-    pub(crate) fn averaged(&self, signal: &[f64]) -> Vec<f64> {
+    pub(crate) fn average(&self, signal: &[f64]) -> Vec<f64> {
         let kept = signal.get(self.skip..).unwrap_or_default();
         let mean = |chunk: &[f64]| chunk.iter().sum::<f64>() / self.factor as f64;
         kept.chunks_exact(self.factor).map(mean).collect()
@@ -72,6 +153,10 @@ impl<'a> Prepared<'a> {
         self.record.rate_hz / self.factor as f64
     }
 }
+
+/// Anchors of the recordings of a problem.
+#[derive(Clone, Debug)]
+pub(crate) struct Anchors(Vec<Option<Anchored>>);
 
 /// Recordings to fit and recordings held out.
 #[derive(Clone, Copy, Debug)]
@@ -103,6 +188,80 @@ impl<'a> Problem<'a> {
                 .collect(),
             jobs,
         }
+    }
+
+    /// Anchors of the recordings, to be [put back](Self::put_back).
+    pub(crate) fn anchors(&self) -> Anchors {
+        Anchors(self.records.iter().map(|prepared| prepared.anchored.clone()).collect())
+    }
+
+    /// Puts back the anchors that the recordings had.
+    pub(crate) fn put_back(&mut self, anchors: &Anchors) {
+        for (prepared, anchored) in self.records.iter_mut().zip(&anchors.0) {
+            prepared.anchored.clone_from(anchored);
+            prepared.measured = prepared.of_equal_noise(prepared.averaged.clone());
+        }
+    }
+
+    /// Logarithm of the weights, summed: what the scale of each sample adds to a likelihood.
+    pub(crate) fn log_weights(&self) -> f64 {
+        let of = |prepared: &Prepared<'_>| {
+            prepared.anchored.as_ref().map_or(0.0, |anchored| {
+                anchored.weights.iter().map(|weight| libm::log(*weight)).sum::<f64>()
+            })
+        };
+        self.records.iter().map(of).sum()
+    }
+
+    /// Moves the predictions to what a finer model gives in a state; false where it cannot be run.
+    /// The noise of the sensors is asked for with the anchor known.
+    pub(crate) fn anchor(
+        &mut self,
+        fidelity: ModelFidelity,
+        state: &State,
+    ) -> Result<bool, GreyboxError> {
+        let of = |prepared: &Prepared<'_>| prepared.anchor(self.machine, fidelity, state);
+        let anchors = parallel::map(&self.records, self.jobs, of);
+        let anchors: Option<Vec<Anchored>> = anchors.into_iter().collect::<Result<_, _>>()?;
+        let Some(anchors) = anchors else { return Ok(false) };
+        for (prepared, anchor) in self.records.iter_mut().zip(anchors) {
+            prepared.anchored = Some(anchor);
+        }
+        Ok(true)
+    }
+
+    /// Gives all samples noise of one size, where the sensors have so much.
+    pub(crate) fn weigh(&mut self, noise: f64) {
+        self.records.iter_mut().for_each(|prepared| prepared.weigh(noise));
+    }
+
+    /// Noise of the sensors by second differences of what an anchored prediction leaves in a state,
+    /// less that of the loop; at least a tenth of all.
+    pub(crate) fn sensor_noise(&self, state: &State) -> Result<f64, GreyboxError> {
+        let rough = |signal: &[f64]| {
+            let square = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]) * (w[0] - 2.0 * w[1] + w[2]);
+            signal.windows(3).map(square).sum::<f64>() / 6.0
+        };
+        let (mut all, mut of_loop, mut count) = (0.0, 0.0, 0.0);
+        for prepared in &self.records {
+            let Some(anchored) = &prepared.anchored else { continue };
+            let drive = self.machine.drive(state, prepared.record, &prepared.test, prepared.place)?;
+            let drive = prepared.moved(prepared.reduce(&drive));
+            let left: Vec<f64> =
+                prepared.averaged.iter().zip(&drive).map(|(y, s)| y - s).collect();
+            all += rough(&left);
+            let runs = anchored.scatter.len().max(2) as f64;
+            of_loop += anchored.scatter.iter().map(|run| rough(run)).sum::<f64>() / (runs - 1.0);
+            count += left.len() as f64;
+        }
+        let least = LEAST_SENSOR_SHARE * all;
+        Ok(libm::sqrt((all - of_loop).max(least) / f64::max(count, 1.0)).max(1e-9))
+    }
+
+    /// Residuals in their own unit.
+    pub(crate) fn in_their_unit(&self, residuals: &PerRecord) -> PerRecord {
+        let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| prepared.in_its_unit(residual);
+        self.records.iter().zip(residuals).map(of).collect()
     }
 
     pub(crate) fn samples(&self) -> usize {

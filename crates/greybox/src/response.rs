@@ -135,7 +135,9 @@ impl Screen<'_> {
         let mut columns: Vec<Vec<f64>> = torques
             .iter()
             .map(|torque| {
-                let shaken = torque.iter().map(|t| through(response, t)).collect();
+                let shaken = self.problem.records.iter().zip(torque);
+                let shaken =
+                    shaken.map(|(record, t)| record.of_equal_noise(through(response, t))).collect();
                 without(&self.known, whitened(self.whitener, &shaken))
             })
             .collect();
@@ -173,7 +175,7 @@ impl Screen<'_> {
     ) -> PerRecord {
         let reduced = |(record, prepared): (usize, &Prepared<'_>)| {
             let samples = predictions[record].drive.len();
-            prepared.averaged(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
+            prepared.average(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
         };
         self.problem.records.iter().enumerate().map(reduced).collect()
     }

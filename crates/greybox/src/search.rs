@@ -10,6 +10,7 @@ use crate::{
     fit::{Fitted, fit, whitened},
     floor::Floor,
     hypothesis::{Family, Leads, Scales, differs_by_record, families, is_nonlinear_in_size},
+    observation::{AllAnchors, Observation},
     response::leads,
     rival::{Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, log_tail, score},
@@ -28,6 +29,10 @@ const MOST_SWAPPED: usize = 3;
 const MOST_SETTLED: usize = 2;
 /// Share of the best rival's score from which on another is among them.
 const SETTLED_SHARE: f64 = 0.5;
+/// Moves of the prediction to the finer model at a fit, and the change of the objective below which
+/// it stays, nats.
+const MOST_FOLLOWED: usize = 3;
+const FOLLOWED_NATS: f64 = 0.5;
 /// Nats by which numbers fitted to what is held out have to gain there beyond what they cost, a nat
 /// each: noise alone gives two of them so much in 2 %.
 const LEAST_FITTED_GAIN: f64 = 2.0;
@@ -62,6 +67,10 @@ pub(crate) struct Search {
     pub(crate) first_round: Option<Round>,
     /// How each effect fared in the first round.
     pub(crate) tried: Vec<Hypothesis>,
+    /// Model that predicts, and where its predictions stood without an effect and stand now.
+    pub(crate) observation: Observation,
+    pub(crate) anchors_before: AllAnchors,
+    pub(crate) anchors: AllAnchors,
     pub(crate) log: Vec<String>,
 }
 
@@ -115,17 +124,21 @@ fn may_repeat(id: EffectId) -> bool {
 impl Session<'_> {
     /// Effects, one a round, until no other stands the tests; then those that the others leave
     /// needed.
-    pub(crate) fn search(&self) -> Result<Search, GreyboxError> {
+    pub(crate) fn search(&mut self) -> Result<Search, GreyboxError> {
+        let mut log = Vec::new();
+        let observation = self.observe(&mut log)?;
         let (floor, fitted) = self.floor(&Structure::nominal(self.machine))?;
+        let fitted = self.followed(observation, fitted, &floor.whitener)?;
         let before = Judged::new(fitted, self.split(), &floor.whitener)?;
         let scales = self.scales(&before.fitted)?;
-        let log = vec![format!(
+        log.push(format!(
             "nominal: holdout rms {:.5}, floor {:.5} ({:?}), order {}",
             before.held_out.rms(),
             floor.rms,
             floor.source,
             floor.whitener.order()
-        )];
+        ));
+        let anchors = self.all_anchors();
         let mut search = Search {
             floor,
             current: before.clone(),
@@ -139,12 +152,16 @@ impl Session<'_> {
             is_more_there: false,
             first_round: None,
             tried: Vec::new(),
+            observation,
+            anchors_before: anchors.clone(),
+            anchors,
             log,
         };
         for number in 0..self.options.most_effects {
             if !self.round(&mut search, &scales, number)? {
                 break;
             }
+            self.follow(&mut search)?;
         }
         self.drop_needless(&mut search)?;
         if self.swap_first(&mut search)? {
@@ -155,9 +172,48 @@ impl Session<'_> {
                 search.ties.clear();
             }
         }
+        if !search.found.is_empty() {
+            self.follow(&mut search)?;
+        }
         let named: Vec<EffectId> = search.found.iter().map(|found| found.rival.id).collect();
         search.runners_up.retain(|rival| !named.contains(&rival.id));
         Ok(search)
+    }
+
+    /// A fit with the prediction moved to the finer model at its numbers, and fitted again there
+    /// until it stays.
+    fn followed(
+        &mut self,
+        observation: Observation,
+        mut fitted: Fitted,
+        whitener: &Whitener,
+    ) -> Result<Fitted, GreyboxError> {
+        for _ in 0..MOST_FOLLOWED {
+            if !self.anchor(observation, &fitted.structure, &fitted.values)? {
+                break;
+            }
+            let structure = fitted.structure.clone().started_at(&fitted.values);
+            let before = fitted.objective;
+            fitted = fit(&self.train, structure, whitener)?;
+            if (before - fitted.objective).abs() < FOLLOWED_NATS {
+                break;
+            }
+        }
+        Ok(fitted)
+    }
+
+    /// Moves the prediction to the finer model with what was found.
+    fn follow(&mut self, search: &mut Search) -> Result<(), GreyboxError> {
+        if search.observation == Observation::Ideal {
+            return Ok(());
+        }
+        let fitted = search.current.fitted.clone();
+        let fitted = self.followed(search.observation, fitted, &search.floor.whitener)?;
+        search.current = Judged::new(fitted, self.split(), &search.floor.whitener)?;
+        search.anchors = self.all_anchors();
+        let (fall, rms) = (search.explained(), search.current.held_out.rms());
+        search.log.push(format!("followed: fall {fall:.1}, held out {rms:.5}"));
+        Ok(())
     }
 
     /// Looks for one more effect; false where none stands the tests.

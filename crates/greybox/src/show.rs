@@ -34,13 +34,14 @@ pub(crate) fn record_fits(
     whitener: &Whitener,
 ) -> Vec<RecordFit> {
     let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
-        let measured = &prepared.measured;
+        let measured = &prepared.averaged;
+        let plain = prepared.in_its_unit(residual);
         let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
         let spread: Vec<f64> = measured.iter().map(|y| y - mean).collect();
         RecordFit {
             record: prepared.record.name.clone(),
-            rms: rms(residual),
-            fit_percent: 100.0 * (1.0 - rms(residual) / rms(&spread).max(f64::MIN_POSITIVE)),
+            rms: rms(&plain),
+            fit_percent: 100.0 * (1.0 - rms(&plain) / rms(&spread).max(f64::MIN_POSITIVE)),
             whiteness_p: whiteness(&whitener.apply(residual)),
         }
     };
@@ -99,8 +100,8 @@ pub(crate) fn remainder(
     let mut coordinates: Vec<(&'static str, Vec<f64>)> =
         NAMES.map(|name| (name, Vec::new())).into();
     for (prepared, prediction) in problem.records.iter().zip(&predictions) {
-        let drive = prepared.reduce(&prediction.drive);
-        residual.extend(prepared.measured.iter().zip(&drive).map(|(y, s)| y - s));
+        let drive = prepared.moved(prepared.reduce(&prediction.drive));
+        residual.extend(prepared.averaged.iter().zip(&drive).map(|(y, s)| y - s));
         for ((_, all), values) in
             coordinates.iter_mut().zip(coordinates_of(machine, prepared, prediction))
         {
@@ -159,7 +160,7 @@ fn coordinates_of(
     let none = vec![0.0; samples];
     let load = prepared.record.load.as_ref().unwrap_or(&none);
     [&time, &prediction.speed, &angle, &prediction.surface, &prediction.drive, load]
-        .map(|signal| prepared.averaged(signal))
+        .map(|signal| prepared.average(signal))
 }
 
 /// Share of the variance that means over bins explain, less what chance does; and the means.

@@ -40,10 +40,11 @@ impl ThroughPlant {
         let mut beside = PerRecord::new();
         for (prepared, residual) in problem.records.iter().zip(residuals) {
             let (record, place) = (prepared.record, prepared.place);
-            let Some(answer) = problem.machine.through_plant(state, record, place)? else {
+            let moved = prepared.moved_motor();
+            let Some(answer) = problem.machine.through_plant(state, record, place, moved)? else {
                 return Ok(None);
             };
-            let answer = prepared.reduce(&answer);
+            let answer = prepared.of_equal_noise(prepared.reduce(&answer));
             beside.push(residual.iter().zip(&answer).map(|(r, p)| r - p).collect());
         }
         let stretches: Vec<&[f64]> = beside.iter().map(Vec::as_slice).collect();

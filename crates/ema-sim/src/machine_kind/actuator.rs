@@ -1,19 +1,22 @@
 //! Actuators with three phases as a kind of machine.
 
 use super::{
-    CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberTolerance, NumberValue, PreparedTest, add_tolerance,
+    CommandKind, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber, MachineRun,
+    MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
+    PreparedTest, add_tolerance,
     run::{Departure, delayed, difference, every},
     static_friction,
 };
 use crate::{
     effect::{Effect, Geometry},
-    envelope::EnvelopeFilter,
+    envelope::{Envelope, EnvelopeFilter},
     fault::{FaultId, PhysicalFaults},
+    high_fidelity::HighFidelity,
     low_fidelity::LowFidelity,
     model_file::{self, EffectBlock, Model},
     parameter::Parameter,
-    scenario::{Command, ControlMode, Scenario},
+    params::Commutation,
+    scenario::{Command, ControlMode, Imperfections, Scenario},
     tolerance::UncertainNumber,
     trace::LowFidelityTrace,
 };
@@ -136,7 +139,7 @@ impl MachineKind for Model {
         effects: &[Effect],
     ) -> Result<Box<dyn MachineRun>, MachineTestError> {
         let ticks_per_sample = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
-        let simulation = low_fidelity(self, effects, test)?;
+        let simulation = low_fidelity(self, effects, test, &scenario(test)?)?;
         let trace = simulation.simulate(faults);
         Ok(Box::new(ActuatorRun {
             trace,
@@ -148,9 +151,57 @@ impl MachineKind for Model {
         }))
     }
 
+    fn electronics(&self) -> &'static [ModelFidelity] {
+        &[ModelFidelity::Low, ModelFidelity::High]
+    }
+
+    fn run_with_electronics(
+        &self,
+        electronics: Electronics,
+        test: &MachineTest<'_>,
+        faults: &PhysicalFaults,
+        effects: &[Effect],
+    ) -> Result<MachineSignals, MachineTestError> {
+        let step = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
+        let imperfections = Imperfections {
+            controller_noise: electronics.noise_seed.is_some(),
+            digitisation: electronics.is_digitised,
+        };
+        let seed = electronics.noise_seed.unwrap_or(0);
+        let scenario = Scenario { imperfections, seed, ..scenario(test)? };
+        let samples = test.command.len();
+        let shown = |current_a: &[f64], rate_hz| shown(current_a, rate_hz, step, samples, filter(test));
+        Ok(match electronics.fidelity {
+            ModelFidelity::Low => {
+                let trace = low_fidelity(self, effects, test, &scenario)?.try_simulate(faults)?;
+                MachineSignals {
+                    drive: shown(&trace.current_a, trace.rate_hz),
+                    motor: every(&trace.motor_angle_rad, step, samples),
+                    speed: every(&trace.motor_speed_rad_per_s, step, samples),
+                    surface: every(&trace.surface_angle_rad, step, samples),
+                }
+            }
+            ModelFidelity::High => {
+                let model = HighFidelity::new(&self.actuator, &scenario)?.with_effects(effects)?;
+                let trace = model.with_load(test.recorded_load())?.try_simulate(faults)?;
+                let envelope = match self.actuator.inverter.commutation {
+                    Commutation::SixStep => Envelope::ConductingPhase,
+                    Commutation::FieldOriented => Envelope::QAxis,
+                };
+                let envelope_a = trace.envelope_a(envelope, self.actuator.motor.pole_pairs);
+                MachineSignals {
+                    drive: shown(&envelope_a, trace.rate_hz),
+                    motor: every(&trace.motor_angle_rad, step, samples),
+                    speed: every(&trace.motor_speed_rad_per_s, step, samples),
+                    surface: every(&trace.surface_angle_rad, step, samples),
+                }
+            }
+        })
+    }
+
     fn prepare(&self, test: &MachineTest<'_>) -> PreparedTest {
         let is_run = test.ticks_per_sample(self.actuator.controller.sample_hz).is_ok();
-        PreparedTest { low_fidelity: is_run.then(|| low_fidelity(self, &[], test).ok()).flatten() }
+        PreparedTest { low_fidelity: is_run.then(|| ideal(self, test).ok()).flatten() }
     }
 
     fn drive(
@@ -165,7 +216,7 @@ impl MachineKind for Model {
         let simulation = if let Some(ready) = &prepared.low_fidelity {
             ready.on_actuator(&self.actuator)?.with_effects(effects)?
         } else {
-            low_fidelity(self, effects, test)?
+            low_fidelity(self, effects, test, &scenario(test)?)?
         };
         let mut current_a = Vec::new();
         simulation.simulate_current(faults, &mut current_a);
@@ -192,13 +243,9 @@ fn shown(
     }
 }
 
-/// An actuator on the command of a test.
-fn low_fidelity(
-    model: &Model,
-    effects: &[Effect],
-    test: &MachineTest<'_>,
-) -> Result<LowFidelity, MachineTestError> {
-    let scenario = Scenario {
+/// The scenario of a test, with ideal electronics.
+fn scenario(test: &MachineTest<'_>) -> Result<Scenario, MachineTestError> {
+    Ok(Scenario {
         command: Command::Recorded { values_rad: test.command.to_vec(), rate_hz: test.rate_hz },
         mode: match test.asks_for {
             CommandKind::Position => ControlMode::Position,
@@ -209,8 +256,22 @@ fn low_fidelity(
         duration_s: test.duration_s(),
         start_angle_rad: test.start_rad.or(test.shown_start).unwrap_or(0.0),
         ..Scenario::chirp()
-    };
-    let simulation = LowFidelity::new(&model.actuator, &scenario)?.with_effects(effects)?;
+    })
+}
+
+/// An actuator without effects in the scenario of a test, with ideal electronics.
+fn ideal(model: &Model, test: &MachineTest<'_>) -> Result<LowFidelity, MachineTestError> {
+    low_fidelity(model, &[], test, &scenario(test)?)
+}
+
+/// An actuator in the scenario of a test.
+fn low_fidelity(
+    model: &Model,
+    effects: &[Effect],
+    test: &MachineTest<'_>,
+    scenario: &Scenario,
+) -> Result<LowFidelity, MachineTestError> {
+    let simulation = LowFidelity::new(&model.actuator, scenario)?.with_effects(effects)?;
     Ok(simulation.with_load(test.recorded_load())?)
 }
 

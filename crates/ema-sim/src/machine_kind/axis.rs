@@ -1,8 +1,9 @@
 //! Servo axes as a kind of machine.
 
 use super::{
-    CommandKind, DriveUnit, LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals,
-    MachineTest, MachineTestError, NumberTolerance, NumberValue, PreparedTest, add_tolerance,
+    CommandKind, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber, MachineRun,
+    MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
+    PreparedTest, add_tolerance,
     follow::{follower, motion},
     run::{Departure, delayed, difference, every},
     static_friction,
@@ -121,6 +122,20 @@ impl MachineKind for AxisModel {
 
     fn can_follow_motion(&self) -> bool {
         self.axis.drive != Drive::Winding
+    }
+
+    fn electronics(&self) -> &'static [ModelFidelity] {
+        &[]
+    }
+
+    fn run_with_electronics(
+        &self,
+        _electronics: Electronics,
+        _test: &MachineTest<'_>,
+        _faults: &PhysicalFaults,
+        _effects: &[Effect],
+    ) -> Result<MachineSignals, MachineTestError> {
+        Err(MachineTestError::NoElectronics)
     }
 
     fn run(

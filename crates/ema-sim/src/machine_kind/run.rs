@@ -94,6 +94,9 @@ pub enum MachineTestError {
          other machine"
     )]
     Motion,
+    /// The model file describes no electronics.
+    #[error("the model file of the machine describes no electronics to run it with")]
+    NoElectronics,
 }
 
 /// Signals that a machine gives in a test, at its rate.

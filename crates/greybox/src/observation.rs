@@ -1,0 +1,176 @@
+//! The model of what recordings show: which model of the machine predicts them, chosen by them.
+
+use ema_sim::ModelFidelity;
+use inference::Whitener;
+
+use crate::{
+    error::{GreyboxError, if_run},
+    explain::{Session, rough_noise},
+    fit::fit,
+    problem::{Anchors, PerRecord},
+    structure::Structure,
+};
+
+/// Model that predicts what recordings show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Observation {
+    /// Model with ideal electronics: no noise and no steps in its loops. The only one of an axis.
+    Ideal,
+    /// Low-fidelity model with noise and steps of the electronics in its loops.
+    Low,
+    /// High-fidelity model with noise and steps of the electronics in its loops.
+    High,
+}
+
+impl Observation {
+    /// All, the simplest first.
+    pub const ALL: [Self; 3] = [Self::Ideal, Self::Low, Self::High];
+
+    /// Word for it: `ideal`, `low`, `high`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Ideal => "ideal",
+            Self::Low => "low",
+            Self::High => "high",
+        }
+    }
+
+    /// Model that is run with its electronics, if any.
+    fn fidelity(self) -> Option<ModelFidelity> {
+        match self {
+            Self::Ideal => None,
+            Self::Low => Some(ModelFidelity::Low),
+            Self::High => Some(ModelFidelity::High),
+        }
+    }
+}
+
+/// Fits after each of which the prediction is moved to the finer model there.
+const MOST_MOVES: usize = 3;
+/// Rise of the log-likelihood below which it has moved enough, nats.
+const SETTLED_NATS: f64 = 1.0;
+
+/// Anchors of all recordings.
+#[derive(Clone, Debug)]
+pub(crate) struct AllAnchors {
+    train: Anchors,
+    holdout: Anchors,
+    repeat: Anchors,
+}
+
+impl Session<'_> {
+    /// Models of the machine that may predict its recordings.
+    fn observations(&self) -> Vec<Observation> {
+        if let Some(pinned) = self.options.observation {
+            return vec![pinned];
+        }
+        let has = |observation: &Observation| {
+            observation.fidelity().is_none_or(|f| self.machine.electronics().contains(&f))
+        };
+        Observation::ALL.into_iter().filter(has).collect()
+    }
+
+    /// Chooses the model under which the recordings to fit are likeliest, each with damage and
+    /// tolerances fitted and a noise of its own size, and moves the predictions to it.
+    pub(crate) fn observe(&mut self, log: &mut Vec<String>) -> Result<Observation, GreyboxError> {
+        let candidates = self.observations();
+        if let [Observation::Ideal] = candidates[..] {
+            return Ok(Observation::Ideal);
+        }
+        let none = self.all_anchors();
+        let mut best: Option<(f64, Observation, AllAnchors)> = None;
+        for observation in candidates {
+            self.put_back(&none);
+            let Some(likelihood) = self.likelihood_under(observation)? else { continue };
+            log.push(format!("under {}: log-likelihood {likelihood:.1}", observation.word()));
+            if best.as_ref().is_none_or(|(most, ..)| likelihood > *most) {
+                best = Some((likelihood, observation, self.all_anchors()));
+            }
+        }
+        let Some((_, observation, anchors)) = best else {
+            self.put_back(&none);
+            return Ok(Observation::Ideal);
+        };
+        self.put_back(&anchors);
+        Ok(observation)
+    }
+
+    /// Log-likelihood of the recordings to fit under a model, but for a constant; `None` where it
+    /// cannot be run.
+    fn likelihood_under(&mut self, observation: Observation) -> Result<Option<f64>, GreyboxError> {
+        let nominal = Structure::nominal(self.machine);
+        let healthy: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let mut values = healthy;
+        let mut most: Option<f64> = None;
+        for _ in 0..MOST_MOVES {
+            let moved = self.anchor(observation, &nominal, &values)?;
+            if !moved && observation != Observation::Ideal {
+                return Ok(None);
+            }
+            let noise = Whitener::white(rough_noise(&self.train));
+            let structure = nominal.clone().started_at(&values);
+            let Some(fitted) = if_run(fit(&self.train, structure, &noise))? else {
+                return Ok(None);
+            };
+            let likelihood = self.own_likelihood(&fitted.residuals);
+            values = fitted.values;
+            let risen = most.is_none_or(|most| likelihood > most + SETTLED_NATS);
+            most = Some(most.map_or(likelihood, |most| most.max(likelihood)));
+            if !moved || !risen {
+                break;
+            }
+        }
+        Ok(most)
+    }
+
+    /// Log-likelihood of residuals of what is fitted under autoregressive noise of their own.
+    fn own_likelihood(&self, residuals: &PerRecord) -> f64 {
+        let stretches: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let noise = Whitener::fit(&stretches, 0);
+        let of = |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
+        stretches.iter().map(of).sum::<f64>() + self.train.log_weights()
+    }
+
+    /// Moves the predictions to the model of an observation at values of a structure, without what
+    /// that model cannot have; false where it cannot be run, or where there is none.
+    pub(crate) fn anchor(
+        &mut self,
+        observation: Observation,
+        structure: &Structure,
+        values: &[f64],
+    ) -> Result<bool, GreyboxError> {
+        let Some(fidelity) = observation.fidelity() else { return Ok(false) };
+        let state = structure.state(self.machine, values);
+        let elsewhere = structure.state_elsewhere(self.machine, values);
+        let before = self.all_anchors();
+        let is_run = self.train.anchor(fidelity, &state)?
+            && self.holdout.anchor(fidelity, &elsewhere)?
+            && self.repeat.anchor(fidelity, &elsewhere)?;
+        if !is_run {
+            self.put_back(&before);
+            return Ok(false);
+        }
+        let noise = self.train.sensor_noise(&state)?;
+        for problem in [&mut self.train, &mut self.holdout, &mut self.repeat] {
+            problem.weigh(noise);
+        }
+        Ok(true)
+    }
+
+    /// Anchors as they stand.
+    pub(crate) fn all_anchors(&self) -> AllAnchors {
+        AllAnchors {
+            train: self.train.anchors(),
+            holdout: self.holdout.anchors(),
+            repeat: self.repeat.anchors(),
+        }
+    }
+
+    /// Anchors as they stood.
+    pub(crate) fn put_back(&mut self, anchors: &AllAnchors) {
+        self.train.put_back(&anchors.train);
+        self.holdout.put_back(&anchors.holdout);
+        self.repeat.put_back(&anchors.repeat);
+    }
+}
