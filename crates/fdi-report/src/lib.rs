@@ -34,7 +34,7 @@ pub use document::{
     Encoding, EncodingSummary, Evaluation, EvaluationSettings, Explanation, ExplanationVerdict,
     Failure, Fault, FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, Fidelity, Finding,
     FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut,
-    Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Proposal,
+    Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Prediction, Proposal,
     ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead,
     SCHEMA_VERSION, Sensitivity, Separation, Slope, Standing, Status, ToleranceUse, TrendPoint,
     UnitNumber, UnitSummary, Verdict,

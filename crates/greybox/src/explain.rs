@@ -391,8 +391,7 @@ impl<'a> Session<'a> {
             let of = record_fits(problem, residuals, whitener).into_iter();
             fits.extend(of.map(|fit| (role, fit)));
         }
-        let in_unit =
-            [self.train.in_their_unit(residuals), self.holdout.in_their_unit(&held_out)];
+        let in_unit = [self.train.in_their_unit(residuals), self.holdout.in_their_unit(&held_out)];
         let plant = self.through_plant(judged, &held_out)?;
         Ok(Seen { judged, held_out, in_unit, fits, plant })
     }

@@ -3,7 +3,7 @@
 pub(crate) use ema_sim::MachineScales as Scales;
 use ema_sim::{Effect, EffectId, EffectParameter, Geometry, Quantity, Role, ShapeScales};
 
-use crate::structure::Number;
+use crate::{plausible::Plausible, structure::Number};
 
 /// Sizes of one effect that belong together, and its shapes worth trying.
 #[derive(Clone, Debug, PartialEq)]
@@ -161,14 +161,19 @@ pub(crate) fn numbers(
     effect: &Effect,
     sizes: &[(usize, f64)],
     shapes: &[usize],
-    travel: f64,
+    plausible: &Plausible,
 ) -> Vec<Number> {
-    let size = |&(place, step): &(usize, f64)| Number {
-        place,
-        in_record: None,
-        step: if is_nonlinear_in_size(effect.id()) { 0.1 * step } else { step },
-        least: if is_nonlinear_in_size(effect.id()) { 0.01 * step } else { f64::NEG_INFINITY },
-        most: f64::INFINITY,
+    let travel = plausible.travel;
+    let size = |&(place, step): &(usize, f64)| {
+        let most = plausible.most(&effect.id().info().parameters[place]);
+        let is_nonlinear = is_nonlinear_in_size(effect.id());
+        Number {
+            place,
+            in_record: None,
+            step: if is_nonlinear { 0.1 * step } else { step },
+            least: if is_nonlinear { 0.01 * step } else { -most },
+            most,
+        }
     };
     let shape = |&place: &usize| {
         let value = effect.values()[place];

@@ -186,6 +186,11 @@ impl Machine {
         core::f64::consts::TAU / self.kind().pole_pairs().map_or(1.0, f64::from)
     }
 
+    /// Largest drive signal that the controller allows.
+    pub(crate) fn drive_limit(&self) -> f64 {
+        self.kind().drive_limit()
+    }
+
     /// Tells whether it is a machine with one shaft and no commutation.
     pub(crate) fn is_axis(&self) -> bool {
         self.kind().pole_pairs().is_none()
@@ -248,8 +253,7 @@ impl Machine {
     ) -> Result<MachineSignals, GreyboxError> {
         let (model, faults) = (self.with_rough(&state.rough), PhysicalFaults::from(&state.faults));
         let effects = self.acting(state, place);
-        let run =
-            model.kind().run_with_electronics(electronics, &record.test(), &faults, &effects);
+        let run = model.kind().run_with_electronics(electronics, &record.test(), &faults, &effects);
         let mut signals = run.map_err(|reason| refused(record, reason))?;
         signals.drive = finite(signals.drive, record)?;
         Ok(signals)

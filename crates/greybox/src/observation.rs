@@ -128,7 +128,8 @@ impl Session<'_> {
     fn own_likelihood(&self, residuals: &PerRecord) -> f64 {
         let stretches: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
         let noise = Whitener::fit(&stretches, 0);
-        let of = |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
+        let of =
+            |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
         stretches.iter().map(of).sum::<f64>() + self.train.log_weights()
     }
 

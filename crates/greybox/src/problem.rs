@@ -245,10 +245,10 @@ impl<'a> Problem<'a> {
         let (mut all, mut of_loop, mut count) = (0.0, 0.0, 0.0);
         for prepared in &self.records {
             let Some(anchored) = &prepared.anchored else { continue };
-            let drive = self.machine.drive(state, prepared.record, &prepared.test, prepared.place)?;
+            let drive =
+                self.machine.drive(state, prepared.record, &prepared.test, prepared.place)?;
             let drive = prepared.moved(prepared.reduce(&drive));
-            let left: Vec<f64> =
-                prepared.averaged.iter().zip(&drive).map(|(y, s)| y - s).collect();
+            let left: Vec<f64> = prepared.averaged.iter().zip(&drive).map(|(y, s)| y - s).collect();
             all += rough(&left);
             let runs = anchored.scatter.len().max(2) as f64;
             of_loop += anchored.scatter.iter().map(|run| rough(run)).sum::<f64>() / (runs - 1.0);

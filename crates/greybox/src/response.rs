@@ -13,6 +13,7 @@ use crate::{
     gram::{Gram, dot},
     hypothesis::{Leads, Scales},
     machine::State,
+    plausible::{is_of_command, most_shown_hz},
     problem::{PerRecord, Prepared, Problem},
     random::normal,
 };
@@ -27,6 +28,8 @@ const LOWEST_ORDERS: usize = 3;
 const FREQUENCY_STEP: f64 = 0.7;
 /// Largest frequency looked at, Hz.
 const MOST_HZ: f64 = 60.0;
+/// Frequencies among which those of the command are passed over.
+const MOST_TONES: usize = 8;
 const REGIONS: usize = 16;
 
 /// Answer of the drive signal to a torque on the shaft: a filter at the compared rate,
@@ -245,10 +248,13 @@ pub(crate) fn leads(
     };
     let longest_s = problem.records.iter().map(|r| r.record.duration_s()).fold(1.0, f64::max);
     let spacing = FREQUENCY_STEP / longest_s;
-    let count = libm::floor((MOST_HZ - 0.5) / spacing) as usize;
+    let most_hz = MOST_HZ.min(most_shown_hz(problem));
+    let count = libm::floor((most_hz - 0.5).max(0.0) / spacing) as usize;
     let frequencies: Vec<f64> = (0..count).map(|n| 0.5 + n as f64 * spacing).collect();
-    let frequencies_hz =
-        best(&frequencies, problem.jobs, 2, |&f| screen.energy(&tones(problem, f)));
+    let mut frequencies_hz =
+        best(&frequencies, problem.jobs, MOST_TONES, |&f| screen.energy(&tones(problem, f)));
+    frequencies_hz.retain(|&f| !is_of_command(problem, f));
+    frequencies_hz.truncate(2);
     let regions = candidate_regions(&predictions);
     let chosen = best(&regions, problem.jobs, 2, |&(centre, width)| {
         let torque = screen.torque(&predictions, |record, n| {

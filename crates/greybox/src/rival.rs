@@ -10,6 +10,7 @@ use crate::{
     gain::{Block, Gain, block_length, in_blocks},
     hypothesis::{Family, differs_by_record, numbers},
     known::HeldOut,
+    plausible::Plausible,
     problem::{PerRecord, Prepared, Problem, Split},
     scan::{Scored, log_tail},
     structure::{Number, Structure, set},
@@ -122,8 +123,8 @@ pub(crate) struct Shortlisted<'a> {
     pub(crate) scored: &'a Scored,
     pub(crate) tried: &'a Tried,
     pub(crate) family: &'a Family,
-    /// Half the travel of the recordings.
-    pub(crate) travel: f64,
+    /// Bounds of its sizes.
+    pub(crate) plausible: Plausible,
     /// Questions of the catalogue.
     pub(crate) questions: f64,
 }
@@ -258,7 +259,7 @@ impl Rival {
         whitener: &Whitener,
         bar: f64,
     ) -> Result<Self, GreyboxError> {
-        let Shortlisted { scored, tried, family, travel, .. } = shortlisted;
+        let Shortlisted { scored, tried, family, plausible, .. } = shortlisted;
         let train = split.train;
         let shapes = family.free_shapes();
         let start_at = || -> Effect {
@@ -274,7 +275,7 @@ impl Rival {
             effect
         };
         let numbered = |effect: &Effect, scale: f64| -> Vec<Number> {
-            let mut numbers = numbers(effect, &tried.sizes, &shapes, travel);
+            let mut numbers = numbers(effect, &tried.sizes, &shapes, &plausible);
             if differs_by_record(effect.id()) {
                 let records = train.records.len();
                 let sizes = numbers.iter_mut().zip(&scored.sizes).enumerate();

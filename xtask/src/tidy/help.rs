@@ -11,13 +11,19 @@
 use fdi_cli::{ListedOption, OptionValue, listed_options};
 use fdi_core::{
     Encoding, Schema, ToleranceUse,
-    report::{Fidelity, Method, Word, choices},
+    report::{Fidelity, Method, Prediction, Word, choices},
 };
 
 /// Options whose help lists other words than the schema, or describes them in other words.
 pub(crate) fn check() -> Vec<String> {
-    let options = listed_options();
+    let all = listed_options();
+    // what predicts a recording in an explanation is asked for by the name of a fidelity too
+    let (predicting, options): (Vec<ListedOption>, Vec<ListedOption>) =
+        all.into_iter().partition(|option| {
+            option.command.ends_with("explain") || option.command.ends_with("propose")
+        });
     [
+        differing::<Prediction>(&predicting, "fidelity"),
         differing::<Method>(&options, "method"),
         differing::<Fidelity>(&options, "fidelity"),
         differing::<Encoding>(&options, "encoding"),

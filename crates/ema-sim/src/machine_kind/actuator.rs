@@ -170,7 +170,8 @@ impl MachineKind for Model {
         let seed = electronics.noise_seed.unwrap_or(0);
         let scenario = Scenario { imperfections, seed, ..scenario(test)? };
         let samples = test.command.len();
-        let shown = |current_a: &[f64], rate_hz| shown(current_a, rate_hz, step, samples, filter(test));
+        let shown =
+            |current_a: &[f64], rate_hz| shown(current_a, rate_hz, step, samples, filter(test));
         Ok(match electronics.fidelity {
             ModelFidelity::Low => {
                 let trace = low_fidelity(self, effects, test, &scenario)?.try_simulate(faults)?;

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use fdi_core::report::Prediction;
 
-use super::{MapArgs, ReportArgs};
+use super::{MapArgs, ReportArgs, published};
 
 /// Recordings of one machine, by what they are for.
 #[derive(Clone, Debug, Args)]
@@ -39,6 +40,9 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
+    /// Model that predicts the recordings [default: the one under which they are likeliest]
+    #[arg(long, value_name = "MODEL", value_parser = published::<Prediction>())]
+    pub fidelity: Option<Prediction>,
     /// Unit that the recordings are of, as `fdi unit learn` wrote it: its numbers in place of its
     /// type's
     #[arg(long, value_name = "FILE", conflicts_with = "model")]
@@ -85,6 +89,9 @@ pub struct ProposeArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
+    /// Model that predicts the recordings [default: the one under which they are likeliest]
+    #[arg(long, value_name = "MODEL", value_parser = published::<Prediction>())]
+    pub fidelity: Option<Prediction>,
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]
     pub without: Vec<String>,

@@ -5,7 +5,7 @@ mod document;
 mod evidence;
 mod sentences;
 
-pub(super) use document::holdout;
+pub(super) use document::{holdout, observation};
 pub(crate) use sentences::rounded;
 
 use std::{path::PathBuf, time::Instant};
@@ -53,6 +53,7 @@ pub(crate) fn explain(
                 seed: global.seed,
                 jobs: global.threads(),
                 without: effects(&args.without)?,
+                observation: args.fidelity.and_then(observation),
                 ..Options::default()
             };
             let what = stage("explaining", &recordings);

@@ -28,6 +28,7 @@ pub(crate) fn propose(
         seed: global.seed,
         jobs: global.threads(),
         without: effects(&args.without)?,
+        observation: args.fidelity.and_then(super::explain::observation),
         ..Options::default()
     };
     let what = stage("looking for causes in", &recordings);

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Prediction;
+
 /// Effects that a model misses in recordings of one machine, and their cost in its fault levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Explanation {
@@ -19,6 +21,9 @@ pub struct Explanation {
     pub stamp: Option<String>,
     /// Name that the model gives itself.
     pub model: String,
+    /// Model that predicted the recordings, where they were compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prediction: Option<Prediction>,
     /// The answer in a word.
     pub verdict: ExplanationVerdict,
     /// The answer in a sentence.

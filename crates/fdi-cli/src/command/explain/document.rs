@@ -6,13 +6,13 @@ use fdi_core::{
     ema_sim::{Geometry, model_file::MachineModel},
     report::{
         CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
-        FaultBeforeAfter, Holdout, NominalChange, RecordFit, Remainder, SCHEMA_VERSION,
+        FaultBeforeAfter, Holdout, NominalChange, Prediction, RecordFit, Remainder, SCHEMA_VERSION,
         Sensitivity,
     },
 };
 use greybox::{
-    Explained, FaultChange, Finding, NoiseFloor, NumberFit, RecordChange, SmallestNamed, Use,
-    Verdict,
+    Explained, FaultChange, Finding, NoiseFloor, NumberFit, Observation, RecordChange,
+    SmallestNamed, Use, Verdict,
 };
 
 use super::{evidence, sentences};
@@ -40,6 +40,7 @@ pub(super) fn document(
         seed: global.seed,
         stamp: global.stamp.then(stamp::now),
         model: model.name().unwrap_or("unnamed").to_owned(),
+        prediction: explained.observation.and_then(prediction),
         verdict,
         sentence: String::new(),
         effects: explained.effects.iter().map(finding).collect(),
@@ -79,6 +80,26 @@ pub(super) fn document(
     };
     answer.sentence = sentences::sentence(&answer, explained.reason.as_deref());
     answer
+}
+
+/// Model that predicted the recordings.
+fn prediction(observation: Observation) -> Option<Prediction> {
+    match observation {
+        Observation::Ideal => Some(Prediction::Ideal),
+        Observation::Low => Some(Prediction::Low),
+        Observation::High => Some(Prediction::High),
+        _ => None,
+    }
+}
+
+/// The model that a word of the options asks for.
+pub(crate) fn observation(asked: Prediction) -> Option<Observation> {
+    match asked {
+        Prediction::Ideal => Some(Observation::Ideal),
+        Prediction::Low => Some(Observation::Low),
+        Prediction::High => Some(Observation::High),
+        _ => None,
+    }
 }
 
 /// The smallest size that a recording would have named.

@@ -2,7 +2,9 @@
 
 use std::iter;
 
-use fdi_core::report::{EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter};
+use fdi_core::report::{
+    EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter, Prediction,
+};
 
 /// The answer in one sentence.
 pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
@@ -60,6 +62,15 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
         ExplanationVerdict::Inconclusive => {
             format!("No conclusion: {}.", reason.unwrap_or("the recordings do not suffice"))
         }
+    }
+}
+
+/// The model of an actuator that predicts; of an axis there is one.
+fn predicted(model: Prediction) -> Option<&'static str> {
+    match model {
+        Prediction::Low => Some("the low-fidelity model with its electronics"),
+        Prediction::High => Some("the high-fidelity model with its electronics"),
+        _ => None,
     }
 }
 
@@ -129,6 +140,9 @@ pub(crate) fn instead(effect: &EffectFinding) -> String {
 /// The answer for people.
 pub(super) fn human(answer: &Explanation) -> String {
     let mut text = format!("{}\n", answer.sentence);
+    if let Some(predicted) = answer.prediction.and_then(predicted) {
+        text.push_str(&format!("Recordings are predicted by {predicted}.\n"));
+    }
     let mut line = |content: String| {
         text.push_str(&content);
         text.push('\n');
