@@ -3,12 +3,12 @@
 //!
 //! ```text
 //! y(t) = s(θ, t) + a(t) + e(t),   a = mean_k m_k(θ_0) − s(θ_0)
-//! var e(t) = σ² + v(t)·(1 + 1/n)
+//! cov e = σ²·I + V·(1 + 1/n)
 //! ```
 //!
 //! with the simple model `s`, without noise or steps, that is cheap and smooth in its numbers `θ`;
 //! the runs `m_k` of a finer one with the noise and the steps of its electronics, by `n` seeds, at
-//! the numbers `θ_0`; their variance `v`; the noise `σ` of the sensors that recorded. Near `θ_0` the
+//! the numbers `θ_0`; their covariance `V`, tapered; the noise `σ` of the sensors that recorded. Near `θ_0` the
 //! prediction is the finer model's, and the simple one says how it changes with each number.
 //!
 //! # Source
@@ -16,6 +16,7 @@
 //! Defect correction, as in the space mapping of Bandler et al. 1994; `docs/models/greybox.md`.
 
 use ema_sim::{Electronics, MachineSignals, ModelFidelity};
+use inference::{BandedMatrix, tapered_covariance};
 
 use crate::{
     error::{GreyboxError, if_run},
@@ -24,9 +25,9 @@ use crate::{
 };
 
 /// Runs with seeds of their own.
-const RUNS: u64 = 8;
-/// Half of the stretch over which a variance is averaged, s: the loop's answer to its noise.
-const SMOOTHED_S: f64 = 0.02;
+const RUNS: u64 = 12;
+/// Time from which on samples share no noise of the loop, s: a late breakaway shifts what follows.
+const MEMORY_S: f64 = 0.15;
 
 /// Mean of runs less the simple model, and the scatter of runs, at the rate of a recording.
 #[derive(Clone, Debug)]
@@ -71,18 +72,11 @@ impl Anchor {
     }
 }
 
-/// Variance at each sample of signals about zero, averaged over stretches: of `n` signals `n − 1`
-/// are free, and the mean that was taken off scatters by an `n`-th.
-pub(crate) fn local_variance(scatter: &[Vec<f64>], rate_hz: f64) -> Vec<f64> {
+/// Covariance of the noise in the loop by runs less their mean, of which `n − 1` are free, and of
+/// that mean, which scatters by an `n`-th; samples far apart share none.
+pub(crate) fn loop_covariance(scatter: &[Vec<f64>], rate_hz: f64) -> BandedMatrix {
     let runs = scatter.len() as f64;
-    let samples = scatter.first().map_or(0, Vec::len);
-    let at = |n: usize| scatter.iter().map(|run| run[n] * run[n]).sum::<f64>();
-    let squares: Vec<f64> = (0..samples).map(at).collect();
-    let half = libm::round(SMOOTHED_S * rate_hz) as usize;
-    let mean = |n: usize| {
-        let stretch = &squares[n.saturating_sub(half)..(n + half + 1).min(samples)];
-        stretch.iter().sum::<f64>() / stretch.len() as f64
-    };
-    let scale = (1.0 + 1.0 / runs) / (runs - 1.0).max(1.0);
-    (0..samples).map(|n| scale * mean(n)).collect()
+    let support = libm::ceil(MEMORY_S * rate_hz) as usize;
+    let covariance = tapered_covariance(scatter, support.max(1));
+    covariance.scaled((1.0 + 1.0 / runs) * runs / (runs - 1.0).max(1.0))
 }

@@ -18,7 +18,7 @@ use crate::{
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
     machine::{Machine, Rough},
-    observation::{AllAnchors, Observation},
+    observation::{AllAnchors, Observation, Standing},
     problem::{PerRecord, Problem, Split},
     record::{Record, Recordings},
     response::travel,
@@ -138,6 +138,9 @@ pub(crate) fn with_holdout(recordings: &Recordings) -> Recordings {
     recordings
 }
 
+/// Size of a residual over that of the noise from which on something is left.
+const LEAST_LEFT: f64 = 1.05;
+
 /// Share of an effect below which damage and tolerances imitate it.
 const ABSORBED_SHARE: f64 = 0.15;
 
@@ -157,6 +160,8 @@ pub(crate) struct Session<'a> {
     pub(crate) train: Problem<'a>,
     pub(crate) holdout: Problem<'a>,
     pub(crate) repeat: Problem<'a>,
+    /// Place to which the predictions were moved, if any.
+    pub(crate) standing: Option<Standing>,
     pairs: Vec<(usize, usize)>,
 }
 
@@ -196,6 +201,7 @@ impl<'a> Session<'a> {
             train: problem(&recordings.train),
             holdout: problem(&recordings.holdout),
             repeat: problem(&recordings.repeat),
+            standing: None,
             pairs: pairs(recordings),
         }
     }
@@ -242,7 +248,8 @@ impl<'a> Session<'a> {
         let nominal = self.seen_from(&search.anchors_before, &before, whitener)?;
         let now = self.seen_from(&search.anchors, &current, whitener)?;
         let something_left =
-            self.is_something_left(&nominal, &now, &floor, &mut log)? || is_more_there;
+            self.is_something_left(&nominal, &now, &floor, search.observation, &mut log)?
+                || is_more_there;
         let verdict = match (found.is_empty(), something_left) {
             (true, false) => match &first_round {
                 Some(round) if self.may_be_an_effect(&current, round, whitener) => {
@@ -326,6 +333,7 @@ impl<'a> Session<'a> {
         before: &Seen<'_>,
         now: &Seen<'_>,
         floor: &Floor,
+        observation: Observation,
         log: &mut Vec<String>,
     ) -> Result<bool, GreyboxError> {
         let Judged { fitted, held_out, .. } = now.judged;
@@ -342,7 +350,15 @@ impl<'a> Session<'a> {
         let plant = now.iter().zip(nominal).any(|(now, nominal)| now.is_there(*nominal));
         // a model may fit what is held out and not what was fitted
         let worst_rms = held_out.rms().max(rms(&fitted.residuals.concat()));
-        Ok(plant || excess.map_or_else(|| worst_rms > 1.05 * floor.rms, Excess::is_there))
+        // the size of noise is known from so many samples that are free of one another
+        let free = |problem: &Problem<'_>| 0.5 / problem.samples().max(1) as f64;
+        let std = if observation == Observation::Ideal {
+            0.0
+        } else {
+            libm::sqrt(free(&self.train) + free(&self.holdout))
+        };
+        let most = LEAST_LEFT + 3.0 * std;
+        Ok(plant || excess.map_or_else(|| worst_rms > most * floor.rms, Excess::is_there))
     }
 
     /// Part that came through the plant in the recordings fitted and in those held out, there at

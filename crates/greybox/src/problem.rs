@@ -1,9 +1,10 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
 use ema_sim::{MachineSignals, ModelFidelity, PreparedTest};
+use inference::BandedCholesky;
 
 use crate::{
-    anchor::{Anchor, local_variance},
+    anchor::{Anchor, loop_covariance},
     error::GreyboxError,
     machine::{Machine, State},
     mains::Mains,
@@ -49,8 +50,8 @@ struct Anchored {
     motor: Vec<f64>,
     /// Averaged runs less their mean.
     scatter: Vec<Vec<f64>>,
-    /// Noise of the sensors over that of sensors and loop together, 0 to 1.
-    weights: Vec<f64>,
+    /// Factor of the covariance of sensors and loop together, in units of the sensors' variance.
+    noise: Option<BandedCholesky>,
 }
 
 impl<'a> Prepared<'a> {
@@ -91,18 +92,27 @@ impl<'a> Prepared<'a> {
         self.anchored.as_ref().map(|anchored| anchored.motor.as_slice())
     }
 
-    /// An averaged signal scaled at each sample so that all have noise of one size.
+    /// Covariance of the noise in the loop, as its factor.
+    fn noise(&self) -> Option<&BandedCholesky> {
+        self.anchored.as_ref()?.noise.as_ref()
+    }
+
+    /// An averaged signal seen so that its noise is that of the sensors alone: `L⁻¹·x`, where the
+    /// noise of sensors and loop has the covariance `σ²·L·Lᵀ`.
     pub(crate) fn of_equal_noise(&self, mut signal: Vec<f64>) -> Vec<f64> {
-        if let Some(anchored) = &self.anchored {
-            signal.iter_mut().zip(&anchored.weights).for_each(|(x, weight)| *x *= weight);
+        if let Some(noise) = self.noise() {
+            noise.whiten(&mut signal);
         }
         signal
     }
 
     /// A residual [of equal noise](Self::of_equal_noise) in its own unit.
     pub(crate) fn in_its_unit(&self, signal: &[f64]) -> Vec<f64> {
-        let Some(anchored) = &self.anchored else { return signal.to_vec() };
-        signal.iter().zip(&anchored.weights).map(|(x, weight)| x / weight).collect()
+        let mut signal = signal.to_vec();
+        if let Some(noise) = self.noise() {
+            noise.colour(&mut signal);
+        }
+        signal
     }
 
     /// Moves the prediction to what a finer model gives in a state; false where it cannot be run.
@@ -117,18 +127,19 @@ impl<'a> Prepared<'a> {
             drive: self.reduce(&drive),
             motor,
             scatter: scatter.iter().map(|run| self.reduce(run)).collect(),
-            weights: Vec::new(),
+            noise: None,
         }))
     }
 
-    /// Sets the weights by the noise of the sensors.
+    /// Takes the noise of the loop into account beside that of the sensors.
     fn weigh(&mut self, noise: f64) {
         let rate_hz = self.rate_hz();
         if let Some(anchored) = &mut self.anchored {
-            let square = noise * noise;
-            let weight = |v: f64| libm::sqrt(square / (square + v));
-            let variance = local_variance(&anchored.scatter, rate_hz);
-            anchored.weights = variance.into_iter().map(weight).collect();
+            let mut covariance = loop_covariance(&anchored.scatter, rate_hz);
+            covariance = covariance.scaled(1.0 / (noise * noise));
+            covariance.add_to_diagonal(1.0);
+            // a unit matrix beside one that is positive semi-definite
+            anchored.noise = covariance.cholesky().ok();
         }
         self.measured = self.of_equal_noise(self.averaged.clone());
     }
@@ -203,12 +214,11 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Logarithm of the weights, summed: what the scale of each sample adds to a likelihood.
-    pub(crate) fn log_weights(&self) -> f64 {
+    /// Logarithm of the determinant of what makes signals of equal noise: what the scale of each
+    /// sample adds to a likelihood.
+    pub(crate) fn log_scale(&self) -> f64 {
         let of = |prepared: &Prepared<'_>| {
-            prepared.anchored.as_ref().map_or(0.0, |anchored| {
-                anchored.weights.iter().map(|weight| libm::log(*weight)).sum::<f64>()
-            })
+            prepared.noise().map_or(0.0, |noise| -0.5 * noise.log_determinant())
         };
         self.records.iter().map(of).sum()
     }

@@ -1,6 +1,6 @@
 //! The signal of a recording that drives its machine.
 
-use ema_sim::{DriveUnit, Envelope, model_file::MachineModel};
+use ema_sim::{Commutation, DriveUnit, Envelope, model_file::MachineModel};
 use recordings::{Channel, ChannelName, RecordError, Recording};
 
 use crate::simulation::{compared_signals::ComparedSignalsError, envelope::envelope_of};
@@ -37,7 +37,8 @@ impl DriveSignal {
             (DriveUnit::Volt, _) => [MotorVoltage, Voltage],
             (DriveUnit::Ampere, None) => [QAxisCurrent, Current],
             (DriveUnit::Ampere, Some(pole_pairs)) => {
-                if let Some(envelope) = envelope(recording, pole_pairs)? {
+                let usual = usual_envelope(model);
+                if let Some(envelope) = envelope(recording, pole_pairs, usual)? {
                     return Ok(envelope);
                 }
                 [Current, QAxisCurrent]
@@ -49,11 +50,25 @@ impl DriveSignal {
     }
 }
 
-/// The envelope of the phase currents as the metadata name it, else that of the conducting phase;
-/// `None` for a recording without all three.
+/// Envelope that stands for the current of a drive: of a field-oriented one the current in
+/// quadrature, else that of the conducting phase.
+fn usual_envelope(model: &MachineModel) -> Envelope {
+    match model {
+        MachineModel::Actuator(model)
+            if model.actuator.inverter.commutation == Commutation::FieldOriented =>
+        {
+            Envelope::QAxis
+        }
+        _ => Envelope::ConductingPhase,
+    }
+}
+
+/// The envelope of the phase currents as the metadata name it, else the usual one; `None` for a
+/// recording without all three.
 fn envelope(
     recording: &Recording,
     pole_pairs: u32,
+    usual: Envelope,
 ) -> Result<Option<DriveSignal>, ComparedSignalsError> {
     use ChannelName::{Current, MotorAngle, PhaseACurrent, PhaseBCurrent, PhaseCCurrent};
     let phases = [PhaseACurrent, PhaseBCurrent, PhaseCCurrent].map(|name| recording.channel(name));
@@ -62,7 +77,7 @@ fn envelope(
     if [b, c].iter().any(|phase| phase.times_s() != a.times_s()) {
         return Err(RecordError::ChannelTime { channel: PhaseBCurrent, index: 0 }.into());
     }
-    let envelope = recording.metadata.envelope.map_or(Envelope::ConductingPhase, envelope_of);
+    let envelope = recording.metadata.envelope.map_or(usual, envelope_of);
     let phases = [a, b, c].map(Channel::values);
     let values = envelope.of_phases_at(phases, &angle.at(a.times_s()), pole_pairs);
     let channel = Channel::new(Current, a.times_s(), values)?;
