@@ -24,8 +24,10 @@ use crate::{
     record::Record,
 };
 
-/// Runs with seeds of their own.
-const RUNS: u64 = 12;
+/// Runs with seeds of their own, from which noise is learnt.
+pub(crate) const RUNS: u64 = 12;
+/// Runs that tell which model predicts: their means are of use, their scatter is not.
+pub(crate) const FEW_RUNS: u64 = 2;
 /// Time from which on samples share no noise of the loop, s: a late breakaway shifts what follows.
 const MEMORY_S: f64 = 0.15;
 
@@ -49,10 +51,11 @@ impl Anchor {
         state: &State,
         record: &Record,
         place: usize,
+        count: u64,
     ) -> Result<Option<Self>, GreyboxError> {
         let simple = machine.simulate(state, record, place)?;
         let mut runs: Vec<MachineSignals> = Vec::new();
-        for seed in 0..RUNS {
+        for seed in 0..count {
             let electronics = Electronics { fidelity, noise_seed: Some(seed), is_digitised: true };
             let run = machine.run_with_electronics(electronics, state, record, place);
             let Some(run) = if_run(run)? else { return Ok(None) };
@@ -60,7 +63,7 @@ impl Anchor {
         }
         let mean = |of: fn(&MachineSignals) -> &Vec<f64>| -> Vec<f64> {
             let sum = |n: usize| runs.iter().map(|run| of(run)[n]).sum::<f64>();
-            (0..simple.drive.len()).map(|n| sum(n) / RUNS as f64).collect()
+            (0..simple.drive.len()).map(|n| sum(n) / count as f64).collect()
         };
         let (drive, motor) = (mean(|run| &run.drive), mean(|run| &run.motor));
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();

@@ -4,6 +4,7 @@ use ema_sim::{Effect, EffectId, ModelFidelity};
 use inference::Whitener;
 
 use crate::{
+    anchor::{FEW_RUNS, RUNS},
     error::{GreyboxError, if_run},
     explain::{Session, rough_noise},
     fit::fit,
@@ -47,7 +48,7 @@ impl Observation {
 }
 
 /// Fits after each of which the prediction is moved to the finer model there.
-const MOST_MOVES: usize = 3;
+const MOST_MOVES: usize = 2;
 /// Rise of the log-likelihood below which it has moved enough, nats.
 const SETTLED_NATS: f64 = 1.0;
 
@@ -104,39 +105,42 @@ impl Session<'_> {
     }
 
     /// Chooses the model under which the recordings to fit are likeliest, each with damage and
-    /// tolerances fitted and a noise of its own size, and moves the predictions to it.
+    /// tolerances fitted and a noise of its own, and moves the predictions to it there.
     pub(crate) fn observe(&mut self, log: &mut Vec<String>) -> Result<Observation, GreyboxError> {
         let candidates = self.observations();
         if let [Observation::Ideal] = candidates[..] {
             return Ok(Observation::Ideal);
         }
         let none = self.all_anchors();
-        let mut best: Option<(f64, Observation, AllAnchors)> = None;
+        let mut best: Option<(f64, Observation, Vec<f64>)> = None;
         for observation in candidates {
+            let seen = self.likelihood_under(observation)?;
             self.put_back(&none);
-            let Some(likelihood) = self.likelihood_under(observation)? else { continue };
+            let Some((likelihood, values)) = seen else { continue };
             log.push(format!("under {}: log-likelihood {likelihood:.1}", observation.word()));
             if best.as_ref().is_none_or(|(most, ..)| likelihood > *most) {
-                best = Some((likelihood, observation, self.all_anchors()));
+                best = Some((likelihood, observation, values));
             }
         }
-        let Some((_, observation, anchors)) = best else {
-            self.put_back(&none);
-            return Ok(Observation::Ideal);
-        };
-        self.put_back(&anchors);
-        Ok(observation)
+        let Some((_, observation, values)) = best else { return Ok(Observation::Ideal) };
+        let nominal = Structure::nominal(self.machine);
+        if self.anchor(observation, &nominal, &values)? {
+            return Ok(observation);
+        }
+        Ok(Observation::Ideal)
     }
 
-    /// Log-likelihood of the recordings to fit under a model, but for a constant; `None` where it
-    /// cannot be run.
-    fn likelihood_under(&mut self, observation: Observation) -> Result<Option<f64>, GreyboxError> {
+    /// Log-likelihood of the recordings to fit under a model, with the numbers found; `None` where
+    /// it cannot be run.
+    fn likelihood_under(
+        &mut self,
+        observation: Observation,
+    ) -> Result<Option<(f64, Vec<f64>)>, GreyboxError> {
         let nominal = Structure::nominal(self.machine);
-        let healthy: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
-        let mut values = healthy;
+        let mut values: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
         let mut most: Option<f64> = None;
         for _ in 0..MOST_MOVES {
-            let moved = self.anchor(observation, &nominal, &values)?;
+            let moved = self.anchor_roughly(observation, &nominal, &values)?;
             if !moved && observation != Observation::Ideal {
                 return Ok(None);
             }
@@ -153,7 +157,7 @@ impl Session<'_> {
                 break;
             }
         }
-        Ok(most)
+        Ok(most.map(|most| (most, values)))
     }
 
     /// Log-likelihood of residuals of what is fitted under autoregressive noise of their own.
@@ -162,11 +166,23 @@ impl Session<'_> {
         let noise = Whitener::fit(&stretches, 0);
         let of =
             |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
-        stretches.iter().map(of).sum::<f64>() + self.train.log_scale()
+        stretches.iter().map(of).sum()
     }
 
-    /// Moves the predictions to the model of an observation at values of a structure, without what
-    /// that model cannot have; false where it cannot be run, or where there is none.
+    /// Moves the predictions of what is fitted to the means of few runs of a model; false where it
+    /// cannot be run.
+    fn anchor_roughly(
+        &mut self,
+        observation: Observation,
+        structure: &Structure,
+        values: &[f64],
+    ) -> Result<bool, GreyboxError> {
+        let Some(fidelity) = observation.fidelity() else { return Ok(false) };
+        let state = structure.state(self.machine, values);
+        self.train.anchor(fidelity, &state, FEW_RUNS)
+    }
+
+    /// Moves the predictions to the model of an observation at values of a structure; false where it cannot be run, or where there is none.
     pub(crate) fn anchor(
         &mut self,
         observation: Observation,
@@ -180,9 +196,9 @@ impl Session<'_> {
         let state = structure.state(self.machine, values);
         let elsewhere = structure.state_elsewhere(self.machine, values);
         let before = self.all_anchors();
-        let is_run = self.train.anchor(fidelity, &state)?
-            && self.holdout.anchor(fidelity, &elsewhere)?
-            && self.repeat.anchor(fidelity, &elsewhere)?;
+        let is_run = self.train.anchor(fidelity, &state, RUNS)?
+            && self.holdout.anchor(fidelity, &elsewhere, RUNS)?
+            && self.repeat.anchor(fidelity, &elsewhere, RUNS)?;
         if !is_run {
             self.put_back(&before);
             return Ok(false);

@@ -121,8 +121,9 @@ impl<'a> Prepared<'a> {
         machine: &Machine,
         fidelity: ModelFidelity,
         state: &State,
+        runs: u64,
     ) -> Result<Option<Anchored>, GreyboxError> {
-        let anchor = Anchor::new(machine, fidelity, state, self.record, self.place)?;
+        let anchor = Anchor::new(machine, fidelity, state, self.record, self.place, runs)?;
         Ok(anchor.map(|Anchor { drive, motor, scatter }| Anchored {
             drive: self.reduce(&drive),
             motor,
@@ -214,23 +215,15 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Logarithm of the determinant of what makes signals of equal noise: what the scale of each
-    /// sample adds to a likelihood.
-    pub(crate) fn log_scale(&self) -> f64 {
-        let of = |prepared: &Prepared<'_>| {
-            prepared.noise().map_or(0.0, |noise| -0.5 * noise.log_determinant())
-        };
-        self.records.iter().map(of).sum()
-    }
-
     /// Moves the predictions to what a finer model gives in a state; false where it cannot be run.
     /// The noise of the sensors is asked for with the anchor known.
     pub(crate) fn anchor(
         &mut self,
         fidelity: ModelFidelity,
         state: &State,
+        runs: u64,
     ) -> Result<bool, GreyboxError> {
-        let of = |prepared: &Prepared<'_>| prepared.anchor(self.machine, fidelity, state);
+        let of = |prepared: &Prepared<'_>| prepared.anchor(self.machine, fidelity, state, runs);
         let anchors = parallel::map(&self.records, self.jobs, of);
         let anchors: Option<Vec<Anchored>> = anchors.into_iter().collect::<Result<_, _>>()?;
         let Some(anchors) = anchors else { return Ok(false) };
