@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path, process::Command, thread};
 
-use fdi_core::report::{Explanation, ExplanationVerdict};
+use fdi_core::report::{Explanation, ExplanationVerdict, Prediction};
 use greybox_blind::{Case, Class, File, Role, sha256_hex};
 
 /// Seeds of these cases: neither those of development nor the scored ones.
@@ -292,4 +292,53 @@ fn the_hint_of_a_diagnosis_leads_to_an_explanation() {
     assert_eq!(shell(open).0, Some(3));
     let (code, _, err) = shell("fdi explain --command 1.csv --train 1.csv --holdout 2.csv");
     assert!(code == Some(2) && err.contains("1.csv: no command (`command_rad`"), "{err}");
+}
+
+/// Recordings of EMA-48 in high fidelity, whose inverter, noise and steps the low-fidelity model
+/// does not have: what they leave is no effect, and an effect is found beside them.
+#[test]
+fn electronics_are_no_cause_and_hide_none() {
+    use std::f64::consts::TAU;
+
+    let folder = tempfile::tempdir().unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/models");
+    let nominal = fs::read_to_string(models.join("ema-48.toml")).unwrap();
+    fs::write(folder.path().join("nominal.toml"), &nominal).unwrap();
+    let hidden = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.005, order = 12 }\n";
+    fs::write(folder.path().join("true.toml"), format!("{nominal}\n{hidden}")).unwrap();
+    let sines = |t: f64| 4e-3 * (TAU * 0.7 * t).sin() + 2e-3 * (TAU * 2.3 * t).sin();
+    let stairs = |t: f64| 3e-3 * (3.0 - ((t / 0.4).floor() - 3.0).abs()).max(0.0);
+    let triangle = |t: f64| 6e-3 * (TAU * 0.5 * t).sin().asin();
+    let commands: [(&str, &dyn Fn(f64) -> f64); 3] =
+        [("sines", &sines), ("stairs", &stairs), ("triangle", &triangle)];
+    for (name, at) in commands {
+        let row = |n: usize| format!("{},{}", n as f64 * 1e-3, at(n as f64 * 1e-3));
+        let rows: Vec<String> = (0..2500).map(row).collect();
+        let text = format!("time_s,command_rad\n{}\n", rows.join("\n"));
+        fs::write(folder.path().join(format!("{name}.csv")), text).unwrap();
+    }
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fdi"));
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let explained = |model: &str| -> Explanation {
+        for (seed, (name, _)) in ["1", "2", "3"].into_iter().zip(commands) {
+            let (command, file) = (format!("{name}.csv"), format!("recorded-{name}.csv"));
+            let sensors = ["--noise-a", "0.02", "--adc-bits", "12", "--seed", seed];
+            let of = ["simulate", "--model", model, "--command", &command, "-o", &file];
+            run(&[&of[..], &sensors].concat());
+        }
+        let recordings = ["--train", "recorded-sines.csv", "recorded-stairs.csv"];
+        let held_out = ["--holdout", "recorded-triangle.csv", "--output-format", "json"];
+        let asked = [&["explain", "--model", "nominal.toml"][..], &recordings, &held_out];
+        serde_json::from_slice(&run(&asked.concat())).unwrap()
+    };
+    let healthy = explained("nominal.toml");
+    assert_eq!(healthy.verdict, ExplanationVerdict::Adequate, "{healthy:?}");
+    assert_eq!(healthy.prediction, Some(Prediction::High));
+    let found = explained("true.toml");
+    let symbols: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!(symbols, ["E11"], "{}", found.sentence);
 }
