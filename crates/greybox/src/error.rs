@@ -35,9 +35,10 @@ pub enum GreyboxError {
         /// The recording under its other name.
         second: String,
     },
-    /// The rates of controller and recording do not fit.
+    /// A rate at which no controller is recorded.
     #[error(
-        "{record}: sampled at {rate_hz} Hz, which the controller's {sample_hz} Hz is no multiple of"
+        "{record}: sampled at {rate_hz} Hz, which is no rate to record a controller of {sample_hz} \
+         Hz at"
     )]
     Rate {
         /// Which recording.
