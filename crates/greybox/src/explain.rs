@@ -26,7 +26,7 @@ use crate::{
     scan::Scored,
     search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
-    signal_chain::{Asked, SignalChain, sound},
+    signal_chain::{SignalChain, sound},
     structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
     trial::Trial,
@@ -99,8 +99,7 @@ pub fn explain(
     if let Some(reason) = insufficient(&recordings) {
         return Ok(Explained::inconclusive(reason));
     }
-    let asked = Asked { correct: options.correct, jobs: options.jobs };
-    let (recordings, signals) = sound(&machine, recordings, asked)?;
+    let (recordings, signals) = sound(&machine, recordings, options)?;
     if let Some(fault) = signals.standing() {
         return Ok(Explained::unsound(fault.told.clone(), signals));
     }

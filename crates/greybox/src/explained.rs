@@ -171,7 +171,7 @@ pub struct Explained {
     pub hypotheses: Vec<Hypothesis>,
     /// The residual over each coordinate, before and after.
     pub curves: Vec<ResidualCurve>,
-    /// Signal chain of the recordings, judged before any physics.
+    /// What the signal chain of the recordings shows, before any physics.
     pub signals: SignalChain,
     /// Trace of the rounds, for who wants to know.
     pub log: Vec<String>,

@@ -19,7 +19,7 @@ pub struct SignalFinding {
     pub value: f64,
     /// Unit of the size: `s`, `1`, `a`, `v`, `rad` or `m`.
     pub unit: String,
-    /// Lack in words.
+    /// What is wrong, in words.
     pub told: String,
     /// True where `--correct` set it right.
     pub corrected: bool,
@@ -51,9 +51,9 @@ pub enum SignalCode {
     Disabled,
     /// Inputs come in behind the controller.
     Disturbed,
-    /// Hold-out that repeats what is fitted.
+    /// What is held out repeats what is fitted.
     SameMotion,
-    /// Hold-out of another machine.
+    /// What is held out is of another machine.
     OtherMachine,
 }
 

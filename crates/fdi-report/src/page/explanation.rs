@@ -70,7 +70,7 @@ fn source(answer: &Explanation, roles: &[&str]) -> String {
     wanted.filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// Signal chain, where it shows something.
+/// What the signal chain shows, where it shows something.
 fn signals(answer: &Explanation) -> Option<Section> {
     if answer.signals.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! Samples of a channel alone: steps of a converter, levels at which it stands, gaps.
+//! What the samples of a channel alone show: steps of a converter, levels at which it stands, gaps.
 
 /// Fewest equal samples in a row that are a run.
 const LEAST_RUN: usize = 3;

@@ -3,13 +3,15 @@
 //! channel it is.
 
 use super::{
+    SignalChannel, SignalCode, SignalEquation, SignalFault,
     correction::Correction,
-    fault::{SignalChannel, SignalCheck, SignalCode, SignalEquation, SignalFault},
-    judged::Judged,
-    law::{FITS, Likeness, Shift},
+    law::{Likeness, Shift},
+    recorded::{Judged, Recorded},
 };
 use crate::error::GreyboxError;
 
+/// Share of the drive's energy up to which the controller's law explains it.
+pub(super) const FITS: f64 = 0.05;
 /// Part of what is left without a correction that may be left with it.
 const SETTLES: f64 = 0.3;
 /// Part of what the balance leaves without a shift that may be left with it, where it alone judges.
@@ -25,7 +27,7 @@ const NEAR_ONE: f64 = 0.35;
 /// Share of the drive's energy that a law has to leave for a position to be tried on another scale.
 const GROSS: f64 = 0.1;
 
-/// Fault of a recording by its equations.
+/// What is wrong with a recording by its equations.
 pub(super) fn fault(judged: &Judged<'_>) -> Result<Option<SignalFault>, GreyboxError> {
     if judged.law.is_none() {
         return Ok(by_balance(judged));
@@ -234,7 +236,7 @@ fn constant(judged: &Judged<'_>) -> Option<SignalFault> {
     Some(judged.fault(code, equation, None, (ratio, "1"), &told))
 }
 
-/// Fault that the balance of torques alone tells, where the controller is not known.
+/// What the balance of torques alone tells, where the controller is not known.
 fn by_balance(judged: &Judged<'_>) -> Option<SignalFault> {
     let balance = judged.balance.as_ref()?;
     if balance.is_turned() {
@@ -254,21 +256,18 @@ fn by_balance(judged: &Judged<'_>) -> Option<SignalFault> {
     let (code, equation) = (SignalCode::Gain, SignalEquation::Balance);
     Some(judged.fault(code, equation, None, (ratio, "1"), &told))
 }
-
-/// Hold-out by its inertia of another machine than what is fitted.
-pub(super) fn other_machine(
-    fitted: &[SignalCheck],
-    held_out: &[SignalCheck],
-) -> Option<SignalFault> {
-    let inertia = |one: &&SignalCheck| one.inertia_ratio.filter(|ratio| *ratio > 0.0);
+/// Fault of recordings held out whose inertia is that of another machine than those fitted.
+/// What is held out by its inertia of another machine than what is fitted.
+pub(super) fn other_machine(fitted: &[Recorded], held_out: &[Recorded]) -> Option<SignalFault> {
+    let inertia = |one: &&Recorded| one.check.inertia_ratio.filter(|ratio| *ratio > 0.0);
     let mut known: Vec<f64> = fitted.iter().filter_map(|one| inertia(&one)).collect();
     known.sort_by(f64::total_cmp);
     let middle = known.get(known.len() / 2)?;
-    let ratio_of = |one: &&SignalCheck| inertia(one).map(|ratio| ratio / middle);
+    let ratio_of = |one: &&Recorded| inertia(one).map(|ratio| ratio / middle);
     let (other, ratio) = held_out
         .iter()
         .find_map(|one| ratio_of(&one).filter(|ratio| is_far(*ratio)).map(|ratio| (one, ratio)))?;
-    let name = &other.record;
+    let name = &other.name;
     Some(SignalFault {
         code: SignalCode::OtherMachine,
         equation: SignalEquation::Balance,

@@ -7,8 +7,6 @@ use super::{
 };
 use crate::{error::GreyboxError, machine::Machine};
 
-/// Share of the drive's energy up to which the controller's law explains it.
-pub(super) const FITS: f64 = 0.05;
 /// Accuracy of a shift that needs a replay of its own, s.
 const REPLAYED_SHIFT_S: f64 = 2e-4;
 /// Accuracy of a shift of the drive, s.

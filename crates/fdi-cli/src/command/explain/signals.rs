@@ -1,4 +1,4 @@
-//! Signal chain of the recordings as JSON and in words.
+//! What the signal chain of the recordings shows, as JSON and in words.
 
 use fdi_core::report::{SignalCheck, SignalCode, SignalFinding};
 use greybox::{Explained, SignalChannel, SignalFault};
@@ -66,7 +66,7 @@ pub(super) fn checks(explained: &Explained, unit: &str) -> Vec<SignalCheck> {
     explained.signals.checks.iter().map(of).collect()
 }
 
-/// Lacks, a line each.
+/// What is wrong, a line each.
 pub(super) fn lines(findings: &[SignalFinding]) -> Vec<String> {
     let line = |finding: &SignalFinding| {
         let done = match (finding.corrected, finding.correctable) {
