@@ -256,7 +256,7 @@ fn by_balance(judged: &Judged<'_>) -> Option<SignalFault> {
     let (code, equation) = (SignalCode::Gain, SignalEquation::Balance);
     Some(judged.fault(code, equation, None, (ratio, "1"), &told))
 }
-/// Fault of recordings held out whose inertia is that of another machine than those fitted.
+
 /// What is held out by its inertia of another machine than what is fitted.
 pub(super) fn other_machine(fitted: &[Recorded], held_out: &[Recorded]) -> Option<SignalFault> {
     let inertia = |one: &&Recorded| one.check.inertia_ratio.filter(|ratio| *ratio > 0.0);
