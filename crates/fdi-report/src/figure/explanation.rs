@@ -407,7 +407,6 @@ mod tests {
             model: "m".to_owned(),
             verdict: ExplanationVerdict::Named,
             sentence: String::new(),
-            prediction: None,
             signal: None,
             signals: Vec::new(),
             signal_checks: Vec::new(),

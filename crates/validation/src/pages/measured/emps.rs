@@ -15,6 +15,8 @@ use super::{
 };
 
 const RATE_HZ: f64 = 1000.0;
+/// The recording moves there and back four times; here the second two begin.
+const HALF: usize = 12_464;
 /// Left out of a simulation: the start of a recording that is under way.
 const SETTLED: usize = 300;
 /// A delay of the voltage, s: what the benchmark's residual would gain from, for comparison.
@@ -44,17 +46,32 @@ impl Data {
         })
     }
 
-    /// The training recording is fitted, begun `later` samples on, and the test's held out: both
-    /// follow one reference, but the test is pushed by pulses behind the controller, which the
-    /// signal chain finds and takes as a load. The training recording repeats its own first half,
-    /// so that its second half tells nothing new.
+    fn record(&self, name: &str, samples: core::ops::Range<usize>) -> Record {
+        let of = |place: usize| self.train[place][samples.clone()].to_vec();
+        let time_s = of(0);
+        let last = time_s.len() - 1;
+        Record {
+            name: name.to_owned(),
+            rate_hz: last as f64 / (time_s[last] - time_s[0]),
+            command: of(1),
+            kind: CommandKind::Position,
+            drive: of(3),
+            position: Some(of(2)),
+            load: None,
+            filter_hz: None,
+            start_rad: None,
+        }
+    }
+
+    /// The training recording alone: its first half fitted, its second held out.
+    /// Each begins `later` samples on.
     pub(super) fn explained(&self, later: usize) -> Result<Explained> {
         let recordings = Recordings {
-            train: vec![record("training", &self.train, later)],
-            holdout: vec![record("test", &self.test, later)],
+            train: vec![self.record("first half", later..HALF)],
+            holdout: vec![self.record("second half", HALF + later..self.train[0].len())],
             repeat: Vec::new(),
         };
-        let options = Options { jobs: JOBS, correct: true, ..Options::default() };
+        let options = Options { jobs: JOBS, ..Options::default() };
         Ok(explain(&MachineModel::ServoAxis(model()?), &recordings, &options)?)
     }
 
@@ -83,24 +100,6 @@ impl Data {
     /// Root mean square of measured less simulated voltage in closed loop, V, training and test.
     pub(super) fn closed_loop(&self, model: &AxisModel) -> Result<[f64; 2]> {
         Ok([closed_loop(model, &self.train)?, closed_loop(model, &self.test)?])
-    }
-}
-
-/// A recording from a sample on.
-fn record(name: &str, columns: &[Vec<f64>], from: usize) -> Record {
-    let of = |place: usize| columns[place][from..].to_vec();
-    let time_s = of(0);
-    let last = time_s.len() - 1;
-    Record {
-        name: name.to_owned(),
-        rate_hz: last as f64 / (time_s[last] - time_s[0]),
-        command: of(1),
-        kind: CommandKind::Position,
-        drive: of(3),
-        position: Some(of(2)),
-        load: None,
-        filter_hz: None,
-        start_rad: None,
     }
 }
 
