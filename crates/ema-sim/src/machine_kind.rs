@@ -6,10 +6,8 @@
 
 mod actuator;
 mod axis;
-mod between;
 mod follow;
 mod run;
-mod sampling;
 
 pub use follow::{resolved_hz, shown_while_followed};
 pub use run::{
@@ -227,22 +225,6 @@ pub trait MachineKind {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<Vec<f64>, MachineTestError>;
-
-    /// Drive signal that the controller alone makes of the command of a test and a measured
-    /// position of motor or axis, A or V at the rate of the test: the controller replay. Speeds are
-    /// those of the position; of an actuator the surface is where the motor's gear has it.
-    ///
-    /// `None` where the controller is not known ([`CommandKind::Motion`]) or its output is not the
-    /// signal recorded.
-    ///
-    /// # Errors
-    ///
-    /// [`MachineTestError`] for a test that it cannot be run with.
-    fn replayed_drive(
-        &self,
-        test: &MachineTest<'_>,
-        position: &[f64],
-    ) -> Result<Option<Vec<f64>>, MachineTestError>;
 }
 
 /// Bandwidth of the faster of the loops for position and speed, Hz.

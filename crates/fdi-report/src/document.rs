@@ -17,7 +17,6 @@ mod fleet;
 mod notice;
 mod prediction;
 mod proposal;
-mod signal;
 mod tolerance_use;
 mod unit;
 
@@ -48,7 +47,6 @@ pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, Trend
 pub use notice::{Notice, NoticeCode};
 pub use prediction::Prediction;
 pub use proposal::{Proposal, ProposedRecording, Separation};
-pub use signal::{SignalCheck, SignalCode, SignalFinding};
 pub use tolerance_use::ToleranceUse;
 pub use unit::{LearntFrom, UnitNumber, UnitSummary};
 

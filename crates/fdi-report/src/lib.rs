@@ -36,8 +36,8 @@ pub use document::{
     FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut,
     Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Prediction, Proposal,
     ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead,
-    SCHEMA_VERSION, Sensitivity, Separation, SignalCheck, SignalCode, SignalFinding, Slope,
-    Standing, Status, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
+    SCHEMA_VERSION, Sensitivity, Separation, Slope, Standing, Status, ToleranceUse, TrendPoint,
+    UnitNumber, UnitSummary, Verdict,
 };
 pub use figure::{
     DrawnMode, convergence_figure_svg, detection_figure_svg, fault_change_figure_svg,

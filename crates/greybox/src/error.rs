@@ -35,10 +35,9 @@ pub enum GreyboxError {
         /// The recording under its other name.
         second: String,
     },
-    /// A rate at which no controller is recorded.
+    /// The rates of controller and recording do not fit.
     #[error(
-        "{record}: sampled at {rate_hz} Hz, which is no rate to record a controller of {sample_hz} \
-         Hz at"
+        "{record}: sampled at {rate_hz} Hz, which the controller's {sample_hz} Hz is no multiple of"
     )]
     Rate {
         /// Which recording.

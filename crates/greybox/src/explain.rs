@@ -26,7 +26,6 @@ use crate::{
     scan::Scored,
     search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
-    signal_chain::{SignalChain, sound},
     structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
     trial::Trial,
@@ -59,9 +58,6 @@ pub struct Options {
     pub without: Vec<EffectId>,
     /// Model that predicts what recordings show; `None`: the one under which they are likeliest.
     pub observation: Option<Observation>,
-    /// Sets right what the signal chain shows, where it can: shifts, signs, gains and inputs behind
-    /// the controller.
-    pub correct: bool,
 }
 
 impl Default for Options {
@@ -78,7 +74,6 @@ impl Default for Options {
             tie_nats: 5.0,
             without: Vec::new(),
             observation: None,
-            correct: false,
         }
     }
 }
@@ -96,19 +91,14 @@ pub fn explain(
     recordings.check()?;
     let machine = Machine::new(model);
     let recordings = with_holdout(recordings);
-    if let Some(reason) = insufficient(&recordings) {
+    if let Some(reason) = insufficient(&machine, &recordings) {
         return Ok(Explained::inconclusive(reason));
     }
-    let (recordings, signals) = sound(&machine, recordings, options)?;
-    if let Some(fault) = signals.standing() {
-        return Ok(Explained::unsound(fault.told.clone(), signals));
-    }
-    let explained = Session::new(&machine, &recordings, options).run()?;
-    Ok(Explained { signals, ..explained })
+    Session::new(&machine, &recordings, options).run()
 }
 
 /// Lack of the recordings, where they cannot answer.
-fn insufficient(recordings: &Recordings) -> Option<String> {
+fn insufficient(machine: &Machine, recordings: &Recordings) -> Option<String> {
     if recordings.holdout.is_empty() {
         return Some(
             "one recording alone cannot be fitted and judged on: give a second one, of another \
@@ -116,12 +106,28 @@ fn insufficient(recordings: &Recordings) -> Option<String> {
                 .to_owned(),
         );
     }
-    let without = recordings.all().find(|record| record.position.is_none())?;
-    Some(format!(
-        "{}: no position of the motor: causes cannot be told apart by the current alone",
-        without.name
-    ))
+    for record in recordings.all() {
+        let name = &record.name;
+        if record.position.is_none() {
+            return Some(format!(
+                "{name}: no position of the motor: causes cannot be told apart by the current alone"
+            ));
+        }
+        let most = record.drive.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let at_most = record.drive.iter().filter(|x| x.abs() >= 0.999 * most).count();
+        if at_most as f64 > CLIPPED_SHARE * record.drive.len() as f64 {
+            let percent = 100.0 * at_most as f64 / record.drive.len() as f64;
+            let unit = machine.drive_unit().to_uppercase();
+            return Some(format!(
+                "{name}: {percent:.0} % of the samples stand at {most} {unit}: the signal is clipped"
+            ));
+        }
+    }
+    None
 }
+
+/// Share of samples at the largest value from which a signal counts as clipped.
+const CLIPPED_SHARE: f64 = 0.05;
 
 /// Without a recording held out the last of several is.
 pub(crate) fn with_holdout(recordings: &Recordings) -> Recordings {
@@ -301,7 +307,6 @@ impl<'a> Session<'a> {
             remainder,
             hypotheses: tried,
             curves: self.curves(&nominal, &now)?,
-            signals: SignalChain::default(),
             log,
         })
     }

@@ -11,7 +11,6 @@ use crate::{
     machine::Machine,
     observation::Observation,
     show::{RecordFit, Remainder},
-    signal_chain::SignalChain,
     unexplained::unexplained_block,
 };
 
@@ -171,8 +170,6 @@ pub struct Explained {
     pub hypotheses: Vec<Hypothesis>,
     /// The residual over each coordinate, before and after.
     pub curves: Vec<ResidualCurve>,
-    /// What the signal chain of the recordings shows, before any physics.
-    pub signals: SignalChain,
     /// Trace of the rounds, for who wants to know.
     pub log: Vec<String>,
 }
@@ -197,14 +194,8 @@ impl Explained {
             remainder: None,
             hypotheses: Vec::new(),
             curves: Vec::new(),
-            signals: SignalChain::default(),
             log: Vec::new(),
         }
-    }
-
-    /// No answer, since an equation of the signal chain fails.
-    pub(crate) fn unsound(reason: String, signals: SignalChain) -> Self {
-        Self { signals, ..Self::inconclusive(reason) }
     }
 
     /// The model with the effects found and the rough numbers fitted beside them, to which their

@@ -40,7 +40,6 @@ mod rival;
 mod scan;
 mod search;
 mod show;
-mod signal_chain;
 mod structure;
 mod through_plant;
 mod trial;
@@ -62,6 +61,3 @@ pub use observation::Observation;
 pub use propose::{Proposal, Proposed, Separation, propose};
 pub use record::{Record, Recordings};
 pub use show::{CoordinateShare, RecordFit, Remainder};
-pub use signal_chain::{
-    SignalChain, SignalChannel, SignalCheck, SignalCode, SignalEquation, SignalFault, check_signals,
-};

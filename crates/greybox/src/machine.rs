@@ -2,9 +2,9 @@
 
 use ema_sim::{
     CommandKind, Effect, Electronics, FaultCoordinates, FaultId, Geometry, MachineKind,
-    MachineNumber, MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity,
-    MotionTerm, NumberValue, PhysicalFaults, PreparedTest, bandwidth_hz, model_file::MachineModel,
-    resolved_hz, shown_while_followed,
+    MachineNumber, MachineRun, MachineSignals, MachineTestError, ModelFidelity, MotionTerm,
+    NumberValue, PhysicalFaults, PreparedTest, bandwidth_hz, model_file::MachineModel, resolved_hz,
+    shown_while_followed,
 };
 
 use crate::{error::GreyboxError, record::Record};
@@ -191,11 +191,6 @@ impl Machine {
         self.kind().drive_limit()
     }
 
-    /// Tells whether it slides instead of turning.
-    pub(crate) fn is_linear(&self) -> bool {
-        self.geometry() == Geometry::Linear
-    }
-
     /// Tells whether it is a machine with one shaft and no commutation.
     pub(crate) fn is_axis(&self) -> bool {
         self.kind().pole_pairs().is_none()
@@ -262,33 +257,6 @@ impl Machine {
         let mut signals = run.map_err(|reason| refused(record, reason))?;
         signals.drive = finite(signals.drive, record)?;
         Ok(signals)
-    }
-
-    /// The controller alone on a command and a position in the place of those of a recording; `None`
-    /// where it is not known.
-    pub(crate) fn replayed(
-        &self,
-        record: &Record,
-        command: &[f64],
-        position: &[f64],
-    ) -> Result<Option<Vec<f64>>, GreyboxError> {
-        let test = MachineTest { command, shown_start: position.first().copied(), ..record.test() };
-        self.kind().replayed_drive(&test, position).map_err(|reason| refused(record, reason))
-    }
-
-    /// Gains of the loops for position and speed.
-    pub(crate) fn gains(&self) -> [f64; 2] {
-        let gains = self.kind().loop_gains();
-        [gains.position_per_s, gains.speed]
-    }
-
-    /// Tells whether the speed loop has an integral part.
-    pub(crate) fn has_integral(&self) -> bool {
-        let kind = self.kind();
-        let mut numbers = kind.numbers().into_iter().enumerate();
-        numbers.any(|(place, number)| {
-            number.key.starts_with("controller.speed-integral") && kind.number(place) > 0.0
-        })
     }
 
     /// The machine as its file says, without effects, made ready for the command of a recording.

@@ -4,8 +4,7 @@ use super::{
     CommandKind, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber, MachineRun,
     MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
     PreparedTest, add_tolerance,
-    run::{Departure, delayed, difference, rates},
-    sampling::Sampling,
+    run::{Departure, delayed, difference, every},
     static_friction,
 };
 use crate::{
@@ -17,7 +16,7 @@ use crate::{
     model_file::{self, EffectBlock, Model},
     parameter::Parameter,
     params::Commutation,
-    scenario::{ControlMode, Imperfections, Scenario},
+    scenario::{Command, ControlMode, Imperfections, Scenario},
     tolerance::UncertainNumber,
     trace::LowFidelityTrace,
 };
@@ -139,17 +138,16 @@ impl MachineKind for Model {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<Box<dyn MachineRun>, MachineTestError> {
-        let sampling = test.sampling(self.actuator.controller.sample_hz)?;
-        let simulation = low_fidelity(self, effects, test, &scenario(self, test)?)?;
+        let ticks_per_sample = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
+        let simulation = low_fidelity(self, effects, test, &scenario(test)?)?;
         let trace = simulation.simulate(faults);
         Ok(Box::new(ActuatorRun {
             trace,
             simulation,
-            sampling,
-            rate_hz: test.rate_hz,
+            ticks_per_sample,
             samples: test.command.len(),
             gear_ratio: self.actuator.transmission.gear_ratio,
-            filter_hz: test.filter_hz,
+            filter: filter(test),
         }))
     }
 
@@ -164,25 +162,24 @@ impl MachineKind for Model {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<MachineSignals, MachineTestError> {
-        let sampling = test.sampling(self.actuator.controller.sample_hz)?;
+        let step = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
         let imperfections = Imperfections {
             controller_noise: electronics.noise_seed.is_some(),
             digitisation: electronics.is_digitised,
         };
         let seed = electronics.noise_seed.unwrap_or(0);
-        let scenario = Scenario { imperfections, seed, ..scenario(self, test)? };
+        let scenario = Scenario { imperfections, seed, ..scenario(test)? };
         let samples = test.command.len();
-        let shown = |current_a: &[f64], rate_hz| {
-            shown(current_a, rate_hz, sampling, samples, test.filter_hz)
-        };
+        let shown =
+            |current_a: &[f64], rate_hz| shown(current_a, rate_hz, step, samples, filter(test));
         Ok(match electronics.fidelity {
             ModelFidelity::Low => {
                 let trace = low_fidelity(self, effects, test, &scenario)?.try_simulate(faults)?;
                 MachineSignals {
                     drive: shown(&trace.current_a, trace.rate_hz),
-                    motor: sampling.of_motion(&trace.motor_angle_rad, samples),
-                    speed: sampling.of_motion(&trace.motor_speed_rad_per_s, samples),
-                    surface: sampling.of_motion(&trace.surface_angle_rad, samples),
+                    motor: every(&trace.motor_angle_rad, step, samples),
+                    speed: every(&trace.motor_speed_rad_per_s, step, samples),
+                    surface: every(&trace.surface_angle_rad, step, samples),
                 }
             }
             ModelFidelity::High => {
@@ -195,16 +192,16 @@ impl MachineKind for Model {
                 let envelope_a = trace.envelope_a(envelope, self.actuator.motor.pole_pairs);
                 MachineSignals {
                     drive: shown(&envelope_a, trace.rate_hz),
-                    motor: sampling.of_motion(&trace.motor_angle_rad, samples),
-                    speed: sampling.of_motion(&trace.motor_speed_rad_per_s, samples),
-                    surface: sampling.of_motion(&trace.surface_angle_rad, samples),
+                    motor: every(&trace.motor_angle_rad, step, samples),
+                    speed: every(&trace.motor_speed_rad_per_s, step, samples),
+                    surface: every(&trace.surface_angle_rad, step, samples),
                 }
             }
         })
     }
 
     fn prepare(&self, test: &MachineTest<'_>) -> PreparedTest {
-        let is_run = test.sampling(self.actuator.controller.sample_hz).is_ok();
+        let is_run = test.ticks_per_sample(self.actuator.controller.sample_hz).is_ok();
         PreparedTest { low_fidelity: is_run.then(|| ideal(self, test).ok()).flatten() }
     }
 
@@ -216,65 +213,41 @@ impl MachineKind for Model {
         effects: &[Effect],
     ) -> Result<Vec<f64>, MachineTestError> {
         let sample_hz = self.actuator.controller.sample_hz;
-        let sampling = test.sampling(sample_hz)?;
+        let step = test.ticks_per_sample(sample_hz)?;
         let simulation = if let Some(ready) = &prepared.low_fidelity {
             ready.on_actuator(&self.actuator)?.with_effects(effects)?
         } else {
-            low_fidelity(self, effects, test, &scenario(self, test)?)?
+            low_fidelity(self, effects, test, &scenario(test)?)?
         };
         let mut current_a = Vec::new();
         simulation.simulate_current(faults, &mut current_a);
-        Ok(shown(&current_a, sample_hz, sampling, test.command.len(), test.filter_hz))
-    }
-
-    fn replayed_drive(
-        &self,
-        test: &MachineTest<'_>,
-        position: &[f64],
-    ) -> Result<Option<Vec<f64>>, MachineTestError> {
-        if test.asks_for == CommandKind::Motion {
-            return Ok(None);
-        }
-        let sample_hz = self.actuator.controller.sample_hz;
-        let sampling = test.sampling(sample_hz)?;
-        let simulation = ideal(self, test)?;
-        let gear_ratio = self.actuator.transmission.gear_ratio;
-        let motor_angle_rad = sampling.of_sensor(position);
-        let first = motor_angle_rad.first().copied().unwrap_or(0.0);
-        let surface = |angle: &f64| (angle - first) / gear_ratio;
-        let seen = LowFidelityTrace {
-            surface_angle_rad: motor_angle_rad.iter().map(surface).collect(),
-            motor_speed_rad_per_s: sampling.at_ticks(&rates(position, test.rate_hz)),
-            motor_angle_rad,
-            ..LowFidelityTrace::default()
-        };
-        let current_a = delayed(simulation.replayed_current_a(&seen));
-        Ok(Some(shown(&current_a, sample_hz, sampling, test.command.len(), test.filter_hz)))
+        Ok(shown(&current_a, sample_hz, step, test.command.len(), filter(test)))
     }
 }
 
-/// The drive signal at the samples of a test, given the current at each tick of the controller.
+/// Filter behind the current of a test.
+fn filter(test: &MachineTest<'_>) -> Option<EnvelopeFilter> {
+    test.filter_hz.map(|corner_hz| EnvelopeFilter { corner_hz, output_hz: test.rate_hz })
+}
+
+/// The drive signal at the rate of a test, given the current at each tick of the controller.
 fn shown(
     current_a: &[f64],
-    sample_hz: f64,
-    sampling: Sampling,
+    rate_hz: f64,
+    step: usize,
     samples: usize,
-    filter_hz: Option<f64>,
+    filter: Option<EnvelopeFilter>,
 ) -> Vec<f64> {
-    match filter_hz {
-        Some(corner_hz) => {
-            let filter = EnvelopeFilter { corner_hz, output_hz: sample_hz };
-            sampling.of_output(&filter.apply(current_a, sample_hz), samples)
-        }
-        None => sampling.of_output(current_a, samples),
+    match filter {
+        Some(filter) => filter.apply(current_a, rate_hz),
+        None => every(current_a, step, samples),
     }
 }
 
 /// The scenario of a test, with ideal electronics.
-fn scenario(model: &Model, test: &MachineTest<'_>) -> Result<Scenario, MachineTestError> {
-    let sampling = test.sampling(model.actuator.controller.sample_hz)?;
+fn scenario(test: &MachineTest<'_>) -> Result<Scenario, MachineTestError> {
     Ok(Scenario {
-        command: sampling.command(test.command, test.rate_hz),
+        command: Command::Recorded { values_rad: test.command.to_vec(), rate_hz: test.rate_hz },
         mode: match test.asks_for {
             CommandKind::Position => ControlMode::Position,
             CommandKind::Speed => ControlMode::Speed,
@@ -289,7 +262,7 @@ fn scenario(model: &Model, test: &MachineTest<'_>) -> Result<Scenario, MachineTe
 
 /// An actuator without effects in the scenario of a test, with ideal electronics.
 fn ideal(model: &Model, test: &MachineTest<'_>) -> Result<LowFidelity, MachineTestError> {
-    low_fidelity(model, &[], test, &scenario(model, test)?)
+    low_fidelity(model, &[], test, &scenario(test)?)
 }
 
 /// An actuator in the scenario of a test.
@@ -307,28 +280,27 @@ fn low_fidelity(
 struct ActuatorRun {
     simulation: LowFidelity,
     trace: LowFidelityTrace,
-    sampling: Sampling,
-    rate_hz: f64,
+    ticks_per_sample: usize,
     samples: usize,
     gear_ratio: f64,
-    filter_hz: Option<f64>,
+    filter: Option<EnvelopeFilter>,
 }
 
 impl MachineRun for ActuatorRun {
     fn signals(&self) -> MachineSignals {
-        let (trace, sampling, samples) = (&self.trace, self.sampling, self.samples);
+        let (trace, step, samples) = (&self.trace, self.ticks_per_sample, self.samples);
         MachineSignals {
-            drive: shown(&trace.current_a, trace.rate_hz, sampling, samples, self.filter_hz),
-            motor: sampling.of_motion(&trace.motor_angle_rad, samples),
-            speed: sampling.of_motion(&trace.motor_speed_rad_per_s, samples),
-            surface: sampling.of_motion(&trace.surface_angle_rad, samples),
+            drive: shown(&trace.current_a, trace.rate_hz, step, samples, self.filter),
+            motor: every(&trace.motor_angle_rad, step, samples),
+            speed: every(&trace.motor_speed_rad_per_s, step, samples),
+            surface: every(&trace.surface_angle_rad, step, samples),
         }
     }
 
     fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64> {
-        let (sampling, samples) = (self.sampling, self.samples);
-        let predicted = sampling.of_motion(&self.trace.motor_angle_rad, samples);
-        let off = Departure::new(&predicted, position, sampling, self.rate_hz);
+        let (step, samples) = (self.ticks_per_sample, self.samples);
+        let predicted = every(&self.trace.motor_angle_rad, step, samples);
+        let off = Departure::new(&predicted, position, step, 1.0 / self.trace.rate_hz);
         let mut seen = self.trace.clone();
         off.add_angle(&mut seen.motor_angle_rad, 1.0);
         off.add_angle(&mut seen.surface_angle_rad, 1.0 / self.gear_ratio);
@@ -338,6 +310,6 @@ impl MachineRun for ActuatorRun {
             &self.simulation.replayed_current_a(&self.trace),
         );
         // asked for in one tick, the current is there in the next
-        sampling.of_output(&delayed(difference), samples)
+        every(&delayed(difference), step, samples)
     }
 }

@@ -5,8 +5,7 @@ use super::{
     MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
     PreparedTest, add_tolerance,
     follow::{follower, motion},
-    run::{Departure, delayed, difference, rates},
-    sampling::Sampling,
+    run::{Departure, delayed, difference, every},
     static_friction,
 };
 use crate::{
@@ -14,6 +13,7 @@ use crate::{
     effect::{Effect, Geometry},
     fault::{FaultId, PhysicalFaults},
     model_file::{AxisModel, EffectBlock},
+    scenario::Command,
     servo_axis::{AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation},
     servo_control::Drive,
 };
@@ -153,14 +153,13 @@ impl MachineKind for AxisModel {
         } else {
             self.axis
         };
-        let sampling = test.sampling(axis.controller.sample_hz)?;
-        let scenario = scenario(test, sampling, effects);
+        let ticks_per_sample = test.ticks_per_sample(axis.controller.sample_hz)?;
+        let scenario = scenario(test, effects);
         let simulation = ServoAxisSimulation::new(&axis, &scenario)?
             .with_effects(effects)?
             .with_load(test.recorded_load())?;
         let (trace, samples) = (simulation.simulate(faults), test.command.len());
-        let rate_hz = test.rate_hz;
-        Ok(Box::new(AxisRun { simulation, trace, sampling, rate_hz, samples, drive: axis.drive }))
+        Ok(Box::new(AxisRun { simulation, trace, ticks_per_sample, samples, drive: axis.drive }))
     }
 
     /// Nothing: an axis has no test that costs more than its run.
@@ -177,32 +176,12 @@ impl MachineKind for AxisModel {
     ) -> Result<Vec<f64>, MachineTestError> {
         Ok(self.run(test, faults, effects)?.signals().drive)
     }
-
-    fn replayed_drive(
-        &self,
-        test: &MachineTest<'_>,
-        position: &[f64],
-    ) -> Result<Option<Vec<f64>>, MachineTestError> {
-        if test.asks_for == CommandKind::Motion || self.axis.drive == Drive::Winding {
-            return Ok(None);
-        }
-        let sampling = test.sampling(self.axis.controller.sample_hz)?;
-        let scenario = scenario(test, sampling, &[]);
-        let simulation = ServoAxisSimulation::new(&self.axis, &scenario)?;
-        let seen = AxisTrace {
-            position: sampling.of_sensor(position),
-            speed: sampling.at_ticks(&rates(position, test.rate_hz)),
-            ..AxisTrace::default()
-        };
-        let output = simulation.replayed_output(&seen);
-        let shown = if self.axis.drive == Drive::Amplifier { output } else { delayed(output) };
-        Ok(Some(sampling.of_output(&shown, test.command.len())))
-    }
 }
 
 /// The scenario of a test, begun where the first sample shows the axis.
-fn scenario(test: &MachineTest<'_>, sampling: Sampling, effects: &[Effect]) -> AxisScenario {
-    let recorded = || sampling.command(test.command, test.rate_hz);
+fn scenario(test: &MachineTest<'_>, effects: &[Effect]) -> AxisScenario {
+    let recorded =
+        || Command::Recorded { values_rad: test.command.to_vec(), rate_hz: test.rate_hz };
     let shown = test.shown_start.unwrap_or(test.command[0]);
     AxisScenario {
         input: match test.asks_for {
@@ -233,8 +212,7 @@ const STAND_STEPS: usize = 4;
 struct AxisRun {
     simulation: ServoAxisSimulation,
     trace: AxisTrace,
-    sampling: Sampling,
-    rate_hz: f64,
+    ticks_per_sample: usize,
     samples: usize,
     drive: Drive,
 }
@@ -250,26 +228,26 @@ impl AxisRun {
 
 impl MachineRun for AxisRun {
     fn signals(&self) -> MachineSignals {
-        let (sampling, samples) = (self.sampling, self.samples);
+        let (step, samples) = (self.ticks_per_sample, self.samples);
         MachineSignals {
-            drive: sampling.of_output(self.shown(), samples),
-            motor: sampling.of_motion(&self.trace.position, samples),
-            speed: sampling.of_motion(&self.trace.speed, samples),
-            surface: sampling.of_motion(&self.trace.position, samples),
+            drive: every(self.shown(), step, samples),
+            motor: every(&self.trace.position, step, samples),
+            speed: every(&self.trace.speed, step, samples),
+            surface: every(&self.trace.position, step, samples),
         }
     }
 
     fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64> {
-        let (sampling, samples) = (self.sampling, self.samples);
-        let predicted = sampling.of_motion(&self.trace.position, samples);
-        let off = Departure::new(&predicted, position, sampling, self.rate_hz);
+        let (step, samples) = (self.ticks_per_sample, self.samples);
+        let predicted = every(&self.trace.position, step, samples);
+        let off = Departure::new(&predicted, position, step, 1.0 / self.trace.rate_hz);
         let mut seen = self.trace.clone();
         off.add_angle(&mut seen.position, 1.0);
         off.add_speed(&mut seen.speed);
         // of its own trace the controller makes its own output
         let difference = difference(&self.simulation.replayed_output(&seen), &self.trace.output);
         let shown = if self.drive == Drive::Amplifier { difference } else { delayed(difference) };
-        sampling.of_output(&shown, samples)
+        every(&shown, step, samples)
     }
 }
 

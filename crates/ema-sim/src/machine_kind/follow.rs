@@ -17,35 +17,26 @@ const TICKS_PER_RADIAN: f64 = 6.0;
 const POSITION_SHARE: f64 = 0.25;
 /// `K_d`: so large that the speed asked for is followed as that of the motor is held back.
 const DERIVATIVE_RATIO: f64 = 1e4;
-/// Rate that motion and drive signal are averaged down to, three times over, Hz: the noise of a
+/// Samples over which motion and drive signal are averaged, three times over: the noise of a
 /// position is not to pass for torque.
-const RESOLVED_HZ: f64 = 60.0;
-/// Rate that a signal is worth after three averages, times their length: a tenth of the power is
-/// left at its half.
-const RESOLVED_TIMES_LENGTH: f64 = 0.9;
+const SMOOTHED_SAMPLES: f64 = 15.0;
 
-/// Samples before and after the middle of an average, one at least.
-fn reach(rate_hz: f64) -> usize {
-    let samples = RESOLVED_TIMES_LENGTH * rate_hz / RESOLVED_HZ;
-    (libm::round(0.5 * (samples - 1.0)).max(1.0)) as usize
-}
-
-/// Rate that a signal is worth after the averages of a followed motion, Hz: 60, of a slow recording
-/// three tenths of its own.
+/// Rate that a signal is worth after the averages of a followed motion, Hz: a tenth of the power
+/// is left at its half.
 pub fn resolved_hz(rate_hz: f64) -> f64 {
-    RESOLVED_TIMES_LENGTH * rate_hz / (2 * reach(rate_hz) + 1) as f64
+    0.9 * rate_hz / SMOOTHED_SAMPLES
 }
 
 /// A measured drive signal as the run of a followed motion would show it: averaged as the motion
 /// is, and through the loop of the follower.
 pub fn shown_while_followed(drive: &[f64], rate_hz: f64) -> Vec<f64> {
-    followed(&smoothed(drive, rate_hz), rate_hz)
+    followed(&smoothed(drive), rate_hz)
 }
 
 /// A signal averaged over the time around each sample, three times over: without a delay. Over
 /// less at the ends.
-fn smoothed(signal: &[f64], rate_hz: f64) -> Vec<f64> {
-    let reach = reach(rate_hz);
+fn smoothed(signal: &[f64]) -> Vec<f64> {
+    let reach = (0.5 * SMOOTHED_SAMPLES) as usize;
     (0..3).fold(signal.to_vec(), |signal, _| averaged(&signal, reach))
 }
 
@@ -62,7 +53,7 @@ fn averaged(signal: &[f64], reach: usize) -> Vec<f64> {
 
 /// The motion to follow at the ticks of the follower, without kinks in it.
 pub(super) fn motion(position: &[f64], rate_hz: f64) -> Command {
-    let position = smoothed(position, rate_hz);
+    let position = smoothed(position);
     let ticks = TICKS_PER_SAMPLE as usize;
     let between = |n: usize| {
         let (before, part) = (position[n / ticks], (n % ticks) as f64 / TICKS_PER_SAMPLE);
@@ -139,15 +130,6 @@ mod tests {
         ServoAxisSimulation,
     };
 
-    #[test]
-    fn what_is_compared_is_of_sixty_hertz_at_any_rate() {
-        assert_eq!(resolved_hz(1000.0), 60.0);
-        for (rate_hz, off) in [(250.0, 0.26), (300.0, 0.1), (2000.0, 0.05), (10_000.0, 0.01)] {
-            assert!((resolved_hz(rate_hz) / 60.0 - 1.0).abs() < off, "{rate_hz}");
-        }
-        assert_eq!(resolved_hz(50.0), 15.0);
-    }
-
     /// The follower needs what passes its loop for a motion whose inertia and drag are known.
     #[test]
     fn the_follower_needs_the_inverse_dynamics_behind_its_loop() {
@@ -202,7 +184,7 @@ mod tests {
         let trace = ServoAxisSimulation::new(&axis, &scenario)
             .unwrap()
             .simulate(&PhysicalFaults::from(&HealthState::HEALTHY));
-        let expected = followed(&smoothed(&needed, rate_hz), rate_hz);
+        let expected = followed(&smoothed(&needed), rate_hz);
         let (mut off, mut size) = (0.0_f64, 0.0_f64);
         for n in 500..3900 {
             off = off.max((trace.output[10 * n] - expected[n]).abs());

@@ -1,6 +1,5 @@
 //! A test of a machine on a recorded command, and the signals that it gives.
 
-use super::sampling::Sampling;
 use crate::{load::Load, low_fidelity::LowFidelity, simulation_error::SimulationError};
 
 /// Quantity that a command asks for.
@@ -56,9 +55,14 @@ impl<'a> MachineTest<'a> {
         self.command.len() as f64 / self.rate_hz
     }
 
-    /// Samples of the test among a controller's ticks.
-    pub(super) fn sampling(&self, sample_hz: f64) -> Result<Sampling, MachineTestError> {
-        Sampling::new(self.rate_hz, sample_hz)
+    /// Ticks of a controller for a sample.
+    pub(super) fn ticks_per_sample(&self, sample_hz: f64) -> Result<usize, MachineTestError> {
+        let ratio = sample_hz / self.rate_hz;
+        let whole = libm::round(ratio);
+        if whole >= 1.0 && (ratio - whole).abs() < 1e-4 * whole {
+            return Ok(whole as usize);
+        }
+        Err(MachineTestError::Rate { rate_hz: self.rate_hz, sample_hz })
     }
 
     pub(super) fn recorded_load(&self) -> Load {
@@ -77,9 +81,7 @@ pub enum MachineTestError {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// The rates of controller and test do not fit.
-    #[error(
-        "sampled at {rate_hz} Hz, which is no rate to record a controller of {sample_hz} Hz at"
-    )]
+    #[error("sampled at {rate_hz} Hz, which the controller's {sample_hz} Hz is no multiple of")]
     Rate {
         /// Rate of the test.
         rate_hz: f64,
@@ -138,12 +140,27 @@ impl Departure {
     pub(super) fn new(
         predicted: &[f64],
         measured: &[f64],
-        sampling: Sampling,
-        rate_hz: f64,
+        ticks_per_sample: usize,
+        tick_s: f64,
     ) -> Self {
         let off = difference(measured, predicted);
-        let rates = rates(&off, rate_hz);
-        Self { angle: sampling.at_ticks(&off), speed: sampling.at_ticks(&rates) }
+        let last = off.len().saturating_sub(1);
+        let sample_s = tick_s * ticks_per_sample as f64;
+        let rate = |n: usize| {
+            let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
+            (off[after] - off[before]) / ((after - before).max(1) as f64 * sample_s)
+        };
+        let rates: Vec<f64> = (0..off.len()).map(rate).collect();
+        let at_ticks = |values: &[f64]| -> Vec<f64> {
+            (0..values.len() * ticks_per_sample)
+                .map(|tick| {
+                    let (n, part) = (tick / ticks_per_sample, tick % ticks_per_sample);
+                    let next = values[(n + 1).min(last)];
+                    values[n] + (next - values[n]) * part as f64 / ticks_per_sample as f64
+                })
+                .collect()
+        };
+        Self { angle: at_ticks(&off), speed: at_ticks(&rates) }
     }
 
     pub(super) fn add_angle(&self, to: &mut [f64], share: f64) {
@@ -171,12 +188,7 @@ pub(super) fn delayed(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// Rates of change of a sampled signal, by central differences.
-pub(super) fn rates(values: &[f64], rate_hz: f64) -> Vec<f64> {
-    let last = values.len().saturating_sub(1);
-    let rate = |n: usize| {
-        let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
-        (values[after] - values[before]) * rate_hz / (after - before).max(1) as f64
-    };
-    (0..values.len()).map(rate).collect()
+/// Samples of a signal at ticks.
+pub(super) fn every(values: &[f64], step: usize, samples: usize) -> Vec<f64> {
+    values.iter().step_by(step).take(samples).copied().collect()
 }

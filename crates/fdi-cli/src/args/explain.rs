@@ -53,9 +53,6 @@ pub struct ExplainArgs {
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]
     pub without: Vec<String>,
-    /// Set recordings right where controller and motion show how: channels that are late, turned or scaled, inputs behind the controller
-    #[arg(long)]
-    pub correct: bool,
     /// Exit with 1 when the model misses something, with 3 when there is no conclusion
     #[arg(long)]
     pub exit_code: bool,

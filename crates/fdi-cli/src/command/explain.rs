@@ -4,7 +4,6 @@ mod compared;
 mod document;
 mod evidence;
 mod sentences;
-mod signals;
 
 pub(super) use document::{holdout, observation};
 pub(crate) use sentences::rounded;
@@ -55,7 +54,6 @@ pub(crate) fn explain(
                 jobs: global.threads(),
                 without: effects(&args.without)?,
                 observation: args.fidelity.and_then(observation),
-                correct: args.correct,
                 ..Options::default()
             };
             let what = stage("explaining", &recordings);

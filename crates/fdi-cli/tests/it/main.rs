@@ -24,6 +24,5 @@ mod reference;
 mod report;
 mod schema;
 mod servo_axis;
-mod signal_chain;
 mod stand_in;
 mod unit;

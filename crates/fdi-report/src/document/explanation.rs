@@ -5,10 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Prediction,
-    signal::{SignalCheck, SignalFinding},
-};
+use super::Prediction;
 
 /// Effects that a model misses in recordings of one machine, and their cost in its fault levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,16 +28,6 @@ pub struct Explanation {
     pub verdict: ExplanationVerdict,
     /// The answer in a sentence.
     pub sentence: String,
-    /// First lack that the signal chain of the recordings shows: one that stands, else one that
-    /// `--correct` set right.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub signal: Option<SignalFinding>,
-    /// All that the signal chain shows, the first to be set right first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub signals: Vec<SignalFinding>,
-    /// Estimates of the signal chain for each recording.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub signal_checks: Vec<SignalCheck>,
     /// Effects that were found, strongest first, but for one in doubt before the others.
     pub effects: Vec<EffectFinding>,
     /// Effects that explain the recordings as well as one of `effects`.

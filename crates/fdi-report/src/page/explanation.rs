@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
-    NominalChange, RecordFit, Sensitivity, SignalFinding, Standing, fault_change_figure_svg,
+    NominalChange, RecordFit, Sensitivity, Standing, fault_change_figure_svg,
     figure::four_digits as rounded, held_out_figure_svg, residual_curve_figure_svg,
     residual_curves_figure_svg,
 };
@@ -19,7 +19,6 @@ const NOT_WHITE: f64 = 0.01;
 /// The page of an answer.
 pub(super) fn page(answer: &Explanation) -> Page {
     let sections = [
-        signals(answer),
         found(answer),
         residual(answer),
         faults(answer),
@@ -68,32 +67,6 @@ fn source(answer: &Explanation, roles: &[&str]) -> String {
     };
     let wanted = ROLES.into_iter().filter(|(role, _)| roles.contains(role));
     wanted.filter_map(of).collect::<Vec<_>>().join("; ")
-}
-
-/// What the signal chain shows, where it shows something.
-fn signals(answer: &Explanation) -> Option<Section> {
-    if answer.signals.is_empty() {
-        return None;
-    }
-    let columns = vec![Column::text("recording"), Column::text("what is wrong"), Column::text("")];
-    let row = |signal: &SignalFinding| {
-        let done = match (signal.corrected, signal.correctable) {
-            (true, _) => "set right by `--correct`",
-            (false, true) => "`--correct` sets it right",
-            (false, false) => "",
-        };
-        vec![
-            Cell::text(signal.recording.clone()),
-            Cell::text(capitalised(&signal.told)),
-            Cell::text(done.to_owned()),
-        ]
-    };
-    let table = Table {
-        caption: "What controller, motion and samples say before any physics.".to_owned(),
-        columns,
-        rows: answer.signals.iter().map(row).collect(),
-    };
-    section("The signal chain", vec![Block::Table(table)])
 }
 
 /// Effects found, in numbers, and their worth on recordings that were not fitted.

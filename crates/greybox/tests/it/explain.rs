@@ -181,7 +181,7 @@ fn recordings_that_do_not_suffice_are_told_so() {
         }
     });
     let clipped = clipped.expect("an answer");
-    assert!(clipped.reason.is_some_and(|reason| reason.contains("the current is cut")));
+    assert!(clipped.reason.is_some_and(|reason| reason.contains("the signal is clipped")));
 
     let none = explained(&|r| r.train.clear()).expect_err("nothing to fit");
     assert_eq!(none.to_string(), "no recording to train on");

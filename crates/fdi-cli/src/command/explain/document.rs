@@ -15,7 +15,7 @@ use greybox::{
     SmallestNamed, Use, Verdict,
 };
 
-use super::{evidence, sentences, signals};
+use super::{evidence, sentences};
 use crate::{GlobalArgs, stamp};
 
 pub(super) fn document(
@@ -34,8 +34,6 @@ pub(super) fn document(
         Verdict::Inconclusive => ExplanationVerdict::Inconclusive,
     };
     let judged = |(rms, floor): ([f64; 2], NoiseFloor)| holdout(rms, &floor, explained.drive_unit);
-    let signals = signals::findings(explained);
-    let unit = model.kind().drive_unit().key();
     let mut answer = Explanation {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
@@ -45,9 +43,6 @@ pub(super) fn document(
         prediction: explained.observation.and_then(prediction),
         verdict,
         sentence: String::new(),
-        signal: signals::first(&signals).cloned(),
-        signals,
-        signal_checks: signals::checks(explained, unit),
         effects: explained.effects.iter().map(finding).collect(),
         alternatives: explained.alternatives.iter().map(finding).collect(),
         absorbed: absorbed(explained),

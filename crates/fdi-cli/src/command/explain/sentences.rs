@@ -6,8 +6,6 @@ use fdi_core::report::{
     EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter, Prediction,
 };
 
-use super::signals;
-
 /// The answer in one sentence.
 pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
@@ -149,9 +147,6 @@ pub(super) fn human(answer: &Explanation) -> String {
         text.push_str(&content);
         text.push('\n');
     };
-    for told in signals::lines(&answer.signals) {
-        line(told);
-    }
     for (title, effects) in [("Found", &answer.effects), ("As likely", &answer.alternatives)] {
         for effect in effects {
             let instead = instead(effect);
