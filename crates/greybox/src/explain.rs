@@ -18,8 +18,9 @@ use crate::{
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
     machine::{Machine, Rough},
-    observation::{AllAnchors, Observation, Standing},
-    problem::{PerRecord, Problem, Split},
+    observation::Observation,
+    observing::{AllAnchors, Standing},
+    problem::{PerRecord, Problem, Split, rough_noise},
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
@@ -182,7 +183,7 @@ impl Seen<'_> {
         rms(&self.in_unit[1].concat())
     }
 
-    /// Its size in its own unit over that of equal noise.
+    /// Size of the residual held out in its own unit over that of equal noise.
     fn unit(&self) -> f64 {
         self.held_out_rms() / rms(&self.held_out.concat()).max(f64::MIN_POSITIVE)
     }
@@ -675,16 +676,6 @@ fn absorbed(round: &Round) -> Vec<EffectId> {
     ids.sort();
     ids.dedup();
     ids
-}
-
-/// Noise by second differences of the measured signals: a first guess.
-pub(crate) fn rough_noise(problem: &Problem<'_>) -> f64 {
-    let differences: Vec<f64> = problem
-        .records
-        .iter()
-        .flat_map(|r| r.measured.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / libm::sqrt(6.0)))
-        .collect();
-    rms(&differences).max(1e-9)
 }
 
 #[cfg(test)]

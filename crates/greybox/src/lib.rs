@@ -29,6 +29,7 @@ mod machine;
 mod mains;
 mod menu;
 mod observation;
+mod observing;
 mod parallel;
 mod plausible;
 mod problem;

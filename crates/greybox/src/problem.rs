@@ -1,7 +1,7 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
 use ema_sim::{MachineSignals, ModelFidelity, PreparedTest};
-use inference::BandedCholesky;
+use inference::{BandedCholesky, rms};
 
 use crate::{
     anchor::{Anchor, loop_covariance},
@@ -334,4 +334,14 @@ impl<'a> Problem<'a> {
         };
         Ok(drives.into_iter().zip(&steps).map(difference).collect())
     }
+}
+
+/// Noise by second differences of the measured signals: a first guess.
+pub(crate) fn rough_noise(problem: &Problem<'_>) -> f64 {
+    let differences: Vec<f64> = problem
+        .records
+        .iter()
+        .flat_map(|r| r.measured.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / libm::sqrt(6.0)))
+        .collect();
+    rms(&differences).max(1e-9)
 }

@@ -405,6 +405,7 @@ mod tests {
             seed: 0,
             stamp: None,
             model: "m".to_owned(),
+            prediction: None,
             verdict: ExplanationVerdict::Named,
             sentence: String::new(),
             effects: Vec::new(),

@@ -1,0 +1,198 @@
+//! Choice of the model that predicts recordings, and moves of the predictions to it.
+
+use ema_sim::{Effect, EffectId};
+use inference::Whitener;
+
+use crate::{
+    anchor::{FEW_RUNS, RUNS},
+    error::{GreyboxError, if_run},
+    explain::Session,
+    fit::fit,
+    observation::Observation,
+    problem::{Anchors, PerRecord, rough_noise},
+    structure::{Free, Structure, Target},
+};
+
+/// Fits after each of which the prediction is moved to the finer model there.
+const MOST_MOVES: usize = 2;
+/// Rise of the log-likelihood below which it has moved enough, nats.
+const SETTLED_NATS: f64 = 1.0;
+
+/// Share of the step of each number by which a fit may leave an anchor that still stands for it: the
+/// simple model is off by a few hundredths of what that changes.
+const STANDS_WITHIN: f64 = 0.3;
+
+/// Place where predictions were moved to the finer model.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Standing {
+    observation: Observation,
+    structure: Structure,
+    values: Vec<f64>,
+}
+
+impl Standing {
+    /// Tells whether it stands for another place too.
+    fn is_near(&self, observation: Observation, structure: &Structure, values: &[f64]) -> bool {
+        let ids = |structure: &Structure| -> Vec<EffectId> {
+            structure.effects.iter().map(Effect::id).collect()
+        };
+        let targets = |structure: &Structure| -> Vec<Target> {
+            structure.free.iter().map(|free| free.target).collect()
+        };
+        let moved = |(free, (a, b)): (&Free, (&f64, &f64))| {
+            (a - b).abs() <= STANDS_WITHIN * free.step.abs()
+        };
+        self.observation == observation
+            && ids(&self.structure) == ids(structure)
+            && targets(&self.structure) == targets(structure)
+            && structure.free.iter().zip(values.iter().zip(&self.values)).all(moved)
+    }
+}
+
+/// Anchors of all recordings.
+#[derive(Clone, Debug)]
+pub(crate) struct AllAnchors {
+    standing: Option<Standing>,
+    train: Anchors,
+    holdout: Anchors,
+    repeat: Anchors,
+}
+
+impl Session<'_> {
+    /// Models of the machine that may predict its recordings.
+    fn observations(&self) -> Vec<Observation> {
+        if let Some(pinned) = self.options.observation {
+            return vec![pinned];
+        }
+        let has = |observation: &Observation| {
+            observation.fidelity().is_none_or(|f| self.machine.electronics().contains(&f))
+        };
+        Observation::ALL.into_iter().filter(has).collect()
+    }
+
+    /// Chooses the model under which the recordings to fit are likeliest, each with damage and
+    /// tolerances fitted and a noise of its own, and moves the predictions to it there.
+    pub(crate) fn observe(&mut self, log: &mut Vec<String>) -> Result<Observation, GreyboxError> {
+        let candidates = self.observations();
+        if let [Observation::Ideal] = candidates[..] {
+            return Ok(Observation::Ideal);
+        }
+        let none = self.all_anchors();
+        let mut best: Option<(f64, Observation, Vec<f64>)> = None;
+        for observation in candidates {
+            let seen = self.likelihood_under(observation)?;
+            self.put_back(&none);
+            let Some((likelihood, values)) = seen else { continue };
+            log.push(format!("under {}: log-likelihood {likelihood:.1}", observation.word()));
+            if best.as_ref().is_none_or(|(most, ..)| likelihood > *most) {
+                best = Some((likelihood, observation, values));
+            }
+        }
+        let Some((_, observation, values)) = best else { return Ok(Observation::Ideal) };
+        let nominal = Structure::nominal(self.machine);
+        if self.anchor(observation, &nominal, &values)? {
+            return Ok(observation);
+        }
+        Ok(Observation::Ideal)
+    }
+
+    /// Log-likelihood of the recordings to fit under a model, with the numbers found; `None` where
+    /// it cannot be run.
+    fn likelihood_under(
+        &mut self,
+        observation: Observation,
+    ) -> Result<Option<(f64, Vec<f64>)>, GreyboxError> {
+        let nominal = Structure::nominal(self.machine);
+        let mut values: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let mut most: Option<f64> = None;
+        for _ in 0..MOST_MOVES {
+            let moved = self.anchor_roughly(observation, &nominal, &values)?;
+            if !moved && observation != Observation::Ideal {
+                return Ok(None);
+            }
+            let noise = Whitener::white(rough_noise(&self.train));
+            let structure = nominal.clone().started_at(&values);
+            let Some(fitted) = if_run(fit(&self.train, structure, &noise))? else {
+                return Ok(None);
+            };
+            let likelihood = self.own_likelihood(&fitted.residuals);
+            values = fitted.values;
+            let risen = most.is_none_or(|most| likelihood > most + SETTLED_NATS);
+            most = Some(most.map_or(likelihood, |most| most.max(likelihood)));
+            if !moved || !risen {
+                break;
+            }
+        }
+        Ok(most.map(|most| (most, values)))
+    }
+
+    /// Log-likelihood of residuals of what is fitted under autoregressive noise of their own.
+    fn own_likelihood(&self, residuals: &PerRecord) -> f64 {
+        let stretches: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let noise = Whitener::fit(&stretches, 0);
+        let of =
+            |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
+        stretches.iter().map(of).sum()
+    }
+
+    /// Moves the predictions of what is fitted to the means of few runs of a model; false where it
+    /// cannot be run.
+    fn anchor_roughly(
+        &mut self,
+        observation: Observation,
+        structure: &Structure,
+        values: &[f64],
+    ) -> Result<bool, GreyboxError> {
+        let Some(fidelity) = observation.fidelity() else { return Ok(false) };
+        let state = structure.state(self.machine, values);
+        self.train.anchor(fidelity, &state, FEW_RUNS)
+    }
+
+    /// Moves the predictions to the model of an observation at values of a structure; false where it cannot be run, or where there is none.
+    pub(crate) fn anchor(
+        &mut self,
+        observation: Observation,
+        structure: &Structure,
+        values: &[f64],
+    ) -> Result<bool, GreyboxError> {
+        let Some(fidelity) = observation.fidelity() else { return Ok(false) };
+        if self.standing.as_ref().is_some_and(|s| s.is_near(observation, structure, values)) {
+            return Ok(true);
+        }
+        let state = structure.state(self.machine, values);
+        let elsewhere = structure.state_elsewhere(self.machine, values);
+        let before = self.all_anchors();
+        let is_run = self.train.anchor(fidelity, &state, RUNS)?
+            && self.holdout.anchor(fidelity, &elsewhere, RUNS)?
+            && self.repeat.anchor(fidelity, &elsewhere, RUNS)?;
+        if !is_run {
+            self.put_back(&before);
+            return Ok(false);
+        }
+        let noise = self.train.sensor_noise(&state)?;
+        for problem in [&mut self.train, &mut self.holdout, &mut self.repeat] {
+            problem.weigh(noise);
+        }
+        let (structure, values) = (structure.clone(), values.to_vec());
+        self.standing = Some(Standing { observation, structure, values });
+        Ok(true)
+    }
+
+    /// Anchors as they stand.
+    pub(crate) fn all_anchors(&self) -> AllAnchors {
+        AllAnchors {
+            standing: self.standing.clone(),
+            train: self.train.anchors(),
+            holdout: self.holdout.anchors(),
+            repeat: self.repeat.anchors(),
+        }
+    }
+
+    /// Anchors as they stood.
+    pub(crate) fn put_back(&mut self, anchors: &AllAnchors) {
+        self.standing.clone_from(&anchors.standing);
+        self.train.put_back(&anchors.train);
+        self.holdout.put_back(&anchors.holdout);
+        self.repeat.put_back(&anchors.repeat);
+    }
+}
