@@ -115,7 +115,7 @@ impl Session<'_> {
             let Some(fitted) = if_run(fit(&self.train, structure, &noise))? else {
                 return Ok(None);
             };
-            let likelihood = self.own_likelihood(&fitted.residuals);
+            let likelihood = own_likelihood(&fitted.residuals);
             values = fitted.values;
             let risen = most.is_none_or(|most| likelihood > most + SETTLED_NATS);
             most = Some(most.map_or(likelihood, |most| most.max(likelihood)));
@@ -124,15 +124,6 @@ impl Session<'_> {
             }
         }
         Ok(most.map(|most| (most, values)))
-    }
-
-    /// Log-likelihood of residuals of what is fitted under autoregressive noise of their own.
-    fn own_likelihood(&self, residuals: &PerRecord) -> f64 {
-        let stretches: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
-        let noise = Whitener::fit(&stretches, 0);
-        let of =
-            |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
-        stretches.iter().map(of).sum()
     }
 
     /// Moves the predictions of what is fitted to the means of few runs of a model; false where it
@@ -195,4 +186,12 @@ impl Session<'_> {
         self.holdout.put_back(&anchors.holdout);
         self.repeat.put_back(&anchors.repeat);
     }
+}
+
+/// Log-likelihood of residuals under autoregressive noise of their own.
+fn own_likelihood(residuals: &PerRecord) -> f64 {
+    let stretches: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+    let noise = Whitener::fit(&stretches, 0);
+    let of = |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
+    stretches.iter().map(of).sum()
 }

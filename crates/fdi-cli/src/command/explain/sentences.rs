@@ -3,7 +3,8 @@
 use std::iter;
 
 use fdi_core::report::{
-    EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter, Prediction,
+    CoordinateShare, EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter, Prediction,
+    Remainder,
 };
 
 /// The answer in one sentence.
@@ -137,16 +138,23 @@ pub(crate) fn instead(effect: &EffectFinding) -> String {
     instead.map_or_else(String::new, |id| format!(", instead of {id}"))
 }
 
+/// The coordinates that the remainder follows, in a line.
+fn left(remainder: &Remainder) -> String {
+    let share = |s: &CoordinateShare| format!("{} {:.0} %", s.coordinate, 100.0 * s.share);
+    let shares: Vec<String> = remainder.shares.iter().map(share).collect();
+    format!("\nWhat is left follows: {}; kurtosis {:.1}", shares.join(", "), remainder.kurtosis)
+}
+
 /// The answer for people.
 pub(super) fn human(answer: &Explanation) -> String {
     let mut text = format!("{}\n", answer.sentence);
-    if let Some(predicted) = answer.prediction.and_then(predicted) {
-        text.push_str(&format!("Recordings are predicted by {predicted}.\n"));
-    }
     let mut line = |content: String| {
         text.push_str(&content);
         text.push('\n');
     };
+    if let Some(predicted) = answer.prediction.and_then(predicted) {
+        line(format!("Recordings are predicted by {predicted}."));
+    }
     for (title, effects) in [("Found", &answer.effects), ("As likely", &answer.alternatives)] {
         for effect in effects {
             let instead = instead(effect);
@@ -201,16 +209,7 @@ pub(super) fn human(answer: &Explanation) -> String {
         }
     }
     if let Some(remainder) = &answer.remainder {
-        let shares: Vec<_> = remainder
-            .shares
-            .iter()
-            .map(|s| format!("{} {:.0} %", s.coordinate, 100.0 * s.share))
-            .collect();
-        line(format!(
-            "\nWhat is left follows: {}; kurtosis {:.1}",
-            shares.join(", "),
-            remainder.kurtosis
-        ));
+        line(left(remainder));
     }
     if !answer.absorbed.is_empty() {
         line(format!(
