@@ -89,15 +89,13 @@ pub enum ModelFidelity {
     High,
 }
 
-/// Electronics that a run is made with.
+/// Run of a machine with the noise and the steps of its electronics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Electronics {
     /// Model that is run.
     pub fidelity: ModelFidelity,
-    /// Noise of the controller's sensors, by its seed; none for a quiet run.
-    pub noise_seed: Option<u64>,
-    /// True with the steps of encoder and set-point.
-    pub is_digitised: bool,
+    /// Seed of the noise of the controller's sensors.
+    pub noise_seed: u64,
 }
 
 /// A machine as its model file describes it: facts, numbers, and runs on a command.

@@ -3,6 +3,7 @@
 use crate::{
     back_emf::BackEmfTable,
     effect::rescaling::Rescaling,
+    envelope::Envelope,
     parameter::{Keyed, Parameter, kinetic_within_static, within},
     parameter_error::ParameterError,
 };
@@ -28,6 +29,17 @@ pub enum Commutation {
     SixStep,
     /// All phases are connected, the current is held in quadrature to the rotor (`i_d = 0`).
     FieldOriented,
+}
+
+impl Commutation {
+    /// Envelope that stands for the current of such a drive: of a field-oriented one the current in
+    /// quadrature, else that of the conducting phase.
+    pub fn envelope(self) -> Envelope {
+        match self {
+            Self::SixStep => Envelope::ConductingPhase,
+            Self::FieldOriented => Envelope::QAxis,
+        }
+    }
 }
 
 /// Where the angle is measured that closes the position loop.

@@ -39,7 +39,7 @@ pub(crate) struct ShapeFunction {
 }
 
 impl ShapeFunction {
-    /// That of a field-oriented drive; `None` for six steps, whose shape is a staircase.
+    /// Shape function of a field-oriented drive; `None` for six steps, whose shape is a staircase.
     pub(crate) fn new(actuator: &Actuator, faults: &PhysicalFaults) -> Option<Self> {
         if actuator.inverter.commutation == Commutation::SixStep {
             return None;

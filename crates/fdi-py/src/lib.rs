@@ -20,7 +20,7 @@ use pyo3::{prelude::*, types::PyBytes};
 use error::OrRaise;
 use waiting::waited;
 
-/// That of `fdi`, so that simulations take the same time.
+/// Allocator that `fdi` has too, so that simulations take the same time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

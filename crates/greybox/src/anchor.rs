@@ -56,7 +56,7 @@ impl Anchor {
         let simple = machine.simulate(state, record, place)?;
         let mut runs: Vec<MachineSignals> = Vec::new();
         for seed in 0..count {
-            let electronics = Electronics { fidelity, noise_seed: Some(seed), is_digitised: true };
+            let electronics = Electronics { fidelity, noise_seed: seed };
             let run = machine.run_with_electronics(electronics, state, record, place);
             let Some(run) = if_run(run)? else { return Ok(None) };
             runs.push(run);

@@ -177,7 +177,7 @@ impl Machine {
 
     /// Largest drive signal that a proposed command may need: half of the controller's limit.
     pub(crate) fn safe_drive(&self) -> f64 {
-        0.5 * self.kind().drive_limit()
+        0.5 * self.drive_limit()
     }
 
     /// Angle of the motor in which the current has one period; a turn where it has no

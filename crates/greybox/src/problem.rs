@@ -241,10 +241,7 @@ impl<'a> Problem<'a> {
     /// Noise of the sensors by second differences of what an anchored prediction leaves in a state,
     /// less that of the loop; at least a tenth of all.
     pub(crate) fn sensor_noise(&self, state: &State) -> Result<f64, GreyboxError> {
-        let rough = |signal: &[f64]| {
-            let square = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]) * (w[0] - 2.0 * w[1] + w[2]);
-            signal.windows(3).map(square).sum::<f64>() / 6.0
-        };
+        let rough = |signal: &[f64]| second_differences(signal).map(|d| d * d).sum::<f64>() / 6.0;
         let (mut all, mut of_loop, mut count) = (0.0, 0.0, 0.0);
         for prepared in &self.records {
             let Some(anchored) = &prepared.anchored else { continue };
@@ -341,7 +338,12 @@ pub(crate) fn rough_noise(problem: &Problem<'_>) -> f64 {
     let differences: Vec<f64> = problem
         .records
         .iter()
-        .flat_map(|r| r.measured.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / libm::sqrt(6.0)))
+        .flat_map(|r| second_differences(&r.measured).map(|d| d / libm::sqrt(6.0)))
         .collect();
     rms(&differences).max(1e-9)
+}
+
+/// Second differences of a signal; of white noise their variance is six times its own.
+fn second_differences(signal: &[f64]) -> impl Iterator<Item = f64> {
+    signal.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2])
 }

@@ -511,6 +511,7 @@ impl Session<'_> {
         by_likeness.sort_by(|a, b| scored[*b].raw_cosine.total_cmp(&scored[*a].raw_cosine));
         by_likeness.truncate(3);
         let chosen = by_score.into_iter().chain(by_likeness).chain(nonlinear);
+        let plausible = Plausible::new(self.machine, scales);
         let mut rivals: Vec<Rival> = Vec::new();
         let mut bar = f64::INFINITY;
         for place in chosen {
@@ -524,7 +525,7 @@ impl Session<'_> {
                     scored,
                     tried: &round.tried[scored.tried],
                     family,
-                    plausible: Plausible::new(self.machine, scales),
+                    plausible,
                     questions,
                 },
                 current,

@@ -9,14 +9,13 @@ use super::{
 };
 use crate::{
     effect::{Effect, Geometry},
-    envelope::{Envelope, EnvelopeFilter},
+    envelope::EnvelopeFilter,
     fault::{FaultId, PhysicalFaults},
     high_fidelity::HighFidelity,
     low_fidelity::LowFidelity,
     model_file::{self, EffectBlock, Model},
     parameter::Parameter,
-    params::Commutation,
-    scenario::{Command, ControlMode, Imperfections, Scenario},
+    scenario::{Command, ControlMode, Scenario},
     tolerance::UncertainNumber,
     trace::LowFidelityTrace,
 };
@@ -139,7 +138,7 @@ impl MachineKind for Model {
         effects: &[Effect],
     ) -> Result<Box<dyn MachineRun>, MachineTestError> {
         let ticks_per_sample = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
-        let simulation = low_fidelity(self, effects, test, &scenario(test)?)?;
+        let simulation = ideal(self, effects, test)?;
         let trace = simulation.simulate(faults);
         Ok(Box::new(ActuatorRun {
             trace,
@@ -163,46 +162,31 @@ impl MachineKind for Model {
         effects: &[Effect],
     ) -> Result<MachineSignals, MachineTestError> {
         let step = test.ticks_per_sample(self.actuator.controller.sample_hz)?;
-        let imperfections = Imperfections {
-            controller_noise: electronics.noise_seed.is_some(),
-            digitisation: electronics.is_digitised,
-        };
-        let seed = electronics.noise_seed.unwrap_or(0);
-        let scenario = Scenario { imperfections, seed, ..scenario(test)? };
-        let samples = test.command.len();
-        let shown =
-            |current_a: &[f64], rate_hz| shown(current_a, rate_hz, step, samples, filter(test));
+        let scenario = scenario(test)?.with_real_electronics(electronics.noise_seed);
+        let shown = Shown { step, samples: test.command.len(), filter: filter(test) };
         Ok(match electronics.fidelity {
             ModelFidelity::Low => {
                 let trace = low_fidelity(self, effects, test, &scenario)?.try_simulate(faults)?;
-                MachineSignals {
-                    drive: shown(&trace.current_a, trace.rate_hz),
-                    motor: every(&trace.motor_angle_rad, step, samples),
-                    speed: every(&trace.motor_speed_rad_per_s, step, samples),
-                    surface: every(&trace.surface_angle_rad, step, samples),
-                }
+                shown.signals(&AtTicks::from(&trace))
             }
             ModelFidelity::High => {
                 let model = HighFidelity::new(&self.actuator, &scenario)?.with_effects(effects)?;
                 let trace = model.with_load(test.recorded_load())?.try_simulate(faults)?;
-                let envelope = match self.actuator.inverter.commutation {
-                    Commutation::SixStep => Envelope::ConductingPhase,
-                    Commutation::FieldOriented => Envelope::QAxis,
-                };
-                let envelope_a = trace.envelope_a(envelope, self.actuator.motor.pole_pairs);
-                MachineSignals {
-                    drive: shown(&envelope_a, trace.rate_hz),
-                    motor: every(&trace.motor_angle_rad, step, samples),
-                    speed: every(&trace.motor_speed_rad_per_s, step, samples),
-                    surface: every(&trace.surface_angle_rad, step, samples),
-                }
+                let envelope = self.actuator.inverter.commutation.envelope();
+                shown.signals(&AtTicks {
+                    rate_hz: trace.rate_hz,
+                    current_a: &trace.envelope_a(envelope, self.actuator.motor.pole_pairs),
+                    motor_angle_rad: &trace.motor_angle_rad,
+                    motor_speed_rad_per_s: &trace.motor_speed_rad_per_s,
+                    surface_angle_rad: &trace.surface_angle_rad,
+                })
             }
         })
     }
 
     fn prepare(&self, test: &MachineTest<'_>) -> PreparedTest {
         let is_run = test.ticks_per_sample(self.actuator.controller.sample_hz).is_ok();
-        PreparedTest { low_fidelity: is_run.then(|| ideal(self, test).ok()).flatten() }
+        PreparedTest { low_fidelity: is_run.then(|| ideal(self, &[], test).ok()).flatten() }
     }
 
     fn drive(
@@ -217,7 +201,7 @@ impl MachineKind for Model {
         let simulation = if let Some(ready) = &prepared.low_fidelity {
             ready.on_actuator(&self.actuator)?.with_effects(effects)?
         } else {
-            low_fidelity(self, effects, test, &scenario(test)?)?
+            ideal(self, effects, test)?
         };
         let mut current_a = Vec::new();
         simulation.simulate_current(faults, &mut current_a);
@@ -244,6 +228,47 @@ fn shown(
     }
 }
 
+/// Signals of an actuator at each tick of its controller.
+struct AtTicks<'a> {
+    rate_hz: f64,
+    current_a: &'a [f64],
+    motor_angle_rad: &'a [f64],
+    motor_speed_rad_per_s: &'a [f64],
+    surface_angle_rad: &'a [f64],
+}
+
+impl<'a> From<&'a LowFidelityTrace> for AtTicks<'a> {
+    fn from(trace: &'a LowFidelityTrace) -> Self {
+        Self {
+            rate_hz: trace.rate_hz,
+            current_a: &trace.current_a,
+            motor_angle_rad: &trace.motor_angle_rad,
+            motor_speed_rad_per_s: &trace.motor_speed_rad_per_s,
+            surface_angle_rad: &trace.surface_angle_rad,
+        }
+    }
+}
+
+/// Samples of a test among the ticks of a controller, and the filter behind the current.
+struct Shown {
+    step: usize,
+    samples: usize,
+    filter: Option<EnvelopeFilter>,
+}
+
+impl Shown {
+    /// The signals at the rate of the test.
+    fn signals(&self, at: &AtTicks<'_>) -> MachineSignals {
+        let &Self { step, samples, filter } = self;
+        MachineSignals {
+            drive: shown(at.current_a, at.rate_hz, step, samples, filter),
+            motor: every(at.motor_angle_rad, step, samples),
+            speed: every(at.motor_speed_rad_per_s, step, samples),
+            surface: every(at.surface_angle_rad, step, samples),
+        }
+    }
+}
+
 /// The scenario of a test, with ideal electronics.
 fn scenario(test: &MachineTest<'_>) -> Result<Scenario, MachineTestError> {
     Ok(Scenario {
@@ -260,9 +285,13 @@ fn scenario(test: &MachineTest<'_>) -> Result<Scenario, MachineTestError> {
     })
 }
 
-/// An actuator without effects in the scenario of a test, with ideal electronics.
-fn ideal(model: &Model, test: &MachineTest<'_>) -> Result<LowFidelity, MachineTestError> {
-    low_fidelity(model, &[], test, &scenario(test)?)
+/// An actuator on the command of a test, with ideal electronics.
+fn ideal(
+    model: &Model,
+    effects: &[Effect],
+    test: &MachineTest<'_>,
+) -> Result<LowFidelity, MachineTestError> {
+    low_fidelity(model, effects, test, &scenario(test)?)
 }
 
 /// An actuator in the scenario of a test.
@@ -288,13 +317,8 @@ struct ActuatorRun {
 
 impl MachineRun for ActuatorRun {
     fn signals(&self) -> MachineSignals {
-        let (trace, step, samples) = (&self.trace, self.ticks_per_sample, self.samples);
-        MachineSignals {
-            drive: shown(&trace.current_a, trace.rate_hz, step, samples, self.filter),
-            motor: every(&trace.motor_angle_rad, step, samples),
-            speed: every(&trace.motor_speed_rad_per_s, step, samples),
-            surface: every(&trace.surface_angle_rad, step, samples),
-        }
+        let (step, samples, filter) = (self.ticks_per_sample, self.samples, self.filter);
+        Shown { step, samples, filter }.signals(&AtTicks::from(&self.trace))
     }
 
     fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64> {

@@ -86,7 +86,7 @@ impl Answer {
 }
 
 impl QuadratureLoop {
-    /// That of a field-oriented drive; `None` for six steps.
+    /// Current loop of a field-oriented drive; `None` for six steps.
     pub(crate) fn new(actuator: &Actuator) -> Option<Self> {
         if actuator.inverter.commutation == Commutation::SixStep {
             return None;
@@ -223,7 +223,8 @@ mod tests {
     /// Current against finest steps, A, of a set-point that steps by 1 A: a hundred times what it
     /// does in a tick of the tests.
     const CURRENT_A: f64 = 1e-5;
-    /// The same of what the integral is behind: the series' next coefficient.
+    /// Voltage that the integral is behind against finest steps, V, of that set-point: the series'
+    /// next coefficient.
     const BEHIND_V: f64 = 5e-5;
 
     #[test]

@@ -1,6 +1,6 @@
 //! The signal of a recording that drives its machine.
 
-use ema_sim::{Commutation, DriveUnit, Envelope, model_file::MachineModel};
+use ema_sim::{DriveUnit, Envelope, model_file::MachineModel};
 use recordings::{Channel, ChannelName, RecordError, Recording};
 
 use crate::simulation::{compared_signals::ComparedSignalsError, envelope::envelope_of};
@@ -50,15 +50,10 @@ impl DriveSignal {
     }
 }
 
-/// Envelope that stands for the current of a drive: of a field-oriented one the current in
-/// quadrature, else that of the conducting phase.
+/// Envelope that stands for the current of a machine's drive; a servo axis has no phases.
 fn usual_envelope(model: &MachineModel) -> Envelope {
     match model {
-        MachineModel::Actuator(model)
-            if model.actuator.inverter.commutation == Commutation::FieldOriented =>
-        {
-            Envelope::QAxis
-        }
+        MachineModel::Actuator(model) => model.actuator.inverter.commutation.envelope(),
         _ => Envelope::ConductingPhase,
     }
 }
