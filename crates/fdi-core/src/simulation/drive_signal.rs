@@ -54,7 +54,7 @@ impl DriveSignal {
 fn usual_envelope(model: &MachineModel) -> Envelope {
     match model {
         MachineModel::Actuator(model) => model.actuator.inverter.commutation.envelope(),
-        _ => Envelope::ConductingPhase,
+        MachineModel::ServoAxis(_) => Envelope::ConductingPhase,
     }
 }
 
