@@ -88,7 +88,8 @@ fn names_a_commit(text: &str) -> bool {
 }
 
 fn judging_word(text: &str) -> Option<&'static str> {
-    JUDGING.into_iter().find(|word| text.contains(word))
+    let ends = |at: usize| !text[at..].starts_with(char::is_alphanumeric);
+    JUDGING.into_iter().find(|word| text.match_indices(word).any(|(at, _)| ends(at + word.len())))
 }
 
 /// Reason against a piece, if there is one.
@@ -120,6 +121,8 @@ fn a_piece_that_judges_without_a_commit_is_found() {
     assert!(fault("measured/head.md", "Two threads.").is_none());
     assert!(fault("measured/head.md", "The bar is **missed**.").is_some());
     assert!(!names_a_commit("commit `of today`"));
+    assert_eq!(judging_word("the bars: met"), Some(": met"));
+    assert_eq!(judging_word("write: metaheuristics"), None);
 }
 
 #[test]
