@@ -9,6 +9,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod ablation;
 mod contender;
 mod convergence;
 mod evaluation;
@@ -22,6 +23,7 @@ mod start;
 mod trials;
 mod units;
 
+pub use ablation::{AblationRequest, AblationScore, Compression, evaluate_compressions};
 pub use contender::Contender;
 pub use evaluation::evaluate;
 pub use protocol::Protocol;

@@ -1,12 +1,16 @@
 //! The online diagnosis: from a recording to fault levels with their uncertainty.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, sync::Arc};
 
 use ema_sim::FAULT_COUNT;
 use recordings::Recording;
+use reduction::CompressionConfig;
 
 use crate::{
-    offline::bundle::{Bundle, BundleError},
+    offline::{
+        bundle::{Bundle, BundleError},
+        encoder_fit::{compressing_encoder, fitted_encoder},
+    },
     online::{
         cache::ErrorId,
         commutation::Commutation,
@@ -56,7 +60,26 @@ impl Diagnoser {
     ///
     /// [`BundleError`] for a bundle that nothing can be learnt from.
     pub fn with_encoding(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
-        Ok(Self { learnt: Learnt::of(bundle, encoding)? })
+        let encoder = fitted_encoder(&bundle, encoding)?;
+        Ok(Self { learnt: Learnt::of(bundle, encoder)? })
+    }
+
+    /// Prepares a bundle for diagnoses of the numbers that a compression keeps of a signal, fitted
+    /// to the bundle's incipient signals.
+    ///
+    /// Search, uncertainty, noise and adequacy rest on these numbers alone, as with
+    /// [`with_encoding`](Self::with_encoding), whose encodings are four of such compressions.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] for a bundle that nothing can be learnt from, and for a compression that
+    /// cannot be fitted to its signals.
+    pub fn with_compression(
+        bundle: Bundle,
+        compression: &CompressionConfig,
+    ) -> Result<Self, BundleError> {
+        let encoder = compressing_encoder(&bundle, compression)?;
+        Ok(Self { learnt: Learnt::of(bundle, Some(Arc::new(encoder)))? })
     }
 
     /// Prepares a bundle with recordings of the machine as new, all from one start angle.

@@ -76,6 +76,8 @@ pub use recordings::{
     OtherColumn, RecordError, Recording, RecordingDate, Sampling, SharedNumbers, StatedUnit,
     WriteError, guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };
+/// The compression whose settings stand in this crate's interface.
+pub use reduction;
 pub use seed::{Purpose, RootSeed};
 pub use signal_diagnosis::{EnvelopeSignal, SignalDiagnosis};
 pub use simulation::compared_signals::{ComparedSignals, ComparedSignalsError, GivenCommand};

@@ -1,5 +1,6 @@
 //! Drawings as self-contained SVG, one file a kind of answer.
 
+mod compression;
 mod convergence;
 mod diagnosis;
 mod drawing;
@@ -7,6 +8,7 @@ mod evaluation;
 mod explanation;
 mod mode;
 
+pub use compression::{CompressionCurve, CompressionPanel, compression_figure_svg};
 pub use convergence::convergence_figure_svg;
 pub use diagnosis::{fault_figure_svg, fit_figure_svg, search_figure_svg, trend_figure_svg};
 pub use evaluation::detection_figure_svg;

@@ -40,9 +40,10 @@ pub use document::{
     UnitNumber, UnitSummary, Verdict,
 };
 pub use figure::{
-    DrawnMode, convergence_figure_svg, detection_figure_svg, fault_change_figure_svg,
-    fault_figure_svg, fit_figure_svg, held_out_figure_svg, mode_figure_svg,
-    residual_curve_figure_svg, residual_curves_figure_svg, search_figure_svg, trend_figure_svg,
+    CompressionCurve, CompressionPanel, DrawnMode, compression_figure_svg, convergence_figure_svg,
+    detection_figure_svg, fault_change_figure_svg, fault_figure_svg, fit_figure_svg,
+    held_out_figure_svg, mode_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg,
+    search_figure_svg, trend_figure_svg,
 };
 pub use fit_signals::FitSignals;
 pub use folder::common_folder;

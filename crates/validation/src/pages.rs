@@ -140,7 +140,32 @@ pub fn validate_section(root: &Path, page: &str, name: &str) -> Result<()> {
     // read late: other sections may have been rebuilt meanwhile
     let whole = fs::read_to_string(&path)?;
     fs::write(path, with_section(&whole, &rendered.markdown)?)?;
-    write_drawings(&folder, rendered.drawings)
+    write_drawings(&folder, rendered.drawings)?;
+    store_section(&folder, page, name)
+}
+
+/// Stores the quick figures of a section, those whose names begin with its own, and leaves the
+/// others as they are.
+fn store_section(folder: &Path, page: &str, section: &str) -> Result<()> {
+    let of = PAGES.iter().find(|one| one.name == page).context("a page with sections")?;
+    let beside = folder.join(page).with_extension("toml");
+    let stored = stored(page, &beside)?;
+    let now = (of.quick)().with_context(|| format!("figures of `{page}`"))?;
+    let figure = now
+        .into_iter()
+        .filter_map(|figure| {
+            let is_of_section = figure.id.starts_with(&format!("{section}-"));
+            let was = stored.figure.iter().find(|was| was.id == figure.id).cloned();
+            if is_of_section { Some(figure) } else { was }
+        })
+        .collect();
+    Ok(fs::write(&beside, toml::to_string_pretty(&Stored { figure })?)?)
+}
+
+fn stored(page: &str, beside: &Path) -> Result<Stored> {
+    let text = fs::read_to_string(beside)
+        .with_context(|| format!("{}: run `cargo xtask validate {page}`", beside.display()))?;
+    Ok(toml::from_str(&text)?)
 }
 
 fn write_drawings(folder: &Path, drawings: Vec<(String, String)>) -> Result<()> {
@@ -156,26 +181,24 @@ fn lacks(page: &Page) -> Option<&'static str> {
         .then_some("`FDI_MEASURED_DATA` does not name the folder of measured recordings")
 }
 
-/// Compares recomputed figures with the stored ones.
+/// Compares recomputed figures with the stored ones; tells every one that differs.
 fn compare(page: &str, now: &[Figure], beside: &Path) -> Result<()> {
-    let text = fs::read_to_string(beside)
-        .with_context(|| format!("{}: run `cargo xtask validate {page}`", beside.display()))?;
-    let stored: Stored = toml::from_str(&text)?;
+    let stored = stored(page, beside)?;
     if stored.figure.len() != now.len() {
         bail!("page `{page}` stores {} figures, {} recomputed", stored.figure.len(), now.len());
     }
-    for (was, is) in stored.figure.iter().zip(now) {
+    let differs = |(was, is): (&Figure, &Figure)| {
         let agree = (was.value - is.value).abs() <= was.tolerance_rel * was.value.abs();
-        if was.id != is.id || !agree {
-            bail!(
-                "page `{page}`: `{}` was {} and is {} {} (tolerance {} relative)",
-                was.id,
-                was.value,
-                is.value,
-                is.unit,
-                was.tolerance_rel
-            );
-        }
+        (was.id != is.id || !agree).then(|| {
+            format!(
+                "`{}` was {} and is {} {} (tolerance {} relative)",
+                was.id, was.value, is.value, is.unit, was.tolerance_rel
+            )
+        })
+    };
+    let differing: Vec<String> = stored.figure.iter().zip(now).filter_map(differs).collect();
+    if !differing.is_empty() {
+        bail!("page `{page}`: {}", differing.join("; "));
     }
     Ok(())
 }

@@ -27,15 +27,56 @@ pub(crate) fn fitted_encoder(
     bundle: &Bundle,
     encoding: Encoding,
 ) -> Result<Option<Arc<Encoder>>, BundleError> {
-    let samples = bundle.experiment.samples();
-    let rows = match encoding {
+    let kept = match encoding {
         Encoding::Full => return Ok(None),
-        Encoding::Points => picked(&bundle.mask, samples),
-        Encoding::ClusterMeans => fitted(bundle, Kept::ClusterMeans)?,
-        Encoding::Modes => fitted(bundle, Kept::Modes)?,
-        Encoding::Sensitivities => fitted(bundle, Kept::Sensitivities)?,
+        Encoding::Points => {
+            let rows = picked(&bundle.mask, bundle.experiment.samples());
+            return Ok(Some(Arc::new(Encoder::new(encoding, rows))));
+        }
+        Encoding::ClusterMeans => Kept::ClusterMeans,
+        Encoding::Modes => Kept::Modes,
+        Encoding::Sensitivities => Kept::Sensitivities,
     };
-    Ok(Some(Arc::new(Encoder::new(encoding, rows))))
+    let dataset = bundle.dataset(ReferenceDesign::Incipient).ok_or(BundleError::NoIncipient)?;
+    let seed = RootSeed(dataset.seed).derive(Purpose::Map, 0);
+    let config = CompressionConfig {
+        encoding: kept,
+        count: MASK_POINTS,
+        som: SomConfig { seed, ..SomConfig::default() },
+        ..CompressionConfig::default()
+    };
+    Ok(Some(Arc::new(compressing_encoder(bundle, &config)?)))
+}
+
+/// Encoder of a compression map that is fitted to a bundle's incipient signals, with the noise
+/// that the bundle states.
+pub(crate) fn compressing_encoder(
+    bundle: &Bundle,
+    config: &CompressionConfig,
+) -> Result<Encoder, BundleError> {
+    let dataset = bundle.dataset(ReferenceDesign::Incipient).ok_or(BundleError::NoIncipient)?;
+    let snapshots = Snapshots::from_columns(&dataset.signals_a)?;
+    let points = sought_coordinates(&bundle.experiment, dataset);
+    let parameters = Matrix::from_columns(&points)?.transposed();
+    let noise = stated_noise(bundle)?;
+    let data = TrainingData::new(&snapshots).with_parameters(&parameters);
+    let data = match &noise {
+        Some(noise) => data.with_noise(noise),
+        None => data,
+    };
+    let weights = CompressionMap::fit(&data, config)?.weights();
+    let rows = (0..weights.columns()).map(|column| weights.column(column).to_vec()).collect();
+    Ok(Encoder::new(published(config.encoding), rows))
+}
+
+/// The word that answers have for a kind of kept numbers.
+fn published(kept: Kept) -> Encoding {
+    match kept {
+        Kept::Points(_) => Encoding::Points,
+        Kept::ClusterMeans => Encoding::ClusterMeans,
+        Kept::Sensitivities => Encoding::Sensitivities,
+        _ => Encoding::Modes,
+    }
 }
 
 /// Rows that pick samples.
@@ -48,27 +89,12 @@ fn picked(points: &[usize], samples: usize) -> Vec<Vec<f64>> {
     points.iter().map(pick).collect()
 }
 
-/// Rows of a compression map of the incipient signals.
-fn fitted(bundle: &Bundle, encoding: Kept) -> Result<Vec<Vec<f64>>, BundleError> {
-    let dataset = bundle.dataset(ReferenceDesign::Incipient).ok_or(BundleError::NoIncipient)?;
-    let snapshots = Snapshots::from_columns(&dataset.signals_a)?;
-    let points = sought_coordinates(&bundle.experiment, dataset);
-    let parameters = Matrix::from_columns(&points)?.transposed();
-    let noise = stated_noise(bundle)?;
-    let data = TrainingData::new(&snapshots).with_parameters(&parameters).with_noise(&noise);
-    let seed = RootSeed(dataset.seed).derive(Purpose::Map, 0);
-    let config = CompressionConfig {
-        encoding,
-        count: MASK_POINTS,
-        som: SomConfig { seed, ..SomConfig::default() },
-        ..CompressionConfig::default()
-    };
-    let weights = CompressionMap::fit(&data, &config)?.weights();
-    Ok((0..weights.columns()).map(|column| weights.column(column).to_vec()).collect())
-}
-
-/// Covariance of the sensors' noise that the bundle states.
-fn stated_noise(bundle: &Bundle) -> Result<NoiseCovariance, BundleError> {
+/// Covariance of the sensors' noise that the bundle states; `None` where it states that there is
+/// none.
+fn stated_noise(bundle: &Bundle) -> Result<Option<NoiseCovariance>, BundleError> {
+    if bundle.noise_a == 0.0 {
+        return Ok(None);
+    }
     let experiment = &bundle.experiment;
     let rate_hz = experiment.actuator.controller.sample_hz;
     let samples = experiment.samples();
@@ -76,5 +102,6 @@ fn stated_noise(bundle: &Bundle) -> Result<NoiseCovariance, BundleError> {
     let variance = bundle.noise_a.powi(2);
     let band = |lag: usize| (0..samples - lag).map(|at| variance * unit.at(at + lag, at)).collect();
     let model = NoiseModel::Banded((0..=unit.half_band()).map(band).collect());
-    Ok(NoiseCovariance::new(&model, samples, 0.0).map_err(CompressionError::from)?)
+    let noise = NoiseCovariance::new(&model, samples, 0.0).map_err(CompressionError::from)?;
+    Ok(Some(noise))
 }

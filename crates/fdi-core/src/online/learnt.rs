@@ -8,7 +8,6 @@ use crate::{
     offline::{
         bundle::{Bundle, BundleError, StartAngle, differences},
         dataset::{ReferenceDesign, sought_coordinates},
-        encoder_fit::fitted_encoder,
         encoding::Encoder,
         error_model::{ErrorModel, FOLDS},
     },
@@ -22,7 +21,6 @@ use crate::{
         noise_grid::NoiseLevel,
         severe_errors::SevereErrors,
     },
-    report::Encoding,
     simulation::experiment::Monitor,
     statistics::noise_covariance::unit_noise_at_rate,
     unit::quantities::Quantities,
@@ -87,8 +85,7 @@ pub(crate) struct References {
 
 impl Learnt {
     /// Learns the error of the low-fidelity model at the bundle's start angle.
-    pub(crate) fn of(bundle: Bundle, encoding: Encoding) -> Result<Self, BundleError> {
-        let encoder = fitted_encoder(&bundle, encoding)?;
+    pub(crate) fn of(bundle: Bundle, encoder: Option<Arc<Encoder>>) -> Result<Self, BundleError> {
         let learnt = bundle.incipient_with_surface()?.ok_or(BundleError::NoIncipient)?;
         let (incipient, surface) = (learnt.0, learnt.1.map(Arc::new));
         let numbers = bundle.experiment.samples() * incipient.shape().taper_support_samples;

@@ -13,6 +13,10 @@ pub enum Encoding {
     /// The mean over the locations of each neuron of the dynamic-mode map.
     /// Neurons that win no location are left out.
     ClusterMeans,
+    /// Coordinates in the span of the dynamic modes, by an orthonormal basis of
+    /// it: the first of the paper's two steps without the second. As many as
+    /// [`CompressionConfig::dmd`] keeps, whatever the count.
+    DynamicModes,
     /// Coordinates in the leading singular modes of the centred snapshots, of
     /// the noise-whitened ones where a noise covariance is given.
     Modes,

@@ -5,7 +5,7 @@ use super::{
 use crate::{
     Dmd, DmdError, Matrix, NoiseError, RankRule, Sensitivities, SensitivityError, Snapshots, Som,
     SomError, Svd, SvdError, TrainingSet,
-    decomposition::{self, NoConvergence},
+    decomposition::{self, NoConvergence, Qr},
     placement::{self, Optimality},
     thin_svd,
 };
@@ -149,6 +149,7 @@ impl<'a> Fit<'a> {
         let (encoder, decoder, first_mode) = match self.config.encoding {
             Encoding::Points(placement) => self.points(placement)?,
             Encoding::ClusterMeans => self.cluster_means()?,
+            Encoding::DynamicModes => self.dynamic_span()?,
             Encoding::Modes => self.whitened_modes()?,
             Encoding::Sensitivities => self.sensitivities()?,
         };
@@ -205,6 +206,12 @@ impl<'a> Fit<'a> {
         // By their first location, as the points are.
         groups.sort_unstable();
         Ok((Encoder::Average(groups), None, Some(modes.column(0).to_vec())))
+    }
+
+    fn dynamic_span(&mut self) -> Result<Fitted, CompressionError> {
+        let modes = self.dynamic_modes()?.0;
+        let first_mode = modes.column(0).to_vec();
+        Ok((Encoder::Project(Qr::new(modes).thin_basis()), None, Some(first_mode)))
     }
 
     fn whitened_modes(&mut self) -> Result<Fitted, CompressionError> {

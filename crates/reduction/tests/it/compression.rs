@@ -22,7 +22,7 @@ pub(crate) fn smooth_signals(count: usize) -> (Snapshots, Matrix) {
     (snapshots, parameters)
 }
 
-const ENCODINGS: [Encoding; 10] = [
+const ENCODINGS: [Encoding; 11] = [
     Encoding::Points(Placement::DmdSom),
     Encoding::Points(Placement::PodSom),
     Encoding::Points(Placement::Qdeim),
@@ -31,6 +31,7 @@ const ENCODINGS: [Encoding; 10] = [
     Encoding::Points(Placement::Uniform),
     Encoding::Points(Placement::Random),
     Encoding::ClusterMeans,
+    Encoding::DynamicModes,
     Encoding::Modes,
     Encoding::Sensitivities,
 ];

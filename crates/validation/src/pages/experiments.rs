@@ -1,5 +1,7 @@
 //! `docs/validation/experiments.md`: the paper's Tables 2-8, and ours with noise.
 
+mod ablation;
+
 use std::{fmt::Write as _, thread, time::Instant};
 
 use anyhow::{Context, Result};
@@ -117,6 +119,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
             ));
         }
     }
+    figures.extend(ablation::quick()?);
     let result = run(Protocol::Noisy, noisy(CLEAN, 2000.0, 100), 30, &[Contender::Gls], 20)?;
     for method in &result.methods {
         figures.push(seeded("noisy-coverage".to_owned(), method.coverage_95.unwrap_or(0.0), "1"));
@@ -198,6 +201,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section { name: "bench", write: bench },
     Section { name: "convergence", write: convergence },
     Section { name: "noisy", write: with_noise },
+    Section { name: "ablation", write: ablation::section },
 ];
 
 /// The whole page.
