@@ -1,4 +1,4 @@
-//! What is left of a diagnosis when it looks at fewer numbers than the whole signal.
+//! Diagnoses that look at fewer numbers than the whole signal, and the error that this leaves.
 
 use fdi_core::{
     Bundle, Condition, Dataset, DatasetRequest, DiagnoseError, DiagnoseOptions, Diagnoser,
@@ -27,7 +27,7 @@ pub enum Compression {
     Raw,
     /// Every sample of the filtered envelope.
     Full,
-    /// What a compression of the filtered envelope keeps, fitted to the reference signals.
+    /// Numbers that a compression of the filtered envelope keeps, fitted to the reference signals.
     Map(Box<CompressionConfig>),
 }
 
@@ -38,7 +38,7 @@ pub struct AblationRequest<'a> {
     pub setting: EvaluationSetting,
     /// Test conditions.
     pub conditions: usize,
-    /// What is looked at, one score each.
+    /// Compressions, one score each.
     pub compressions: &'a [Compression],
     /// Root seed; conditions, noise and the reference signals derive theirs from it.
     pub seed: u64,
