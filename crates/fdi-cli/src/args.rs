@@ -177,6 +177,8 @@ impl Color {
 pub enum Command {
     /// Fault levels with uncertainty, verdict and fit for each recording
     Diagnose(DiagnoseArgs),
+    /// One answer of the parts of a batch, which `fdi diagnose --shard` made
+    Merge(MergeArgs),
     /// A recording of a simulated actuator
     Simulate(SimulateArgs),
     /// Reference signals of an actuator in a test, to learn a bundle from
@@ -288,8 +290,8 @@ fn paths_help() -> String {
 /// Every N-th recording, beginning with the I-th.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    index: usize,
-    of: usize,
+    pub(crate) index: usize,
+    pub(crate) of: usize,
 }
 
 impl Shard {
@@ -310,6 +312,14 @@ impl FromStr for Shard {
         };
         parse().ok_or("expected I/N with I from 1 to N, such as 2/8")
     }
+}
+
+/// Options of `fdi merge`.
+#[derive(Clone, Debug, Args)]
+pub struct MergeArgs {
+    /// Every part of the batch, in any order: files of `--resume`, or JSON documents
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
 }
 
 /// Options of `fdi simulate`.

@@ -43,6 +43,7 @@ impl Files {
         let mut files = Self::of_every_command(global);
         match command {
             Command::Diagnose(args) => files.diagnosis(args),
+            Command::Merge(args) => files.read("a part", args.parts.iter().cloned()),
             Command::Simulate(args) => files.test(&args.test),
             Command::Dataset(args) => files.test(&args.test),
             Command::Bundle(BundleCommand::Build(args)) => {

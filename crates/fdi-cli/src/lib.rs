@@ -53,6 +53,7 @@ pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
             let diagnoser = diagnoser::diagnoser(args, cli.global.root_seed())?;
             command::diagnose(diagnoser.as_ref(), args, &cli.global, streams)
         }
+        Command::Merge(args) => command::merge(args, &cli.global, streams),
         Command::Simulate(args) => command::simulate(args, &cli.global, streams),
         Command::Dataset(args) => command::dataset(args, &cli.global, streams),
         Command::Bundle(BundleCommand::Build(args)) => command::build(args, &cli.global, streams),

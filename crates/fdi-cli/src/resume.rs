@@ -13,7 +13,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use fdi_core::report::{Failure, ResumeHead};
+use fdi_core::report::{BatchShard, Failure, ResumeHead};
 
 use crate::{
     output::{Answer, to_line},
@@ -235,6 +235,19 @@ fn check_head(line: &str, now: &ResumeHead) -> Result<()> {
     if then.tool != now.tool {
         bail!("its answers are of `{}`, this is `{}`: use another file", then.tool, now.tool);
     }
+    if then.shard != now.shard {
+        let told = |head: &ResumeHead| match &head.shard {
+            None => "a whole batch".to_owned(),
+            Some(BatchShard { index, of, recordings, .. }) => {
+                format!("part {index} of {of} of a batch of {recordings} recordings")
+            }
+        };
+        let (then, now) = (told(&then), told(now));
+        if then == now {
+            bail!("it is {now}, which has other recordings now: use another file");
+        }
+        bail!("it is {then}, this run is {now}: use another file");
+    }
     let settings = |head: &ResumeHead| head.answers_depend_on.clone();
     let (then, now) = (settings(&then), settings(now));
     for name in now.keys().chain(then.keys()) {
@@ -256,7 +269,7 @@ fn check_head(line: &str, now: &ResumeHead) -> Result<()> {
 }
 
 /// An answer from its line.
-fn parse(line: &str) -> Result<Answer> {
+pub(crate) fn parse(line: &str) -> Result<Answer> {
     if let Ok(failure) = serde_json::from_str::<Failure>(line) {
         return Ok(Answer::Failed(failure));
     }

@@ -94,7 +94,7 @@ impl Session {
     /// Facts that stand before the answers.
     pub fn head(&self) -> Head {
         let bundle = self.diagnoser.bundle_sha256().to_owned();
-        Head { bundle, seed: self.global.seed, stamp: None }
+        Head { bundle, seed: self.global.seed, stamp: None, part: None }
     }
 
     fn batch(&self) -> Batch<'_> {

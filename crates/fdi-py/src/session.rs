@@ -182,7 +182,7 @@ impl Answers {
             }
         };
         let answers = lines.iter().map(answer).collect::<PyResult<_>>()?;
-        let head = Head { bundle, seed, stamp: None };
+        let head = Head { bundle, seed, stamp: None, part: None };
         Ok(Self { inner: InnerAnswers { head, answers } })
     }
 

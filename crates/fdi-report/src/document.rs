@@ -25,8 +25,8 @@ pub use calibration::{CalibratedParameter, Calibration};
 #[cfg(test)]
 pub(crate) use diagnosis::tests;
 pub use diagnosis::{
-    Diagnosis, Failure, Fidelity, Fit, Method, NoiseSource, RecordDiagnosis, ResumeHead, Status,
-    Verdict,
+    BatchShard, Diagnosis, Failure, Fidelity, Fit, Method, NoiseSource, RecordDiagnosis,
+    ResumeHead, Status, Verdict,
 };
 pub use effects::{CatalogueEffect, CatalogueKey, CatalogueParameter, EffectCatalogue};
 pub use encoding::Encoding;

@@ -12,8 +12,9 @@ use std::{
 use anyhow::Result;
 use fdi_core::{
     ColumnMap, list_recordings, recording_sha256,
-    report::{RecordDiagnosis, Verdict},
+    report::{BatchShard, RecordDiagnosis, Verdict},
 };
+use recordings::sha256_hex;
 
 use crate::{
     DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
@@ -55,16 +56,31 @@ pub(crate) fn diagnose(
     let is_kept = args.resume.is_some();
     let (names, stable) = (&args.fleet.names, global.stable);
     let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept };
-    let inputs = inputs(args);
+    let (inputs, shard) = inputs(args);
+    let part = match shard {
+        Some(shard) => {
+            let depend_on = answers::head(args, global, diagnoser, None)?.answers_depend_on;
+            Some((shard, depend_on))
+        }
+        None => None,
+    };
     let resume = match &args.resume {
         Some(path) => {
-            let head = answers::head(args, global, diagnoser)?;
+            let shard = part.as_ref().map(|(shard, _)| shard.clone());
+            let head = answers::head(args, global, diagnoser, shard)?;
             Some(Resume::open(path, inputs.iter().map(Source::name), &head)?)
         }
         None => None,
     };
     let mut records = after::wanted(args).then(Vec::new);
-    let (tally, left) = tell(&batch, &inputs, resume, &mut records, global, streams)?;
+    let head = Head {
+        bundle: batch.diagnoser.bundle_sha256().to_owned(),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+        part,
+    };
+    let asked = Asked { inputs, head };
+    let (tally, left) = tell(&batch, &asked, resume, &mut records, global, streams)?;
     if let (Some(path), true) = (&global.output, left) {
         say_left(path, global, streams);
     }
@@ -90,18 +106,13 @@ fn say_left(path: &Path, global: &GlobalArgs, streams: &mut Streams<'_>) {
 /// because nothing came of the batch.
 fn tell(
     batch: &Batch<'_>,
-    inputs: &[Source],
+    Asked { inputs, head }: &Asked,
     resume: Option<Resume>,
     records: &mut Option<Vec<RecordDiagnosis>>,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<(Tally, bool)> {
     let jobs = global.threads();
-    let head = Head {
-        bundle: batch.diagnoser.bundle_sha256().to_owned(),
-        seed: global.seed,
-        stamp: global.stamp.then(stamp::now),
-    };
     let is_done = |input: &&Source| resume.as_ref().is_some_and(|one| one.done(&input.path()));
     let before = inputs.iter().filter(is_done).count();
     let mut tally = Tally::default();
@@ -121,7 +132,7 @@ fn tell(
     let left = product.product_worth(global.output.as_deref(), |out| {
         let styled = global.output.is_none();
         let mut writer = writer(global.output_format, styled, out);
-        writer.begin(&head)?;
+        writer.begin(head)?;
         let emit = |done: Done| {
             let answer = &done.answer;
             if let Some(resume) = &resume {
@@ -183,12 +194,34 @@ fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
     }
 }
 
-/// The entries that the options stand for, in their order.
-fn inputs(args: &DiagnoseArgs) -> Vec<Source> {
+/// Recordings that a run is to diagnose, and the facts before its answers.
+struct Asked {
+    inputs: Vec<Source>,
+    head: Head,
+}
+
+/// The entries that the options stand for, in their order, and which part of the batch they are.
+fn inputs(args: &DiagnoseArgs) -> (Vec<Source>, Option<BatchShard>) {
     let inputs = sources(args.paths.iter().map(PathBuf::as_path));
-    let Some(shard) = args.shard else { return inputs };
+    let Some(shard) = args.shard else { return (inputs, None) };
+    let told = BatchShard {
+        index: shard.index as u64,
+        of: shard.of as u64,
+        recordings: inputs.len() as u64,
+        list_sha256: list_sha256(inputs.iter().map(Source::name)),
+    };
     let kept = inputs.into_iter().enumerate().filter(|(index, _)| shard.holds(*index));
-    kept.map(|(_, input)| input).collect()
+    (kept.map(|(_, input)| input).collect(), Some(told))
+}
+
+/// Identity of a list of recordings, by their names in their order.
+pub(crate) fn list_sha256(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    let mut list = Vec::new();
+    for name in names {
+        list.extend_from_slice(name.as_ref().as_bytes());
+        list.push(0);
+    }
+    sha256_hex(&list)
 }
 
 /// Recordings that paths stand for, in their order.

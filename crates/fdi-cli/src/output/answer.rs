@@ -1,8 +1,8 @@
 //! The answer for one recording, and the interface of its writers.
 
-use std::io;
+use std::{collections::BTreeMap, io};
 
-use fdi_core::report::{Failure, RecordDiagnosis};
+use fdi_core::report::{BatchShard, Failure, RecordDiagnosis};
 
 /// Result of one recording.
 #[derive(Clone, Debug)]
@@ -43,6 +43,8 @@ pub struct Head {
     pub seed: u64,
     /// Date and time, where they are asked for.
     pub stamp: Option<String>,
+    /// Which part of a batch follows, and the settings that its answers depend on.
+    pub part: Option<(BatchShard, BTreeMap<String, Option<String>>)>,
 }
 
 /// Writes answers in one form, as they come.

@@ -16,11 +16,16 @@ pub(super) struct Document<'a> {
     out: &'a mut dyn Write,
     separator: &'static str,
     failed: Vec<Failure>,
+    /// True where this is a part of a batch, whose order is to be found again.
+    is_part: bool,
+    failed_at: Vec<u64>,
+    done: u64,
 }
 
 impl<'a> Document<'a> {
     pub(super) fn new(out: &'a mut dyn Write) -> Self {
-        Self { out, separator: "\n", failed: Vec::new() }
+        let (failed, failed_at) = (Vec::new(), Vec::new());
+        Self { out, separator: "\n", failed, is_part: false, failed_at, done: 0 }
     }
 }
 
@@ -36,10 +41,17 @@ impl AnswerWriter for Document<'_> {
         if let Some(stamp) = &head.stamp {
             write!(self.out, ",\"stamp\":{}", serde_json::to_string(stamp)?)?;
         }
+        if let Some((shard, depend_on)) = &head.part {
+            let (shard, depend_on) =
+                (serde_json::to_string(shard)?, serde_json::to_string(depend_on)?);
+            write!(self.out, ",\"shard\":{shard},\"answers_depend_on\":{depend_on}")?;
+            self.is_part = true;
+        }
         write!(self.out, ",\"records\":[")
     }
 
     fn answer(&mut self, answer: &Answer) -> io::Result<()> {
+        self.done += 1;
         match answer {
             Answer::Diagnosed(record) => {
                 self.out.write_all(self.separator.as_bytes())?;
@@ -48,6 +60,7 @@ impl AnswerWriter for Document<'_> {
             }
             Answer::Failed(failure) => {
                 self.failed.push(failure.clone());
+                self.failed_at.push(self.done - 1);
                 Ok(())
             }
         }
@@ -60,6 +73,13 @@ impl AnswerWriter for Document<'_> {
             self.out.write_all(separator.as_bytes())?;
             separator = ",\n";
             put(self.out, failure)?;
+        }
+        if self.is_part && !self.failed_at.is_empty() {
+            return writeln!(
+                self.out,
+                "\n],\"failed_at\":{}}}",
+                serde_json::to_string(&self.failed_at)?
+            );
         }
         writeln!(self.out, "\n]}}")
     }

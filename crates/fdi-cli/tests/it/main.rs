@@ -19,6 +19,7 @@ mod explained;
 mod files;
 mod fleet_guide;
 mod killed;
+mod merge;
 mod missed;
 mod reference;
 mod report;

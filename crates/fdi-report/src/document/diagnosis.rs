@@ -21,10 +21,33 @@ pub struct Diagnosis {
     /// When it was made, RFC 3339; only with `--stamp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stamp: Option<String>,
+    /// Which part of a batch it is; only with `--shard`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<BatchShard>,
+    /// Settings that change an answer, as in a file of `--resume`; only with `--shard`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub answers_depend_on: BTreeMap<String, Option<String>>,
     /// One entry for each recording that could be diagnosed, in the order of the input.
     pub records: Vec<RecordDiagnosis>,
     /// One entry for each that could not.
     pub failed: Vec<Failure>,
+    /// Place of each entry of `failed` among all recordings of the part, from 0; only with `--shard`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failed_at: Vec<u64>,
+}
+
+/// A part of a batch: every `of`-th recording, beginning with the `index`-th.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct BatchShard {
+    /// Number of the part, from 1.
+    pub index: u64,
+    /// Number of parts.
+    pub of: u64,
+    /// Recordings of the whole batch.
+    pub recordings: u64,
+    /// SHA-256 of the names of all recordings of the batch in their order, each with a zero byte
+    /// after it: parts of one batch have it in common.
+    pub list_sha256: String,
 }
 
 /// The first line of a file of `--resume`: what the answers after it depend on.
@@ -38,6 +61,9 @@ pub struct ResumeHead {
     /// Every setting that changes an answer, by the name of its option, as text; `null` where it
     /// is left alone. Files (`bundle`, `reference`) are told by the SHA-256 of their bytes.
     pub answers_depend_on: BTreeMap<String, Option<String>>,
+    /// Which part of a batch it is; only with `--shard`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<BatchShard>,
 }
 
 /// A recording that could not be diagnosed.

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 use anyhow::{Context, Result};
 use fdi_core::{
     recording_sha256,
-    report::{ResumeHead, SCHEMA_VERSION},
+    report::{BatchShard, ResumeHead, SCHEMA_VERSION},
 };
 
 use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL, unit_file};
@@ -36,6 +36,7 @@ pub(super) fn head(
     args: &DiagnoseArgs,
     global: &GlobalArgs,
     diagnoser: &dyn Diagnoser,
+    shard: Option<BatchShard>,
 ) -> Result<ResumeHead> {
     let of_file =
         |path: &PathBuf| recording_sha256(path).with_context(|| path.display().to_string());
@@ -65,7 +66,8 @@ pub(super) fn head(
     ];
     let answers_depend_on: BTreeMap<String, Option<String>> =
         depend_on.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    Ok(ResumeHead { schema_version: SCHEMA_VERSION, tool: TOOL.to_owned(), answers_depend_on })
+    let tool = TOOL.to_owned();
+    Ok(ResumeHead { schema_version: SCHEMA_VERSION, tool, answers_depend_on, shard })
 }
 
 #[cfg(test)]
@@ -98,7 +100,7 @@ mod tests {
     fn depends_on(words: &[&str]) -> BTreeMap<String, Option<String>> {
         let cli = Cli::parse_from([&["fdi", "diagnose", "r.csv"], words].concat());
         let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
-        head(args, &cli.global, &Two).unwrap().answers_depend_on
+        head(args, &cli.global, &Two, None).unwrap().answers_depend_on
     }
 
     /// An option that comes later is either what answers depend on or says that it is not.
