@@ -3,12 +3,12 @@
 use std::{ffi::CStr, ptr::NonNull};
 
 use arrow_array::{
-    Array, ArrayRef, ArrowPrimitiveType, FixedSizeListArray, GenericBinaryArray, GenericListArray,
-    GenericStringArray, OffsetSizeTrait, StructArray,
+    Array, ArrayReader, ArrayRef, ArrowPrimitiveType, FixedSizeListArray, GenericBinaryArray,
+    GenericListArray, GenericStringArray, OffsetSizeTrait, StructArray,
     cast::AsArray,
     ffi::{FFI_ArrowArray, FFI_ArrowSchema, from_ffi},
     ffi_stream::{ArrayStreamReader, FFI_ArrowArrayStream},
-    make_array, types,
+    make_array, new_empty_array, types,
 };
 use arrow_schema::{ArrowError, DataType, TimeUnit};
 use fdi_core::SharedNumbers;
@@ -32,7 +32,10 @@ pub(crate) fn arrays(object: &Bound<'_, PyAny>) -> PyResult<Option<Vec<ArrayRef>
         // SAFETY: the capsule's name says that it holds a stream of the C interface, which the
         // capsule keeps alive here; the stream is moved out, and what stays is marked as released
         let reader = unsafe { ArrayStreamReader::from_raw(raw.as_ptr()) }.map_err(arrow)?;
-        return Ok(Some(reader.collect::<Result<Vec<_>, _>>().map_err(arrow)?));
+        // a stream without a part still has its columns
+        let nothing = new_empty_array(reader.field().data_type());
+        let parts = reader.collect::<Result<Vec<_>, _>>().map_err(arrow)?;
+        return Ok(Some(if parts.is_empty() { vec![nothing] } else { parts }));
     }
     if object.hasattr("__arrow_c_array__")? {
         let pair = object.call_method0("__arrow_c_array__")?.cast_into::<PyTuple>()?;

@@ -49,6 +49,18 @@ fn simulated(py: Python<'_>, words: Vec<String>) -> PyResult<(recording::Recordi
     Ok((recording::Recording { inner }, notices))
 }
 
+/// Names and kinds of the columns of a table of answers.
+#[pyfunction]
+fn table_columns() -> Vec<(String, &'static str)> {
+    let kind = |kind| match kind {
+        fdi_cli::Kind::Text => "text",
+        fdi_cli::Kind::Number => "number",
+        fdi_cli::Kind::Count => "count",
+        fdi_cli::Kind::Truth => "truth",
+    };
+    fdi_cli::Answers::columns().into_iter().map(|(name, one)| (name, kind(one))).collect()
+}
+
 /// Panics, so that a test can see what becomes of it.
 #[pyfunction]
 fn _panic(py: Python<'_>, here: bool) -> PyResult<()> {
@@ -89,6 +101,7 @@ fn _fdi(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<session::Answers>()?;
     module.add_function(wrap_pyfunction!(command, module)?)?;
     module.add_function(wrap_pyfunction!(simulated, module)?)?;
+    module.add_function(wrap_pyfunction!(table_columns, module)?)?;
     module.add_function(wrap_pyfunction!(_panic, module)?)?;
     module.add_function(wrap_pyfunction!(_busy, module)?)?;
     Ok(())

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from pathlib import Path
 
 import pytest
 
+NOTEBOOK = "docs/guide/from-recordings-to-a-decision.ipynb"
 PAGES = ["README.md", "crates/fdi-py/README.md"]
 
 
@@ -21,3 +23,16 @@ def test_every_block_runs(page: str, root: Path, monkeypatch: pytest.MonkeyPatch
     for block in blocks:
         exec(compile(block, page, "exec"), shared)  # noqa: S102
     assert os.getcwd() == str(root)
+
+
+def test_the_notebook_runs_from_recordings_to_a_decision(
+    root: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    notebook = json.loads((root / NOTEBOOK).read_text(encoding="utf-8"))
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    # what is shown comes from a run, so that none is kept that the program no longer gives
+    assert cells and all(cell["outputs"] == [] for cell in cells)
+    shared: dict[str, object] = {}
+    for number, cell in enumerate(cells):
+        exec(compile("".join(cell["source"]), f"cell {number}", "exec"), shared)  # noqa: S102
+    assert capsys.readouterr().out == "inspect: A-1, A-3\n"

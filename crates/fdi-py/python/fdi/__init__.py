@@ -11,9 +11,11 @@ failure is an :class:`FdiError`.
 
 from __future__ import annotations
 
+from . import spark
 from ._artefacts import Bundle, Unit
 from ._diagnose import batches, diagnose, fit_figure
 from ._error import FdiError
+from ._explain import Document, calibrate, explain, propose
 from ._fdi import __version__
 from ._figure import Figure
 from ._recording import Recording
@@ -22,6 +24,7 @@ from ._table import Table
 
 __all__ = [
     "Bundle",
+    "Document",
     "FdiError",
     "Figure",
     "Recording",
@@ -29,7 +32,11 @@ __all__ = [
     "Unit",
     "__version__",
     "batches",
+    "calibrate",
     "diagnose",
+    "explain",
     "fit_figure",
+    "propose",
     "simulate",
+    "spark",
 ]

@@ -6,6 +6,7 @@ import json
 import logging
 import os
 from collections.abc import Iterable
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +56,14 @@ class _Artefact:
         Path(path).write_bytes(self._content)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (type(self), (self._content,))
+        return (_restored, (type(self), self._content))
+
+
+def _restored(kind: type[_Artefact], content: bytes) -> _Artefact:
+    """An artefact that was looked at where it came from."""
+    made = kind.__new__(kind)
+    made._content = content
+    return made
 
 
 class Bundle(_Artefact):
@@ -68,9 +76,15 @@ class Bundle(_Artefact):
 
     def __init__(self, content: bytes) -> None:
         super().__init__(content)
-        self.summary: dict[str, Any] = json.loads(
-            run("bundle", ["show", os.fspath(self.path), *everywhere(0, 1, stable=True)])[1]
-        )
+        # content that is no bundle is told here
+        _ = self.summary
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """What `fdi bundle show` says of it."""
+        given = ["show", os.fspath(self.path), *everywhere(0, 1, stable=True)]
+        told: dict[str, Any] = json.loads(run("bundle", given)[1])
+        return told
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Bundle:

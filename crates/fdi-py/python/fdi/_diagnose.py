@@ -132,6 +132,11 @@ def _answers(
     return Table(session.table(table, group, named, name, nan_is_gap, told))
 
 
+def check(**options: Any) -> None:
+    """Reads what the options name; what is wrong with them is an :class:`FdiError`."""
+    _session((*_options(**{"jobs": 1, "stable": True, **options}), "--", os.devnull))
+
+
 def _told(progress: bool | Progress) -> Progress | None:
     if callable(progress):
         return progress
@@ -154,6 +159,9 @@ def batches(source: Iterable[Any], **options: Any) -> Iterator[Any]:
     """
     given = {"jobs": 1, "stable": True, **options}
     for batch in source:
+        # engines have parts without a row
+        if getattr(batch, "num_rows", 1) == 0:
+            continue
         table = diagnose(batch, **given)
         if type(batch).__module__.split(".")[0] == "pyarrow":
             yield from table.to_arrow().to_batches()
