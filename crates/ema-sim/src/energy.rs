@@ -7,13 +7,13 @@ use crate::{
     phase::PerPhase,
     probe::{Circuit, Probe, SurfaceSegment},
     series::value,
-    winding::Segment,
+    winding::{SectorWinding, Segment},
 };
 
 /// Energies of a run, J.
 ///
 /// ```text
-/// Σ supply = Σ copper + friction + viscous + gear + damping + load + impact
+/// Σ supply = Σ copper + short circuit + friction + viscous + gear + damping + load + impact
 ///          + magnetic + kinetic + elastic
 /// ```
 ///
@@ -30,8 +30,12 @@ pub struct EnergyLedger {
     pub supply_j: PerPhase,
     /// Given through the diodes of the idle phase; negative when it feeds the supply.
     pub diode_supply_j: f64,
-    /// Heat of the windings of the phases A, B, C, `∫R_j·i_j²`.
+    /// Heat of the windings of the phases A, B, C, `∫R_j·i_j²`; of turns that are closed over a
+    /// resistance with the current in them.
     pub copper_j: PerPhase,
+    /// Heat in the resistances that turns are closed over, `∫R_f·f_j²`; zero where the model has
+    /// shorted turns removed.
+    pub short_circuit_j: f64,
     /// Heat of dry friction, `∫F_d·|ω|`.
     pub friction_j: f64,
     /// Heat of viscous drag, `∫c·ω²`.
@@ -44,7 +48,7 @@ pub struct EnergyLedger {
     pub load_j: f64,
     /// Kinetic energy lost at the end stops.
     pub impact_j: f64,
-    /// Gain of the windings, `Σ½·L_j·i_j²`.
+    /// Gain of the windings, `Σ½·L_j·i_j²`, with that of shorted turns that are closed.
     pub magnetic_j: f64,
     /// Gain of the moving masses, `½·J·ω²`.
     pub kinetic_j: f64,
@@ -63,6 +67,7 @@ impl EnergyLedger {
     /// All that became heat.
     pub fn dissipated_j(&self) -> f64 {
         self.copper_j.iter().sum::<f64>()
+            + self.short_circuit_j
             + self.friction_j
             + self.viscous_j
             + self.gear_j
@@ -95,7 +100,7 @@ impl EnergyProbe {
         faults: &PhysicalFaults,
         longest_segment_ratio: f64,
     ) -> Self {
-        let turns = faults.healthy_turns_frac;
+        let turns = actuator.motor.shorted_turns.left_in_phases(faults).healthy_turns_frac;
         Self {
             ledger: EnergyLedger::default(),
             resistance_ohm: turns.map(|n| actuator.motor.resistance_ohm * n),
@@ -114,6 +119,13 @@ impl EnergyProbe {
             let resistance_ohm = self.resistance_ohm[phase] * circuit.warmth_ratio;
             ledger.copper_j[phase] += for_s * resistance_ohm * current_a * current_a;
         }
+        if let Some(loops) = circuit.shorted {
+            let (copper_w, faults_w) = loops.heat_in_segment_w(&flow.phases_a(at), flow.at_s);
+            for (energy_j, power_w) in ledger.copper_j.iter_mut().zip(copper_w) {
+                *energy_j += for_s * circuit.warmth_ratio * power_w;
+            }
+            ledger.short_circuit_j += for_s * faults_w;
+        }
         ledger.supply_j[at.positive] += for_s * circuit.legs.positive_v * positive_a;
         ledger.supply_j[at.negative] += for_s * circuit.legs.negative_v * negative_a;
         if circuit.connected {
@@ -131,6 +143,7 @@ impl EnergyProbe {
 
 /// Currents of the positive, the negative and the idle phase, and the speed, at an instant.
 struct Instant {
+    at_s: f64,
     currents_a: [f64; 3],
     speed_rad_per_s: f64,
 }
@@ -139,9 +152,21 @@ impl Instant {
     fn of(segment: &Segment, at_s: f64) -> Self {
         let (positive, idle) = (value(&segment.positive, at_s), value(&segment.idle, at_s));
         Self {
+            at_s,
             currents_a: [positive, -(positive + idle), idle],
             speed_rad_per_s: value(&segment.speed, at_s),
         }
+    }
+
+    /// Currents of the phases A, B, C.
+    fn phases_a(&self, at: &SectorWinding) -> PerPhase {
+        let mut phases_a = [0.0; 3];
+        for (phase, current_a) in
+            [at.positive, at.negative, at.idle].into_iter().zip(self.currents_a)
+        {
+            phases_a[phase] = current_a;
+        }
+        phases_a
     }
 }
 
@@ -164,6 +189,9 @@ impl Probe for EnergyProbe {
             .zip(end.currents_a)
             .map(|(&phase, i)| 0.5 * self.inductance_henry[phase] * i * i)
             .sum();
+        if let Some(loops) = circuit.shorted {
+            self.ledger.magnetic_j += loops.magnetic_j(&end.phases_a(at), span_s);
+        }
         let w = end.speed_rad_per_s;
         self.ledger.kinetic_j = 0.5 * train.inertia_kg_m2 * w * w;
     }

@@ -9,10 +9,12 @@ mod dead_time;
 mod elastic;
 mod electric;
 mod event;
+mod shorted_loops;
 mod three_legs;
 
 use elastic::Flank;
 use event::Event;
+pub(crate) use shorted_loops::ShortedLoops;
 
 use crate::{
     controller::Measured,
@@ -87,6 +89,8 @@ pub(crate) struct Run<P> {
     own_circuit: bool,
     /// Which flank holds the surface, where it moves on its own behind an elastic shaft.
     flank: Option<Flank>,
+    /// Shorted turns in which a current circulates, where there are any.
+    shorted: Option<Box<ShortedLoops>>,
     gear_ratio: f64,
     /// Error of the current's sensor.
     sensor_error_a: f64,
@@ -178,13 +182,19 @@ impl<P: Probe> Run<P> {
         probe: P,
         connected: bool,
     ) -> Self {
+        let shorted = ShortedLoops::of(&actuator.motor, faults).map(Box::new);
+        let faults = &actuator.motor.shorted_turns.left_in_phases(faults);
         let winding = Winding::new(&actuator.motor, faults);
+        let mut longest_s = longest_segment_s(actuator, faults);
+        if let Some(loops) = &shorted {
+            longest_s = longest_s.min(loops.longest_s(1.0 / actuator.inverter.carrier_hz));
+        }
         let train = DriveTrain::new(actuator, faults, scenario);
         let start_angle_rad = scenario.start_angle_rad;
         let sector = Sector::of_electrical_angle(start_angle_rad * winding.pole_pairs());
         let rotor = RotorAngle::new(start_angle_rad);
         let mut run = Self {
-            longest_s: longest_segment_s(actuator, faults) * probe.longest_segment_ratio(),
+            longest_s: longest_s * probe.longest_segment_ratio(),
             shaft: train.shaft(),
             train,
             extension: None,
@@ -205,8 +215,9 @@ impl<P: Probe> Run<P> {
             corners: None,
             corner_rad: (f64::NEG_INFINITY, f64::INFINITY),
             warmth_ratio: 1.0,
-            own_circuit: false,
+            own_circuit: shorted.is_some(),
             flank: None,
+            shorted,
             gear_ratio: actuator.transmission.gear_ratio,
             sensor_error_a: 0.0,
             sample: Sample::default(),
@@ -305,7 +316,8 @@ impl<P: Probe> Run<P> {
         let motor_rad = self.start_angle_rad + self.train.angle_rad;
         let coupling = self.coupling(motor_rad, self.along(self.train.angle_rad));
         let saturation = extension.saturation_ratio(self.amplitude_a(self.positive_a, self.idle_a));
-        let motor_n_m = saturation * coupling.torque_now_n_m(self.positive_a, self.idle_a);
+        let terminal_n_m = coupling.torque_now_n_m(self.positive_a, self.idle_a);
+        let motor_n_m = saturation * (terminal_n_m + self.circulating_now_n_m());
         let drag_n_m = self.shaft.viscous_n_m_s_per_rad * speed;
         let rate = (motor_n_m + self.shaft.external_n_m - drag_n_m) * self.shaft.per_inertia[0];
         let instant = Instant { motor_rad, speed_rad_per_s: speed, motor_n_m };
@@ -497,7 +509,7 @@ impl<P: Probe> Run<P> {
     fn hold_over_seam(&mut self, before_s: f64, after_s: f64) {
         let (span_s, legs) = (before_s + after_s, LegVolts::both(-self.half_bus_v));
         // with effects the sample is taken between two segments
-        if span_s <= self.longest_s && self.extension.is_none() {
+        if span_s <= self.longest_s && self.extension.is_none() && !self.own_circuit {
             let (step, end) = self.solve::<false>(span_s, legs);
             if !self.interrupted::<false>(&step, &end, span_s) {
                 let seam = End::of(&step.segment, before_s);
@@ -544,7 +556,7 @@ impl<P: Probe> Run<P> {
                 self.observe::<OWN>(&step, at_s);
                 self.commit(&end);
                 self.advance_effects(at_s, &from);
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+                self.handle(event, self.torque_n_m::<OWN>(&step, at_s));
                 left_s -= at_s;
             } else {
                 self.observe::<OWN>(&step, span_s);
@@ -559,13 +571,25 @@ impl<P: Probe> Run<P> {
     /// The solution from now, and the state that it reaches after a span if nothing happens.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve<const OWN: bool>(&self, span_s: f64, legs: LegVolts) -> (Step, End) {
+    fn solve<const OWN: bool>(&mut self, span_s: f64, legs: LegVolts) -> (Step, End) {
         if OWN {
             return self.solve_own_circuit(span_s, legs);
         }
+        self.solve_with(self.coupling_now(), self.half_bus_v, span_s, legs)
+    }
+
+    /// The coupling of the two loops near the rotor's angle.
+    #[inline]
+    fn coupling_now(&self) -> Coupling {
         let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
-        let coupling = self.coupling(start_rad + angle_rad, self.along(angle_rad));
-        self.solve_with(coupling, self.half_bus_v, span_s, legs)
+        self.coupling(start_rad + angle_rad, self.along(angle_rad))
+    }
+
+    /// Motor torque at a time of a segment.
+    #[inline]
+    fn torque_n_m<const OWN: bool>(&self, step: &Step, at_s: f64) -> f64 {
+        let torque_n_m = step.coupling.torque_n_m(&step.segment, at_s);
+        if OWN { torque_n_m + self.circulating_n_m(&step.segment, at_s) } else { torque_n_m }
     }
 
     /// The solution from now with a given coupling and supply.
@@ -595,11 +619,13 @@ impl<P: Probe> Run<P> {
     fn observe<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
         let Step { pair, idle_v, .. } = *step;
         let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
-        let circuit = Circuit { legs: pair, idle_v, connected: false, at, warmth_ratio };
+        let shorted = if OWN { self.shorted.as_deref() } else { None };
+        let circuit = Circuit { legs: pair, idle_v, connected: false, at, warmth_ratio, shorted };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
         if OWN {
             self.move_surface(step, span_s);
+            self.move_loops(span_s);
         }
     }
 
@@ -607,18 +633,20 @@ impl<P: Probe> Run<P> {
     fn observe_connected<const OWN: bool>(&mut self, step: &Step, span_s: f64) {
         let Step { pair, idle_v, .. } = *step;
         let (at, warmth_ratio) = (&self.at, self.warmth_ratio);
-        let circuit = Circuit { legs: pair, idle_v, connected: true, at, warmth_ratio };
+        let shorted = if OWN { self.shorted.as_deref() } else { None };
+        let circuit = Circuit { legs: pair, idle_v, connected: true, at, warmth_ratio, shorted };
         self.probe.segment(&step.segment, span_s, &circuit, &self.train);
         self.segments += 1;
         if OWN {
             self.move_surface(step, span_s);
+            self.move_loops(span_s);
         }
     }
 
     /// The solution from now with all three legs connected.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "the step is large and would be copied")]
-    fn solve_connected<const OWN: bool>(&self, span_s: f64) -> Step {
+    fn solve_connected<const OWN: bool>(&mut self, span_s: f64) -> Step {
         if OWN {
             return self.solve_own_connected(span_s);
         }
@@ -684,6 +712,9 @@ impl<P: Probe> Run<P> {
 
     /// Back-EMF of the pair.
     fn pair_emf_v(&self) -> f64 {
+        if let Some(open_v) = self.shorted_pair_v() {
+            return open_v;
+        }
         let motor_rad = self.start_angle_rad + self.train.angle_rad;
         let along = self.along(self.train.angle_rad);
         let coupling = self.coupling(motor_rad, along);
@@ -701,6 +732,15 @@ impl<P: Probe> Run<P> {
         }
         let speed = self.train.speed_rad_per_s;
         let open_v = coupling.open_terminal_v(&self.at, legs, self.positive_a, speed);
+        self.diode_at(open_v, half_bus_v)
+    }
+
+    /// The same, with the potential of the open terminal.
+    #[inline]
+    fn diode_at(&self, open_v: f64, half_bus_v: f64) -> f64 {
+        if self.idle_a != 0.0 {
+            return self.idle_a.signum();
+        }
         let beyond = if open_v > half_bus_v {
             -1.0
         } else if open_v < -half_bus_v {

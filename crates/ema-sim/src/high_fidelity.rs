@@ -7,7 +7,7 @@ use crate::{
     controller::Cascade,
     current_loop::CurrentLoop,
     effect::{
-        Effect, EffectError, Geometry,
+        Effect, EffectError, EffectId, Geometry,
         capabilities::{Legs, ModelCapabilities, WindingModel},
         part::delay::HeldReference,
     },
@@ -22,6 +22,7 @@ use crate::{
     phase::PerPhase,
     probe::Probe,
     scenario::Scenario,
+    shorted_turns::ShortedTurns,
     simulation_error::SimulationError,
     speed_guard::SpeedGuard,
     trace::HighFidelityTrace,
@@ -145,7 +146,14 @@ impl HighFidelity {
         let trapezoidal = self.actuator.motor.back_emf_shape == BackEmfShape::Trapezoid;
         let winding = WindingModel::Phases { legs, trapezoidal };
         ModelCapabilities::of_actuator(NAME, &self.actuator, &self.scenario, winding)
-            .check(&self.effects)
+            .check(&self.effects)?;
+        let compliance = EffectId::Compliance;
+        let springs = self.effects.iter().any(|effect| effect.id() == compliance);
+        if springs && self.actuator.motor.shorted_turns != ShortedTurns::Removed {
+            let reason = "with a `short-circuit` the surface goes with the motor";
+            return Err(EffectError::NotInModel { effect: compliance, model: NAME, reason });
+        }
+        Ok(())
     }
 
     /// Mean voltage that the equivalent machine loses over the legs' dead time.

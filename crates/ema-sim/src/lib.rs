@@ -69,6 +69,7 @@ mod series;
 mod servo_axis;
 mod servo_control;
 mod shape_function;
+mod shorted_turns;
 mod simulation_error;
 mod speed_guard;
 mod temperature;
@@ -115,6 +116,7 @@ pub use servo_axis::{
     AxisInput, AxisScenario, AxisStart, AxisTrace, ServoAxis, ServoAxisSimulation,
 };
 pub use servo_control::{AxisController, Drive, Feedback};
+pub use shorted_turns::ShortedTurns;
 pub use simulation_error::SimulationError;
 pub use temperature::{TemperatureLaw, ThermalCoefficient, ThermalNumber};
 pub use tolerance::{Level, Spread, Tolerance, UncertainNumber};

@@ -33,6 +33,15 @@
 //! resistance-per-k = 0.0039
 //! ```
 //!
+//! Shorted turns of k3 to k5 are gone unless a block closes them over a resistance, so that a current
+//! circulates in them ([`ShortedTurns`](crate::ShortedTurns)):
+//!
+//! ```toml
+//! [short-circuit]
+//! resistance-ohm = 0.05       # of the fault; 0 is a bolted short circuit
+//! leakage-ratio = 0.5         # share of leakage in a phase's inductance; 0.5 when left out
+//! ```
+//!
 //! A servo axis says so, and gives its own blocks ([`parse_machine`]):
 //!
 //! ```toml
@@ -72,6 +81,7 @@ mod effect_block;
 mod error;
 mod machine;
 mod reader;
+mod short_circuit_block;
 mod temperature_block;
 mod tolerance_block;
 
@@ -282,6 +292,7 @@ pub fn write(model: &Model) -> String {
     });
     tolerance_block::write(&written.collect::<Vec<_>>(), &mut lines);
     temperature_block::write(model.temperature.as_ref(), &mut lines);
+    short_circuit_block::write(model.actuator.motor.shorted_turns, &mut lines);
     effect_block::write(&model.effects, &mut lines);
     lines.join("\n") + "\n"
 }
@@ -318,7 +329,7 @@ fn split(key: &'static str) -> (&'static str, &'static str) {
 }
 
 /// Keys at the top besides the blocks.
-const TOP: [&str; 6] = ["base", "kind", "name", "faults", "temperature", "effect"];
+const TOP: [&str; 7] = ["base", "kind", "name", "faults", "temperature", "short-circuit", "effect"];
 
 impl Reader<'_> {
     fn model(&self, table: &DeTable<'_>, base: Option<Model>) -> Result<Model, ModelFileError> {
@@ -344,6 +355,10 @@ impl Reader<'_> {
                 }
                 "temperature" => {
                     model.temperature = Some(self.temperature(value, model.temperature)?);
+                }
+                "short-circuit" => {
+                    let turns = &mut model.actuator.motor.shorted_turns;
+                    *turns = self.short_circuit(value, *turns)?;
                 }
                 _ => self.block(key, value, &mut model.actuator, &mut given)?,
             }

@@ -6,6 +6,7 @@ use crate::{
     envelope::Envelope,
     parameter::{Keyed, Parameter, kinetic_within_static, within},
     parameter_error::ParameterError,
+    shorted_turns::ShortedTurns,
 };
 
 /// Shape of the back-EMF over the electrical angle, with unit peak.
@@ -69,6 +70,8 @@ pub struct Motor {
     pub inertia_kg_m2: f64,
     /// Viscous drag on the motor shaft, `c_m`.
     pub viscous_n_m_s_per_rad: f64,
+    /// Shorted turns of the faults `k3..k5` in the high-fidelity model.
+    pub shorted_turns: ShortedTurns,
 }
 
 impl Motor {
@@ -240,6 +243,7 @@ impl Actuator {
         for parameter in Parameter::ALL {
             parameter.check(self)?;
         }
+        self.motor.shorted_turns.check()?;
         let (m, v, t, c) = (&self.motor, &self.inverter, &self.transmission, &self.controller);
         kinetic_within_static(
             Keyed { key: "transmission.kinetic-friction-n-m", value: t.kinetic_friction_n_m },

@@ -10,6 +10,7 @@ use crate::{
         Actuator, BackEmfShape, Commutation, Controller, Inverter, Motor, PositionSensor, Sensing,
         Transmission,
     },
+    shorted_turns::ShortedTurns,
     temperature::{TemperatureLaw, ThermalCoefficient},
     tolerance::{Level, Spread, Tolerance, UncertainNumber},
 };
@@ -65,6 +66,7 @@ pub const EMA_48: Actuator = Actuator {
         back_emf_shape: BackEmfShape::Trapezoid,
         inertia_kg_m2: 2.5e-5,
         viscous_n_m_s_per_rad: 3e-5,
+        shorted_turns: ShortedTurns::Removed,
     },
     inverter: Inverter {
         bus_voltage_v: 48.0,

@@ -2,6 +2,7 @@
 
 use crate::{
     drive_train::DriveTrain,
+    engine::ShortedLoops,
     series::Series,
     winding::{LegVolts, SectorWinding, Segment},
 };
@@ -18,6 +19,8 @@ pub(crate) struct Circuit<'a> {
     pub(crate) at: &'a SectorWinding,
     /// Resistance of the winding over that of the cold one.
     pub(crate) warmth_ratio: f64,
+    /// Shorted turns in which a current circulates.
+    pub(crate) shorted: Option<&'a ShortedLoops>,
 }
 
 /// The surface during a segment, where an elastic shaft drives it.

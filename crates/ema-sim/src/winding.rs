@@ -34,6 +34,9 @@ use crate::{
 /// than 1e-8 A.
 pub(crate) type LocalQuadratic = [f64; 3];
 
+/// A [`LocalQuadratic`] with its cubic term.
+pub(crate) type LocalCubic = [f64; 4];
+
 /// Shape of the back-EMF, ready to be evaluated.
 #[derive(Clone, Debug)]
 enum Shape {
@@ -355,13 +358,7 @@ impl Winding {
         gap: &LocalQuadratic,
         shape: impl Fn(usize) -> [f64; 4],
     ) -> (Coupling, CubicTerms) {
-        let p = self.pole_pairs;
-        let one = |phase: usize, peak: f64| {
-            let [f0, f1, f2, f3] = shape(phase);
-            let [k0, k1, k2] = times(&[f0, p * f1, p * p * f2].map(|f| peak * f), gap);
-            // of the cubic term the shape's own part, which is the largest
-            [k0, k1, k2, peak * p * p * p * f3 * gap[0]]
-        };
+        let one = |phase: usize, peak: f64| self.of_phase(peak, shape(phase), gap);
         let positive = one(at.positive, at.pair_peak + at.negative_peak);
         let negative = one(at.negative, -at.negative_peak);
         let idle = one(at.idle, at.idle_peak);
@@ -370,6 +367,58 @@ impl Winding {
             idle: core::array::from_fn(|m| idle[m] - negative[m]),
         };
         (coupling, CubicTerms(positive[3] - negative[3], idle[3] - negative[3]))
+    }
+
+    /// The coupling of a phase with a peak, from the shape's coefficients over the electrical
+    /// angle.
+    #[inline]
+    fn of_phase(&self, peak: f64, [f0, f1, f2, f3]: [f64; 4], gap: &LocalQuadratic) -> LocalCubic {
+        let p = self.pole_pairs;
+        let [k0, k1, k2] = times(&[f0, p * f1, p * p * f2].map(|f| peak * f), gap);
+        // of the cubic term the shape's own part, which is the largest
+        [k0, k1, k2, peak * p * p * p * f3 * gap[0]]
+    }
+
+    /// The coupling of each of the phases A, B, C near a motor angle, at a place in the sector.
+    #[cold]
+    pub(crate) fn phase_couplings(
+        &self,
+        at: &SectorWinding,
+        rotor: RotorFrame<'_>,
+        motor_rad: f64,
+        along: f64,
+    ) -> [LocalCubic; 3] {
+        let gap = rotor.gap.near(motor_rad);
+        let electrical_rad = self.pole_pairs * motor_rad;
+        let angles = PhaseAngles::near(rotor.electrical, electrical_rad);
+        let shape = |phase: usize| {
+            let shift_rad = TAU / 3.0 * phase as f64;
+            match &self.shape {
+                Shape::Trapezoid if phase == at.positive => [1.0, 0.0, 0.0, 0.0],
+                Shape::Trapezoid if phase == at.negative => [-1.0, 0.0, 0.0, 0.0],
+                // the flank's slope over the electrical angle
+                Shape::Trapezoid => {
+                    [at.flank * (1.0 - 2.0 * along), -2.0 * at.flank / FRAC_PI_3, 0.0, 0.0]
+                }
+                Shape::Sinusoid => {
+                    let (s, c) = (angles.sin[phase], angles.cos[phase]);
+                    [s, c, -0.5 * s, -c / 6.0]
+                }
+                Shape::Tabulated(spline) => spline.near(electrical_rad - shift_rad),
+                Shape::Waved(wave, between_rad) => {
+                    wave.near(electrical_rad - shift_rad, between_rad - shift_rad)
+                }
+            }
+        };
+        let mut couplings = [[0.0; 4]; 3];
+        for (phase, peak) in [
+            (at.positive, at.pair_peak + at.negative_peak),
+            (at.negative, -at.negative_peak),
+            (at.idle, at.idle_peak),
+        ] {
+            couplings[phase] = self.of_phase(peak, shape(phase), &gap);
+        }
+        couplings
     }
 }
 

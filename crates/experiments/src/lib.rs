@@ -19,6 +19,7 @@ mod reference;
 mod request;
 mod score;
 mod setting;
+mod shorts;
 mod start;
 mod trials;
 mod units;
@@ -30,6 +31,9 @@ pub use protocol::Protocol;
 pub use reference::{Beforehand, ReferenceRequest, ReferenceScore, evaluate_references};
 pub use request::{Clock, EvaluationError, EvaluationRequest};
 pub use setting::EvaluationSetting;
+pub use shorts::{
+    Agreement, ShortAnswers, ShortResult, ShortsRequest, compare_short, evaluate_shorts,
+};
 pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings};
 pub use units::{
     BoundCase, EffectLine, HiddenDamage, HiddenEffect, LearntLine, LearntResult, NumberBound,

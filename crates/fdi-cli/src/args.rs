@@ -334,6 +334,12 @@ pub struct SimulateArgs {
     /// Fault levels from 0 to 1, such as `k1=0.02,k6=0.03,k7=0.6`; the others are 0
     #[arg(long, value_name = "LEVELS", default_value = "")]
     pub faults: FaultLevels,
+    /// Resistance over which the turns of k3 to k5 are shorted, so that a current circulates in them, 0 to 1000000 Ω [default: the turns are gone]
+    #[arg(long, value_name = "OHM", value_parser = not_negative)]
+    pub short_resistance_ohm: Option<f64>,
+    /// Share of leakage in a phase's inductance, 0.01 to 1, for the current in shorted turns [default: that of the model, or 0.5]
+    #[arg(long, value_name = "X", value_parser = positive, requires = "short_resistance_ohm")]
+    pub short_leakage_ratio: Option<f64>,
     /// White noise on each sample of the phases, or of the current of an axis, rms in A
     #[arg(long, value_name = "RMS", default_value_t = 0.0, value_parser = not_negative)]
     pub noise_a: f64,

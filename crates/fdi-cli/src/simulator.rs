@@ -5,7 +5,7 @@ use fdi_core::{
     CsvFormat, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
     SimulatedRecordingError, axis_csv_format,
     ema_sim::{
-        Converter, Geometry, HealthState, Imperfections, PhaseSensors, VisitedRange,
+        Converter, Geometry, HealthState, Imperfections, PhaseSensors, ShortedTurns, VisitedRange,
         model_file::{AxisModel, EffectBlock, FaultRefused, MachineModel, Model},
     },
     read_machine,
@@ -24,7 +24,10 @@ pub(crate) struct Simulated {
 
 /// Simulates the test that the options ask for.
 pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated> {
-    let machine = read_machine(&args.test.model)?;
+    let mut machine = read_machine(&args.test.model)?;
+    if let MachineModel::Actuator(model) = &mut machine {
+        short_turns(args, model)?;
+    }
     check_faults(args, &machine)?;
     let format = axis_csv_format(machine.geometry());
     let (recording, visited) = match &machine {
@@ -33,6 +36,21 @@ pub(crate) fn simulate(args: &SimulateArgs, seed: RootSeed) -> Result<Simulated>
     };
     let notices = departures(machine.effects(), machine.geometry(), &visited);
     Ok(Simulated { recording, format, notices })
+}
+
+/// Closes the shorted turns of a model over the resistance that the options give.
+fn short_turns(args: &SimulateArgs, model: &mut Model) -> Result<()> {
+    let Some(resistance_ohm) = args.short_resistance_ohm else { return Ok(()) };
+    if args.fidelity == Fidelity::Low {
+        bail!("`--short-resistance-ohm`: in the low-fidelity model shorted turns are gone");
+    }
+    if args.faults.0[2..5] == [0.0; 3] {
+        bail!("`--short-resistance-ohm`: no turns are shorted; give k3, k4 or k5 in `--faults`");
+    }
+    let turns = &mut model.actuator.motor.shorted_turns;
+    let leakage_ratio = args.short_leakage_ratio.unwrap_or_else(|| turns.leakage_ratio());
+    *turns = ShortedTurns::closed_over(resistance_ohm).with_leakage_ratio(leakage_ratio);
+    Ok(model.actuator.check()?)
 }
 
 /// Refuses faults that the machine cannot have, or that its model does not list.
@@ -59,6 +77,7 @@ fn axis(
 ) -> Result<(Recording, VisitedRange)> {
     for (given, option, why) in [
         (args.adc_bits.is_some(), "--adc-bits", "has no phases to digitise"),
+        (args.short_resistance_ohm.is_some(), "--short-resistance-ohm", "has no turns to short"),
         (args.rate_hz.is_some(), "--rate-hz", "is recorded at the rate of its controller"),
         (args.fidelity == Fidelity::Low, "--fidelity low", "has one model"),
     ] {

@@ -80,7 +80,7 @@ impl<P: Probe> Run<P> {
             self.commit(&end);
             self.advance_effects(at_s, &from);
             if event != Event::Switching {
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+                self.handle(event, self.torque_n_m::<OWN>(&step, at_s));
             }
             left_s -= at_s;
         }

@@ -159,7 +159,7 @@ impl<P: Probe> Run<P> {
     }
 
     /// When the current of an open leg comes to zero; the whole span if it does not.
-    fn end_of_conduction_s(&self, legs: [Leg; 2], volts: LegVolts, span_s: f64) -> f64 {
+    fn end_of_conduction_s(&mut self, legs: [Leg; 2], volts: LegVolts, span_s: f64) -> f64 {
         let (step, _) = if self.own_circuit {
             self.solve::<true>(span_s, volts)
         } else {

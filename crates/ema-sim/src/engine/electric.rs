@@ -15,11 +15,11 @@ use crate::{
 
 /// Changes of the circuit with the current of an instant.
 #[derive(Clone, Copy)]
-struct Shares {
+pub(super) struct Shares {
     /// Torque constant over that without current.
-    coupling_ratio: f64,
+    pub(super) coupling_ratio: f64,
     /// Supply over that without load.
-    supply_ratio: f64,
+    pub(super) supply_ratio: f64,
 }
 
 /// Currents as the current loop measures them.
@@ -35,7 +35,8 @@ impl<P: Probe> Run<P> {
     pub(super) fn rewire(&mut self) {
         let Some(extension) = &mut self.extension else { return };
         self.flank = extension.hand_over_surface().then_some(Flank::Loose);
-        self.own_circuit = self.flank.is_some() || extension.has_own_circuit();
+        self.own_circuit =
+            self.shorted.is_some() || self.flank.is_some() || extension.has_own_circuit();
         let pole_pairs = self.winding.pole_pairs();
         if let Some(wave) = extension.waveform() {
             self.lead_rad = extension.commutation_lead_rad(pole_pairs);
@@ -73,7 +74,8 @@ impl<P: Probe> Run<P> {
 
     /// Heat of the winding were it cold.
     pub(super) fn copper_w(&self) -> f64 {
-        self.winding.sector(self.sector).copper_w(self.positive_a, self.idle_a)
+        let of_phases_w = self.winding.sector(self.sector).copper_w(self.positive_a, self.idle_a);
+        of_phases_w + self.circulating_w()
     }
 
     /// Torque constant and supply with currents of the positive and the idle phase and the
@@ -82,7 +84,7 @@ impl<P: Probe> Run<P> {
     /// ```text
     /// V = V_dc − R_b·Σ d_j·i_j        d_j the leg's share of the upper rail
     /// ```
-    fn shares(&self, positive_a: f64, idle_a: f64, legs_v: [f64; 3]) -> Shares {
+    pub(super) fn shares(&self, positive_a: f64, idle_a: f64, legs_v: [f64; 3]) -> Shares {
         let Some(extension) = &self.extension else {
             return Shares { coupling_ratio: 1.0, supply_ratio: 1.0 };
         };
@@ -97,26 +99,29 @@ impl<P: Probe> Run<P> {
         }
     }
 
+    /// Potentials of legs at the rails of a supply that sags; a floating terminal is at no rail.
+    pub(super) fn on_rails(&self, legs: LegVolts, supply_ratio: f64) -> LegVolts {
+        let on_rail = |leg_v: f64| {
+            let at_rail = leg_v.abs() >= (1.0 - 1e-12) * self.half_bus_v;
+            if at_rail { supply_ratio * leg_v } else { leg_v }
+        };
+        LegVolts { positive_v: on_rail(legs.positive_v), negative_v: on_rail(legs.negative_v) }
+    }
+
     /// The solution with the circuit as the current in the middle of the span makes it.
     #[cold]
-    pub(super) fn solve_own_circuit(&self, span_s: f64, legs: LegVolts) -> (Step, End) {
-        let (angle_rad, start_rad) = (self.train.angle_rad, self.start_angle_rad);
-        let coupling = self.coupling(start_rad + angle_rad, self.along(angle_rad));
+    pub(super) fn solve_own_circuit(&mut self, span_s: f64, legs: LegVolts) -> (Step, End) {
+        if let Some(solution) = self.solve_shorted(span_s, legs) {
+            return solution;
+        }
+        let coupling = self.coupling_now();
         let solve = |currents: (f64, f64)| {
             let idle_v = -self.half_bus_v * currents.1.signum() * f64::from(currents.1 != 0.0);
             let legs_v = [legs.positive_v, legs.negative_v, idle_v];
             let shares = self.shares(currents.0, currents.1, legs_v);
             let coupling = coupling.scaled(shares.coupling_ratio);
             let half_bus_v = shares.supply_ratio * self.half_bus_v;
-            // a floating terminal is at no rail
-            let on_rail = |leg_v: f64| {
-                let at_rail = leg_v.abs() >= (1.0 - 1e-12) * self.half_bus_v;
-                if at_rail { shares.supply_ratio * leg_v } else { leg_v }
-            };
-            let legs = LegVolts {
-                positive_v: on_rail(legs.positive_v),
-                negative_v: on_rail(legs.negative_v),
-            };
+            let legs = self.on_rails(legs, shares.supply_ratio);
             match self.spring() {
                 None => self.solve_with(coupling, half_bus_v, span_s, legs),
                 Some(spring) => self.solve_sprung(&spring, coupling, half_bus_v, span_s, legs),
@@ -151,7 +156,10 @@ impl<P: Probe> Run<P> {
     /// The solution with all three legs connected, as the current in the middle of the span makes
     /// it.
     #[cold]
-    pub(super) fn solve_own_connected(&self, span_s: f64) -> Step {
+    pub(super) fn solve_own_connected(&mut self, span_s: f64) -> Step {
+        if let Some(step) = self.solve_shorted_connected(span_s) {
+            return step;
+        }
         let (coupling, cubic) = self.connected_coupling();
         let legs_v = [self.at.positive, self.at.negative, self.at.idle].map(|j| self.legs_v[j]);
         let solve = |currents: (f64, f64)| {
@@ -236,7 +244,7 @@ impl<P: Probe> Run<P> {
 
 impl Step {
     /// Currents of the positive and the idle phase in the middle of a span.
-    fn middle_a(&self, span_s: f64) -> (f64, f64) {
+    pub(super) fn middle_a(&self, span_s: f64) -> (f64, f64) {
         let at_s = 0.5 * span_s;
         (value(&self.segment.positive, at_s), value(&self.segment.idle, at_s))
     }

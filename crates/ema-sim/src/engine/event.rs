@@ -48,6 +48,7 @@ impl<P: Probe> Run<P> {
             let (backward, forward) = self.train.breakaway_n_m();
             let torque = step.coupling.torque_at_rest(&step.segment);
             if OWN {
+                let torque = self.with_circulating(torque);
                 let [to_back, to_forth] = self.less_spring(&torque, &step.segment);
                 value(&to_forth, span_s) > forward || value(&to_back, span_s) < backward
             } else {
@@ -84,7 +85,7 @@ impl<P: Probe> Run<P> {
         }
         if self.train.direction == Direction::Stuck {
             let (backward, forward) = self.train.breakaway_n_m();
-            let torque = step.coupling.torque_at_rest(segment);
+            let torque = self.with_circulating(step.coupling.torque_at_rest(segment));
             let [to_back, to_forth] =
                 if self.flank.is_some() { self.less_spring(&torque, segment) } else { [torque; 2] };
             if value(&to_forth, span_s) > forward {

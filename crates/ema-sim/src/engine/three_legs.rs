@@ -54,7 +54,7 @@ impl<P: Probe> Run<P> {
     fn connected_over_seam(&mut self, before_s: f64, after_s: f64) {
         let span_s = before_s + after_s;
         // with effects the sample is taken between two segments
-        if span_s <= self.longest_s && self.extension.is_none() {
+        if span_s <= self.longest_s && self.extension.is_none() && !self.own_circuit {
             let step = self.solve_connected::<false>(span_s);
             let end = End::of(&step.segment, span_s);
             if !self.interrupted::<false>(&step, &end, span_s) {
@@ -110,7 +110,7 @@ impl<P: Probe> Run<P> {
             self.commit(&end);
             self.advance_effects(at_s, &from);
             if event != Event::Switching {
-                self.handle(event, step.coupling.torque_n_m(&step.segment, at_s));
+                self.handle(event, self.torque_n_m::<OWN>(&step, at_s));
             }
             left_s -= at_s;
         }

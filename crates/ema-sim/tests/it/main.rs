@@ -19,3 +19,4 @@ mod motulator;
 mod runaway;
 mod servo_axis;
 mod severe;
+mod shorted_turns;

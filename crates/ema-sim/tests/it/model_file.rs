@@ -4,8 +4,8 @@ use approx::assert_abs_diff_eq;
 use ema_sim::{
     Actuator, BackEmfShape, Coordinate, Curve, CurveKind, Effect, EffectId, FaultId, Geometry,
     HealthState, HighFidelity, Level, LowFidelity, MachineKind, NumberTolerance, Parameter,
-    RangeOf, Scenario, Spread, ThermalCoefficient, ThermalNumber, Tolerance, UncertainNumber,
-    VisitedRange,
+    RangeOf, Scenario, ShortedTurns, Spread, ThermalCoefficient, ThermalNumber, Tolerance,
+    UncertainNumber, VisitedRange,
     model_file::{self, MachineModel, Model, ModelFileError},
     presets::{BENCH, EMA_48, bench_tolerance, ema_48_temperature, ema_48_tolerance},
 };
@@ -92,6 +92,37 @@ fn a_base_fills_what_is_left_out() {
     let onto = onto.unwrap();
     assert_eq!((onto.actuator.motor.pole_pairs, onto.name), (6, model.name));
     assert_eq!(model_file::base_of("base = \"left.toml\"").unwrap().unwrap(), "left.toml");
+}
+
+#[test]
+fn shorted_turns_stay_in_the_machine_where_a_block_says_so() {
+    let turns = |text: &str| model_file::parse(text).unwrap().actuator.motor.shorted_turns;
+    assert_eq!(turns("base = \"ema-48\"\n"), ShortedTurns::Removed);
+    let text = "base = \"ema-48\"\n[short-circuit]\nresistance-ohm = 0.05\n";
+    assert_eq!(turns(text), ShortedTurns::closed_over(0.05));
+    let model = model_file::parse(&format!("{text}leakage-ratio = 0.3\n")).unwrap();
+    let told = format!("{:?}", model.actuator.motor.shorted_turns);
+    assert_eq!(told, "Closed { resistance_ohm: 0.05, leakage_ratio: 0.3 }");
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    // what the block leaves out is the base's
+    let onto = model_file::parse_onto("[short-circuit]\nresistance-ohm = 0.1\n", &model).unwrap();
+    assert!(
+        model_file::write(&onto)
+            .contains("[short-circuit]\nresistance-ohm = 0.1\nleakage-ratio = 0.3")
+    );
+    let wrong = |block: &str| message(&format!("base = \"ema-48\"\n[short-circuit]\n{block}\n"));
+    assert_eq!(
+        wrong("leakage-ratio = 0.3"),
+        "`short-circuit.resistance-ohm` is missing; give it, or a `base`"
+    );
+    assert_eq!(
+        wrong("resistance-ohm = -1"),
+        "`short-circuit.resistance-ohm` is -1, expected a number from 0 to 1000000"
+    );
+    assert_eq!(
+        wrong("resistence-ohm = 1"),
+        "line 3: unknown key `short-circuit.resistence-ohm`, did you mean `resistance-ohm`"
+    );
 }
 
 #[test]

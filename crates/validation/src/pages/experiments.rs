@@ -1,6 +1,7 @@
 //! `docs/validation/experiments.md`: the paper's Tables 2-8, and ours with noise.
 
 mod ablation;
+mod shorts;
 
 use std::{fmt::Write as _, thread, time::Instant};
 
@@ -128,6 +129,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
             figures.push(seeded(format!("noisy-{}-rms-over-bound", fault.id), ratio, "1"));
         }
     }
+    figures.extend(shorts::quick()?);
     Ok(figures)
 }
 
@@ -202,6 +204,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section { name: "convergence", write: convergence },
     Section { name: "noisy", write: with_noise },
     Section { name: "ablation", write: ablation::section },
+    Section { name: "shorts", write: shorts::write },
 ];
 
 /// The whole page.
