@@ -9,12 +9,11 @@ mod dead_time;
 mod elastic;
 mod electric;
 mod event;
-mod shorted_loops;
+mod shorted;
 mod three_legs;
 
 use elastic::Flank;
 use event::Event;
-pub(crate) use shorted_loops::ShortedLoops;
 
 use crate::{
     controller::Measured,
@@ -32,6 +31,7 @@ use crate::{
     probe::{Circuit, Probe},
     scenario::Scenario,
     series::value,
+    shorted_loops::ShortedLoops,
     speed_guard::SpeedGuard,
     trace::HighFidelityTrace,
     waveform::Corners,
@@ -735,7 +735,7 @@ impl<P: Probe> Run<P> {
         self.diode_at(open_v, half_bus_v)
     }
 
-    /// The same, with the potential of the open terminal.
+    /// Sign of that current, given the potential of the open terminal.
     #[inline]
     fn diode_at(&self, open_v: f64, half_bus_v: f64) -> f64 {
         if self.idle_a != 0.0 {

@@ -69,6 +69,7 @@ mod series;
 mod servo_axis;
 mod servo_control;
 mod shape_function;
+mod shorted_loops;
 mod shorted_turns;
 mod simulation_error;
 mod speed_guard;

@@ -2,8 +2,8 @@
 
 use crate::{
     drive_train::DriveTrain,
-    engine::ShortedLoops,
     series::Series,
+    shorted_loops::ShortedLoops,
     winding::{LegVolts, SectorWinding, Segment},
 };
 

@@ -1,4 +1,4 @@
-//! What becomes of the turns that a partial short circuit takes out of a phase.
+//! Turns that a partial short circuit takes out of a phase: removed, or closed over a resistance.
 
 use crate::{fault::PhysicalFaults, parameter::within, parameter_error::ParameterError};
 
@@ -25,11 +25,11 @@ use crate::{fault::PhysicalFaults, parameter::within, parameter_error::Parameter
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum ShortedTurns {
-    /// They are gone and carry nothing: of a phase `R·N`, `L·N²`, `k_e·N` are left. The reading of
+    /// Turns that are gone and carry nothing: of a phase `R·N`, `L·N²`, `k_e·N` are left. The reading of
     /// the FREEDOM paper, and always that of the low-fidelity model.
     #[default]
     Removed,
-    /// They stay in the machine, closed over a resistance, and a current circulates in them.
+    /// Turns that stay in the machine, closed over a resistance, with a current that circulates.
     Closed {
         /// Resistance of the fault between the two ends of the shorted turns, `R_f`, 0 to 1e6 Ω;
         /// zero is a bolted short circuit.

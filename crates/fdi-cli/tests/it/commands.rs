@@ -178,6 +178,27 @@ fn simulate_writes_a_recording() {
 }
 
 #[test]
+fn simulate_lets_a_current_circulate_in_shorted_turns() {
+    let folder = tempfile::tempdir().unwrap();
+    let asked = |more: &[&str]| output(folder.path(), &[&["simulate"], more].concat());
+    let short = ["--faults", "k3=0.05", "--short-resistance-ohm", "0.05"];
+    let (closed, removed) = (asked(&short), asked(&short[..2]));
+    assert!(closed.status.success() && closed.stdout != removed.stdout);
+    // the same from a model file
+    let text = "base = \"ema-48\"\nname = \"ema-48\"\n[short-circuit]\nresistance-ohm = 0.05\n";
+    fs::write(folder.path().join("short.toml"), text).unwrap();
+    let of_file = asked(&["--faults", "k3=0.05", "--model", "short.toml"]);
+    assert_eq!(of_file.stdout, closed.stdout);
+    let more = [&short[..], &["--short-leakage-ratio", "0.2"]].concat();
+    assert_ne!(asked(&more).stdout, closed.stdout);
+    let refused = |more: &[&str]| whole(&asked(more));
+    let none = refused(&short[2..]);
+    assert!(none.contains("no turns are shorted; give k3, k4 or k5 in `--faults`"), "{none}");
+    let low = refused(&[&short[..], &["--fidelity", "low"]].concat());
+    assert!(low.contains("in the low-fidelity model shorted turns are gone"), "{low}");
+}
+
+#[test]
 fn dataset_and_bundle_say_what_they_made() {
     let folder = learnt();
     let dataset = ["dataset", "--conditions", "24", "--output"];

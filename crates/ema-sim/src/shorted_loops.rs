@@ -19,15 +19,13 @@
 //! Circuit: `docs/models/motor.md`. Method: E. Hairer, G. Wanner, *Solving Ordinary Differential
 //! Equations II*, 2nd ed., section IV.5, Table 5.6.
 
-use super::{End, Run, Step};
 use crate::{
     fault::PhysicalFaults,
     params::Motor,
     phase::PerPhase,
-    probe::Probe,
     series::{Series, value},
     shorted_turns::ShortedTurns,
-    winding::{LegVolts, LocalCubic, SectorWinding, Segment, SegmentStart, Shaft},
+    winding::{LocalCubic, SectorWinding, Segment, SegmentStart, Shaft},
 };
 
 /// Most currents: two of the star, one of each phase's shorted turns.
@@ -95,18 +93,18 @@ struct Circuit {
 }
 
 /// Machine and drive over a segment.
-pub(super) struct LoopDrive<'a> {
-    pub(super) at: &'a SectorWinding,
-    pub(super) shaft: &'a Shaft,
-    pub(super) start: SegmentStart,
+pub(crate) struct LoopDrive<'a> {
+    pub(crate) at: &'a SectorWinding,
+    pub(crate) shaft: &'a Shaft,
+    pub(crate) start: SegmentStart,
     /// Voltages of the positive and the idle leg against the negative one; none where the idle
     /// phase is open.
-    pub(super) pair_v: f64,
-    pub(super) idle_v: Option<f64>,
+    pub(crate) pair_v: f64,
+    pub(crate) idle_v: Option<f64>,
     /// Flux change a radian of each phase, near the rotor's angle.
-    pub(super) coupling: [LocalCubic; 3],
+    pub(crate) coupling: [LocalCubic; 3],
     /// Resistance of the winding over that of the cold one.
-    pub(super) warmth_ratio: f64,
+    pub(crate) warmth_ratio: f64,
 }
 
 impl LoopDrive<'_> {
@@ -218,7 +216,7 @@ impl ShortedLoops {
     }
 
     /// Winding and shaft from now on, over a span.
-    pub(super) fn solve(&mut self, drive: &LoopDrive<'_>, span_s: f64) -> Segment {
+    pub(crate) fn solve(&mut self, drive: &LoopDrive<'_>, span_s: f64) -> Segment {
         let circuit = self.circuit(drive.at, drive.idle_v.is_none(), drive.warmth_ratio);
         let start_a = self.start(&circuit, drive.start);
         let stages = Stages::solve(&circuit, drive, &start_a, span_s);
@@ -239,7 +237,7 @@ impl ShortedLoops {
 
     /// Voltages over phases in which no current starts, as `R·(i − s·f) + L·(i' − s·f') + k·ω`
     /// with the idle leg open; of all three, and the rate of the pair's current.
-    fn phases_v(&self, drive: &LoopDrive<'_>) -> PerPhase {
+    pub(crate) fn phases_v(&self, drive: &LoopDrive<'_>) -> PerPhase {
         let circuit = self.circuit(drive.at, true, drive.warmth_ratio);
         let now_a = self.start(&circuit, drive.start);
         let coupling = drive.coupling_at(&circuit, 0.0);
@@ -256,7 +254,7 @@ impl ShortedLoops {
     }
 
     /// Voltage that would keep the pair without current as it is.
-    fn open_pair_v(&self, drive: &LoopDrive<'_>) -> f64 {
+    pub(crate) fn open_pair_v(&self, drive: &LoopDrive<'_>) -> f64 {
         // currents of the loops alone, whose terminals are open
         let circuit = self.circuit(drive.at, true, drive.warmth_ratio);
         let now_a = self.start(&circuit, drive.start);
@@ -276,12 +274,12 @@ impl ShortedLoops {
     }
 
     /// Moves the currents to the end of a segment.
-    pub(super) fn go_on(&mut self, span_s: f64) {
+    pub(crate) fn go_on(&mut self, span_s: f64) {
         self.fault_a = self.segment_a.map(|series| value(&series, span_s));
     }
 
     /// Torque of the circulating currents at a time of the segment, `−Σ s_j·k_j·f_j`.
-    fn torque_n_m(&self, segment: &Segment, at_s: f64) -> f64 {
+    pub(crate) fn torque_n_m(&self, segment: &Segment, at_s: f64) -> f64 {
         let turn_rad = value(&segment.turn, at_s);
         let of = |j: usize| {
             -self.share[j] * near(&self.coupling[j], turn_rad) * value(&self.segment_a[j], at_s)
@@ -290,14 +288,14 @@ impl ShortedLoops {
     }
 
     /// That torque over a segment of a rotor at rest.
-    fn torque_at_rest(&self) -> Series {
+    pub(crate) fn torque_at_rest(&self) -> Series {
         core::array::from_fn(|m| {
             (0..3).map(|j| -self.share[j] * self.coupling[j][0] * self.segment_a[j][m]).sum()
         })
     }
 
     /// That torque now, with a coupling.
-    fn torque_now_n_m(&self, coupling: &[LocalCubic; 3]) -> f64 {
+    pub(crate) fn torque_now_n_m(&self, coupling: &[LocalCubic; 3]) -> f64 {
         (0..3).map(|j| -self.share[j] * coupling[j][0] * self.fault_a[j]).sum()
     }
 
@@ -309,6 +307,12 @@ impl ShortedLoops {
             s * self.phase_ohm[j] * f * (f - 2.0 * phases_a[j])
         });
         (in_winding, self.fault_ohm * fault_a.iter().map(|f| f * f).sum::<f64>())
+    }
+
+    /// Heat that the loops add now, faults and all, were the winding cold.
+    pub(crate) fn heat_now_w(&self, phases_a: &PerPhase) -> f64 {
+        let (in_winding, in_faults) = self.heat_w(phases_a, &self.fault_a);
+        in_winding.iter().sum::<f64>() + in_faults
     }
 
     /// That heat at a time of the segment solved last.
@@ -501,127 +505,6 @@ impl<const N: usize> Factors<N> {
         for row in (0..self.order).rev() {
             let known: f64 = (row + 1..self.order).map(|k| self.rows[row][k] * right[k]).sum();
             right[row] = (right[row] - known) / self.rows[row][row];
-        }
-    }
-}
-
-impl<P: Probe> Run<P> {
-    /// Coupling of each phase near the rotor's angle.
-    fn phase_couplings(&self) -> [LocalCubic; 3] {
-        let motor_rad = self.start_angle_rad + self.train.angle_rad;
-        let along = self.along(self.train.angle_rad);
-        self.winding.phase_couplings(&self.at, self.rotor_frame(), motor_rad, along)
-    }
-
-    /// Machine and drive as they stand, with voltages against the negative leg.
-    fn loop_drive(&self, pair_v: f64, idle_v: Option<f64>, coupling_ratio: f64) -> LoopDrive<'_> {
-        LoopDrive {
-            at: self.winding.sector(self.sector),
-            shaft: &self.shaft,
-            start: self.segment_start(),
-            pair_v,
-            idle_v,
-            coupling: self.phase_couplings().map(|k| k.map(|k| coupling_ratio * k)),
-            warmth_ratio: self.warmth_ratio,
-        }
-    }
-
-    /// The solution with shorted loops, the currents of which it keeps.
-    fn solve_loops(
-        &self,
-        loops: &mut ShortedLoops,
-        span_s: f64,
-        legs: LegVolts,
-        [at_a, idle_a]: [f64; 2],
-    ) -> (Step, End) {
-        let idle_v = -self.half_bus_v * idle_a.signum() * f64::from(idle_a != 0.0);
-        let shares = self.shares(at_a, idle_a, [legs.positive_v, legs.negative_v, idle_v]);
-        let half_bus_v = shares.supply_ratio * self.half_bus_v;
-        let legs = self.on_rails(legs, shares.supply_ratio);
-        let mut drive = self.loop_drive(legs.pair_v(), None, shares.coupling_ratio);
-        let phases_v = loops.phases_v(&drive);
-        let open_v = legs.negative_v + phases_v[self.at.idle] - phases_v[self.at.negative];
-        let diode = self.diode_at(open_v, half_bus_v);
-        let idle_v = -diode * half_bus_v;
-        drive.idle_v = (diode != 0.0).then_some(idle_v - legs.negative_v);
-        let segment = loops.solve(&drive, span_s);
-        let coupling = self.coupling_now().scaled(shares.coupling_ratio);
-        let end = End::of(&segment, span_s);
-        (Step { segment, coupling, diode, pair: legs, idle_v }, end)
-    }
-
-    /// The solution with shorted loops and the legs of the pair held.
-    pub(super) fn solve_shorted(&mut self, span_s: f64, legs: LegVolts) -> Option<(Step, End)> {
-        let mut loops = self.shorted.take()?;
-        let mut solution =
-            self.solve_loops(&mut loops, span_s, legs, [self.positive_a, self.idle_a]);
-        if self.extension.is_some() {
-            let (positive_a, idle_a) = solution.0.middle_a(span_s);
-            solution = self.solve_loops(&mut loops, span_s, legs, [positive_a, idle_a]);
-        }
-        self.shorted = Some(loops);
-        Some(solution)
-    }
-
-    /// The solution with shorted loops and all three legs connected.
-    pub(super) fn solve_shorted_connected(&mut self, span_s: f64) -> Option<Step> {
-        let mut loops = self.shorted.take()?;
-        let roles = [self.at.positive, self.at.negative, self.at.idle];
-        let mut solve = |at_a: f64, idle_a: f64| {
-            let shares = self.shares(at_a, idle_a, roles.map(|j| self.legs_v[j]));
-            let [positive_v, negative_v, idle_v] =
-                roles.map(|j| shares.supply_ratio * self.legs_v[j]);
-            let between_v = Some(idle_v - negative_v);
-            let drive = self.loop_drive(positive_v - negative_v, between_v, shares.coupling_ratio);
-            let segment = loops.solve(&drive, span_s);
-            let coupling = self.coupling_now().scaled(shares.coupling_ratio);
-            let pair = LegVolts { positive_v, negative_v };
-            Step { segment, coupling, diode: 0.0, pair, idle_v }
-        };
-        let mut step = solve(self.positive_a, self.idle_a);
-        if self.extension.is_some() {
-            let (positive_a, idle_a) = step.middle_a(span_s);
-            step = solve(positive_a, idle_a);
-        }
-        self.shorted = Some(loops);
-        Some(step)
-    }
-
-    /// Voltage at which the pair without current stays so, where loops are shorted.
-    pub(super) fn shorted_pair_v(&self) -> Option<f64> {
-        let loops = self.shorted.as_ref()?;
-        Some(loops.open_pair_v(&self.loop_drive(0.0, None, 1.0)))
-    }
-
-    /// Torque of the circulating currents at a time of the segment solved last.
-    pub(super) fn circulating_n_m(&self, segment: &Segment, at_s: f64) -> f64 {
-        self.shorted.as_ref().map_or(0.0, |loops| loops.torque_n_m(segment, at_s))
-    }
-
-    /// That torque now.
-    pub(super) fn circulating_now_n_m(&self) -> f64 {
-        self.shorted.as_ref().map_or(0.0, |loops| loops.torque_now_n_m(&self.phase_couplings()))
-    }
-
-    /// Adds that torque to the one of a rotor at rest.
-    pub(super) fn with_circulating(&self, torque: Series) -> Series {
-        let Some(loops) = &self.shorted else { return torque };
-        let circulating = loops.torque_at_rest();
-        core::array::from_fn(|m| torque[m] + circulating[m])
-    }
-
-    /// Heat that circulating currents add now to the winding, faults and all, were it cold.
-    pub(super) fn circulating_w(&self) -> f64 {
-        let Some(loops) = &self.shorted else { return 0.0 };
-        let phases_a = self.phases_a(self.positive_a, self.idle_a);
-        let (in_winding, in_faults) = loops.heat_w(&phases_a, &loops.fault_a);
-        in_winding.iter().sum::<f64>() + in_faults
-    }
-
-    /// Moves the circulating currents to the end of a segment.
-    pub(super) fn move_loops(&mut self, span_s: f64) {
-        if let Some(loops) = &mut self.shorted {
-            loops.go_on(span_s);
         }
     }
 }
