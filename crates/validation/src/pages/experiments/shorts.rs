@@ -192,7 +192,7 @@ fn conclusion(text: &mut String, results: &[ShortResult]) -> Result<()> {
     Ok(())
 }
 
-/// What the diagnosis makes of short circuits with one resistance over that of their turns.
+/// Sentence on the diagnosis of short circuits with one resistance over that of their turns.
 fn diagnosed<'a>(
     text: &mut String,
     name: &str,
