@@ -2,6 +2,7 @@
 
 mod ci;
 mod docs;
+mod fleet_check;
 mod gen_dataset;
 mod picture;
 mod python;
@@ -23,6 +24,7 @@ cargo xtask budget                      the inference budgets, guarded
 cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
 cargo xtask docs [--check]              rebuild the generated reference pages and drawings, or compare them
 cargo xtask python                      the wheel: build, types, tests; skipped without Python
+cargo xtask fleet-check [RECORDINGS]    a fleet on Spark, on Sail and in parts, workers killed meanwhile; docs/validation/fleet.md
 cargo xtask tidy [--measures]           edges, paths, licences, prose, help, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
@@ -35,6 +37,8 @@ fn main() -> Result<()> {
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),
         ["docs", "--check"] => docs::run(&root, true),
+        ["fleet-check"] => fleet_check::run(&root, None),
+        ["fleet-check", recordings] => fleet_check::run(&root, Some(recordings)),
         ["gen-dataset"] => gen_dataset::run(&root, false),
         ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
         ["python"] => python::run(&root),

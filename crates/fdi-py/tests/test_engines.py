@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import pickle
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -172,3 +173,26 @@ def test_what_is_wrong_with_a_frame_is_said_at_once(spark: Any) -> None:
     paths = spark.createDataFrame([("a",)], "path string")
     with pytest.raises(fdi.FdiError, match="method"):
         fdi.spark.diagnose(paths, method="magic")
+
+
+def test_the_guide_runs_on_an_engine(spark: Any, fleet: Path, root: Path, tmp_path: Path) -> None:
+    text = (root / "docs/guide/a-fleet-on-a-cluster.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 3
+    # the places of the guide, and those of this test
+    for there, here in {
+        "s3://fleet/2026/*.csv.gz": str(fleet),
+        "ema.fdi-bundle": str(root / "crates/fdi-core/bundles/chirp.fdi-bundle"),
+        "s3://fleet/diagnosis": str(tmp_path / "diagnosis"),
+        "repartition(2000)": "repartition(2)",
+    }.items():
+        assert there in blocks[0]
+        blocks[0] = blocks[0].replace(there, here)
+    given = {"spark": spark, "paths": [str(file) for file in fleet.iterdir()]}
+    exec(compile(blocks[0], "guide", "exec"), given)  # noqa: S102
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert parquet.read_table(tmp_path / "diagnosis").num_rows == len(NAMES) + 1
+    # the second begins a server of Sail, as this test does where Sail is installed
+    exec(compile(blocks[2], "guide", "exec"), given)  # noqa: S102
+    rows = _rows(fdi.spark.diagnose(given["files"], **OPTIONS).toArrow())
+    assert rows == _want(fleet)
