@@ -40,6 +40,11 @@ const STAGES: [(&str, &[Step]); 2] = [
                 "fault conditions of a design, simulated with the high-fidelity model",
             ),
             step(
+                "informative points",
+                "crates/reduction/src/compression.rs",
+                "dynamic modes, then a self-organising map: 30 samples of the signal",
+            ),
+            step(
                 "error model",
                 "crates/fdi-core/src/offline/error_model.rs",
                 "mean and covariance of high less low fidelity",
@@ -123,7 +128,8 @@ pub(super) fn drawing(root: &Path) -> Result<String> {
             });
         }
     }
-    let bundle = MARGIN + 28.0 + 3.0 * (HEIGHT + GAP) + HEIGHT;
+    let last = STAGES[0].1.len() as f64 - 1.0;
+    let bundle = MARGIN + 28.0 + last * (HEIGHT + GAP) + HEIGHT;
     let likelihood = MARGIN + 28.0 + 2.0 * (HEIGHT + GAP);
     svg.across(
         [MARGIN + WIDTH, bundle - HEIGHT / 2.0],
