@@ -297,6 +297,7 @@ impl NullaryFnOnce for Look<'_> {
             later[i] = left.max(0.0).sqrt();
         }
         let mut ceiling = vec![0.0; count];
+        let mut tops = vec![0.0; count.div_ceil(BLOCK)];
         let mut value = now;
         let mut chosen = Vec::with_capacity(rule.nodes.len());
         for &(z, weight) in &rule.nodes {
@@ -308,13 +309,20 @@ impl NullaryFnOnce for Look<'_> {
                 let gain = best1 - second.block.mean[i] - pull[i] * z;
                 if later[i] > 0.0 { later[i] * improvement(gain / later[i]) } else { gain.max(0.0) }
             };
-            let top = highest(&ceiling);
+            block_maxima(&mut tops, &ceiling);
+            let top = first_highest(&ceiling, &tops);
             let (mut most, mut which) = (exact(top), top);
-            for (i, &c) in ceiling.iter().enumerate() {
-                if c > most {
-                    let e = exact(i);
-                    if e > most {
-                        (most, which) = (e, i);
+            for (block, &highest) in tops.iter().enumerate() {
+                if highest <= most {
+                    continue;
+                }
+                let from = block * BLOCK;
+                for (i, &c) in ceiling[from..].iter().take(BLOCK).enumerate() {
+                    if c > most {
+                        let e = exact(from + i);
+                        if e > most {
+                            (most, which) = (e, from + i);
+                        }
                     }
                 }
             }
@@ -352,16 +360,39 @@ fn ceilings(out: &mut [f64], rise: &Rise<'_>) {
     }
 }
 
-/// Index of the largest entry.
+/// Entries of a block, several vectors of any instruction set.
+const BLOCK: usize = 32;
+/// Entries that are compared side by side.
+const LANES: usize = 8;
+
+/// Largest entry of each block.
 #[inline(always)]
-fn highest(values: &[f64]) -> usize {
-    let mut top = 0;
-    for i in 1..values.len() {
-        if values[i] > values[top] {
-            top = i;
+fn block_maxima(tops: &mut [f64], values: &[f64]) {
+    for (top, block) in tops.iter_mut().zip(values.chunks(BLOCK)) {
+        let mut lanes = [f64::NEG_INFINITY; LANES];
+        let whole = block.chunks_exact(LANES);
+        let rest = whole.remainder();
+        for part in whole {
+            for lane in 0..LANES {
+                lanes[lane] = if part[lane] > lanes[lane] { part[lane] } else { lanes[lane] };
+            }
+        }
+        *top = lanes.iter().chain(rest).fold(f64::NEG_INFINITY, |m, &v| if v > m { v } else { m });
+    }
+}
+
+/// Index of the first of the largest entries, given the maxima of the blocks.
+#[inline(always)]
+fn first_highest(values: &[f64], tops: &[f64]) -> usize {
+    let mut block = 0;
+    for i in 1..tops.len() {
+        if tops[i] > tops[block] {
+            block = i;
         }
     }
-    top
+    let from = block * BLOCK;
+    let within = values[from..].iter().take(BLOCK).position(|v| *v == tops[block]);
+    from + within.unwrap_or(0)
 }
 
 /// Nodes and weights for the standard normal law, by Newton's method on the
@@ -412,6 +443,23 @@ fn bisect(degree: usize, mut low: f64, mut high: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_highest_entry_is_found_in_any_block() {
+        for count in [1, 7, 8, 31, 32, 33, 100, 640] {
+            for place in [0, count / 2, count - 1] {
+                let mut values = vec![-1.0; count];
+                values[place] = 2.0;
+                values[count - 1] = 2.0; // a tie: the first counts
+                let mut tops = vec![0.0; count.div_ceil(BLOCK)];
+                block_maxima(&mut tops, &values);
+                assert_eq!(first_highest(&values, &tops), place, "{count}");
+            }
+            let (zeros, mut tops) = (vec![0.0; count], vec![1.0; count.div_ceil(BLOCK)]);
+            block_maxima(&mut tops, &zeros);
+            assert_eq!(first_highest(&zeros, &tops), 0);
+        }
+    }
 
     #[test]
     fn law_gauss_hermite_is_exact_for_moments() {

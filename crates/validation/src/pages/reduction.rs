@@ -3,6 +3,7 @@
 
 mod encodings;
 mod filter;
+mod leading;
 
 use std::fmt::Write as _;
 
@@ -101,7 +102,8 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     values.push(numpy_difference()?);
     values.extend(pydmd_differences()?);
     values.extend(minisom_differences()?);
-    let lines = CLOSED_FORMS.iter().chain(&TOPOLOGY).chain(&PEERS);
+    values.extend(leading::errors()?);
+    let lines = CLOSED_FORMS.iter().chain(&TOPOLOGY).chain(&PEERS).chain(&leading::LINES);
     lines
         .zip(values)
         .map(|(line, value)| {
@@ -136,6 +138,8 @@ pub(super) fn text(figures: &[Figure]) -> Result<String> {
         versions(include_str!("../../../../fixtures/references/pydmd/versions.txt")),
         versions(include_str!("../../../../fixtures/references/minisom/versions.txt")),
     )?;
+    section(&mut page, "Leading singular values", "error", &leading::LINES, figures)?;
+    leading::section(&mut page)?;
     speed(&mut page)?;
     streaming(&mut page)?;
     page.push_str(&on_reference_signals()?);
