@@ -31,7 +31,7 @@ const COLUMNS: usize = 100;
 const WANTED: usize = 30;
 /// Last wanted singular value over the first; the last two are beyond the route's reach.
 const FALLS: [f64; 6] = [1e-1, 1e-2, 1e-3, 2e-4, 5e-5, 1e-5];
-/// Those within it.
+/// How many of the falls are within its reach.
 const WITHIN: usize = 4;
 /// First unwanted singular value over the last wanted one.
 const GAPS: [f64; 2] = [0.5, 0.99];
@@ -53,9 +53,9 @@ pub(super) fn errors() -> Result<Vec<f64>> {
     ])
 }
 
-/// What is off at one fall of the spectrum.
+/// Errors at one fall of the spectrum.
 struct Case {
-    /// Whether the whole decomposition was made.
+    /// True where the whole decomposition was made.
     is_whole: bool,
     /// Largest relative error of a singular value, and that of the whole decomposition.
     values: f64,
@@ -198,7 +198,7 @@ fn turns(text: &str) -> Result<Vec<Turn<'_>>> {
         .collect()
 }
 
-/// What numpy's time over ours is to be.
+/// Ratio of numpy's time over ours that is asked for.
 const ASKED: f64 = 3.0;
 
 fn speed(page: &mut String) -> Result<()> {
