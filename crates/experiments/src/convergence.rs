@@ -18,6 +18,31 @@ struct Step {
     errors_percent: Vec<f64>,
 }
 
+impl Step {
+    fn point(&self, evaluations: usize) -> SearchPoint {
+        let errors = &self.errors_percent;
+        SearchPoint {
+            evaluations,
+            time_s: self.time_s,
+            discrepancy_a: self.least,
+            error_percent: errors.iter().sum::<f64>() / errors.len() as f64,
+        }
+    }
+}
+
+/// A scalar search on its way: what its best point so far is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchPoint {
+    /// Evaluations made.
+    pub evaluations: usize,
+    /// Time since the start, s; 0 without a clock.
+    pub time_s: f64,
+    /// Least discrepancy so far, A.
+    pub discrepancy_a: f64,
+    /// Mean over the faults of eq. 20 of the FREEDOM paper at the point with that discrepancy, %.
+    pub error_percent: f64,
+}
+
 /// The steps of one search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct History {
@@ -68,6 +93,17 @@ impl History {
         if let Some(last) = self.steps.last_mut() {
             last.errors_percent = errors_percent;
         }
+    }
+
+    /// The search after some evaluations, its end for more: time, discrepancy and errors.
+    pub(crate) fn point_after(&self, evaluations: usize) -> Option<SearchPoint> {
+        let made = evaluations.min(self.steps.len());
+        self.after(evaluations).map(|step| step.point(made))
+    }
+
+    /// Evaluations made.
+    pub(crate) fn len(&self) -> usize {
+        self.steps.len()
     }
 
     /// The search after some evaluations; its end for more.

@@ -14,10 +14,13 @@ mod contender;
 mod convergence;
 mod evaluation;
 mod noisy;
+mod paired;
 mod protocol;
 mod reference;
 mod request;
 mod score;
+mod search_view;
+mod seeded_searches;
 mod setting;
 mod shorts;
 mod start;
@@ -26,10 +29,14 @@ mod units;
 
 pub use ablation::{AblationRequest, AblationScore, Compression, evaluate_compressions};
 pub use contender::Contender;
+pub use convergence::SearchPoint;
 pub use evaluation::evaluate;
+pub use paired::{PairedComparison, holm};
 pub use protocol::Protocol;
 pub use reference::{Beforehand, ReferenceRequest, ReferenceScore, evaluate_references};
 pub use request::{Clock, EvaluationError, EvaluationRequest};
+pub use search_view::{SearchSpace, SearchView, SearchedScalar};
+pub use seeded_searches::{DiscrepancyRay, SearchesOfSeed, SeededSearch, SeededSearches};
 pub use setting::EvaluationSetting;
 pub use shorts::{
     Agreement, ShortAnswers, ShortResult, ShortsRequest, compare_short, evaluate_shorts,

@@ -15,32 +15,35 @@ use crate::{
     protocol::Protocol,
     request::{EvaluationError, EvaluationRequest, test_conditions},
     score::{Trial, errors_percent, fault_scores, levels_of, median},
+    search_view::{SearchSpace, SearchView},
 };
 
 /// Evaluations that a population method may make unless told otherwise.
 const POPULATION_EVALUATIONS: usize = 5000;
 
 /// The prepared parts of an experiment, made once and shared by the conditions.
-struct Arena<'a> {
+pub(crate) struct Arena<'a> {
     request: &'a EvaluationRequest<'a>,
+    /// View of the scalar searches.
+    view: SearchView,
     diagnoser: Diagnoser,
     emulator: Option<Emulator>,
     high: Option<HighFidelitySearch>,
 }
 
 /// A condition with its signal.
-struct Test {
-    condition: Condition,
+pub(crate) struct Test {
+    pub(crate) condition: Condition,
     signal_a: Vec<f64>,
 }
 
 /// The end of one search, before it is scored.
-struct Found {
+pub(crate) struct Found {
     /// Coordinates looked for, free of bounds.
-    estimate: Vec<f64>,
-    discrepancy: f64,
+    pub(crate) estimate: Vec<f64>,
+    pub(crate) discrepancy: f64,
     evaluations: u64,
-    history: History,
+    pub(crate) history: History,
     /// Stated standard deviation of each level looked for, where there is one.
     std: Vec<f64>,
 }
@@ -49,6 +52,14 @@ struct Found {
 pub(crate) fn run(
     request: &EvaluationRequest<'_>,
 ) -> Result<Vec<MethodEvaluation>, EvaluationError> {
+    let (arena, tests) = prepare(request)?;
+    request.contenders.iter().map(|&contender| arena.score(contender, &tests)).collect()
+}
+
+/// Simulates the conditions and learns what the contenders know beforehand.
+pub(crate) fn prepare<'a>(
+    request: &'a EvaluationRequest<'a>,
+) -> Result<(Arena<'a>, Vec<Test>), EvaluationError> {
     let experiment = request.protocol.experiment()?;
     let tests = tests(&experiment, request)?;
     let bundle = request.setting.bundle(&experiment, request.seed, request.jobs)?;
@@ -70,8 +81,8 @@ pub(crate) fn run(
         }
         _ => None,
     };
-    let arena = Arena { request, emulator, high, diagnoser: Diagnoser::new(bundle)? };
-    request.contenders.iter().map(|&contender| arena.score(contender, &tests)).collect()
+    let view = SearchView::of(SearchSpace::Linear { largest: request.largest_level });
+    Ok((Arena { request, view, emulator, high, diagnoser: Diagnoser::new(bundle)? }, tests))
 }
 
 /// The conditions with what the sensors show of them.
@@ -89,7 +100,12 @@ fn tests(
 }
 
 impl Arena<'_> {
-    fn experiment(&self) -> &Experiment {
+    /// Changes the view of the scalar searches.
+    pub(crate) fn seen(self, view: SearchView) -> Self {
+        Self { view, ..self }
+    }
+
+    pub(crate) fn experiment(&self) -> &Experiment {
         &self.diagnoser.bundle().experiment
     }
 
@@ -148,7 +164,7 @@ impl Arena<'_> {
     }
 
     /// One search.
-    fn find(
+    pub(crate) fn find(
         &self,
         contender: Contender,
         index: usize,
@@ -242,9 +258,10 @@ impl Arena<'_> {
     /// Levels of a point of the unit box.
     fn levels(&self, sought: &[usize], unit: &[f64]) -> Vec<f64> {
         let direction = FAULT_COUNT - 1;
-        let scale =
-            |fault: usize| if fault == direction { 1.0 } else { self.request.largest_level };
-        sought.iter().zip(unit).map(|(&fault, u)| scale(fault) * u).collect()
+        let level = |fault: usize, u: f64| {
+            if fault == direction { u } else { self.view.space.level(u) }
+        };
+        sought.iter().zip(unit).map(|(&fault, &u)| level(fault, u)).collect()
     }
 
     /// The monitor's signal at levels looked for.
@@ -254,7 +271,7 @@ impl Arena<'_> {
     }
 
     /// The discrepancy as a function of a point of the unit box, each evaluation noted.
-    fn discrepancy<'r>(
+    pub(crate) fn discrepancy<'r>(
         &'r self,
         test: &'r Test,
         recorder: &'r Recorder<'r>,
@@ -284,7 +301,7 @@ impl Arena<'_> {
         let recorder = Recorder::new(&now);
         let mut value = self.discrepancy(test, &recorder)?;
         let found = search
-            .minimise(&sought, &mut value)
+            .minimise(&sought, |unit| self.view.scalar(value(unit)))
             .map_err(|error| EvaluationError::Search { reason: error.to_string() })?;
         drop(value);
         let history = recorder.finish();

@@ -15,6 +15,7 @@ mod figure;
 mod measured;
 #[cfg(test)]
 mod pieces;
+mod plot;
 mod real_recordings;
 mod reduction;
 mod section;

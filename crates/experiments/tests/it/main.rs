@@ -4,4 +4,5 @@
 
 mod evaluation;
 mod numbers;
+mod seeded_searches;
 mod severe;

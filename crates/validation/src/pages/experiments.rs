@@ -1,6 +1,7 @@
 //! `docs/validation/experiments.md`: the paper's Tables 2-8, and ours with noise.
 
 mod ablation;
+mod lookahead;
 mod shorts;
 
 use std::{fmt::Write as _, thread, time::Instant};
@@ -130,6 +131,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
         }
     }
     figures.extend(shorts::quick()?);
+    figures.extend(lookahead::quick()?);
     Ok(figures)
 }
 
@@ -202,6 +204,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section { name: "metaheuristics", write: metaheuristics },
     Section { name: "bench", write: bench },
     Section { name: "convergence", write: convergence },
+    Section { name: "lookahead", write: lookahead::lookahead },
     Section { name: "noisy", write: with_noise },
     Section { name: "ablation", write: ablation::section },
     Section { name: "shorts", write: shorts::write },
