@@ -1,6 +1,7 @@
 //! `docs/validation/experiments.md`: the paper's Tables 2-8, and ours with noise.
 
 mod ablation;
+mod drawings;
 mod lookahead;
 mod shorts;
 
@@ -199,6 +200,7 @@ const TABLE_6: [(&str, f64, f64); 5] = [
 
 /// The sections that compute, in their order.
 pub(super) const SECTIONS: &[Section] = &[
+    Section { name: "drawings", write: drawings::write },
     Section { name: "high", write: high },
     Section { name: "low", write: low },
     Section { name: "metaheuristics", write: metaheuristics },
