@@ -38,7 +38,7 @@ const fn block(
 const BLOCKS: [Block; 9] = [
     block("controller", "controller", [0, 0], ELECTRONICS),
     block("current loop, six-step", "current_loop", [1, 0], ELECTRONICS),
-    block("inverter, carrier period", "engine/three_legs", [2, 0], ELECTRONICS),
+    block("inverter, engine of events", "engine", [2, 0], ELECTRONICS),
     block("current loop, field-oriented", "field_oriented", [1, 1], ELECTRONICS),
     block("winding and shaft", "winding", [2, 2], MACHINE),
     block("gear, play, friction, stops", "drive_train", [1, 2], MACHINE),
@@ -52,6 +52,8 @@ const BLOCKS: [Block; 9] = [
 enum Side {
     Left,
     Right,
+    LeftAt(f64),
+    RightAt(f64),
     Top(f64),
     Bottom(f64),
 }
@@ -74,10 +76,11 @@ const fn arrow(
     Arrow { from, to, signal, off }
 }
 
-const ARROWS: [Arrow; 13] = [
+const ARROWS: [Arrow; 14] = [
     arrow((0, Side::Right), (1, Side::Left), "I_ref", [-24.0, -5.0]),
-    arrow((0, Side::Right), (3, Side::Left), "", [0.0, 0.0]),
+    arrow((0, Side::Right), (3, Side::Left), "I_ref, θ_m", [-80.0, 30.0]),
     arrow((1, Side::Right), (2, Side::Left), "duty", [-24.0, -5.0]),
+    arrow((2, Side::LeftAt(0.85)), (1, Side::RightAt(0.85)), "i_phase", [-24.0, 16.0]),
     arrow((3, Side::Right), (2, Side::Bottom(0.2)), "duties", [12.0, 14.0]),
     arrow((2, Side::Bottom(0.8)), (4, Side::Top(0.8)), "v_A, v_B, v_C", [-92.0, 4.0]),
     arrow((4, Side::Top(0.2)), (3, Side::Bottom(0.8)), "i_A, i_B, i_C", [14.0, -8.0]),
@@ -103,6 +106,8 @@ impl Block {
         match side {
             Side::Left => [left, top + HEIGHT / 2.0],
             Side::Right => [left + WIDTH, top + HEIGHT / 2.0],
+            Side::LeftAt(share) => [left, top + share * HEIGHT],
+            Side::RightAt(share) => [left + WIDTH, top + share * HEIGHT],
             Side::Top(share) => [left + share * WIDTH, top],
             Side::Bottom(share) => [left + share * WIDTH, top + HEIGHT],
         }
@@ -150,8 +155,9 @@ pub(super) fn drawing(root: &Path) -> Result<String> {
     for Arrow { from, to, signal, off } in &ARROWS {
         let (start, end) = (BLOCKS[from.0].at(from.1), BLOCKS[to.0].at(to.1));
         match from.1 {
-            Side::Left | Side::Right if !matches!(to.1, Side::Bottom(_)) => svg.across(start, end),
-            _ => svg.down(start, end),
+            Side::Top(_) | Side::Bottom(_) => svg.down(start, end),
+            _ if matches!(to.1, Side::Bottom(_)) => svg.down(start, end),
+            _ => svg.across(start, end),
         }
         let middle = [f64::midpoint(start[0], end[0]), f64::midpoint(start[1], end[1])];
         svg.label(middle[0] + off[0], middle[1] + off[1], signal);
