@@ -287,14 +287,14 @@ impl ShortedLoops {
         (0..3).map(of).sum()
     }
 
-    /// That torque over a segment of a rotor at rest.
+    /// Torque of the circulating currents over a segment of a rotor at rest, N·m.
     pub(crate) fn torque_at_rest(&self) -> Series {
         core::array::from_fn(|m| {
             (0..3).map(|j| -self.share[j] * self.coupling[j][0] * self.segment_a[j][m]).sum()
         })
     }
 
-    /// That torque now, with a coupling.
+    /// Torque of the circulating currents now, with a coupling of the phases.
     pub(crate) fn torque_now_n_m(&self, coupling: &[LocalCubic; 3]) -> f64 {
         (0..3).map(|j| -self.share[j] * coupling[j][0] * self.fault_a[j]).sum()
     }
@@ -315,7 +315,7 @@ impl ShortedLoops {
         in_winding.iter().sum::<f64>() + in_faults
     }
 
-    /// That heat at a time of the segment solved last.
+    /// Heat of the circulating currents at a time of the segment solved last, W.
     pub(crate) fn heat_in_segment_w(&self, phases_a: &PerPhase, at_s: f64) -> (PerPhase, f64) {
         self.heat_w(phases_a, &self.segment_a.map(|series| value(&series, at_s)))
     }

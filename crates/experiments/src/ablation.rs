@@ -11,7 +11,7 @@ use fdi_core::{
 
 use crate::{
     request::EvaluationError,
-    score::{Trial, errors_percent, fault_scores, levels_of, median},
+    score::{Trial, errors_percent, fault_scores, interval_holds, levels_of, median},
     setting::EvaluationSetting,
 };
 
@@ -158,17 +158,15 @@ impl AblationScore {
         conditions: &[Condition],
         found: &[Option<SignalDiagnosis>],
     ) -> Self {
-        let nothing = vec![0.0; sought.len()];
-        let trial = |(condition, found): (&Condition, &Option<SignalDiagnosis>)| {
-            let estimate = found.as_ref().map_or(&nothing, |one| &one.estimate);
-            let answer = found.as_ref().map(|one| &one.answer);
-            Trial {
+        let trial = |(condition, found): (&Condition, &Option<SignalDiagnosis>)| match found {
+            Some(found) => Trial::of(condition.levels, found),
+            None => Trial {
                 truth: condition.levels,
-                found: levels_of(sought, estimate),
-                discrepancy: answer.map_or(f64::NAN, |answer| answer.discrepancy),
-                evaluations: answer.map_or(0, |answer| answer.evaluations),
+                found: levels_of(sought, &vec![0.0; sought.len()]),
+                discrepancy: f64::NAN,
+                evaluations: 0,
                 wall_time_s: 0.0,
-            }
+            },
         };
         let trials: Vec<Trial> = conditions.iter().zip(found).map(trial).collect();
         let faults = fault_scores(sought, &trials);
@@ -227,13 +225,10 @@ fn average_of(errors_percent: &[Vec<f64>], conditions: &[usize]) -> f64 {
 fn coverage(conditions: &[Condition], found: &[Option<SignalDiagnosis>]) -> f64 {
     let intervals = FAULT_COUNT - 1;
     let held = |(condition, found): (&Condition, &Option<SignalDiagnosis>)| {
-        let Some(found) = found else { return 0 };
-        (0..intervals)
-            .filter(|&fault| {
-                let interval = found.answer.faults[fault].interval_95;
-                interval.is_some_and(|[low, high]| (low..=high).contains(&condition.levels[fault]))
-            })
-            .count()
+        let held = |&fault: &usize| {
+            found.as_ref().is_some_and(|one| interval_holds(one, &condition.levels, fault))
+        };
+        (0..intervals).filter(held).count()
     };
     let held: usize = conditions.iter().zip(found).map(held).sum();
     held as f64 / (intervals * conditions.len()).max(1) as f64

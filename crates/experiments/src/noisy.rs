@@ -10,7 +10,7 @@ use fdi_core::{
 
 use crate::{
     request::{EvaluationError, EvaluationRequest, test_conditions},
-    score::{Trial, fault_scores, levels_of, median},
+    score::{Trial, fault_scores, interval_holds, median},
     setting::EvaluationSetting,
 };
 
@@ -80,13 +80,7 @@ impl<'a> NoisyTrial<'a> {
         let sought = &found.indices;
         let error = found.estimate.iter().zip(sought).map(|(e, &i)| e - truth.0[i]).collect();
         let bounds = self.bounds.at(&truth)?;
-        let trial = Trial {
-            truth: condition.levels,
-            found: levels_of(sought, &found.estimate),
-            discrepancy: found.answer.discrepancy,
-            evaluations: found.answer.evaluations,
-            wall_time_s: 0.0,
-        };
+        let trial = Trial::of(condition.levels, &found);
         Ok(Sample { trial, found, error, bounds })
     }
 
@@ -177,10 +171,7 @@ impl Sample {
     /// Says if the fault's 95 % interval holds the truth; for `k6` its region with `k7`.
     fn holds(&self, index: usize) -> bool {
         if index != ECCENTRICITY[0] {
-            let truth = self.trial.truth[index];
-            return self.found.answer.faults[index]
-                .interval_95
-                .is_some_and(|[low, high]| (low..=high).contains(&truth));
+            return interval_holds(&self.found, &self.trial.truth, index);
         }
         let places = ECCENTRICITY.map(|e| self.found.indices.iter().position(|&i| i == e));
         let [Some(x), Some(y)] = places else { return false };

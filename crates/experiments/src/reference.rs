@@ -11,7 +11,7 @@ use fdi_core::{
 
 use crate::{
     request::EvaluationError,
-    score::{Trial, fault_scores, levels_of, median},
+    score::{Trial, fault_scores, interval_holds, median},
     setting::EvaluationSetting,
 };
 
@@ -203,20 +203,14 @@ fn scored(
     let trials: Vec<Trial> = diagnosed
         .iter()
         .zip(conditions)
-        .map(|(SignalDiagnosis { answer, estimate, .. }, condition)| Trial {
-            truth: condition.levels,
-            found: levels_of(&sought, estimate),
-            discrepancy: answer.discrepancy,
-            evaluations: answer.evaluations,
-            wall_time_s: 0.0,
-        })
+        .map(|(found, condition)| Trial::of(condition.levels, found))
         .collect();
     let mut faults = fault_scores(&sought, &trials);
     for (fault, &index) in faults.iter_mut().zip(&sought) {
-        let held = diagnosed.iter().zip(conditions).filter(|(one, condition)| {
-            let interval = one.answer.faults[index].interval_95;
-            interval.is_some_and(|[low, high]| (low..=high).contains(&condition.levels[index]))
-        });
+        let held = diagnosed
+            .iter()
+            .zip(conditions)
+            .filter(|(one, condition)| interval_holds(one, &condition.levels, index));
         fault.coverage_95 = Some(held.count() as f64 / diagnosed.len().max(1) as f64);
         let alarms = quiet.iter().filter(|one| one.answer.faults[index].detected == Some(true));
         fault.false_alarms = Some(alarms.count() as u64);

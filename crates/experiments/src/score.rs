@@ -1,6 +1,7 @@
 //! Scores: eq. 20 of the FREEDOM paper and its statistics.
 
 use fdi_core::{
+    SignalDiagnosis,
     ema_sim::{FAULT_COUNT, FaultCoordinates},
     report::{FaultEvaluation, FaultId, Quartiles},
 };
@@ -16,6 +17,29 @@ pub(crate) struct Trial {
     pub(crate) discrepancy: f64,
     pub(crate) evaluations: u64,
     pub(crate) wall_time_s: f64,
+}
+
+impl Trial {
+    /// A diagnosis of a condition, its time not taken.
+    pub(crate) fn of(truth: [f64; FAULT_COUNT], found: &SignalDiagnosis) -> Self {
+        Self {
+            truth,
+            found: levels_of(&found.indices, &found.estimate),
+            discrepancy: found.answer.discrepancy,
+            evaluations: found.answer.evaluations,
+            wall_time_s: 0.0,
+        }
+    }
+}
+
+/// Says if the 95 % interval of a fault's level holds the truth; nothing said holds nothing.
+pub(crate) fn interval_holds(
+    found: &SignalDiagnosis,
+    truth: &[f64; FAULT_COUNT],
+    fault: usize,
+) -> bool {
+    let interval = found.answer.faults[fault].interval_95;
+    interval.is_some_and(|[low, high]| (low..=high).contains(&truth[fault]))
 }
 
 /// The levels of an estimate that is free of bounds, cut to those that exist.

@@ -11,7 +11,7 @@ use fdi_core::{
 
 use crate::{
     request::EvaluationError,
-    score::{Trial, fault_scores, levels_of, median},
+    score::{Trial, fault_scores, median},
     setting::EvaluationSetting,
 };
 
@@ -162,13 +162,7 @@ fn diagnose(
             error * error / found.covariance[place][place]
         });
         let chi2 = squares.sum::<f64>() / found.indices.len() as f64;
-        let trial = Trial {
-            truth: condition.levels,
-            found: levels_of(&found.indices, &found.estimate),
-            discrepancy: found.answer.discrepancy,
-            evaluations: found.answer.evaluations,
-            wall_time_s: 0.0,
-        };
+        let trial = Trial::of(condition.levels, &found);
         Ok(Judged { trial, chi2, answer: found.answer })
     })
 }

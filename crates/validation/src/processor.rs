@@ -1,6 +1,6 @@
-//! Processor time of this process, and of a loop that it is compared with.
+//! Processors: threads, processor time of this process, and of a loop that it is compared with.
 
-use std::{fs, hint::black_box, time::Instant};
+use std::{fs, hint::black_box, thread, time::Instant};
 
 /// Ticks of the processor time in `/proc/self/stat`, per second: `USER_HZ` of Linux on every
 /// architecture it runs on today.
@@ -9,6 +9,11 @@ const TICKS_PER_S: f64 = 100.0;
 const NUMBERS: usize = 1024;
 /// Rounds of the loop: some tenths of a second.
 const ROUNDS: usize = 4_000_000;
+
+/// Threads of an experiment: as many as run side by side here.
+pub(crate) fn jobs() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
 
 /// Processor time of all threads so far, s; the time of the clock where the system has no `/proc`.
 pub(crate) fn processor_s() -> f64 {

@@ -101,7 +101,7 @@ impl<P: Probe> Run<P> {
         self.shorted.as_ref().map_or(0.0, |loops| loops.torque_n_m(segment, at_s))
     }
 
-    /// That torque now.
+    /// Torque of the circulating currents now; 0 without such.
     pub(super) fn circulating_now_n_m(&self) -> f64 {
         self.shorted.as_ref().map_or(0.0, |loops| loops.torque_now_n_m(&self.phase_couplings()))
     }

@@ -161,7 +161,7 @@ impl Coils {
 
 #[test]
 fn law_a_braked_rotor_is_that_of_all_coils_one_by_one() {
-    /// Of currents of some ten amperes and a speed of a hundred: rounding of the pivots, and the
+    /// Largest difference, of currents of ten amperes and a speed of a hundred: rounding of pivots, and the
     /// collocation in segments of 12 µs.
     const APART: f64 = 2e-6;
     let mut actuator = closed(&BENCH, 0.05, 0.3);
@@ -263,7 +263,7 @@ fn law_locked_rotor_current_rises_as_in_two_coupled_loops() {
 
 #[test]
 fn law_a_bolted_short_at_standstill_ends_where_removed_turns_do() {
-    /// What is left of the start after 29 time constants, and of the collocation, A.
+    /// Remainder of the start after 29 time constants, and of the collocation, A.
     const SETTLED_A: f64 = 1e-6;
     let damaged = shares([0.2, 0.0, 0.0]);
     let settled_a = |actuator: &Actuator| {
@@ -296,7 +296,7 @@ fn law_energy_is_balanced() {
 
 #[test]
 fn order_finer_segments_change_nothing_that_matters() {
-    /// Of the root mean square of the phases; a thousandth of what the fault changes at 0.5 Ω.
+    /// Difference over the root mean square of the phases; a thousandth of what the fault changes at 0.5 Ω.
     const CONVERGED_REL: f64 = 3e-5;
     let scenario = Scenario { duration_s: 0.02, ..Scenario::chirp() };
     for fault_ohm in [0.0, 0.02, 0.5, 5.0, 50.0] {

@@ -5,7 +5,7 @@ mod drawings;
 mod lookahead;
 mod shorts;
 
-use std::{fmt::Write as _, thread, time::Instant};
+use std::{fmt::Write as _, time::Instant};
 
 use anyhow::{Context, Result};
 use experiments::{Contender, EvaluationRequest, EvaluationSetting, Protocol, evaluate};
@@ -19,6 +19,7 @@ use super::{
     figure::{Figure, Rendered},
     section::Section,
 };
+use crate::processor::jobs;
 
 /// Root seed of the page. Methods were developed on the conditions of another seed.
 const SEED: u64 = 1;
@@ -87,7 +88,6 @@ fn run_within(
 ) -> Result<Evaluation> {
     let start = Instant::now();
     let clock = move || start.elapsed().as_secs_f64();
-    let jobs = thread::available_parallelism().map_or(1, usize::from);
     let request = EvaluationRequest {
         protocol,
         setting,
@@ -97,7 +97,7 @@ fn run_within(
         largest_level,
         max_evaluations: None,
         seed: SEED,
-        jobs,
+        jobs: jobs(),
         clock: Some(&clock),
     };
     evaluate(&request).with_context(|| protocol.name())

@@ -1,7 +1,7 @@
 //! `docs/validation/real-recordings.md`: recordings that begin otherwise than the bundle's test, and
 //! recordings of the bench with references.
 
-use std::{fmt::Write as _, thread};
+use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
@@ -11,6 +11,7 @@ use experiments::{
 use fdi_core::{DiagnoseOptions, ema_sim::presets::BENCH};
 
 use super::figure::Figure;
+use crate::processor::jobs;
 
 /// Root seed of the page. The search was developed on seed 7.
 const SEED: u64 = 1;
@@ -50,20 +51,15 @@ fn scores(
 ) -> Result<Vec<BeginningScore>> {
     let estimated =
         DiagnoseOptions { max_delay_s: 2e-3, free_start: true, ..DiagnoseOptions::default() };
-    let jobs = jobs();
     let request = BeginningRequest {
         beginnings,
         conditions,
         estimated: &estimated,
         setting,
         seed: SEED,
-        jobs,
+        jobs: jobs(),
     };
     evaluate_beginnings(&request).context("beginnings")
-}
-
-fn jobs() -> usize {
-    thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Three recordings that begin before the command: seconds.

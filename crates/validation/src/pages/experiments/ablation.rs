@@ -1,6 +1,6 @@
 //! Section of the page: what each compression leaves of a diagnosis.
 
-use std::{fmt::Write as _, thread};
+use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
@@ -13,7 +13,10 @@ use fdi_core::{
 use reduction::{CompressionConfig, Encoding, Grid, Placement};
 
 use super::{CLEAN, REAL, SEED, noisy, quiet, seeded};
-use crate::pages::figure::{Figure, Rendered};
+use crate::{
+    pages::figure::{Figure, Rendered},
+    processor::jobs,
+};
 
 /// Test conditions of each setting.
 const CONDITIONS: usize = 100;
@@ -47,9 +50,10 @@ const OF_THIRTY: [&str; 4] = [QDEIM, INFORMATIVE, EQUAL_STEPS, SINGULAR_MODES];
 /// A way of compressing, with the numbers that it keeps in turn.
 struct Way {
     name: &'static str,
-    /// Drawn as a curve of its own.
+    /// Name in the figure and in the conclusion.
     short: &'static str,
-    compressions: Vec<(usize, Vec<Compression>)>,
+    /// One for each number of numbers, with as many as there are seeds.
+    compressions: Vec<Vec<Compression>>,
 }
 
 /// One row: a way with a number of numbers, in one setting.
@@ -68,8 +72,8 @@ pub(super) fn section(page: &mut Rendered) -> Result<()> {
                 if is_noisy { noisy(imperfections, 10_000.0, 100) } else { quiet(imperfections) };
             scored(title, EvaluationSetting { sparse_snapshots: 0, ..setting }, &ways)
         })
-        .collect::<Result<Vec<Scored>>>()?;
-    let panels: Vec<_> = scored.iter().map(|one| one.panel(&ways)).collect::<Result<_>>()?;
+        .collect::<Result<Vec<Scored<'_>>>>()?;
+    let panels: Vec<_> = scored.iter().map(Scored::panel).collect::<Result<_>>()?;
     let svg = compression_figure_svg(&panels).context("nothing was compressed")?;
     let text = &mut page.markdown;
     writeln!(
@@ -77,7 +81,7 @@ pub(super) fn section(page: &mut Rendered) -> Result<()> {
         "{HEAD}\n![average error of the diagnosis against the numbers looked at, one panel a setting](figures/{FIGURE})\n"
     )?;
     page.drawings.push((FIGURE.to_owned(), svg));
-    table(text, &ways, &scored)?;
+    table(text, &scored)?;
     writeln!(text, "\n### What each step costs\n")?;
     scored.iter().try_for_each(|one| one.conclude(text))
 }
@@ -90,7 +94,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
         conditions: QUICK_CONDITIONS,
         compressions: &[Compression::Full, papers],
         seed: SEED,
-        jobs: thread::available_parallelism().map_or(1, usize::from),
+        jobs: jobs(),
     };
     let scores = evaluate_compressions(&request)?;
     let figure = |(id, score): (&str, &AblationScore)| {
@@ -104,10 +108,10 @@ fn ways() -> Vec<Way> {
     let with = |encoding, count| CompressionConfig { encoding, count, ..Default::default() };
     let counts = || GRIDS.into_iter().map(|[rows, columns]| rows * columns);
     let points = |placement: Placement| {
-        let of = |count| (count, vec![map(with(Encoding::Points(placement), count))]);
+        let of = |count| vec![map(with(Encoding::Points(placement), count))];
         counts().map(of).collect()
     };
-    let one = |encoding, count| vec![(count, vec![map(with(encoding, count))])];
+    let one = |encoding, count| vec![vec![map(with(encoding, count))]];
     let mapped = |[rows, columns]: [usize; 2]| {
         let of = |seed| {
             let mut config = with(Encoding::Points(Placement::DmdSom), rows * columns);
@@ -115,19 +119,19 @@ fn ways() -> Vec<Way> {
             config.som.seed = seed;
             map(config)
         };
-        (rows * columns, (0..MAP_SEEDS).map(of).collect())
+        (0..MAP_SEEDS).map(of).collect()
     };
     let modes = [10, 20, 30, 50, 70, 99];
     vec![
         Way {
             name: "raw: every phase sample, no filter",
             short: RAW,
-            compressions: vec![(0, vec![Compression::Raw])],
+            compressions: vec![vec![Compression::Raw]],
         },
         Way {
             name: "full: the whole filtered signal (a bundle's default)",
             short: WHOLE,
-            compressions: vec![(0, vec![Compression::Full])],
+            compressions: vec![vec![Compression::Full]],
         },
         Way {
             name: "dynamic modes alone (the paper's first step)",
@@ -155,39 +159,41 @@ fn ways() -> Vec<Way> {
             short: SINGULAR_MODES,
             compressions: modes
                 .into_iter()
-                .map(|count| (count, vec![map(with(Encoding::Modes, count))]))
+                .map(|count| vec![map(with(Encoding::Modes, count))])
                 .collect(),
         },
     ]
 }
 
 /// Scores of every way in a setting.
-struct Scored {
+struct Scored<'a> {
     title: &'static str,
+    ways: &'a [Way],
     /// A row a number of numbers, ways in turn.
     rows: Vec<Vec<Row>>,
-    /// Places of the rows by the short name of their way.
-    names: Vec<&'static str>,
 }
 
-fn scored(title: &'static str, setting: EvaluationSetting, ways: &[Way]) -> Result<Scored> {
-    let all = || ways.iter().flat_map(|way| &way.compressions).flat_map(|(_, each)| each);
+fn scored<'a>(
+    title: &'static str,
+    setting: EvaluationSetting,
+    ways: &'a [Way],
+) -> Result<Scored<'a>> {
+    let all = || ways.iter().flat_map(|way| &way.compressions).flatten();
     let compressions: Vec<Compression> = all().cloned().collect();
-    let jobs = thread::available_parallelism().map_or(1, usize::from);
     let request = AblationRequest {
         setting,
         conditions: CONDITIONS,
         compressions: &compressions,
         seed: SEED,
-        jobs,
+        jobs: jobs(),
     };
     let mut scores = evaluate_compressions(&request)?.into_iter();
-    let mut row = |(_, each): &(usize, Vec<Compression>)| {
+    let mut row = |each: &Vec<Compression>| {
         let scores: Vec<AblationScore> = scores.by_ref().take(each.len()).collect();
         Row { numbers: scores.first().map_or(0, |score| score.numbers), scores }
     };
     let rows = ways.iter().map(|way| way.compressions.iter().map(&mut row).collect()).collect();
-    Ok(Scored { title, rows, names: ways.iter().map(|way| way.short).collect() })
+    Ok(Scored { title, ways, rows })
 }
 
 impl Row {
@@ -211,15 +217,15 @@ impl Row {
     }
 }
 
-impl Scored {
+impl Scored<'_> {
     /// The score of a way with a number of numbers, the first row unless one is asked for.
     fn at(&self, short: &str, numbers: Option<usize>) -> Result<&AblationScore> {
-        let place = self.names.iter().position(|name| *name == short).context("no such way")?;
+        let place = self.ways.iter().position(|way| way.short == short).context("no such way")?;
         let is_asked = |row: &&Row| numbers.is_none_or(|numbers| row.numbers == numbers);
         self.rows[place].iter().find(is_asked).context("no such row")?.middle()
     }
 
-    fn panel(&self, ways: &[Way]) -> Result<CompressionPanel> {
+    fn panel(&self) -> Result<CompressionPanel> {
         let curve = |(way, rows): (&Way, &Vec<Row>)| {
             let point = |row: &Row| {
                 let score = row.middle()?;
@@ -231,7 +237,7 @@ impl Scored {
         Ok(CompressionPanel {
             title: self.title.to_owned(),
             whole_percent: self.at(WHOLE, None)?.average_percent,
-            curves: ways.iter().zip(&self.rows).map(curve).collect::<Result<_>>()?,
+            curves: self.ways.iter().zip(&self.rows).map(curve).collect::<Result<_>>()?,
         })
     }
 
@@ -290,7 +296,7 @@ fn told_apart(one: &AblationScore, other: &AblationScore) -> &'static str {
 }
 
 /// Every row with its averages in each setting; the last columns are of the last setting.
-fn table(text: &mut String, ways: &[Way], scored: &[Scored]) -> Result<()> {
+fn table(text: &mut String, scored: &[Scored<'_>]) -> Result<()> {
     let last = scored.last().context("a setting")?;
     write!(text, "| looked at | numbers |")?;
     for one in scored {
@@ -301,7 +307,7 @@ fn table(text: &mut String, ways: &[Way], scored: &[Scored]) -> Result<()> {
         " dearest fault, over full | coverage, % |\n| --- | --: |{} --- | --: |",
         " --- | --- |".repeat(scored.len())
     )?;
-    for (place, way) in ways.iter().enumerate() {
+    for (place, way) in last.ways.iter().enumerate() {
         for row in 0..way.compressions.len() {
             write!(text, "| {} | {} |", way.name, last.rows[place][row].numbers)?;
             for one in scored {

@@ -1,6 +1,6 @@
 //! Short circuits with circulating current against the paper's scaling of R, L and `k_e`.
 
-use std::{fmt::Write as _, thread};
+use std::fmt::Write as _;
 
 use anyhow::Result;
 use experiments::{
@@ -9,7 +9,10 @@ use experiments::{
 use fdi_core::ema_sim::{ShortedTurns, presets::EMA_48};
 
 use super::{SEED, seeded};
-use crate::pages::figure::{Figure, Rendered};
+use crate::{
+    pages::figure::{Figure, Rendered},
+    processor::jobs,
+};
 
 /// Shares of the turns of phase A.
 const SHARES: [f64; 4] = [0.01, 0.05, 0.2, 0.5];
@@ -43,7 +46,7 @@ pub(super) fn write(page: &mut Rendered) -> Result<()> {
         leakage_ratio: ShortedTurns::DEFAULT_LEAKAGE_RATIO,
         recordings: RECORDINGS,
         seed: SEED,
-        jobs: thread::available_parallelism().map_or(1, usize::from),
+        jobs: jobs(),
     };
     let results = evaluate_shorts(&request)?;
     let text = &mut page.markdown;

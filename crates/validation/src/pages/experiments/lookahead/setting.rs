@@ -1,11 +1,10 @@
 //! The setting of the searches: ideal electronics, no noise of the sensors.
 
-use std::thread;
-
 use experiments::{Clock, Contender, EvaluationRequest, EvaluationSetting, Protocol};
 use fdi_core::ema_sim::Imperfections;
 
 use super::case::SEEDS;
+use crate::processor::jobs;
 
 /// Root seed, that of the page.
 pub(super) const SEED: u64 = 1;
@@ -31,7 +30,7 @@ pub(super) fn request<'a>(
         largest_level: 1.0,
         max_evaluations: None,
         seed: SEED,
-        jobs: thread::available_parallelism().map_or(1, usize::from),
+        jobs: jobs(),
         clock,
     }
 }
