@@ -36,8 +36,8 @@ pub fn convergence_figure_svg(evaluation: &Evaluation) -> Option<String> {
     let width = COLUMN * columns.len() as f64;
     let height = TOP + ROW * rows.len() as f64 + BOTTOM;
     let title = format!(
-        "Protocol “{}”: best point so far, median and middle half of the searches",
-        evaluation.protocol
+        "Protocol “{}”, domain [0, {}]: best point so far, median and middle half of the searches",
+        evaluation.protocol, evaluation.settings.largest_level
     );
     let mut svg = opening(width, height, &title);
     push_text(&mut svg, [16.0, 24.0], "font-size=\"15\"", &title);
@@ -211,7 +211,7 @@ pub(crate) mod tests {
         // discrepancy and one fault, each against evaluations and time
         assert_eq!(convergence.matches("<polygon").count(), 4);
         assert!(convergence.contains("a&lt;b") && convergence.contains("time, s"));
-        assert!(convergence.contains("e(k1), %"));
+        assert!(convergence.contains("e(k1), %") && convergence.contains("domain [0, 1]"));
         for point in &mut evaluation.methods[0].convergence {
             point.time_s = None;
         }

@@ -289,7 +289,8 @@ fn bench(page: &mut Rendered) -> Result<()> {
         page.markdown,
         "\nThe machine is the preset `bench`: sinusoidal, field-oriented, its encoder on the motor shaft (`docs/models/bench.md`); 10 conditions\n\
          as in the paper unless a row says otherwise. Aim: average of `clean, gls` at most 0.2 %.\n\n\
-         With 20 mA rms on each phase sample and 12 bits over ±20 A, phases at 10 kHz, 100 + 100 snapshots (aim: rms / bound at most 1.2):"
+         With 20 mA rms on each phase sample and 12 bits over ±20 A, phases at 10 kHz, 100 + 100 snapshots (aim: rms / bound at most 1.2).\n\
+         The bound gives the signal one phase's noise; on the q axis there is √(2/3) = 0.82 of it, so that 0.82 is what an efficient estimator shows:"
     )?;
     let (conditions, healthy) = BENCH_NOISY;
     for (name, imperfections) in [("clean", CLEAN), ("real", REAL)] {
@@ -326,7 +327,8 @@ fn convergence(page: &mut Rendered) -> Result<()> {
         page.markdown,
         "\n## How the searches converge: Figures 6 to 8\n\n\
          Setting `clean`. δ is the least discrepancy so far, e(k_i) the error of eq. 20 at the point that has it: median and middle half\n\
-         over the conditions. Errors below 0.001 % are drawn at 0.001 %. Of `gls` no errors are drawn on the way: it states its point at its end.\n\
+         over the conditions. Errors below 0.001 % are drawn at 0.001 %. Of `gls` no errors are drawn on the way: it states its point at its end,\n\
+         which is drawn where the longest of its runs ends.\n\
          In the domain [0, 0.05] the scalar searches look at levels up to 0.05 in k1 to k6, as the test conditions have.\n\n\
          | figure | monitor | domain | conditions | method | average error at the end, % | δ at the end, A |\n\
          | --- | --- | --- | --- | --- | --- | --- |"
@@ -337,6 +339,7 @@ fn convergence(page: &mut Rendered) -> Result<()> {
         for largest in [1.0, INCIPIENT] {
             let searched = run_within(largest, protocol, quiet(CLEAN), conditions, &SCALAR, 0)?;
             let mut joined = clean.clone();
+            joined.settings = searched.settings;
             joined.methods.extend(searched.methods);
             let svg = convergence_figure_svg(&joined).context("nothing was searched")?;
             let domain = if largest < 1.0 { "-incipient" } else { "" };

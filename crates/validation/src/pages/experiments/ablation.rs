@@ -83,7 +83,8 @@ pub(super) fn section(page: &mut Rendered) -> Result<()> {
     page.drawings.push((FIGURE.to_owned(), svg));
     table(text, &scored)?;
     writeln!(text, "\n### What each step costs\n")?;
-    scored.iter().try_for_each(|one| one.conclude(text))
+    scored.iter().try_for_each(|one| one.conclude(text))?;
+    conclude_in_all(text, &scored)
 }
 
 /// The errors of few conditions by the whole signal and by the paper's points.
@@ -251,38 +252,83 @@ impl Scored<'_> {
             let (ratio, [low, high]) = score.ratio_to(of, SEED);
             format!("{ratio:.2} ({low:.2} to {high:.2})")
         };
-        let (first, second) = (modes.ratio_to(whole, SEED).0, papers.ratio_to(modes, SEED).0);
-        let dearer = if first > second { "first" } else { "second" };
         let other = |short| Ok((short, self.at(short, thirty)?));
         let others = OF_THIRTY.into_iter().map(other).collect::<Result<Vec<_>>>()?;
-        let least = others
-            .iter()
-            .min_by(|a, b| a.1.average_percent.total_cmp(&b.1.average_percent))
-            .context("other ways")?;
+        let least = self.least_of_thirty()?;
         let each: Vec<String> =
             others.iter().map(|(short, score)| format!("{short} {}", cost(score, whole))).collect();
         let steps = self.at(EQUAL_STEPS, thirty)?;
+        let beside_steps = match least {
+            EQUAL_STEPS => String::new(),
+            _ => format!(", and {} times the error of points in equal steps", cost(papers, steps)),
+        };
         writeln!(
             text,
             "**{}.** Average error over that of the whole filtered signal: raw {}. The first step, thirty dynamic modes, costs a factor of\n\
              {}; the second, thirty points in place of these modes, another {}, together {}:\n\
-             the {dearer} step is the dearer one. Thirty other numbers: {}.\n\
-             Of these {} leave least; the paper's points leave {} times as much, and {} times the error\n\
-             of points in equal steps: {}. A hundred points of the map leave {}.\n",
+             the {} step is the dearer one. Thirty other numbers: {}.\n\
+             Of these {} leave least; the paper's points leave {} times as much{beside_steps}: {}.\n\
+             A hundred points of the map leave {}.\n",
             self.title,
             cost(self.at(RAW, None)?, whole),
             cost(modes, whole),
             cost(papers, modes),
             cost(papers, whole),
+            self.dearer_step()?,
             each.join(", "),
-            least.0,
-            cost(papers, least.1),
-            cost(papers, steps),
+            least,
+            cost(papers, self.at(least, thirty)?),
             told_apart(papers, steps),
             cost(self.at(PAPERS, Some(100))?, whole),
         )?;
         Ok(())
     }
+
+    /// Which of the paper's two steps raises the error by more.
+    fn dearer_step(&self) -> Result<&'static str> {
+        let (whole, modes) = (self.at(WHOLE, None)?, self.at(DYNAMIC_MODES, None)?);
+        let papers = self.at(PAPERS, Some(PAPERS_POINTS))?;
+        let is_first = modes.ratio_to(whole, SEED).0 > papers.ratio_to(modes, SEED).0;
+        Ok(if is_first { "first" } else { "second" })
+    }
+
+    /// Thirty other numbers that leave least.
+    fn least_of_thirty(&self) -> Result<&'static str> {
+        let average = |short| Ok((short, self.at(short, Some(PAPERS_POINTS))?.average_percent));
+        let averages = OF_THIRTY.into_iter().map(average).collect::<Result<Vec<_>>>()?;
+        let least = averages.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(least.context("other ways")?.0)
+    }
+}
+
+/// Adds the conclusion over all settings, in words that the numbers choose.
+fn conclude_in_all(text: &mut String, scored: &[Scored<'_>]) -> Result<()> {
+    let each = |of: &dyn Fn(&Scored<'_>) -> Result<String>| -> Result<String> {
+        Ok(scored.iter().map(of).collect::<Result<Vec<_>>>()?.join(", "))
+    };
+    let over = |short, count, of: &'static str| {
+        move |one: &Scored<'_>| {
+            let (ratio, _) = one.at(short, count)?.ratio_to(one.at(of, None)?, SEED);
+            Ok(format!("{ratio:.2}"))
+        }
+    };
+    let thirty = Some(PAPERS_POINTS);
+    let dearer = scored.iter().map(Scored::dearer_step).collect::<Result<Vec<_>>>()?;
+    let seconds = dearer.iter().filter(|&&step| step == "second").count();
+    let titles: Vec<&str> = scored.iter().map(|one| one.title).collect();
+    writeln!(
+        text,
+        "**In all.** In the settings *{}*, in turn, the first step of the paper's compression multiplies the error by {},\n\
+         the second by {}: the second is the dearer one in {seconds} of {}. The paper's thirty points leave {} times the error\n\
+         of the whole signal. Where thirty numbers have to do, those that leave least are {}.\n",
+        titles.join("*, *"),
+        each(&over(DYNAMIC_MODES, None, WHOLE))?,
+        each(&over(PAPERS, thirty, DYNAMIC_MODES))?,
+        scored.len(),
+        each(&over(PAPERS, thirty, WHOLE))?,
+        each(&|one| Ok(one.least_of_thirty()?.to_owned()))?,
+    )?;
+    Ok(())
 }
 
 /// Use of a map beside another way of placing points, as far as the conditions tell.

@@ -233,5 +233,6 @@ Preset `ema-48`, chirp, shares s of the turns of phase A, R_f as a multiple of t
 phase's inductance. *Size*: the change from the healthy machine over the one that the scaling makes. *Cosine*: of the angle between both.\n\
 *Difference*: of both changes over that of the scaling. Current: the filtered envelope; motion: the angle of the motor; both without noise.\n\
 Diagnosed are 10 recordings each, with the drive's noise, 20 mA rms on each phase sample at 10 kHz and 12 bits, by the embedded bundle of the\n\
-chirp. Levels are means, in brackets in how many recordings they are detected. *Fit*: residual over noise and learnt error. Rows `turns\n\
-removed` are the reference: the same recordings with the paper's scaling.";
+chirp. Levels are means, in brackets in how many recordings they are detected. *Fit*: rms residual over the rms of noise and learnt error. The verdict\n\
+weighs the residual with its whole covariance, for large levels with the errors on damage of like size (`docs/models/diagnosis.md`), so that\n\
+it does not follow from *fit* alone. Rows `turns removed` are the reference: the same recordings with the paper's scaling.";
