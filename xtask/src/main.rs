@@ -48,6 +48,7 @@ fn main() -> Result<()> {
         ["validate"] => validation::validate_pages(&root, None, false),
         ["validate", "--check"] => validation::validate_pages(&root, None, true),
         ["validate", page] => validation::validate_pages(&root, Some(page), false),
+        ["validate", page, "--check"] => validation::validate_pages(&root, Some(page), true),
         ["validate", page, section] => validation::validate_section(&root, page, section),
         other => bail!("unknown task {other:?}; the tasks are\n{TASKS}"),
     }

@@ -76,7 +76,7 @@ const fn arrow(
     Arrow { from, to, signal, off }
 }
 
-const ARROWS: [Arrow; 14] = [
+const ARROWS: [Arrow; 15] = [
     arrow((0, Side::Right), (1, Side::Left), "I_ref", [-24.0, -5.0]),
     arrow((0, Side::Right), (3, Side::Left), "I_ref, θ_m", [-80.0, 30.0]),
     arrow((1, Side::Right), (2, Side::Left), "duty", [-24.0, -5.0]),
@@ -85,6 +85,7 @@ const ARROWS: [Arrow; 14] = [
     arrow((2, Side::Bottom(0.8)), (4, Side::Top(0.8)), "v_A, v_B, v_C", [-92.0, 4.0]),
     arrow((4, Side::Top(0.2)), (3, Side::Bottom(0.8)), "i_A, i_B, i_C", [14.0, -8.0]),
     arrow((4, Side::Left), (5, Side::Right), "T_m", [-24.0, -5.0]),
+    arrow((5, Side::RightAt(0.85)), (4, Side::LeftAt(0.85)), "ω_m, θ_m", [-33.0, -5.0]),
     arrow((6, Side::Right), (5, Side::Left), "T_load", [-24.0, -5.0]),
     arrow((5, Side::Top(0.02)), (0, Side::Bottom(0.5)), "θ_u, θ_m, ω_m", [-112.0, 22.0]),
     arrow((7, Side::Top(0.5)), (5, Side::Bottom(0.5)), "k1, k2", [-52.0, 4.0]),
@@ -132,7 +133,9 @@ pub(super) fn drawing(root: &Path) -> Result<String> {
     let library = fs::read_to_string(root.join(FOLDER).join("lib.rs"))?;
     let size = [3.0 * WIDTH + 2.0 * GAPS[0], 4.0 * HEIGHT + 3.0 * GAPS[1] + 20.0];
     let mut svg = Svg::new(size[0] + 2.0 * MARGIN, size[1] + 2.0 * MARGIN);
-    svg.label(MARGIN, MARGIN + 8.0, "command θ_cmd enters the controller");
+    let [x, y] = BLOCKS[0].at(Side::Top(0.5));
+    svg.down([x, y - 24.0], [x, y]);
+    svg.label(x + 10.0, y - 12.0, "θ_cmd");
     for block in &BLOCKS {
         let (text, name) = match block.module.strip_prefix("engine/") {
             Some(name) => (&engine, name),

@@ -39,7 +39,7 @@ pub fn compression_figure_svg(panels: &[CompressionPanel]) -> Option<String> {
         push_text(&mut svg, [left + 76.0, 26.0], "font-size=\"15\"", &panel.title);
         plane.push_axes(&mut svg, "numbers looked at", "average error, %");
         let [_, level] = plane.at(1.0, panel.whole_percent);
-        push(&mut svg, &dashed([frame[0], level], [frame[2], level], "#777"));
+        push(&mut svg, &dashed([frame[0], level], [frame[2], level], "#000"));
         let placed = || panel.curves.iter().enumerate();
         for (place, curve) in placed().filter(|(_, curve)| curve.points.len() > 1) {
             push_marked(&mut svg, &plane, place, curve);
@@ -63,7 +63,7 @@ pub fn compression_figure_svg(panels: &[CompressionPanel]) -> Option<String> {
         push_text(&mut svg, [x + 42.0, y + 4.5], "", &curve.name);
     }
     let foot = FOOT + 66.0 + 22.0 * names.len().div_ceil(COLUMNS) as f64;
-    push(&mut svg, &dashed([76.0, foot], [110.0, foot], "#777"));
+    push(&mut svg, &dashed([76.0, foot], [110.0, foot], "#000"));
     push_text(&mut svg, [118.0, foot + 4.5], "", "level of the whole signal");
     svg.push_str("</svg>\n");
     Some(svg)

@@ -1,4 +1,4 @@
-//! The paper's figures 1 to 4 as drawings: method, actuator, response, a mode with its map.
+//! Drawings: method, actuator, response, a mode with its map.
 
 use std::fmt::Write as _;
 
@@ -303,14 +303,14 @@ fn mode_and_map(bundle: &Bundle) -> Result<String> {
 }
 
 const TEXT: &str = "\n## Method, actuator, response, mode: drawings\n\n\
-Figures 1 to 4. Method and actuator are drawn by `cargo xtask docs` from the modules of the code, whose first line each box of the actuator\n\
+Drawings beside the paper's Figures 1, 2 and 5, and of a response. Method and actuator are drawn by `cargo xtask docs` from the modules of the code, whose first line each box of the actuator\n\
 shows; a module that is not there is an error, and `cargo xtask docs --check` compares the drawings. Response, mode and map are computed here.\n\n\
-Figure 1, the method: offline once for an actuator and a test, online for every recording.\n\n\
+As the paper's Figure 1, the method: offline once for an actuator and a test, online for every recording.\n\n\
 ![the way of a recording, from model and reference signals to the report](../figures/way-of-a-recording.svg)\n\n\
-Figure 2, the actuator in high fidelity: electronics, machine, faults.\n\n\
+As its Figure 2, the actuator in high fidelity: electronics, machine, faults.\n\n\
 ![the high-fidelity model, a box a module, with the signals between them](../figures/actuator.svg)\n\n\
-Figure 3, the response of the low-fidelity model beside the high-fidelity one: preset `ema-48`, chirp, without noise and steps of the electronics.\n\n\
+The response of the low-fidelity model beside the high-fidelity one: preset `ema-48`, chirp, without noise and steps of the electronics.\n\n\
 ![command, surface, motor speed, envelope, and its change by three faults, over time](figures/response.svg)\n\n\
-Figure 4, the first dynamic mode of the 100 incipient reference signals of the embedded bundle, and the self-organising map of 6 by 5 neurons that is trained on\n\
+As its Figure 5, the first dynamic mode of the 100 incipient reference signals of the embedded bundle, and the self-organising map of 6 by 5 neurons that is trained on\n\
 place and all modes, with the points that it keeps. The signals are those that the bundle stores, rounded; its own 30 points were placed before that, by a map of its own.\n\n\
 ![first dynamic mode over time with the neurons of the map and the samples kept](figures/mode-and-map.svg)";

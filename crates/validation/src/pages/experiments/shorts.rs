@@ -190,6 +190,16 @@ fn conclusion(text: &mut String, results: &[ShortResult]) -> Result<()> {
     let count = |of: &dyn Fn(&ShortAnswers) -> usize| exact().map(of).sum::<usize>();
     let seen = count(&|answers| answers.detected[2]);
     let rubbing = count(&|answers| answers.detected[0]);
+    let by_default =
+        |of: &dyn Fn(&ShortAnswers) -> usize| closed().map(|r| of(&r.answers[1])).sum::<usize>();
+    let (least_share, _) = span(closed().map(|result| result.share));
+    let of_least = |of: &dyn Fn(&ShortAnswers) -> usize| {
+        let turns_ohm = least_share * EMA_48.motor.resistance_ohm;
+        let is_low = |r: &&ShortResult| {
+            r.share <= least_share && r.fault_ohm.is_some_and(|ohm| ohm <= 1.001 * turns_ohm)
+        };
+        closed().filter(is_low).map(|r| of(&r.answers[1])).sum::<usize>()
+    };
     let explained = closed().filter(|result| result.answers[0].detected[2] > 0);
     let (least_k1, most_k1) =
         span(explained.filter_map(|result| {
@@ -201,9 +211,15 @@ fn conclusion(text: &mut String, results: &[ShortResult]) -> Result<()> {
          so that no level of it would do.\n\
          The current brakes, which the diagnosis of an exact machine takes for friction: k1 is detected in {rubbing} and k3 in {seen} of {} recordings, and where k3 is \
          found k1 is {least_k1:.2} to {most_k1:.2} times it.\n\
-         The resistance of the fault, not the share of the turns alone, sets the level: k3 is no longer the share of shorted turns.",
+         The resistance of the fault, not the share of the turns alone, sets the level: k3 is no longer the share of shorted turns.\n\
+         Within tolerances k1 is detected in {} and k3 in {} of them; at {:.0} % of the turns, the least share, k3 is detected in {} of {} with R_f up to s·R.",
         100.0 * least,
         count(&|answers| answers.recordings),
+        by_default(&|answers| answers.detected[0]),
+        by_default(&|answers| answers.detected[2]),
+        100.0 * least_share,
+        of_least(&|answers| answers.detected[2]),
+        of_least(&|answers| answers.recordings),
     )?;
     Ok(())
 }

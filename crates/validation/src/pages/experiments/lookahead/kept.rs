@@ -1,7 +1,7 @@
 //! The searches behind the section, kept beside the page: who has them goes on where they end.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs::{self, OpenOptions},
     io::Write as _,
     path::{Path, PathBuf},
@@ -113,7 +113,7 @@ impl Kept {
     ///
     /// # Errors
     ///
-    /// When the file is of other settings or cannot be read.
+    /// When the file is of other settings, has a search twice or cannot be read.
     pub(super) fn read(root: &Path, mut header: Header) -> Result<Self> {
         let path = root.join(FILE);
         let mut lines = Vec::new();
@@ -128,6 +128,10 @@ impl Kept {
             header = found;
             // a run that was ended in the middle of a line leaves a part of it
             lines.extend(rows.filter_map(|row| serde_json::from_str::<Line>(row).ok()));
+            let mut known = BTreeSet::new();
+            for line in &lines {
+                ensure!(known.insert(line.key()), "{FILE} has {:?} twice", line.key());
+            }
         }
         Ok(Self { path, header, lines, is_cut })
     }
@@ -251,6 +255,20 @@ mod tests {
         let again = Kept::read(folder.path(), HEADER).unwrap();
         assert_eq!(again.lines, kept.lines);
         assert!(Kept::read(folder.path(), Header { seed: 2, ..HEADER }).is_err());
+    }
+
+    #[test]
+    fn a_search_that_is_there_twice_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir_all(folder.path().join("docs/validation")).unwrap();
+        let mut kept = Kept::read(folder.path(), HEADER).unwrap();
+        kept.add(&CASE, &[of_seed(1)]).unwrap();
+        let path = folder.path().join(FILE);
+        let text = fs::read_to_string(&path).unwrap();
+        let first = text.lines().nth(1).unwrap();
+        fs::write(&path, format!("{text}{first}\n")).unwrap();
+        let refused = Kept::read(folder.path(), HEADER).unwrap_err().to_string();
+        assert!(refused.contains("twice"), "{refused}");
     }
 
     /// A run that was ended leaves a part of a line, which is searched anew.
