@@ -274,7 +274,7 @@ impl Scored<'_> {
             cost(modes, whole),
             cost(papers, modes),
             cost(papers, whole),
-            self.dearer_step()?,
+            if self.is_second_dearer()? { "second" } else { "first" },
             each.join(", "),
             least,
             cost(papers, self.at(least, thirty)?),
@@ -284,12 +284,11 @@ impl Scored<'_> {
         Ok(())
     }
 
-    /// Which of the paper's two steps raises the error by more.
-    fn dearer_step(&self) -> Result<&'static str> {
+    /// True where the second of the paper's two steps raises the error by more than the first.
+    fn is_second_dearer(&self) -> Result<bool> {
         let (whole, modes) = (self.at(WHOLE, None)?, self.at(DYNAMIC_MODES, None)?);
         let papers = self.at(PAPERS, Some(PAPERS_POINTS))?;
-        let is_first = modes.ratio_to(whole, SEED).0 > papers.ratio_to(modes, SEED).0;
-        Ok(if is_first { "first" } else { "second" })
+        Ok(modes.ratio_to(whole, SEED).0 <= papers.ratio_to(modes, SEED).0)
     }
 
     /// Thirty other numbers that leave least.
@@ -313,8 +312,8 @@ fn conclude_in_all(text: &mut String, scored: &[Scored<'_>]) -> Result<()> {
         }
     };
     let thirty = Some(PAPERS_POINTS);
-    let dearer = scored.iter().map(Scored::dearer_step).collect::<Result<Vec<_>>>()?;
-    let seconds = dearer.iter().filter(|&&step| step == "second").count();
+    let dearer = scored.iter().map(Scored::is_second_dearer).collect::<Result<Vec<_>>>()?;
+    let seconds = dearer.iter().filter(|&&is_second| is_second).count();
     let titles: Vec<&str> = scored.iter().map(|one| one.title).collect();
     writeln!(
         text,

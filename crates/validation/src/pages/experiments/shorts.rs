@@ -186,12 +186,11 @@ fn conclusion(text: &mut String, results: &[ShortResult]) -> Result<()> {
         diagnosed(&answers.collect::<Vec<_>>())
     });
     writeln!(text, "| turns removed | 1 | 1 | {} |", both.join(" | "))?;
-    let exact = || closed().map(|result| &result.answers[0]);
-    let count = |of: &dyn Fn(&ShortAnswers) -> usize| exact().map(of).sum::<usize>();
-    let seen = count(&|answers| answers.detected[2]);
-    let rubbing = count(&|answers| answers.detected[0]);
-    let by_default =
-        |of: &dyn Fn(&ShortAnswers) -> usize| closed().map(|r| of(&r.answers[1])).sum::<usize>();
+    let count = |n: usize, of: &dyn Fn(&ShortAnswers) -> usize| {
+        closed().map(|result| of(&result.answers[n])).sum::<usize>()
+    };
+    let seen = count(0, &|answers| answers.detected[2]);
+    let rubbing = count(0, &|answers| answers.detected[0]);
     let (least_share, _) = span(closed().map(|result| result.share));
     let of_least = |of: &dyn Fn(&ShortAnswers) -> usize| {
         let turns_ohm = least_share * EMA_48.motor.resistance_ohm;
@@ -214,9 +213,9 @@ fn conclusion(text: &mut String, results: &[ShortResult]) -> Result<()> {
          The resistance of the fault, not the share of the turns alone, sets the level: k3 is no longer the share of shorted turns.\n\
          Within tolerances k1 is detected in {} and k3 in {} of them; at {:.0} % of the turns, the least share, k3 is detected in {} of {} with R_f up to s·R.",
         100.0 * least,
-        count(&|answers| answers.recordings),
-        by_default(&|answers| answers.detected[0]),
-        by_default(&|answers| answers.detected[2]),
+        count(0, &|answers| answers.recordings),
+        count(1, &|answers| answers.detected[0]),
+        count(1, &|answers| answers.detected[2]),
         100.0 * least_share,
         of_least(&|answers| answers.detected[2]),
         of_least(&|answers| answers.recordings),

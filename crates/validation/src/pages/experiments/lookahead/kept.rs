@@ -237,11 +237,17 @@ mod tests {
         SearchesOfSeed { index, truth: vec![0.02], searches: PAIR.map(search).to_vec() }
     }
 
-    #[test]
-    fn searches_are_kept_at_once_and_paired_by_seed() {
+    /// A folder in which nothing is kept.
+    fn empty() -> (tempfile::TempDir, Kept) {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir_all(folder.path().join("docs/validation")).unwrap();
-        let mut kept = Kept::read(folder.path(), HEADER).unwrap();
+        let kept = Kept::read(folder.path(), HEADER).unwrap();
+        (folder, kept)
+    }
+
+    #[test]
+    fn searches_are_kept_at_once_and_paired_by_seed() {
+        let (folder, mut kept) = empty();
         assert_eq!(kept.missing(&CASE), [0, 1, 2]);
         kept.add(&CASE, &[of_seed(2)]).unwrap();
         kept.add(&CASE, &[of_seed(0), of_seed(2)]).unwrap();
@@ -259,9 +265,7 @@ mod tests {
 
     #[test]
     fn a_search_that_is_there_twice_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::create_dir_all(folder.path().join("docs/validation")).unwrap();
-        let mut kept = Kept::read(folder.path(), HEADER).unwrap();
+        let (folder, mut kept) = empty();
         kept.add(&CASE, &[of_seed(1)]).unwrap();
         let path = folder.path().join(FILE);
         let text = fs::read_to_string(&path).unwrap();
@@ -274,9 +278,7 @@ mod tests {
     /// A run that was ended leaves a part of a line, which is searched anew.
     #[test]
     fn a_line_that_was_cut_off_counts_as_missing() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::create_dir_all(folder.path().join("docs/validation")).unwrap();
-        let mut kept = Kept::read(folder.path(), HEADER).unwrap();
+        let (folder, mut kept) = empty();
         kept.add(&CASE, &[of_seed(0)]).unwrap();
         let path = folder.path().join(FILE);
         let text = fs::read_to_string(&path).unwrap();
