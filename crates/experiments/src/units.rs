@@ -81,7 +81,7 @@ pub fn bundle_at(scale: f64, as_built: bool, seed: u64) -> Result<Bundle, Bundle
     Bundle::build(&experiment, embedded.datasets, embedded.noise_a, RootSeed(seed))
 }
 
-/// The tolerances of the preset at a share of their size; none at zero.
+/// The tolerances of the preset at a share of their size; at zero every number is exact.
 pub(crate) fn tolerance_at(scale: f64, as_built: bool) -> Vec<Tolerance> {
     let scaled = |tolerance: Tolerance| Tolerance {
         spread: match tolerance.spread {
@@ -90,15 +90,11 @@ pub(crate) fn tolerance_at(scale: f64, as_built: bool) -> Vec<Tolerance> {
         },
         ..tolerance
     };
-    if scale > 0.0 {
-        let is_kept = |tolerance: &Tolerance| {
-            let built = [UncertainNumber::Turns, UncertainNumber::Eccentricity];
-            as_built || !built.contains(&tolerance.number)
-        };
-        presets::ema_48_tolerance().into_iter().filter(is_kept).map(scaled).collect()
-    } else {
-        Vec::new()
-    }
+    let is_kept = |tolerance: &Tolerance| {
+        let built = [UncertainNumber::Turns, UncertainNumber::Eccentricity];
+        as_built || !built.contains(&tolerance.number)
+    };
+    presets::ema_48_tolerance().into_iter().filter(is_kept).map(scaled).collect()
 }
 
 /// Recordings of the machines of a line, each with its hidden damage.

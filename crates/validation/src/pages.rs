@@ -46,7 +46,8 @@ struct Page {
 }
 
 /// Pages whose sections can be rebuilt one by one.
-const SECTIONED: &[(&str, &[Section])] = &[("experiments", experiments::SECTIONS)];
+const SECTIONED: &[(&str, &[Section])] =
+    &[("experiments", experiments::SECTIONS), ("units", units::SECTIONS)];
 
 /// Every page, in the order of the paper's pipeline.
 const PAGES: &[Page] = &[
@@ -78,7 +79,7 @@ const PAGES: &[Page] = &[
         text: |_| explaining::text().map(Into::into),
     },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
-    Page { name: "units", quick: units::quick, text: |_| units::text().map(Into::into) },
+    Page { name: "units", quick: units::quick, text: |_| units::text() },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
     Page {
         name: "cranfield",

@@ -102,8 +102,7 @@ struct ChoiceData {
     electronics_share: f64,
 }
 
-/// Learnt error on units: rows in steps of their range, the covariance as correlations in steps of
-/// 1/32767 below standard deviations.
+/// Learnt error on units, its rows in steps of their range.
 #[derive(Encode, Decode)]
 struct UnitErrorData {
     /// 0: start angle zero, 1: any.
@@ -112,18 +111,24 @@ struct UnitErrorData {
     spread: Vec<f64>,
     ranges_a: Vec<f64>,
     coefficients: SignalCodes,
-    half_band: u32,
-    std_a: Vec<f32>,
-    /// As one signal, lag by lag.
-    correlations: SignalCodes,
+    covariance: CovarianceData,
+    wide: Option<CovarianceData>,
     shared: f64,
     ln_misfit_mean: f64,
     ln_misfit_std: f64,
 }
 
-impl UnitErrorData {
-    fn of(error: &UnitError) -> Self {
-        let covariance = &error.covariance;
+/// Covariance as correlations in steps of 1/32767 below standard deviations.
+#[derive(Encode, Decode)]
+struct CovarianceData {
+    half_band: u32,
+    std_a: Vec<f32>,
+    /// As one signal, lag by lag.
+    correlations: SignalCodes,
+}
+
+impl CovarianceData {
+    fn of(covariance: &BandedMatrix) -> Self {
         let std = |row: usize| covariance.at(row, row).sqrt();
         let mut correlations = Vec::new();
         for lag in 1..=covariance.half_band() {
@@ -134,40 +139,22 @@ impl UnitErrorData {
             }
         }
         Self {
-            start: error.start as u8,
-            centre: error.centre.clone(),
-            spread: error.spread.clone(),
-            ranges_a: error.coefficients.iter().map(|row| range_of(row)).collect(),
-            coefficients: packed(&error.coefficients),
             half_band: covariance.half_band() as u32,
             std_a: (0..covariance.order()).map(|row| std(row) as f32).collect(),
             correlations: SignalCodes::pack(&correlations, correlations.len()),
-            shared: error.shared,
-            ln_misfit_mean: error.ln_misfit_mean,
-            ln_misfit_std: error.ln_misfit_std,
         }
     }
 
-    fn into_error(self, quantities: &Quantities, samples: usize) -> Result<UnitError, BundleError> {
-        let bent = quantities.bent();
-        let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
+    /// `None` where it is not of so many samples.
+    fn into_covariance(self, samples: usize) -> Option<BandedMatrix> {
         let half_band = (self.half_band as usize).min(samples.saturating_sub(1));
         let stored: usize = (0..samples).map(|row| half_band.min(row)).sum();
-        let wrong_size = || content("an error on units of the wrong size".to_owned());
-        let coefficients = self.coefficients.unpack(samples).ok_or_else(wrong_size)?;
-        let correlations = self.correlations.unpack(stored).ok_or_else(wrong_size)?;
-        let fits = self.centre.len() == quantities
-            && self.spread.len() == quantities
-            && self.ranges_a.len() == terms
-            && coefficients.len() == terms * samples
-            && self.std_a.len() == samples
+        let correlations = self.correlations.unpack(stored)?;
+        let fits = self.std_a.len() == samples
             && correlations.len() == stored
-            && self.spread.iter().all(|spread| *spread > 0.0)
-            && self.std_a.iter().all(|std| std.is_finite() && *std >= 0.0)
-            && (0.0..=1.0).contains(&self.shared)
-            && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
+            && self.std_a.iter().all(|std| std.is_finite() && *std >= 0.0);
         if !fits {
-            return Err(wrong_size());
+            return None;
         }
         let mut covariance = BandedMatrix::zeros(samples, half_band);
         let mut codes = correlations.iter();
@@ -181,6 +168,43 @@ impl UnitErrorData {
                     f64::from(*code) / CODE_STEPS * std(row) * std(row - lag);
             }
         }
+        Some(covariance)
+    }
+}
+
+impl UnitErrorData {
+    fn of(error: &UnitError) -> Self {
+        Self {
+            start: error.start as u8,
+            centre: error.centre.clone(),
+            spread: error.spread.clone(),
+            ranges_a: error.coefficients.iter().map(|row| range_of(row)).collect(),
+            coefficients: packed(&error.coefficients),
+            covariance: CovarianceData::of(&error.covariance),
+            wide: error.wide.as_ref().map(CovarianceData::of),
+            shared: error.shared,
+            ln_misfit_mean: error.ln_misfit_mean,
+            ln_misfit_std: error.ln_misfit_std,
+        }
+    }
+
+    fn into_error(self, quantities: &Quantities, samples: usize) -> Result<UnitError, BundleError> {
+        let bent = quantities.bent();
+        let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
+        let wrong_size = || content("an error on units of the wrong size".to_owned());
+        let coefficients = self.coefficients.unpack(samples).ok_or_else(wrong_size)?;
+        let covariance =
+            |data: CovarianceData| data.into_covariance(samples).ok_or_else(wrong_size);
+        let fits = self.centre.len() == quantities
+            && self.spread.len() == quantities
+            && self.ranges_a.len() == terms
+            && coefficients.len() == terms * samples
+            && self.spread.iter().all(|spread| *spread > 0.0)
+            && (0.0..=1.0).contains(&self.shared)
+            && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
+        if !fits {
+            return Err(wrong_size());
+        }
         let rows = coefficients.chunks_exact(samples).zip(&self.ranges_a);
         Ok(UnitError {
             start: if self.start == 0 { StartAngle::Zero } else { StartAngle::Any },
@@ -188,7 +212,8 @@ impl UnitErrorData {
             centre: self.centre,
             spread: self.spread,
             bent,
-            covariance,
+            covariance: covariance(self.covariance)?,
+            wide: self.wide.map(covariance).transpose()?,
             shared: self.shared,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,

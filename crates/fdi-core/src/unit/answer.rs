@@ -15,9 +15,9 @@ use crate::{
     unit::{
         error::UnitError,
         evidence::TemperatureReading,
-        finding::{Findings, Since},
+        finding::{Findings, History, Since},
         joint::{DamageFit, Joint, OfUnit, Wear},
-        learnt_unit::LearntUnit,
+        learnt_unit::{Earlier, LearntUnit},
         quantities::Quantities,
         search::{Observed, UnitFit, UnitSearchError, explain},
     },
@@ -138,9 +138,9 @@ impl Run<'_> {
         fit: &UnitFit,
     ) -> Result<f64, NotPositiveDefinite> {
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
+        let covariance = error.covariance_of(fit.wideness);
         self.likeliest_level(|level_a| {
-            let factor =
-                joined(&error.covariance, &unit_noise.scaled(level_a * level_a)).cholesky()?;
+            let factor = joined(&covariance, &unit_noise.scaled(level_a * level_a)).cholesky()?;
             let mut white = fit.residual_a.clone();
             factor.whiten(&mut white);
             Ok(dot(&white, &white) + factor.log_determinant())
@@ -158,9 +158,9 @@ impl Run<'_> {
         let adequate = is_adequate(error, fit);
         let unfinished = !fit.converged && !adequate;
         let unit = self.plan.unit.as_deref().filter(|_| adequate);
-        let (joint, damage) = self.with_unit(unit, quantities, fit)?;
-        let since = if unit.is_some() { Since::References } else { Since::AsBuilt };
-        let findings = Findings::of(layout, &joint, &damage, since);
+        let (history, damage) = self.with_unit(unit, quantities, fit)?;
+        let since = history.since;
+        let findings = Findings::of(layout, &history, &damage);
         let posterior = Posterior {
             indices: layout.sought.clone(),
             estimate: damage.estimate,
@@ -230,30 +230,33 @@ impl Run<'_> {
         unit: Option<&LearntUnit>,
         quantities: &'a Quantities,
         fit: &UnitFit,
-    ) -> Result<(Joint<'a>, DamageFit), DiagnoseError> {
+    ) -> Result<(History<'a>, DamageFit), DiagnoseError> {
         let session = self.observation.session.as_deref();
-        let (others, own_session) = unit.map(|unit| unit.earlier(session)).unwrap_or_default();
+        let earlier = unit.map(|unit| unit.earlier(session));
         if let Some(known) = unit.and_then(|unit| unit.with_evidence(&fit.evidence)) {
             return Err(DiagnoseError::OwnReference { learnt_as: known.name.clone() });
         }
         let own = OfUnit {
             evidence: &fit.evidence,
-            session: own_session,
+            session: earlier.as_ref().map_or(0, |earlier| earlier.session),
             wear: Wear::AsNew,
             replaced: unit.map(|unit| unit.replaced).unwrap_or_default(),
         };
-        let joint = Joint::new(quantities, &others, &own, &fit.point);
+        let others = earlier.as_ref().map_or(&[][..], |earlier| &earlier.others);
+        let joint = Joint::new(quantities, others, &own, &fit.point);
         let joint = joint.ok_or(UnitSearchError::Undetermined)?;
         let alone = DamageFit::from(fit);
-        let damage = match unit {
-            // what the recording itself leaves open is the same with others beside it
-            Some(_) => DamageFit {
-                known_numbers: alone.known_numbers,
-                ..joint.damage().ok_or(UnitSearchError::Undetermined)?
-            },
-            None => alone,
+        let Some(Earlier { worn, nth, .. }) = earlier else {
+            return Ok((History { joint, worn: None, since: Since::AsBuilt, nth: 1 }, alone));
         };
-        Ok((joint, damage))
+        let damage = DamageFit {
+            // what the recording itself leaves open is the same with others beside it
+            known_numbers: alone.known_numbers,
+            ..joint.damage().ok_or(UnitSearchError::Undetermined)?
+        };
+        let own = OfUnit { wear: worn, ..own };
+        let worn = (nth > 1).then(|| Joint::worn(quantities, others, &own, &fit.point)).flatten();
+        Ok((History { joint, worn, since: Since::References, nth }, damage))
     }
 }
 

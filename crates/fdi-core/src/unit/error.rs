@@ -7,7 +7,9 @@
 //! with `q` the quantities that the current shows: the error, like the signal, then keeps the
 //! symmetries of the current. The terms `f_t` are a constant, each `a`, squares and products of
 //! those that damage moves, and the size of each phase's imbalance. `S` is tapered as that of the
-//! nominal machine's error is (`error_model`).
+//! nominal machine's error is (`error_model`). Each time that the gear crosses its play the models part
+//! a little, and a wide play is crossed for longer: `S` is learnt on machines with a narrow play and on
+//! machines with a wide one, and mixed between them.
 //!
 //! # Source
 //!
@@ -15,8 +17,10 @@
 //! Statistical Learning*, 3.4 and 7.10; shrinkage of each slope: James and Stein, Proc. 4th Berkeley
 //! Symposium 1, 1961.
 
+use std::borrow::Cow;
+
 use ema_sim::SimulationError;
-use inference::{BandedMatrix, dot, tapered_covariance};
+use inference::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, tapered_covariance};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -41,6 +45,12 @@ const TAPER_S: f64 = 0.03;
 const RIDGE: f64 = 0.3;
 /// Spreads beyond which the trend is not followed.
 const FARTHEST: f64 = 4.0;
+/// Play over that as built from which a machine's covariance is that of a wide play, and the half-width
+/// over which the two are mixed.
+const WIDE_PLAY: f64 = 2.0;
+const PLAY_BLEND: f64 = 0.5;
+/// Machines of either play from which both have a covariance of their own.
+const LEAST_MACHINES: usize = 100;
 
 /// Why the error on units could not be learnt.
 #[derive(Debug, thiserror::Error)]
@@ -64,8 +74,10 @@ pub(crate) struct UnitError {
     pub(crate) bent: Bent,
     /// One row a term.
     pub(crate) coefficients: Vec<Vec<f64>>,
-    /// `S`.
+    /// `S` of machines with a narrow play, or of all.
     pub(crate) covariance: BandedMatrix,
+    /// `S` of machines with a wide play, where it was learnt apart.
+    pub(crate) wide: Option<BandedMatrix>,
     /// Share of `S` that recordings of one unit have in common.
     pub(crate) shared: f64,
     /// Mean of ln(misfit) of units left out, with the bundle's noise.
@@ -98,6 +110,7 @@ impl UnitError {
             spread,
             coefficients: Vec::new(),
             covariance: BandedMatrix::zeros(0, 0),
+            wide: None,
             shared: 0.0,
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,
@@ -106,32 +119,78 @@ impl UnitError {
         let (coefficients, residuals) = trend(&terms, &differences)?;
         learnt.coefficients = coefficients;
         let support = (TAPER_S * experiment.filter.output_hz).round().max(2.0) as usize;
-        learnt.covariance = tapered_covariance(&residuals, support);
-        learnt.learn_misfits(&residuals, unit_noise, noise_a, root)?;
+        learnt.learn_covariance(&at, &residuals, support);
+        learnt.learn_misfits(&at, &residuals, unit_noise, noise_a, root)?;
         let (again_at, mut again) = drawn(Session::Second)?;
         for (at, difference) in again_at.iter().zip(&mut again) {
             learnt.take_mean(at, difference);
         }
-        learnt.learn_shared(&residuals, &again, &unit_noise.scaled(noise_a * noise_a))?;
+        learnt.learn_shared(&at, &residuals, &again, &unit_noise.scaled(noise_a * noise_a))?;
         Ok(learnt)
+    }
+
+    /// `S` of machines with a narrow play and with a wide one; of all, where few have either.
+    fn learn_covariance(&mut self, at: &[Vec<f64>], residuals: &[Vec<f64>], support: usize) {
+        let is_wide = |at: &[f64]| self.bent.play.is_some_and(|play| at[play] > WIDE_PLAY);
+        let (wide, narrow): (Vec<_>, Vec<_>) =
+            residuals.iter().zip(at).partition(|(_, at)| is_wide(at));
+        let covariance = |of: &[(&Vec<f64>, &Vec<f64>)]| {
+            tapered_covariance(
+                &of.iter().map(|(residual, _)| residual).collect::<Vec<_>>(),
+                support,
+            )
+        };
+        if wide.len().min(narrow.len()) < LEAST_MACHINES {
+            self.covariance = tapered_covariance(residuals, support);
+        } else {
+            (self.covariance, self.wide) = (covariance(&narrow), Some(covariance(&wide)));
+        }
+    }
+
+    /// Share of the covariance of a wide play in that of a machine with some quantities.
+    pub(crate) fn wideness(&self, at: &[f64]) -> f64 {
+        match (self.bent.play, &self.wide) {
+            (Some(play), Some(_)) => {
+                ((at[play] - WIDE_PLAY) / (2.0 * PLAY_BLEND) + 0.5).clamp(0.0, 1.0)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// `S` with a share of that of a wide play.
+    pub(crate) fn covariance_of(&self, wideness: f64) -> Cow<'_, BandedMatrix> {
+        match &self.wide {
+            Some(wide) if wideness > 0.0 => {
+                Cow::Owned(self.covariance.scaled(1.0 - wideness).plus(&wide.scaled(wideness)))
+            }
+            _ => Cow::Borrowed(&self.covariance),
+        }
+    }
+
+    /// Factors of `S` with noise, for a narrow play and for a wide one.
+    fn factors(&self, noise: &BandedMatrix) -> Result<[BandedCholesky; 2], NotPositiveDefinite> {
+        let factor = |wideness| joined(&self.covariance_of(wideness), noise).cholesky();
+        Ok([factor(0.0)?, factor(1.0)?])
     }
 
     /// Share of the error that a unit has again in another session, over what a diagnosis weighs:
     /// `Σ r₁ᵀ·Σ⁻¹·r₂ / Σ r₁ᵀ·Σ⁻¹·r₁`.
     fn learn_shared(
         &mut self,
+        at: &[Vec<f64>],
         first: &[Vec<f64>],
         second: &[Vec<f64>],
         noise: &BandedMatrix,
     ) -> Result<(), ErrorModelError> {
-        let whole = joined(&self.covariance, noise).cholesky()?;
-        let white = |residual: &Vec<f64>| {
-            let mut white = residual.clone();
-            whole.whiten(&mut white);
-            white
-        };
+        let factors = self.factors(noise)?;
         let (mut together, mut own) = (0.0, 0.0);
-        for (first, second) in first.iter().zip(second) {
+        for ((first, second), at) in first.iter().zip(second).zip(at) {
+            let whole = &factors[usize::from(self.wideness(at) > 0.5)];
+            let white = |residual: &Vec<f64>| {
+                let mut white = residual.clone();
+                whole.whiten(&mut white);
+                white
+            };
             let (first, second) = (white(first), white(second));
             together += dot(&first, &second);
             own += (dot(&first, &first) * dot(&second, &second)).sqrt();
@@ -152,6 +211,7 @@ impl UnitError {
     /// Mean and scatter of ln(misfit) over residuals of units left out, with noise added.
     fn learn_misfits(
         &mut self,
+        at: &[Vec<f64>],
         residuals: &[Vec<f64>],
         unit_noise: &BandedMatrix,
         noise_a: f64,
@@ -162,13 +222,13 @@ impl UnitError {
         let mut regular = noise.clone();
         regular.add_to_diagonal(1e-6 * noise.mean_diagonal());
         let colour = regular.cholesky()?;
-        let whole = joined(&self.covariance, &noise).cholesky()?;
+        let factors = self.factors(&noise)?;
         let mut random = Draws::new(root.derive(Purpose::Units, u64::MAX));
-        let logs = residuals.iter().map(|residual| {
+        let logs = residuals.iter().zip(at).map(|(residual, at)| {
             let mut sample: Vec<f64> = residual.iter().map(|_| random.normal()).collect();
             colour.colour(&mut sample);
             add_scaled(&mut sample, 1.0, residual);
-            whole.whiten(&mut sample);
+            factors[usize::from(self.wideness(at) > 0.5)].whiten(&mut sample);
             (dot(&sample, &sample) / sample.len() as f64).ln()
         });
         let logs: Vec<f64> = logs.collect();

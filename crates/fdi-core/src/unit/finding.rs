@@ -12,11 +12,14 @@
 //! tolerance, however uncertain the level of a fault is that stands beside a tolerance of that size.
 //!
 //! The chance that any direction of a healthy machine is detected is at most
-//! `FAMILY_FALSE_ALARM_RATE`.
+//! `FAMILY_FALSE_ALARM_RATE`, that of a learnt unit over its whole history: the `n`-th recording since
+//! it was new may spend `1/(n·(n + 1))` of it. From the second one on, half of that is for what the
+//! recording shows itself, and half for a wear that all of them show together.
 //!
 //! # Source
 //!
-//! Likelihood ratio (Wilks, Ann. Math. Stat. 9, 1938), Bonferroni's inequality; `docs/models/units.md`.
+//! Likelihood ratio (Wilks, Ann. Math. Stat. 9, 1938), Bonferroni's inequality, spending of an error
+//! rate over a sequence (Lan and DeMets, Biometrika 70, 1983); `docs/models/units.md`.
 
 use ema_sim::{Parameter, UncertainNumber};
 use nalgebra::{DMatrix, DVector};
@@ -58,6 +61,29 @@ pub(crate) enum Since {
     References,
 }
 
+/// Recordings of a unit that findings are of.
+#[derive(Clone, Debug)]
+pub(crate) struct History<'a> {
+    /// The recording diagnosed with others, its damage looked for by itself.
+    pub(crate) joint: Joint<'a>,
+    /// The same recordings with the damage a wear; `None` where none of them is of a later session.
+    pub(crate) worn: Option<Joint<'a>>,
+    pub(crate) since: Since,
+    /// Place of the recording among those since the unit was new, from 1.
+    pub(crate) nth: usize,
+}
+
+impl History<'_> {
+    /// Chance of a false alarm that the recording may spend.
+    fn rate(&self) -> f64 {
+        let nth = self.nth as f64;
+        match self.since {
+            Since::AsBuilt => FAMILY_FALSE_ALARM_RATE,
+            Since::References => FAMILY_FALSE_ALARM_RATE / (nth * (nth + 1.0)),
+        }
+    }
+}
+
 /// Findings of a fit, with the faults that each of them detects.
 pub(crate) struct Findings {
     pub(crate) all: Vec<Finding>,
@@ -66,17 +92,24 @@ pub(crate) struct Findings {
 
 impl Findings {
     /// Findings of damage that recordings of a unit show together.
-    pub(crate) fn of(layout: &Layout, joint: &Joint<'_>, damage: &DamageFit, since: Since) -> Self {
+    pub(crate) fn of(layout: &Layout, history: &History<'_>, damage: &DamageFit) -> Self {
         let directions = directions(layout);
-        let rate = FAMILY_FALSE_ALARM_RATE / directions.len().max(1) as f64;
+        let tests = if history.worn.is_some() { 2.0 } else { 1.0 };
+        let rate = history.rate() / (tests * directions.len().max(1) as f64);
         let estimate = DVector::from_column_slice(&damage.estimate);
+        let joint = &history.joint;
         let whole = joint.least_sum(&[]);
+        let worn = history.worn.as_ref().and_then(|worn| Some((worn, worn.least_sum(&[])?)));
         let mut findings = Self { all: Vec::new(), detected: Vec::new() };
         for direction in &directions {
             let without = joint.least_sum(&direction.weights);
             // how much less probable the best explanation is without damage along a direction, `D`
             let loss = without.zip(whole).map_or(0.0, |(without, whole)| without - whole);
-            let finding = direction.finding(&estimate, damage, rate, loss, since);
+            let of_wear = worn.and_then(|(worn, whole)| {
+                Some(worn.least_sum_of_wear(&direction.weights)? - whole)
+            });
+            let loss = loss.max(of_wear.unwrap_or(0.0));
+            let finding = direction.finding(&estimate, damage, rate, loss, history.since);
             if finding.detected {
                 findings.detected.extend(&direction.faults);
             }

@@ -3,7 +3,7 @@
 //! ```text
 //! ν_r = u + w_s + e_r    numbers in recording r of session s, each part with its own prior
 //! c_r = 0                as new
-//! c_r = n_r·d            since, n_r sessions after those as new: d is what a session wears
+//! c_r = n_r·d            since, n_r sessions of a part after those as new: d is what a session wears
 //! c_r = c                the recording that is diagnosed
 //! ```
 //!
@@ -42,8 +42,18 @@ use crate::unit::{
 pub(crate) enum Wear {
     /// None: it is as new.
     AsNew,
-    /// Damage of so many sessions after those as new.
-    Since(usize),
+    /// Damage of so many sessions of each component after those in which it was new.
+    Since([usize; Component::COUNT]),
+}
+
+impl Wear {
+    /// Sessions of each component after those in which it was new.
+    fn sessions(self) -> [f64; Component::COUNT] {
+        match self {
+            Self::AsNew => [0.0; Component::COUNT],
+            Self::Since(sessions) => sessions.map(|count| count as f64),
+        }
+    }
 }
 
 /// Evidence of a recording among those of its unit.
@@ -94,16 +104,19 @@ struct Seen {
     evidence: WhiteEvidence,
     session: usize,
     replaced: [u32; Component::COUNT],
-    /// Share of the damage diagnosed, then of the wear of a session, that it has.
-    damage: [f64; 2],
+    /// True for the recording whose damage is looked for by itself.
+    is_diagnosed: bool,
+    /// Sessions of wear of each component.
+    wear: [f64; Component::COUNT],
 }
 
 impl Seen {
     /// `None` where the evidence is not finite.
-    fn of(one: &OfUnit<'_>, damage: [f64; 2], is_alone: bool) -> Option<Self> {
-        let &OfUnit { evidence, session, replaced, .. } = one;
+    fn of(one: &OfUnit<'_>, is_alone: bool) -> Option<Self> {
+        let &OfUnit { evidence, session, replaced, wear } = one;
         let white = if is_alone { evidence.white() } else { evidence.white_beside_others() };
-        Some(Self { evidence: white?, session, replaced, damage })
+        let (evidence, wear) = (white?, wear.sessions());
+        Some(Self { evidence, session, replaced, is_diagnosed: false, wear })
     }
 }
 
@@ -120,7 +133,8 @@ struct Part {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Of {
     Diagnosed,
-    Wear,
+    /// Wear of a session of a component after so many replacements of it.
+    Wear(Component, u32),
     /// Recordings of the machine as built; of a component since so many replacements of it.
     Built(Option<(Component, u32)>),
     Session(usize),
@@ -161,8 +175,32 @@ impl<'a> Joint<'a> {
     ) -> Option<Self> {
         let is_alone = others.is_empty();
         let mut seen = seen_of(others, is_alone)?;
-        seen.push(Seen::of(own, [1.0, 0.0], is_alone)?);
+        let own = Seen::of(own, is_alone)?;
+        seen.push(Seen { is_diagnosed: true, wear: [0.0; Component::COUNT], ..own });
         Self::of_seen(quantities, seen, is_alone, start)
+    }
+
+    /// A recording with others of its unit, its damage the wear of so many sessions as that of the
+    /// others is; `None` where some evidence is not finite, or no part has worn.
+    pub(crate) fn worn(
+        quantities: &'a Quantities,
+        others: &[OfUnit<'_>],
+        own: &OfUnit<'_>,
+        start: &[f64],
+    ) -> Option<Self> {
+        let mut seen = seen_of(others, false)?;
+        seen.push(Seen::of(own, false)?);
+        let mut joint = Self::of_seen(quantities, seen, false, start)?;
+        joint.retain(|part| part.of != Of::Diagnosed);
+        let has_worn = joint.parts.iter().any(|part| matches!(part.of, Of::Wear(..)));
+        has_worn.then_some(joint)
+    }
+
+    /// Keeps some of the unknowns.
+    fn retain(&mut self, is_kept: impl Fn(&Part) -> bool) {
+        let mut kept = self.parts.iter().map(&is_kept);
+        self.start.retain(|_| kept.next().unwrap_or(true));
+        self.parts.retain(is_kept);
     }
 
     /// Recordings that a unit was learnt from, none of them diagnosed: what they say of its numbers
@@ -174,7 +212,7 @@ impl<'a> Joint<'a> {
         replaced: &[u32; Component::COUNT],
     ) -> Option<Self> {
         let mut joint = Self::of_seen(quantities, seen_of(all, all.len() == 1)?, false, &[])?;
-        joint.parts.retain(|part| part.of != Of::Diagnosed);
+        joint.retain(|part| part.of != Of::Diagnosed);
         let layout = quantities.layout();
         for (number, place) in layout.numbers.iter().zip(layout.sought.len()..) {
             let Some(component) = number.acts.component() else { continue };
@@ -286,8 +324,7 @@ impl<'a> Joint<'a> {
 
     /// The most probable damage; `None` where the recordings and the tolerances do not determine it.
     pub(crate) fn damage(&self) -> Option<DamageFit> {
-        let free = Constrained::new(self, &[]);
-        let found = free.found()?;
+        let found = Constrained::new(self, &[], &[]).found()?;
         let damage = self.quantities.layout().sought.len();
         let block = |of: &SymmetricMatrix| DMatrix::from_fn(damage, damage, |i, j| of.at(i, j));
         Some(DamageFit {
@@ -300,7 +337,7 @@ impl<'a> Joint<'a> {
     /// The machine as built, after so many replacements of each component, by the recordings
     /// together; `None` where they and the tolerances do not determine it.
     pub(crate) fn as_built(&self, replaced: &[u32; Component::COUNT]) -> Option<BuiltFit> {
-        let found = Constrained::new(self, &[]).found()?;
+        let found = Constrained::new(self, &[], &[]).found()?;
         let latest = |part: &Part| match part.of {
             Of::Built(None) => true,
             Of::Built(Some((component, times))) => times == replaced[component as usize],
@@ -322,7 +359,31 @@ impl<'a> Joint<'a> {
     /// Twice the negative logarithm of the probability of the best explanation, up to a constant,
     /// with the damage diagnosed at right angles to some weights; `None` where there is none.
     pub(crate) fn least_sum(&self, weights: &[Vec<f64>]) -> Option<f64> {
-        let constrained = Constrained::new(self, weights);
+        let damage: Vec<usize> = (0..self.quantities.layout().sought.len()).collect();
+        self.sum_of(&Constrained::new(self, &damage, weights))
+    }
+
+    /// The same with the wear of a session at right angles to some weights; `None` where a part that
+    /// they weigh has not worn since it was replaced.
+    pub(crate) fn least_sum_of_wear(&self, weights: &[Vec<f64>]) -> Option<f64> {
+        let latest = &self.seen.last()?.replaced;
+        let sought = self.quantities.layout().sought.iter().enumerate();
+        let wear = |(place, &coordinate): (usize, &usize)| {
+            let component = Component::of_damage(coordinate);
+            let of = Of::Wear(component, latest[component as usize]);
+            self.parts.iter().position(|part| part.place == place && part.of == of)
+        };
+        let wear: Vec<Option<usize>> = sought.map(wear).collect();
+        let weighs = |place: usize| weights.iter().any(|row| row[place] != 0.0);
+        if (0..wear.len()).any(|place| weighs(place) && wear[place].is_none()) {
+            return None;
+        }
+        // what is not weighed follows nothing, whatever its place
+        let wear: Vec<usize> = wear.into_iter().map(Option::unwrap_or_default).collect();
+        self.sum_of(&Constrained::new(self, &wear, weights))
+    }
+
+    fn sum_of(&self, constrained: &Constrained<'_>) -> Option<f64> {
         let found = constrained.found()?;
         let prior = constrained.kept.iter().zip(&found.numbers).map(|(&part, value)| {
             let std = self.parts[part].unknown.prior_std;
@@ -350,8 +411,11 @@ impl<'a> Joint<'a> {
     fn share(&self, part: &Part, recording: usize) -> f64 {
         let seen = &self.seen[recording];
         let is_there = match part.of {
-            Of::Diagnosed => return seen.damage[0],
-            Of::Wear => return seen.damage[1],
+            Of::Diagnosed => seen.is_diagnosed,
+            Of::Wear(component, times) if seen.replaced[component as usize] == times => {
+                return seen.wear[component as usize];
+            }
+            Of::Wear(..) => false,
             Of::Built(None) | Of::SharedError => true,
             Of::Session(session) => session == seen.session,
             Of::Recording(one) => one == recording,
@@ -363,26 +427,24 @@ impl<'a> Joint<'a> {
 
 /// Recordings beside the one diagnosed, or one alone.
 fn seen_of(all: &[OfUnit<'_>], is_alone: bool) -> Option<Vec<Seen>> {
-    let of_other = |one: &OfUnit<'_>| match one.wear {
-        Wear::AsNew => Seen::of(one, [0.0; 2], is_alone),
-        Wear::Since(sessions) => Seen::of(one, [0.0, sessions as f64], is_alone),
-    };
-    all.iter().map(of_other).collect()
+    all.iter().map(|one| Seen::of(one, is_alone)).collect()
 }
 
 /// The unknowns of recordings together, the damage diagnosed first; of a recording alone the levels
 /// of its numbers together.
 fn parts(layout: &Layout, seen: &[Seen], is_alone: bool) -> Vec<Part> {
-    let damage = |of| {
-        let sought = layout.sought.iter().enumerate();
-        sought.map(move |(place, &coordinate)| {
-            let unknown = Unknown { prior_std: None, reach: DAMAGE_REACH[coordinate] };
-            Part { unknown, place, of }
-        })
+    let damage = |place: usize, of| {
+        let unknown = Unknown { prior_std: None, reach: DAMAGE_REACH[layout.sought[place]] };
+        Part { unknown, place, of }
     };
-    let mut parts: Vec<Part> = damage(Of::Diagnosed).collect();
-    if seen.iter().any(|one| one.damage[1] > 0.0) {
-        parts.extend(damage(Of::Wear));
+    let mut parts: Vec<Part> =
+        (0..layout.sought.len()).map(|place| damage(place, Of::Diagnosed)).collect();
+    for (place, &coordinate) in layout.sought.iter().enumerate() {
+        let component = Component::of_damage(coordinate);
+        let worn = seen.iter().filter(|one| one.wear[component as usize] > 0.0);
+        for times in distinct(worn.map(|one| one.replaced[component as usize])) {
+            parts.push(damage(place, Of::Wear(component, times)));
+        }
     }
     for (number, place) in layout.numbers.iter().zip(layout.sought.len()..) {
         let mut add = |of, std: f64| {
@@ -428,25 +490,26 @@ fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
     values
 }
 
-/// Recordings together, some combinations of the damage diagnosed held at zero.
+/// Recordings together, some combinations of a damage held at zero.
 struct Constrained<'a> {
     joint: &'a Joint<'a>,
     /// Unknowns that stay free.
     kept: Vec<usize>,
-    /// Unknowns that follow from them, each with its shares in the damage diagnosed.
-    bound: Vec<(usize, Vec<f64>)>,
+    /// Unknowns that follow from others, each with those and their shares.
+    bound: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
 impl<'a> Constrained<'a> {
-    /// A row of weights takes out the coordinate that weighs most.
-    fn new(joint: &'a Joint<'a>, weights: &[Vec<f64>]) -> Self {
+    /// Of the unknowns of a damage, one a coordinate, a row of weights takes out the one that weighs
+    /// most.
+    fn new(joint: &'a Joint<'a>, damage: &[usize], weights: &[Vec<f64>]) -> Self {
         let bound = weights.iter().filter_map(|row| {
             let place = (0..row.len()).max_by(|&a, &b| row[a].abs().total_cmp(&row[b].abs()))?;
-            let share =
-                |(n, weight): (usize, &f64)| if n == place { 0.0 } else { -weight / row[place] };
-            Some((place, row.iter().enumerate().map(share).collect()))
+            let others = (0..row.len()).filter(|&n| n != place && row[n] != 0.0);
+            let shares = others.map(|n| (damage[n], -row[n] / row[place])).collect();
+            Some((damage[place], shares))
         });
-        let bound: Vec<(usize, Vec<f64>)> = bound.collect();
+        let bound: Vec<(usize, Vec<(usize, f64)>)> = bound.collect();
         let is_free = |place: &usize| !bound.iter().any(|(one, _)| one == place);
         let kept = (0..joint.parts.len()).filter(is_free).collect();
         Self { joint, kept, bound }
@@ -468,7 +531,7 @@ impl<'a> Constrained<'a> {
             values[part] = value;
         }
         for (part, shares) in &self.bound {
-            values[*part] = shares.iter().zip(&values).map(|(share, value)| share * value).sum();
+            values[*part] = shares.iter().map(|(of, share)| share * values[*of]).sum();
         }
         values
     }
@@ -512,8 +575,8 @@ impl Whitened for &Constrained<'_> {
         }
         for (bound, shares) in &self.bound {
             let follows = std::mem::take(&mut rows[*bound]);
-            for (row, share) in rows.iter_mut().zip(shares) {
-                for (value, slope) in row.iter_mut().zip(&follows) {
+            for (of, share) in shares {
+                for (value, slope) in rows[*of].iter_mut().zip(&follows) {
                     *value += share * slope;
                 }
             }
@@ -525,7 +588,9 @@ impl Whitened for &Constrained<'_> {
 impl Session {
     /// White numbers of the recordings, what differs between sessions left out.
     fn left_out(&self, white: Vec<f64>) -> Vec<f64> {
-        let Some(factor) = &self.factor else { return white };
+        // most unknowns are of other sessions
+        let has_any = white.iter().any(|value| *value != 0.0);
+        let Some(factor) = self.factor.as_ref().filter(|_| has_any) else { return white };
         let mut white = DVector::from_vec(white);
         // a factor of one and more has no zero on its diagonal
         factor.solve_lower_triangular_mut(&mut white);

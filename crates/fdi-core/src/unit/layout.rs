@@ -130,6 +130,11 @@ pub enum Component {
 
 impl Component {
     pub(crate) const COUNT: usize = 3;
+
+    /// The component that a coordinate of damage is of: friction and play are of the gear.
+    pub(crate) fn of_damage(coordinate: usize) -> Self {
+        if coordinate < 2 { Self::Gear } else { Self::Motor }
+    }
 }
 
 /// Standard deviations of a number at the levels of a machine, relative or in its unit.
@@ -198,7 +203,9 @@ impl Layout {
     /// The unknowns of an experiment's machine.
     pub(crate) fn of(experiment: &Experiment) -> Self {
         let mut numbers: Vec<UnitNumber> = Vec::new();
-        for tolerance in &experiment.tolerance {
+        // a number that is exact is none that is looked for
+        let open = experiment.tolerance.iter().filter(|tolerance| tolerance.std() > 0.0);
+        for tolerance in open {
             for number in numbers_of(tolerance) {
                 match numbers.iter_mut().find(|known| known.key == number.key) {
                     Some(known) => known.scatter = known.scatter.with(number.scatter),

@@ -10,7 +10,7 @@ use crate::{
     report::{Finding, Notice, NoticeCode, RecordDiagnosis, ToleranceUse, Verdict},
     unit::{
         evidence::Evidence,
-        finding::{Findings, Since},
+        finding::{Findings, History, Since},
         joint::{Joint, OfUnit, Wear},
         layout::Component,
         learnt_unit::{LearntUnit, OtherBundle, UnitRecording, UnitState, basis, session_of},
@@ -168,14 +168,15 @@ impl Diagnoser {
     pub fn disagreements(&self, unit: &LearntUnit) -> Result<Vec<Disagreement>, UnitLearningError> {
         unit.check_basis(self.bundle(), &self.learnt.quantities())?;
         let quantities = self.learnt.quantities();
-        let (earlier, _) = unit.earlier(None);
+        let earlier = unit.earlier(None).others;
         let shows = |place: usize, others: &[OfUnit<'_>]| -> Vec<String> {
             let own = &earlier[place];
             let since = if others.is_empty() { Since::AsBuilt } else { Since::References };
             let joint = Joint::new(&quantities, others, own, &[]);
             let damage = joint.as_ref().and_then(Joint::damage);
             let Some((joint, damage)) = joint.zip(damage) else { return Vec::new() };
-            let findings = Findings::of(quantities.layout(), &joint, &damage, since);
+            let history = History { joint, worn: None, since, nth: 1 };
+            let findings = Findings::of(quantities.layout(), &history, &damage);
             let found = findings.all.iter().filter(|finding| finding.detected);
             found.map(Finding::label).collect()
         };

@@ -123,27 +123,25 @@ impl LearntUnit {
         (numbers, of_other.unwrap_or(known.len()))
     }
 
-    /// The recordings as they are explained together with one of a session, and that session's
-    /// number.
-    pub(crate) fn earlier(&self, session: Option<&str>) -> (Vec<OfUnit<'_>>, usize) {
+    /// The recordings as they are explained together with one of a session.
+    pub(crate) fn earlier(&self, session: Option<&str>) -> Earlier<'_> {
         let (numbers, of_other) = self.session_numbers(session);
-        let mut since: Vec<usize> = Vec::new();
-        let earlier = self.recordings.iter().zip(numbers).map(|(recording, session)| {
+        let mut later: Vec<(usize, [u32; Component::COUNT])> = Vec::new();
+        let others = self.recordings.iter().zip(numbers).map(|(recording, session)| {
+            let replaced = recording.replaced;
             let wear = match recording.state {
                 UnitState::AsNew => Wear::AsNew,
                 UnitState::Since => {
-                    let place = since.iter().position(|one| *one == session);
-                    let place = place.unwrap_or_else(|| {
-                        since.push(session);
-                        since.len() - 1
-                    });
-                    Wear::Since(place + 1)
+                    later.push((session, replaced));
+                    Wear::Since(sessions_worn(&later))
                 }
             };
-            let replaced = recording.replaced;
             OfUnit { evidence: &recording.evidence, session, wear, replaced }
         });
-        (earlier.collect(), of_other)
+        let others = others.collect();
+        let nth = later.len() + 1;
+        later.push((of_other, self.replaced));
+        Earlier { others, session: of_other, worn: Wear::Since(sessions_worn(&later)), nth }
     }
 
     /// True where the unit was learnt with a bundle of this model, test and set of numbers.
@@ -169,6 +167,35 @@ impl LearntUnit {
             (bundle.experiment.model_name.clone(), bundle.experiment.name.clone());
         Err(OtherBundle { model, command })
     }
+}
+
+/// Recordings of a unit beside one that is diagnosed.
+#[derive(Clone, Debug)]
+pub(crate) struct Earlier<'a> {
+    pub(crate) others: Vec<OfUnit<'a>>,
+    /// Number of the session diagnosed.
+    pub(crate) session: usize,
+    /// Wear that the recording diagnosed has where parts wear alike each session.
+    pub(crate) worn: Wear,
+    /// Place of the recording diagnosed among those that are not as new, from 1.
+    pub(crate) nth: usize,
+}
+
+/// Sessions of each component after those in which it was new, up to the last of some recordings that
+/// are not as new, each given by its session and the parts replaced before it.
+///
+/// The first session of a part that was replaced is its session as new.
+fn sessions_worn(later: &[(usize, [u32; Component::COUNT])]) -> [usize; Component::COUNT] {
+    let mut worn = [0; Component::COUNT];
+    let Some((_, latest)) = later.last() else { return worn };
+    for (component, count) in worn.iter_mut().enumerate() {
+        let same = later.iter().filter(|(_, replaced)| replaced[component] == latest[component]);
+        let mut sessions: Vec<usize> = same.map(|(session, _)| *session).collect();
+        sessions.sort_unstable();
+        sessions.dedup();
+        *count = sessions.len() - usize::from(latest[component] > 0);
+    }
+    worn
 }
 
 /// Identity of what evidence is on: the datasets of a bundle, and the numbers that show.

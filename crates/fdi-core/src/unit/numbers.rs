@@ -84,7 +84,7 @@ impl Diagnoser {
     pub fn unit_numbers(&self, unit: &LearntUnit) -> Result<LearntNumbers, UnitLearningError> {
         let quantities = self.learnt.quantities();
         unit.check_basis(self.bundle(), &quantities)?;
-        let (all, _) = unit.earlier(None);
+        let all = unit.earlier(None).others;
         let joint = Joint::learnt(&quantities, &all, &unit.replaced);
         let fit = joint.and_then(|joint| joint.as_built(&unit.replaced));
         let fit = fit.ok_or(UnitLearningError::Undetermined)?;

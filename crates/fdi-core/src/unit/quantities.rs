@@ -70,6 +70,8 @@ pub(crate) struct Bent {
     pub(crate) damage: Vec<usize>,
     /// Imbalances of phases A and B.
     pub(crate) imbalance: Option<[usize; 2]>,
+    /// Play over that as built.
+    pub(crate) play: Option<usize>,
 }
 
 /// From unknowns to quantities, and from quantities to a machine.
@@ -157,7 +159,11 @@ impl Quantities {
         let place = |of: usize| self.shown.iter().position(|&shown| shown == of);
         let damage = [FRICTION, PLAY, IMBALANCE_A, IMBALANCE_B, ECCENTRICITY_COS, ECCENTRICITY_SIN];
         let imbalance = place(IMBALANCE_A).zip(place(IMBALANCE_B)).map(|(a, b)| [a, b]);
-        Bent { damage: damage.into_iter().filter_map(place).collect(), imbalance }
+        Bent {
+            damage: damage.into_iter().filter_map(place).collect(),
+            imbalance,
+            play: place(PLAY),
+        }
     }
 
     /// Derivatives of the quantities, one row an unknown.

@@ -27,6 +27,10 @@ const NUMBER_REACH: f64 = 4.0;
 /// Difference of a quantity for its slope over its spread in the design: large against the kinks
 /// of the controller's ticks, small against what bends.
 const STEP_OF_SPREAD: f64 = 0.07;
+/// Covariances of the model's error that are tried before the one that the search ends with.
+const COVARIANCES: usize = 2;
+/// Difference of the share of a wide play that changes no answer.
+const SAME_WIDENESS: f64 = 0.1;
 
 /// Why a unit's recording cannot be explained.
 #[derive(Debug, thiserror::Error)]
@@ -74,6 +78,8 @@ pub(crate) struct UnitFit {
     pub(crate) misfit: f64,
     /// Part of the residual that noise and learnt error explain, A.
     pub(crate) floor_a: f64,
+    /// Share of the covariance of a wide play that it was weighed with.
+    pub(crate) wideness: f64,
     pub(crate) converged: bool,
     /// Simulations of the low-fidelity model.
     pub(crate) evaluations: u64,
@@ -88,20 +94,31 @@ pub(crate) fn explain(
 ) -> Result<UnitFit, UnitSearchError> {
     let layout = quantities.layout();
     let whole = joined(&error.covariance, observed.noise);
-    let floor_a = whole.mean_diagonal().sqrt();
     let mut compared = Compared {
         quantities,
         error,
         observed,
         monitor: UnitMonitor::new(experiment, quantities, observed.start_angle_rad),
+        floor_a: whole.mean_diagonal().sqrt(),
         cholesky: whole.cholesky()?,
+        wideness: 0.0,
         shares: None,
         white_slopes: Vec::new(),
         evaluations: 0,
     };
-    let start = vec![0.0; layout.len()];
+    let mut start = vec![0.0; layout.len()];
+    for _ in 0..COVARIANCES {
+        let found = most_probable(&mut compared, &unknowns(layout), &start)?;
+        let found = found.ok_or(UnitSearchError::Undetermined)?;
+        let wideness = error.wideness(&quantities.at(&found.numbers));
+        if (wideness - compared.wideness).abs() < SAME_WIDENESS {
+            return compared.fit(found);
+        }
+        compared.use_covariance(wideness)?;
+        start = found.numbers;
+    }
     let found = most_probable(&mut compared, &unknowns(layout), &start)?;
-    compared.fit(found.ok_or(UnitSearchError::Undetermined)?, floor_a)
+    compared.fit(found.ok_or(UnitSearchError::Undetermined)?)
 }
 
 /// The unknowns with their priors: none for damage.
@@ -126,6 +143,9 @@ struct Compared<'a> {
     observed: &'a Observed<'a>,
     monitor: UnitMonitor<'a>,
     cholesky: BandedCholesky,
+    /// Share of the covariance of a wide play.
+    wideness: f64,
+    floor_a: f64,
     /// Shares of the sensors at the last point.
     shares: Option<SensorShares>,
     /// White slopes of the signal in all that it shows, at the last point asked for.
@@ -178,7 +198,15 @@ impl Compared<'_> {
         slopes
     }
 
-    fn fit(&mut self, found: MostProbable, floor_a: f64) -> Result<UnitFit, UnitSearchError> {
+    /// Weighs with another covariance of the model's error.
+    fn use_covariance(&mut self, wideness: f64) -> Result<(), NotPositiveDefinite> {
+        let whole = joined(&self.error.covariance_of(wideness), self.observed.noise);
+        (self.wideness, self.floor_a) = (wideness, whole.mean_diagonal().sqrt());
+        self.cholesky = whole.cholesky()?;
+        Ok(())
+    }
+
+    fn fit(&mut self, found: MostProbable) -> Result<UnitFit, UnitSearchError> {
         let residual_a = self.residual_a(&found.numbers)?;
         let samples = self.observed.signal_a.len();
         let white = &found.white[..samples];
@@ -200,7 +228,8 @@ impl Compared<'_> {
             covariance: block(&found.covariance, damage),
             known_numbers: known_numbers.ok_or(UnitSearchError::Undetermined)?,
             residual_a,
-            floor_a,
+            floor_a: self.floor_a,
+            wideness: self.wideness,
             converged: found.converged,
             evaluations: self.evaluations,
         })
@@ -220,8 +249,8 @@ impl Compared<'_> {
                 weighted
             })
             .collect();
-        let spread: Vec<Vec<f64>> =
-            through.iter().map(|row| self.error.covariance.times(row)).collect();
+        let covariance = self.error.covariance_of(self.wideness);
+        let spread: Vec<Vec<f64>> = through.iter().map(|row| covariance.times(row)).collect();
         // one order of each product, so that the matrix is its own transpose to the last bit
         let entry =
             |i: usize, j: usize| self.error.shared * dot(&through[i.max(j)], &spread[i.min(j)]);

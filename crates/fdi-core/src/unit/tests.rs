@@ -5,7 +5,7 @@ use inference::BandedMatrix;
 use super::{
     error::UnitError,
     evidence::{Evidence, TemperatureReading},
-    finding::{Findings, Since},
+    finding::{Findings, History, Since},
     joint::{DamageFit, Joint, OfUnit, Wear},
     learnt_unit::{LearntUnit, UnitRecording, UnitState},
     monitor::UnitMonitor,
@@ -115,7 +115,8 @@ fn findings_tell_a_phase_and_leave_a_weak_magnet_open() {
         let own = of_unit(&fit, 0);
         let joint = Joint::new(&chirp.quantities, &[], &own, &fit.point).unwrap();
         let layout = chirp.quantities.layout();
-        let findings = Findings::of(layout, &joint, &DamageFit::from(&fit), Since::AsBuilt);
+        let history = History { joint, worn: None, since: Since::AsBuilt, nth: 1 };
+        let findings = Findings::of(layout, &history, &DamageFit::from(&fit));
         let ids = findings.all.iter().filter(|one| one.detected).map(|one| one.id.clone());
         ids.collect::<Vec<_>>()
     };
@@ -173,7 +174,8 @@ fn a_change_is_told_from_what_was_there_as_built() {
         let joint = Joint::new(&chirp.quantities, &others, &own, &later.point).unwrap();
         let damage = joint.damage().unwrap();
         let layout = chirp.quantities.layout();
-        let findings = Findings::of(layout, &joint, &damage, Since::References);
+        let history = History { joint, worn: None, since: Since::References, nth: 1 };
+        let findings = Findings::of(layout, &history, &damage);
         let ids = findings.all.iter().filter(|one| one.detected).map(|one| one.id.clone());
         (damage.estimate, ids.collect::<Vec<_>>())
     };
@@ -200,6 +202,83 @@ fn a_part_that_was_replaced_is_not_known() {
     let gear = stds([0, 1, 0]);
     assert!((motor[0] / play - 1.0).abs() < 0.05 && motor[1] > 5.0 * eccentricity, "{motor:?}");
     assert!(gear[0] > 5.0 * play && (gear[1] / eccentricity - 1.0).abs() < 0.05, "{gear:?}");
+}
+
+/// A unit of recordings as new and of later sessions, with the parts replaced before each of these.
+fn unit_of(as_new: &[&UnitFit], later: &[(&UnitFit, [u32; 3])]) -> LearntUnit {
+    let recording = |fit: &UnitFit, day: usize, state, replaced| UnitRecording {
+        name: format!("{day}.csv"),
+        session: Some(format!("day {day}")),
+        state,
+        replaced,
+        evidence: fit.evidence.clone(),
+    };
+    let first = as_new.iter().enumerate();
+    let first = first.map(|(day, fit)| recording(fit, day, UnitState::AsNew, [0; 3]));
+    let since = later.iter().enumerate().map(|(day, (fit, replaced))| {
+        recording(fit, as_new.len() + day, UnitState::Since, *replaced)
+    });
+    LearntUnit {
+        actuator_id: None,
+        model_name: "ema-48".to_owned(),
+        command: "chirp".to_owned(),
+        basis: String::new(),
+        replaced: later.last().map_or([0; 3], |(_, replaced)| *replaced),
+        recordings: first.chain(since).collect(),
+    }
+}
+
+/// Findings that a recording of a new day shows with the others of a unit.
+fn found_beside(chirp: &Chirp, unit: &LearntUnit, own: &UnitFit) -> Vec<String> {
+    let earlier = unit.earlier(Some("another day"));
+    let one = OfUnit { replaced: unit.replaced, ..of_unit(own, earlier.session) };
+    let joint = Joint::new(&chirp.quantities, &earlier.others, &one, &own.point).unwrap();
+    let damage = joint.damage().unwrap();
+    let worn = OfUnit { wear: earlier.worn, ..one };
+    let worn = Joint::worn(&chirp.quantities, &earlier.others, &worn, &own.point);
+    let since = Since::References;
+    let history = History { joint, worn, since, nth: earlier.nth };
+    let findings = Findings::of(chirp.quantities.layout(), &history, &damage);
+    let ids = findings.all.iter().filter(|one| one.detected).map(|one| one.id.clone());
+    ids.collect()
+}
+
+#[test]
+fn a_slow_wear_is_found_over_the_sessions_and_none_where_there_is_none() {
+    let chirp = Chirp::new();
+    let fit = |k2: f64| chirp.fit(&chirp.signal(&chirp.point(&[("k2", k2)])));
+    let (new, worn): (UnitFit, Vec<UnitFit>) =
+        (fit(0.0), (1..=6).map(|session| fit(3e-4 * f64::from(session))).collect());
+    let later: Vec<_> = worn[..5].iter().map(|fit| (fit, [0; 3])).collect();
+    let unit = unit_of(&[&new; 4], &later);
+    assert_eq!(unit.earlier(None).nth, 6);
+    assert!(found_beside(&chirp, &unit, &worn[5]).contains(&"play".to_owned()));
+    // anti-test: the same sessions without wear
+    let healthy = unit_of(&[&new; 4], &[(&new, [0; 3]); 5]);
+    assert_eq!(found_beside(&chirp, &healthy, &new), Vec::<String>::new());
+}
+
+#[test]
+fn wear_is_counted_from_the_replacement_of_a_part() {
+    let chirp = Chirp::new();
+    let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
+    let (old, gear) = ([0; 3], [0, 1, 0]);
+    let unit = unit_of(&[&fit], &[(&fit, old), (&fit, old), (&fit, gear), (&fit, gear)]);
+    let earlier = unit.earlier(Some("another day"));
+    let worn: Vec<Wear> = earlier.others.iter().map(|one| one.wear).chain([earlier.worn]).collect();
+    // motor, gear, sensors: the first session with another gear has that gear as new
+    let since = |sessions: [usize; 3]| Wear::Since(sessions);
+    assert_eq!(
+        worn,
+        [
+            Wear::AsNew,
+            since([1, 1, 1]),
+            since([2, 2, 2]),
+            since([3, 0, 3]),
+            since([4, 1, 4]),
+            since([5, 2, 5]),
+        ]
+    );
 }
 
 #[test]
