@@ -19,7 +19,7 @@
 //! # Source
 //!
 //! Likelihood ratio (Wilks, Ann. Math. Stat. 9, 1938), Bonferroni's inequality, spending of an error
-//! rate over a sequence (Lan and DeMets, Biometrika 70, 1983); `docs/models/units.md`.
+//! rate over a sequence (Lan and `DeMets`, Biometrika 70, 1983); `docs/models/units.md`.
 
 use ema_sim::{Parameter, UncertainNumber};
 use nalgebra::{DMatrix, DVector};
@@ -66,7 +66,7 @@ pub(crate) enum Since {
 pub(crate) struct History<'a> {
     /// The recording diagnosed with others, its damage looked for by itself.
     pub(crate) joint: Joint<'a>,
-    /// The same recordings with the damage a wear; `None` where none of them is of a later session.
+    /// Fit of the recordings with the damage a wear; `None` where none of them is of a later session.
     pub(crate) worn: Option<Joint<'a>>,
     pub(crate) since: Since,
     /// Place of the recording among those since the unit was new, from 1.

@@ -363,8 +363,8 @@ impl<'a> Joint<'a> {
         self.sum_of(&Constrained::new(self, &damage, weights))
     }
 
-    /// The same with the wear of a session at right angles to some weights; `None` where a part that
-    /// they weigh has not worn since it was replaced.
+    /// Least sum of squares with the wear of a session at right angles to some weights; `None` where a part
+    /// that they weigh has not worn since it was replaced.
     pub(crate) fn least_sum_of_wear(&self, weights: &[Vec<f64>]) -> Option<f64> {
         let latest = &self.seen.last()?.replaced;
         let sought = self.quantities.layout().sought.iter().enumerate();
@@ -500,7 +500,7 @@ struct Constrained<'a> {
 }
 
 impl<'a> Constrained<'a> {
-    /// Of the unknowns of a damage, one a coordinate, a row of weights takes out the one that weighs
+    /// Each row of weights takes out, of the unknowns of a damage (one a coordinate), the one that weighs
     /// most.
     fn new(joint: &'a Joint<'a>, damage: &[usize], weights: &[Vec<f64>]) -> Self {
         let bound = weights.iter().filter_map(|row| {
