@@ -34,6 +34,11 @@ pub trait Whitened {
     ///
     /// Where the function cannot be had.
     fn slopes(&mut self, numbers: &[f64]) -> Result<Vec<Vec<f64>>, Self::Error>;
+
+    /// True where no further step may be taken: a search then ends where it is, not converged.
+    fn is_spent(&self) -> bool {
+        false
+    }
 }
 
 /// One number that is looked for.
@@ -129,7 +134,7 @@ pub fn most_probable<W: Whitened>(
             converged = true;
             break;
         }
-        if steps == MOST_STEPS {
+        if steps == MOST_STEPS || data.is_spent() {
             break;
         }
         steps += 1;
@@ -206,9 +211,14 @@ mod tests {
     struct Decay {
         seen: Vec<f64>,
         evaluations: usize,
+        most_evaluations: usize,
     }
 
     impl Decay {
+        fn of(numbers: [f64; 2], most_evaluations: usize) -> Self {
+            Self { seen: Self::predicted(&numbers), evaluations: 0, most_evaluations }
+        }
+
         fn predicted(numbers: &[f64]) -> Vec<f64> {
             (0..10).map(|t| (-numbers[0] * f64::from(t)).exp() + numbers[1]).collect()
         }
@@ -227,13 +237,17 @@ mod tests {
             let of_rate = (0..10).map(|t| -1e3 * f64::from(t) * (-numbers[0] * f64::from(t)).exp());
             Ok(vec![of_rate.collect(), vec![1e3; 10]])
         }
+
+        fn is_spent(&self) -> bool {
+            self.evaluations >= self.most_evaluations
+        }
     }
 
     const FREE: Unknown = Unknown { prior_std: None, reach: 0.3 };
 
     #[test]
     fn a_bent_function_is_followed_to_the_truth() {
-        let mut data = Decay { seen: Decay::predicted(&[0.7, 0.2]), evaluations: 0 };
+        let mut data = Decay::of([0.7, 0.2], usize::MAX);
         let found = most_probable(&mut data, &[FREE; 2], &[0.1, 0.0]).unwrap().unwrap();
         assert!(found.converged && data.evaluations < 20, "{found:?}");
         assert!((found.numbers[0] - 0.7).abs() < 1e-4, "{found:?}");
@@ -241,8 +255,21 @@ mod tests {
     }
 
     #[test]
+    fn a_search_whose_evaluations_are_spent_has_not_converged() {
+        let mut data = Decay::of([0.7, 0.2], 2);
+        let found = most_probable(&mut data, &[FREE; 2], &[0.1, 0.0]).unwrap().unwrap();
+        assert!(!found.converged, "{found:?}");
+        assert!((found.numbers[0] - 0.7).abs() > 1e-2, "{found:?}");
+        // one step may try shorter ones
+        assert!(data.evaluations <= 1 + SHARES.len(), "{}", data.evaluations);
+        // at its end from the start it has, whatever it may spend
+        let mut data = Decay::of([0.7, 0.2], 0);
+        assert!(most_probable(&mut data, &[FREE; 2], &[0.7, 0.2]).unwrap().unwrap().converged);
+    }
+
+    #[test]
     fn the_data_leave_to_the_prior_what_they_do_not_show() {
-        let mut data = Decay { seen: Decay::predicted(&[0.7, 0.2]), evaluations: 0 };
+        let mut data = Decay::of([0.7, 0.2], usize::MAX);
         let known = Unknown { prior_std: Some(1e-6), ..FREE };
         let found = most_probable(&mut data, &[known, FREE], &[0.0, 0.0]).unwrap().unwrap();
         assert!(found.numbers[0].abs() < 1e-3, "{found:?}");

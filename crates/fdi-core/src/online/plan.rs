@@ -49,6 +49,8 @@ pub(crate) struct Budget {
     pub(crate) free_start: usize,
     pub(crate) scalar: usize,
     pub(crate) composite: usize,
+    /// Of a machine within its tolerances.
+    pub(crate) unit: u64,
 }
 
 /// Resolved options.
@@ -98,6 +100,7 @@ impl Plan {
             free_start: most(FREE_START_EVALUATIONS),
             scalar: most(scalar_search::default_budget(experiment.sought_indices().len())),
             composite: most(COMPOSITE_EVALUATIONS),
+            unit: options.max_evaluations.map_or(u64::MAX, |most| most as u64),
         };
         let freedom = Freedom::of(options, experiment);
         let tolerance = tolerance(options, freedom.is_some());

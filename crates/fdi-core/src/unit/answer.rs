@@ -108,6 +108,7 @@ impl Run<'_> {
                     noise: &noise,
                     temperature,
                 },
+                self.plan.budget.unit,
             )
         };
         let first = fitted(told.map_or(self.learnt.bundle.noise_a, |noise| noise.level_a))?;
@@ -156,7 +157,7 @@ impl Run<'_> {
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let layout = quantities.layout();
         let adequate = is_adequate(error, fit);
-        let unfinished = !fit.converged && !adequate;
+        let unfinished = fit.cut_short || (!fit.converged && !adequate);
         let unit = self.plan.unit.as_deref().filter(|_| adequate);
         let (history, damage) = self.with_unit(unit, quantities, fit)?;
         let since = history.since;
@@ -191,7 +192,7 @@ impl Run<'_> {
         } else {
             Verdict::Undetermined
         };
-        let mut notices = notices(unfinished, &faults, verdict, &hidden, since);
+        let mut notices = notices(End::of(unfinished, fit), &faults, verdict, &hidden, since);
         notices.extend(limits);
         notices.extend(unit.map(unit_notice));
         (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
@@ -200,7 +201,7 @@ impl Run<'_> {
             recording: String::new(),
             actuator_id: None,
             date: None,
-            status: if adequate { Status::Ok } else { Status::Partial },
+            status: if adequate && !unfinished { Status::Ok } else { Status::Partial },
             verdict,
             bundle: None,
             method: Method::Gls,
@@ -323,20 +324,49 @@ fn hidden(faults: &[Fault], since: Since) -> Vec<(FaultId, f64)> {
 }
 
 /// Notices of what limits an answer.
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    Finished,
+    /// Its evaluations were spent.
+    Spent,
+    /// Its steps led to no explanation.
+    Unexplained,
+}
+
+impl End {
+    fn of(unfinished: bool, fit: &UnitFit) -> Self {
+        match (unfinished, fit.cut_short) {
+            (false, _) => Self::Finished,
+            (true, true) => Self::Spent,
+            (true, false) => Self::Unexplained,
+        }
+    }
+
+    /// Where a search ended that is not finished.
+    fn unfinished(self) -> Option<&'static str> {
+        match self {
+            Self::Finished => None,
+            Self::Spent => Some("when the evaluations allowed were spent"),
+            Self::Unexplained => Some("where the model does not explain the recording"),
+        }
+    }
+}
+
 fn notices(
-    unfinished: bool,
+    end: End,
     faults: &[Fault],
     verdict: Verdict,
     hidden: &[(FaultId, f64)],
     since: Since,
 ) -> Vec<Notice> {
     let mut notices = Vec::new();
-    if unfinished {
+    if let Some(ended) = end.unfinished() {
         notices.push(Notice {
             code: NoticeCode::SearchUnfinished,
-            message: "the search ended where the model does not explain the recording; the levels \
-                      are where it stopped, and nothing is decided"
-                .to_owned(),
+            message: format!(
+                "the search ended {ended}; the levels are where it stopped, and nothing is decided"
+            ),
         });
     } else if faults[5].value.is_some() && faults[6].value.is_none() {
         notices.push(Notice {

@@ -81,16 +81,20 @@ pub(crate) struct UnitFit {
     /// Share of the covariance of a wide play that it was weighed with.
     pub(crate) wideness: f64,
     pub(crate) converged: bool,
+    /// True where the evaluations were spent before it converged.
+    pub(crate) cut_short: bool,
     /// Simulations of the low-fidelity model.
     pub(crate) evaluations: u64,
 }
 
-/// Explains a recording of a unit.
+/// Explains a recording of a unit. A step that has begun is finished, so that the search takes more
+/// evaluations than the most asked for by less than one step's.
 pub(crate) fn explain(
     experiment: &Experiment,
     quantities: &Quantities,
     error: &UnitError,
     observed: &Observed<'_>,
+    most_evaluations: u64,
 ) -> Result<UnitFit, UnitSearchError> {
     let layout = quantities.layout();
     let whole = joined(&error.covariance, observed.noise);
@@ -105,13 +109,14 @@ pub(crate) fn explain(
         shares: None,
         white_slopes: Vec::new(),
         evaluations: 0,
+        most_evaluations,
     };
     let mut start = vec![0.0; layout.len()];
     for _ in 0..COVARIANCES {
         let found = most_probable(&mut compared, &unknowns(layout), &start)?;
         let found = found.ok_or(UnitSearchError::Undetermined)?;
         let wideness = error.wideness(&quantities.at(&found.numbers));
-        if (wideness - compared.wideness).abs() < SAME_WIDENESS {
+        if (wideness - compared.wideness).abs() < SAME_WIDENESS || compared.is_spent() {
             return compared.fit(found);
         }
         compared.use_covariance(wideness)?;
@@ -151,6 +156,8 @@ struct Compared<'a> {
     /// White slopes of the signal in all that it shows, at the last point asked for.
     white_slopes: Vec<Vec<f64>>,
     evaluations: u64,
+    /// Evaluations after which no further step is taken.
+    most_evaluations: u64,
 }
 
 impl Compared<'_> {
@@ -230,6 +237,7 @@ impl Compared<'_> {
             residual_a,
             floor_a: self.floor_a,
             wideness: self.wideness,
+            cut_short: !found.converged && self.is_spent(),
             converged: found.converged,
             evaluations: self.evaluations,
         })
@@ -309,5 +317,9 @@ impl Whitened for Compared<'_> {
         }
         self.white_slopes = white;
         Ok(slopes)
+    }
+
+    fn is_spent(&self) -> bool {
+        self.evaluations >= self.most_evaluations
     }
 }

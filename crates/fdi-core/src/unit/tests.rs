@@ -51,6 +51,10 @@ impl Chirp {
     }
 
     fn fit(&self, signal_a: &[f64]) -> UnitFit {
+        self.fit_within(signal_a, u64::MAX)
+    }
+
+    fn fit_within(&self, signal_a: &[f64], most_evaluations: u64) -> UnitFit {
         let observed = Observed {
             signal_a,
             start_angle_rad: 0.0,
@@ -58,7 +62,8 @@ impl Chirp {
             noise: &self.noise,
             temperature: None,
         };
-        explain(&self.bundle.experiment, &self.quantities, self.error(), &observed).unwrap()
+        let experiment = &self.bundle.experiment;
+        explain(experiment, &self.quantities, self.error(), &observed, most_evaluations).unwrap()
     }
 
     fn point(&self, set: &[(&str, f64)]) -> Vec<f64> {
@@ -88,6 +93,25 @@ fn what_the_current_cannot_tell_is_left_to_the_tolerances() {
     assert_abs_diff_eq!(std(1) / (0.30 / 99.0), 1.0, epsilon = 0.02);
     // eccentricity as built, 2 % over both directions
     assert_abs_diff_eq!(std(5) / (0.02 / 2f64.sqrt()), 1.0, epsilon = 0.01);
+}
+
+#[test]
+fn a_search_ends_when_its_evaluations_are_spent() {
+    let chirp = Chirp::new();
+    let worn = chirp.signal(&chirp.point(&[("k3", 0.05), ("k2", 0.04)]));
+    let whole = chirp.fit(&worn);
+    assert!(whole.converged && !whole.cut_short, "{} evaluations", whole.evaluations);
+    let short = chirp.fit_within(&worn, 1);
+    assert!(short.cut_short && !short.converged, "{} evaluations", short.evaluations);
+    // the slopes at the start, and the point that it ends with
+    assert!(
+        2 * short.evaluations < whole.evaluations,
+        "{}, {}",
+        short.evaluations,
+        whole.evaluations
+    );
+    let same = chirp.fit_within(&worn, whole.evaluations);
+    assert_eq!((same.point, same.cut_short), (whole.point, false));
 }
 
 #[test]
