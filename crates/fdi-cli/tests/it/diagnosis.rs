@@ -284,6 +284,27 @@ fn the_paper_s_methods_answer_too() {
 }
 
 #[test]
+fn a_diagnosis_within_tolerances_ends_with_its_evaluations() {
+    let path = committed("recordings/r01.csv.gz");
+    let answer = |more: &[&str]| -> RecordDiagnosis {
+        let mut command = Command::cargo_bin("fdi").unwrap();
+        let arguments = ["diagnose", "--stable", "--output-format", "json", &path];
+        let output = command.args(arguments).args(more).output().unwrap();
+        let mut diagnosis: Diagnosis = serde_json::from_slice(&output.stdout).unwrap();
+        diagnosis.records.remove(0)
+    };
+    let is_unfinished = |answer: &RecordDiagnosis| {
+        answer.notices.iter().any(|notice| notice.code == NoticeCode::SearchUnfinished)
+    };
+    let short = answer(&["--max-evaluations", "1"]);
+    assert!(is_unfinished(&short), "{:?}", short.notices);
+    assert_eq!((short.verdict, short.status), (Verdict::Undetermined, Status::Partial));
+    let whole = answer(&["--max-evaluations", "1000"]);
+    assert!(!is_unfinished(&whole), "{:?}", whole.notices);
+    assert!(short.evaluations < whole.evaluations);
+}
+
+#[test]
 fn what_does_not_fit_the_bundle_is_refused_in_one_line() {
     let envelope = |rate_hz: f64, samples: u32, metadata: &str| {
         let mut text = format!("{metadata}time_s,current_a\n");
