@@ -24,7 +24,7 @@ use std::sync::Arc;
 use crate::{
     controller::{Cascade, Measured},
     effect::{
-        Effect, Geometry,
+        Effect, Geometry, MachineScales,
         capabilities::{ModelCapabilities, WindingModel},
     },
     ended::Ended,
@@ -123,6 +123,27 @@ impl LowFidelity {
         load.check()?;
         self.load = Arc::new(load);
         Ok(self)
+    }
+
+    /// Scales of the machine in a run of the test.
+    pub fn scales(&self, trace: &LowFidelityTrace) -> MachineScales {
+        let rms = |values: &[f64]| {
+            (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+        };
+        let steps = trace.motor_angle_rad.windows(2);
+        let speeds: Vec<f64> = steps.map(|pair| (pair[1] - pair[0]) * trace.rate_hz).collect();
+        let angles = trace.motor_angle_rad.iter();
+        let [least, most] =
+            angles.fold([0.0, 0.0], |[least, most]: [f64; 2], &x| [least.min(x), most.max(x)]);
+        let (motor_travel, drive) = (0.5 * (most - least), rms(&trace.current_a));
+        MachineScales {
+            torque: drive * self.actuator.motor.back_emf_v_s_per_rad,
+            drive,
+            speed: rms(&speeds),
+            travel: motor_travel / self.actuator.transmission.gear_ratio,
+            motor_travel,
+            sample_s: 1.0 / trace.rate_hz,
+        }
     }
 
     /// Cuts segments to a share of their length, rounded up to whole parts: of

@@ -205,10 +205,10 @@ impl Diagnoser {
         let unused = match run.within_tolerances() {
             Ok((error, angle_rad)) => {
                 match run.diagnose_unit(error, angle_rad) {
-                    Ok((answer, posterior)) if answer.fit.adequate => {
-                        return Ok((answer, posterior));
+                    Ok(found) if found.is_to_the_noise => {
+                        return Ok((found.answer, found.posterior));
                     }
-                    Ok(inadequate) => within = Some(inadequate),
+                    Ok(found) => within = Some((found.answer, found.posterior)),
                     // damage far beyond the incipient: a search from the machine as new runs away
                     Err(DiagnoseError::Unit(_)) => {}
                     Err(error) => return Err(error),

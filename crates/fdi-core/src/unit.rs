@@ -7,6 +7,7 @@ pub(crate) mod error;
 pub(crate) mod evidence;
 pub(crate) mod file;
 pub(crate) mod finding;
+pub(crate) mod foreign;
 pub(crate) mod joint;
 pub(crate) mod layout;
 pub(crate) mod learning;

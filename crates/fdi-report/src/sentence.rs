@@ -1,6 +1,8 @@
 //! Meaning of a diagnosis, in sentences that an engineer can act on.
 
-use crate::{Fault, FaultId, Finding, INCIPIENT_LEVEL, RecordDiagnosis, Verdict};
+use crate::{
+    Fault, FaultId, Finding, INCIPIENT_LEVEL, Notice, NoticeCode, RecordDiagnosis, Verdict,
+};
 
 /// Friction at k1 = 1 is three times nominal: FREEDOM paper, Table 1, read linearly.
 const FRICTION_GAIN: f64 = 2.0;
@@ -55,6 +57,10 @@ pub fn detected_findings(record: &RecordDiagnosis) -> Option<String> {
 }
 
 fn residual(record: &RecordDiagnosis) -> String {
+    let is_form = |notice: &&Notice| notice.code == NoticeCode::UnmodelledPhysics;
+    if let Some(form) = record.notices.iter().find(is_form) {
+        return form.message.clone();
+    }
     let (rms_a, floor_a) = (record.fit.rms_a, record.fit.noise_floor_a);
     let times = if floor_a > 0.0 { rms_a / floor_a } else { f64::INFINITY };
     format!(
@@ -120,7 +126,7 @@ pub(crate) fn to_digits_of(value: f64, std: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Notice, NoticeCode, document::finding_tests::finding};
+    use crate::document::finding_tests::finding;
 
     const SHORTS: [&str; 4] = ["k3", "k4", "k5", "motor.back-emf-v-s-per-rad"];
 

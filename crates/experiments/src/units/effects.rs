@@ -130,25 +130,7 @@ impl<'a> Usual<'a> {
         let low = LowFidelity::new(actuator, scenario)?;
         let healthy = PhysicalFaults::from(&FaultCoordinates([0.0; 7]));
         let trace = low.try_simulate(&healthy)?;
-        let rms = |values: &[f64]| {
-            (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
-        };
-        let steps = trace.motor_angle_rad.windows(2);
-        let speeds: Vec<f64> = steps.map(|pair| (pair[1] - pair[0]) * trace.rate_hz).collect();
-        let travel = trace
-            .motor_angle_rad
-            .iter()
-            .fold([0.0, 0.0], |[least, most]: [f64; 2], &x| [least.min(x), most.max(x)]);
-        let motor_travel = 0.5 * (travel[1] - travel[0]);
-        let drive = rms(&trace.current_a);
-        let scales = MachineScales {
-            torque: drive * actuator.motor.back_emf_v_s_per_rad,
-            drive,
-            speed: rms(&speeds),
-            travel: motor_travel / actuator.transmission.gear_ratio,
-            motor_travel,
-            sample_s: 1.0 / trace.rate_hz,
-        };
+        let scales = low.scales(&trace);
         let high = HighFidelity::new(actuator, &scenario.clone().with_real_electronics(1))?;
         let is_taken = |id: &EffectId| {
             let effect = [Effect::new(*id, Geometry::Rotary)];

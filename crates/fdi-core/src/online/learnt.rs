@@ -2,6 +2,7 @@
 
 use std::{convert::Infallible, f64::consts::TAU, sync::Arc};
 
+use ema_sim::SimulationError;
 use inference::BandedMatrix;
 
 use crate::{
@@ -23,7 +24,11 @@ use crate::{
     },
     simulation::experiment::Monitor,
     statistics::noise_covariance::unit_noise_at_rate,
-    unit::quantities::Quantities,
+    unit::{
+        foreign::{EffectSlopes, absent},
+        monitor::UnitMonitor,
+        quantities::Quantities,
+    },
 };
 
 /// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
@@ -38,6 +43,8 @@ const NUMBERS_KEPT: usize = 16_000_000;
 const LIKELIHOODS_KEPT: [usize; 2] = [2, 64];
 /// Rates of the phase samples whose noise is kept.
 const RATES_KEPT: usize = 64;
+/// Start angles whose slopes in effects are kept.
+const STARTS_KEPT: usize = 16;
 
 /// A bundle with what is learnt from it when first needed.
 #[derive(Debug)]
@@ -60,6 +67,8 @@ pub(crate) struct Learnt {
     start_effects: Kept<(), Arc<Vec<Vec<f64>>>>,
     /// Quantities that the current of a machine within its tolerances shows.
     quantities: Kept<(), Arc<Quantities>>,
+    /// Slopes of the signal in effects that the model file does not have, by the start angle's bits.
+    effect_slopes: Kept<u64, Arc<Vec<EffectSlopes>>>,
     /// Covariance of the noise of one ampere.
     unit_noise: Kept<RateKey, Arc<BandedMatrix>>,
     likelihoods: Kept<LikelihoodKey, Arc<GridLikelihood>>,
@@ -101,6 +110,7 @@ impl Learnt {
             severe: Kept::at_most(1),
             start_effects: Kept::at_most(1),
             quantities: Kept::at_most(1),
+            effect_slopes: Kept::at_most(STARTS_KEPT),
             unit_noise: Kept::at_most(RATES_KEPT),
             likelihoods: Kept::at_most(levels),
             emulators: Kept::at_most(levels),
@@ -179,6 +189,20 @@ impl Learnt {
         let made = || Ok::<_, Infallible>(Arc::new(Quantities::new(&self.bundle.experiment)));
         let Ok(quantities) = self.quantities.get((), made);
         quantities
+    }
+
+    /// Slopes of the nominal machine's signal in effects that the model file does not have.
+    pub(crate) fn effect_slopes(
+        &self,
+        start_angle_rad: f64,
+    ) -> Result<Arc<Vec<EffectSlopes>>, SimulationError> {
+        self.effect_slopes.get(start_angle_rad.to_bits(), || {
+            let quantities = self.quantities();
+            let monitor = UnitMonitor::new(&self.bundle.experiment, &quantities, start_angle_rad);
+            let nominal = quantities.at(&vec![0.0; quantities.layout().len()]);
+            let effects = absent(&self.bundle.experiment.effects);
+            Ok(Arc::new(monitor.effect_slopes(&nominal, &effects)?))
+        })
     }
 
     /// Covariance of the noise of one ampere on phases sampled at a rate.

@@ -1,5 +1,6 @@
 //! Answer to a recording of a machine whose numbers are known to their tolerances.
 
+use ema_sim::EffectId;
 use inference::{NotPositiveDefinite, dot};
 
 use crate::{
@@ -46,6 +47,14 @@ pub(crate) fn beyond_incipient(has_unit: bool) -> Reason {
     }
 }
 
+/// Answer within the tolerances.
+pub(crate) struct Within {
+    pub(crate) answer: RecordDiagnosis,
+    pub(crate) posterior: Posterior,
+    /// True where noise and learnt error explain the residual's size, whatever its form is.
+    pub(crate) is_to_the_noise: bool,
+}
+
 impl Run<'_> {
     /// The error on machines within the tolerances and the start angle, where they are used; else
     /// why not, if they were asked for.
@@ -88,12 +97,13 @@ impl Run<'_> {
         &self,
         error: &UnitError,
         start_angle_rad: f64,
-    ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
+    ) -> Result<Within, DiagnoseError> {
         let experiment = self.experiment();
         let quantities = self.learnt.quantities();
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
         let told = self.told_noise(self.observation.noise_beside_gains_a);
         let temperature = self.temperature_reading();
+        let effects = self.learnt.effect_slopes(start_angle_rad).map_err(UnitSearchError::from)?;
         let fitted = |level_a: f64| {
             let noise = unit_noise.scaled(level_a * level_a);
             let signal_a = &self.observation.signal_a;
@@ -108,11 +118,12 @@ impl Run<'_> {
                     noise: &noise,
                     temperature,
                 },
+                &effects,
                 self.plan.budget.unit,
             )
         };
         let first = fitted(told.map_or(self.learnt.bundle.noise_a, |noise| noise.level_a))?;
-        let (noise, fit) = match told {
+        let (noise, mut fit) = match told {
             Some(noise) if is_adequate(error, &first) || !is_severe(&first) => (noise, first),
             // of damage beyond that of the units learnt the error is larger: the residual tells it
             _ => {
@@ -122,7 +133,12 @@ impl Run<'_> {
                 (Noise { level_a, source: NoiseSource::Residual }, fit)
             }
         };
-        self.unit_answer(error, &quantities, noise, &fit)
+        if quantities.layout().sought.iter().zip(&fit.point).any(is_unlearnt) {
+            // there the model's own error may have the form of anything
+            fit.evidence.foreign.clear();
+        }
+        let (answer, posterior) = self.unit_answer(error, &quantities, noise, &fit)?;
+        Ok(Within { is_to_the_noise: is_adequate(error, &fit), answer, posterior })
     }
 
     /// Temperature of the winding beyond that of the model file's numbers, where it was read.
@@ -156,9 +172,12 @@ impl Run<'_> {
         fit: &UnitFit,
     ) -> Result<(RecordDiagnosis, Posterior), DiagnoseError> {
         let layout = quantities.layout();
-        let adequate = is_adequate(error, fit);
-        let unfinished = fit.cut_short || (!fit.converged && !adequate);
-        let unit = self.plan.unit.as_deref().filter(|_| adequate);
+        let to_the_noise = is_adequate(error, fit);
+        let unfinished = fit.cut_short || (!fit.converged && !to_the_noise);
+        let unit = self.plan.unit.as_deref().filter(|_| to_the_noise);
+        let foreign = &fit.evidence.foreign;
+        let foreign_as_new = unit.is_some_and(LearntUnit::is_foreign_as_new);
+        let adequate = to_the_noise && (foreign.is_empty() || foreign_as_new);
         let (history, damage) = self.with_unit(unit, quantities, fit)?;
         let since = history.since;
         let findings = Findings::of(layout, &history, &damage);
@@ -166,7 +185,7 @@ impl Run<'_> {
             indices: layout.sought.clone(),
             estimate: damage.estimate,
             covariance: damage.covariance,
-            evidence: Some(fit.evidence.clone()),
+            evidence: to_the_noise.then(|| fit.evidence.clone()),
         };
         let mut faults = posterior.faults();
         for fault in &mut faults {
@@ -195,6 +214,7 @@ impl Run<'_> {
         let mut notices = notices(End::of(unfinished, fit), &faults, verdict, &hidden, since);
         notices.extend(limits);
         notices.extend(unit.map(unit_notice));
+        notices.extend(foreign_notice(foreign, foreign_as_new));
         (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
         let answer = RecordDiagnosis {
             recording_sha256: None,
@@ -287,6 +307,14 @@ fn is_adequate(error: &UnitError, fit: &UnitFit) -> bool {
     fit.misfit <= error.largest_misfit(MISFIT_DEVIATIONS)
 }
 
+/// True where a coordinate of damage is beyond its watch level, and beyond that of the units whose
+/// error was learnt.
+fn is_unlearnt((&coordinate, level): (&usize, &f64)) -> bool {
+    // both coordinates of eccentricity have the watch level of k6
+    let watch = WATCH_LEVELS[coordinate.min(WATCH_LEVELS.len() - 1)];
+    level.abs() > watch.max(TRAINED_LEVEL)
+}
+
 /// True where damage is beyond that of the units whose error was learnt.
 fn is_severe(fit: &UnitFit) -> bool {
     let stds = fit.covariance.diagonal().map(f64::sqrt);
@@ -308,6 +336,26 @@ fn unit_notice(unit: &LearntUnit) -> Notice {
             plural(sessions),
         ),
     }
+}
+
+/// The notice that a residual has the form of effects.
+fn foreign_notice(foreign: &[EffectId], as_new: bool) -> Option<Notice> {
+    let named = foreign.iter().map(|id| format!("{} ({})", id.info().name, id.info().symbol));
+    let named: Vec<String> = named.collect();
+    let [others @ .., last] = &named[..] else { return None };
+    let named =
+        if others.is_empty() { last.clone() } else { format!("{} or {last}", others.join(", ")) };
+    let so = if as_new {
+        "its recordings as new do so too, so that it is no change"
+    } else {
+        "a part of it may have been taken for damage, so that the levels are not to be believed"
+    };
+    Some(Notice {
+        code: NoticeCode::UnmodelledPhysics,
+        message: format!(
+            "the residual has the form of {named}, which the model file does not have; {so}"
+        ),
+    })
 }
 
 /// Faults that could be at or beyond their watch levels, undetected.

@@ -9,6 +9,7 @@
 //! and `q₀` its most probable value. What damage and numbers do to `q` is exact wherever the form is
 //! used; the signal's dependence on `q` is straight about `q₀`.
 
+use ema_sim::EffectId;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Information on what does not show, over the most that there is.
@@ -30,6 +31,9 @@ pub(crate) struct Evidence {
     pub(crate) shared: DMatrix<f64>,
     /// Temperature of the winding, where it was read.
     pub(crate) temperature: Option<TemperatureReading>,
+    /// Effects that the model file does not have and that the residual has the form of; none where
+    /// damage is beyond that of the machines whose error was learnt.
+    pub(crate) foreign: Vec<EffectId>,
 }
 
 /// Temperature of the winding as it was read beside a recording.

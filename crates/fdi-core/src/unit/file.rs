@@ -1,5 +1,6 @@
 //! Learnt units on disk.
 
+use ema_sim::EffectId;
 use nalgebra::DMatrix;
 
 use crate::{
@@ -35,6 +36,8 @@ struct RecordingData {
     shared: Vec<f64>,
     /// Temperature of the winding beyond that of the model file, K, and its standard deviation.
     temperature_k: Option<[f64; 2]>,
+    /// Symbols of effects that the residual has the form of.
+    foreign: Vec<String>,
 }
 
 impl RecordingData {
@@ -56,6 +59,7 @@ impl RecordingData {
             descent: evidence.descent.clone(),
             shared: lower(&evidence.shared),
             temperature_k,
+            foreign: evidence.foreign.iter().map(|id| id.info().symbol.to_owned()).collect(),
         }
     }
 
@@ -73,6 +77,8 @@ impl RecordingData {
         if !is_sound {
             return None;
         }
+        let foreign = self.foreign.iter().map(|symbol| EffectId::find(symbol));
+        let foreign = foreign.collect::<Option<Vec<_>>>()?;
         let whole = |lower: &[f64]| {
             DMatrix::from_fn(rows, rows, |row, column| {
                 let (low, high) = (row.min(column), row.max(column));
@@ -82,7 +88,7 @@ impl RecordingData {
         let (information, shared) = (whole(&self.information), whole(&self.shared));
         let (at, descent, temperature) = (self.at, self.descent, read);
         Some(UnitRecording {
-            evidence: Evidence { at, information, descent, shared, temperature },
+            evidence: Evidence { at, information, descent, shared, temperature, foreign },
             name: self.name,
             session: self.session,
             state: if self.as_new { UnitState::AsNew } else { UnitState::Since },

@@ -211,8 +211,8 @@ impl Diagnoser {
         let (answer, posterior) = self
             .diagnose_shown(recording, &alone, &Watch::NOTHING)
             .map_err(|reason| failed(recording, reason))?;
-        let is_learnt = answer.fit.adequate;
-        posterior.evidence.filter(|_| is_learnt).ok_or_else(|| {
+        // physics that the model file does not have is the unit's own, where it has it as new
+        posterior.evidence.ok_or_else(|| {
             let (name, reason) = (recording.name.clone(), unexplained(&answer));
             UnitLearningError::Unexplained { name, reason }
         })
@@ -268,7 +268,8 @@ fn detected(answer: &RecordDiagnosis) -> Vec<String> {
 
 /// Reason for which nothing is learnt from a recording.
 fn unexplained(answer: &RecordDiagnosis) -> String {
-    let unused = |notice: &&Notice| notice.code == NoticeCode::TolerancesUnused;
-    let notice = answer.notices.iter().find(unused);
+    let codes = [NoticeCode::TolerancesUnused, NoticeCode::UnmodelledPhysics];
+    let tells = |notice: &&Notice| codes.contains(&notice.code);
+    let notice = answer.notices.iter().find(tells);
     notice.map_or("the model does not explain it", |one| &one.message).to_owned()
 }

@@ -92,6 +92,12 @@ impl LearntUnit {
         self.recordings.iter().filter(|one| one.state == UnitState::AsNew).count()
     }
 
+    /// True where most recordings as new have the form of effects that the model file does not have.
+    pub(crate) fn is_foreign_as_new(&self) -> bool {
+        let as_new = self.recordings.iter().filter(|one| one.state == UnitState::AsNew);
+        2 * as_new.filter(|one| !one.evidence.foreign.is_empty()).count() > self.references()
+    }
+
     /// Sessions of the recordings; those that state none count as one.
     pub fn sessions(&self) -> usize {
         self.session_numbers(None).1

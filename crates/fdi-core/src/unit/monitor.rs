@@ -1,10 +1,11 @@
 //! The low-fidelity model as a function of the quantities that a current shows.
 
-use ema_sim::{LowFidelity, SimulationError};
+use ema_sim::{Effect, EffectId, LowFidelity, SimulationError};
 
 use crate::{
     simulation::{experiment::Experiment, resampling::resampled},
     unit::{
+        foreign::{EffectSlopes, small_effects},
         quantities::{Quantities, UnitMachine},
         sensors::{SensorShares, simulated_shares},
     },
@@ -41,6 +42,33 @@ impl<'a> UnitMonitor<'a> {
         let trace = model.simulate(&machine.faults);
         let shares = simulated_shares(&trace, self.experiment, |channel| self.filtered(channel));
         Ok((self.filtered(&trace.current_a), shares))
+    }
+
+    /// Slopes of the diagnosed signal in the amplitudes of each of some effects that the model
+    /// takes, A over the unit of each.
+    pub(crate) fn effect_slopes(
+        &self,
+        at: &[f64],
+        effects: &[EffectId],
+    ) -> Result<Vec<EffectSlopes>, SimulationError> {
+        let (model, machine) = self.model(at)?;
+        let trace = model.simulate(&machine.faults);
+        let without = self.filtered(&trace.current_a);
+        let own = &self.experiment.effects;
+        let slope = |(effect, size): &(Effect, f64)| {
+            let effects: Vec<Effect> = own.iter().chain([effect]).cloned().collect();
+            let with = model.clone().with_effects(&effects).ok()?;
+            let mut current_a = Vec::new();
+            with.simulate_current(&machine.faults, &mut current_a);
+            let with = self.filtered(&current_a);
+            Some(with.iter().zip(&without).map(|(a, b)| (a - b) / size).collect::<Vec<f64>>())
+        };
+        let slopes = small_effects(&model.scales(&trace), effects).into_iter();
+        let slopes = slopes.filter_map(|(effect, amplitudes)| {
+            let rows = amplitudes.iter().map(slope).collect::<Option<Vec<_>>>()?;
+            Some(EffectSlopes { effect, rows })
+        });
+        Ok(slopes.collect())
     }
 
     fn model(&self, at: &[f64]) -> Result<(LowFidelity, UnitMachine), SimulationError> {

@@ -1,6 +1,6 @@
 //! Damage and numbers of a unit that explain a recording.
 
-use ema_sim::SimulationError;
+use ema_sim::{EffectId, SimulationError};
 use inference::{
     BandedCholesky, BandedMatrix, MostProbable, NotPositiveDefinite, SymmetricMatrix, Unknown,
     Whitened, dot, most_probable,
@@ -13,6 +13,7 @@ use crate::{
     unit::{
         error::UnitError,
         evidence::{Evidence, TemperatureReading},
+        foreign::{EffectSlopes, Explanation, foreign},
         layout::Layout,
         monitor::UnitMonitor,
         quantities::Quantities,
@@ -94,6 +95,7 @@ pub(crate) fn explain(
     quantities: &Quantities,
     error: &UnitError,
     observed: &Observed<'_>,
+    effects: &[EffectSlopes],
     most_evaluations: u64,
 ) -> Result<UnitFit, UnitSearchError> {
     let layout = quantities.layout();
@@ -102,6 +104,7 @@ pub(crate) fn explain(
         quantities,
         error,
         observed,
+        effects,
         monitor: UnitMonitor::new(experiment, quantities, observed.start_angle_rad),
         floor_a: whole.mean_diagonal().sqrt(),
         cholesky: whole.cholesky()?,
@@ -146,6 +149,8 @@ struct Compared<'a> {
     quantities: &'a Quantities,
     error: &'a UnitError,
     observed: &'a Observed<'a>,
+    /// Slopes in effects that the model file does not have.
+    effects: &'a [EffectSlopes],
     monitor: UnitMonitor<'a>,
     cholesky: BandedCholesky,
     /// Share of the covariance of a wide play.
@@ -215,6 +220,7 @@ impl Compared<'_> {
 
     fn fit(&mut self, found: MostProbable) -> Result<UnitFit, UnitSearchError> {
         let residual_a = self.residual_a(&found.numbers)?;
+        let foreign = self.foreign(&found);
         let samples = self.observed.signal_a.len();
         let white = &found.white[..samples];
         let rows = &self.white_slopes;
@@ -225,6 +231,7 @@ impl Compared<'_> {
             descent: rows.iter().map(|row| dot(row, white)).collect(),
             shared: self.shared(),
             temperature: self.observed.temperature,
+            foreign,
         };
         let damage = self.quantities.layout().sought.len();
         let known_numbers = block(&found.information, damage).try_inverse();
@@ -265,6 +272,54 @@ impl Compared<'_> {
         DMatrix::from_fn(through.len(), through.len(), entry)
     }
 
+    /// White slopes in the unknowns, by white slopes in all that the signal shows.
+    fn unknown_slopes(&self, point: &[f64], white: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let samples = self.observed.signal_a.len();
+        let row = |over_shown: Vec<f64>| {
+            let mut row = vec![0.0; samples];
+            for (slope, part) in over_shown.iter().zip(white) {
+                if *slope != 0.0 {
+                    add_scaled(&mut row, *slope, part);
+                }
+            }
+            row
+        };
+        let mut slopes: Vec<Vec<f64>> =
+            self.quantities.shown_slopes(point).into_iter().map(row).collect();
+        if let Some((place, reading)) = self.temperature() {
+            for (unknown, row) in slopes.iter_mut().enumerate() {
+                row.push(if unknown == place { 1.0 / reading.std_k } else { 0.0 });
+            }
+        }
+        slopes
+    }
+
+    /// Effects that the model file does not have and that the residual has the form of.
+    fn foreign(&self, found: &MostProbable) -> Vec<EffectId> {
+        let slopes = self.unknown_slopes(&found.numbers, &self.white_slopes);
+        let unknowns = unknowns(self.quantities.layout());
+        let descent = slopes.iter().zip(&unknowns).zip(&found.numbers).map(|((row, one), x)| {
+            dot(row, &found.white) - one.prior_std.map_or(0.0, |std| x / (std * std))
+        });
+        let explanation = Explanation {
+            residual: &found.white,
+            descent: &descent.collect::<Vec<f64>>(),
+            covariance: &found.covariance,
+            slopes: &slopes,
+        };
+        let white = |effect: &EffectSlopes| {
+            let mut rows = effect.rows.clone();
+            for row in &mut rows {
+                self.cholesky.whiten(row);
+                // an effect moves no thermometer
+                row.resize(found.white.len(), 0.0);
+            }
+            EffectSlopes { effect: effect.effect, rows }
+        };
+        let effects: Vec<EffectSlopes> = self.effects.iter().map(white).collect();
+        foreign(&explanation, &effects)
+    }
+
     /// Place of the winding's temperature among the unknowns, and its reading.
     fn temperature(&self) -> Option<(usize, TemperatureReading)> {
         self.quantities.layout().temperature().zip(self.observed.temperature)
@@ -298,23 +353,7 @@ impl Whitened for Compared<'_> {
         for row in &mut white {
             self.cholesky.whiten(row);
         }
-        let samples = self.observed.signal_a.len();
-        let row = |over_shown: Vec<f64>| {
-            let mut row = vec![0.0; samples];
-            for (slope, part) in over_shown.iter().zip(&white) {
-                if *slope != 0.0 {
-                    add_scaled(&mut row, *slope, part);
-                }
-            }
-            row
-        };
-        let mut slopes: Vec<Vec<f64>> =
-            self.quantities.shown_slopes(point).into_iter().map(row).collect();
-        if let Some((place, reading)) = self.temperature() {
-            for (unknown, row) in slopes.iter_mut().enumerate() {
-                row.push(if unknown == place { 1.0 / reading.std_k } else { 0.0 });
-            }
-        }
+        let slopes = self.unknown_slopes(point, &white);
         self.white_slopes = white;
         Ok(slopes)
     }

@@ -1,11 +1,12 @@
 use approx::assert_abs_diff_eq;
-use ema_sim::{FaultCoordinates, Level, Spread, Tolerance, UncertainNumber, presets};
+use ema_sim::{EffectId, FaultCoordinates, Level, Spread, Tolerance, UncertainNumber, presets};
 use inference::BandedMatrix;
 
 use super::{
     error::UnitError,
     evidence::{Evidence, TemperatureReading},
     finding::{Findings, History, Since},
+    foreign::{EffectSlopes, absent},
     joint::{DamageFit, Joint, OfUnit, Wear},
     learnt_unit::{LearntUnit, UnitRecording, UnitState},
     monitor::UnitMonitor,
@@ -55,6 +56,22 @@ impl Chirp {
     }
 
     fn fit_within(&self, signal_a: &[f64], most_evaluations: u64) -> UnitFit {
+        self.fit_beside(&[], signal_a, most_evaluations)
+    }
+
+    /// Slopes of the nominal machine's signal in effects that it does not have.
+    fn effect_slopes(&self) -> Vec<EffectSlopes> {
+        let monitor = UnitMonitor::new(&self.bundle.experiment, &self.quantities, 0.0);
+        let nominal = self.quantities.at(&self.point(&[]));
+        monitor.effect_slopes(&nominal, &absent(&[])).unwrap()
+    }
+
+    fn fit_beside(
+        &self,
+        effects: &[EffectSlopes],
+        signal_a: &[f64],
+        most_evaluations: u64,
+    ) -> UnitFit {
         let observed = Observed {
             signal_a,
             start_angle_rad: 0.0,
@@ -63,7 +80,8 @@ impl Chirp {
             temperature: None,
         };
         let experiment = &self.bundle.experiment;
-        explain(experiment, &self.quantities, self.error(), &observed, most_evaluations).unwrap()
+        explain(experiment, &self.quantities, self.error(), &observed, effects, most_evaluations)
+            .unwrap()
     }
 
     fn point(&self, set: &[(&str, f64)]) -> Vec<f64> {
@@ -93,6 +111,27 @@ fn what_the_current_cannot_tell_is_left_to_the_tolerances() {
     assert_abs_diff_eq!(std(1) / (0.30 / 99.0), 1.0, epsilon = 0.02);
     // eccentricity as built, 2 % over both directions
     assert_abs_diff_eq!(std(5) / (0.02 / 2f64.sqrt()), 1.0, epsilon = 0.01);
+}
+
+#[test]
+fn a_residual_in_the_form_of_an_effect_is_told() {
+    let chirp = Chirp::new();
+    let effects = chirp.effect_slopes();
+    let cogging = effects.iter().find(|one| one.effect == EffectId::Cogging).unwrap();
+    let machine = chirp.point(&[("k3", 0.03), ("transmission.kinetic-friction-n-m", 0.1)]);
+    let foreign = |largest_a: f64| {
+        let row = &cogging.rows[0];
+        let most = row.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let mut signal = chirp.signal(&machine);
+        for (value, slope) in signal.iter_mut().zip(row) {
+            *value += largest_a * slope / most;
+        }
+        chirp.fit_beside(&effects, &signal, u64::MAX).evidence.foreign
+    };
+    assert_eq!(foreign(0.0), []);
+    // within what noise allows
+    assert_eq!(foreign(1e-3), []);
+    assert_eq!(foreign(0.05).first(), Some(&EffectId::Cogging));
 }
 
 #[test]

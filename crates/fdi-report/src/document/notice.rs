@@ -54,11 +54,13 @@ pub enum NoticeCode {
     TolerancesUnused,
     /// The tolerances leave a level open up to where it should be watched.
     TolerancesHideLevels,
+    /// The residual has the form of physics that the model file does not have.
+    UnmodelledPhysics,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -76,6 +78,7 @@ impl NoticeCode {
         Self::Encoded,
         Self::TolerancesUnused,
         Self::TolerancesHideLevels,
+        Self::UnmodelledPhysics,
     ];
 
     /// The code as JSON has it.
@@ -98,6 +101,7 @@ impl NoticeCode {
             Self::Encoded => "encoded",
             Self::TolerancesUnused => "tolerances-unused",
             Self::TolerancesHideLevels => "tolerances-hide-levels",
+            Self::UnmodelledPhysics => "unmodelled-physics",
         }
     }
 }

@@ -7,9 +7,9 @@ use anyhow::Result;
 use experiments::{EffectLine, HiddenEffect, evaluate_effects};
 use fdi_core::{
     ComparedSignals, Diagnoser, GivenCommand, Recording,
-    ema_sim::model_file::MachineModel,
+    ema_sim::{Effect, model_file::MachineModel},
     in_parallel,
-    report::{RecordDiagnosis, Verdict},
+    report::{NoticeCode, RecordDiagnosis, Verdict},
 };
 use greybox::{Explained, Options, Record, Recordings};
 
@@ -53,6 +53,7 @@ pub(super) fn text(diagnoser: &Diagnoser) -> Result<String> {
     row(&mut text, "unit, effect since", hidden.iter().map(|one| one.since.as_ref()));
     row(&mut text, "no effect: alone", without.iter().map(|one| one.alone.as_ref()));
     row(&mut text, "no effect: unit", without.iter().map(|one| one.since.as_ref()));
+    let _ = writeln!(text, "\n{}", forms(&hidden, &without));
     let command = GivenCommand::named("chirp");
     let explained = |hidden: &[HiddenEffect], count: usize| {
         in_parallel(&hidden[..count], JOBS, |_, one| explained(diagnoser, one, command.as_ref()))
@@ -83,6 +84,32 @@ fn row<'a>(
         share(&|answer| answer.is_none()),
         share(&HiddenEffect::is_without_false_level)
     );
+}
+
+/// What the notices of recordings alone say of the effects.
+fn forms(hidden: &[HiddenEffect], without: &[HiddenEffect]) -> String {
+    let told = |one: &HiddenEffect| {
+        let notices = one.alone.iter().flat_map(|answer| &answer.notices);
+        let mut told = notices.filter(|one| one.code == NoticeCode::UnmodelledPhysics);
+        told.next().map(|notice| notice.message.clone())
+    };
+    let all: Vec<(&HiddenEffect, String)> =
+        hidden.iter().filter_map(|one| Some((one, told(one)?))).collect();
+    let has_truth = |(one, told): &&(&HiddenEffect, String)| {
+        let symbol = |effect: &Effect| format!("({})", effect.id().info().symbol);
+        one.effect.as_ref().is_some_and(|effect| told.contains(&symbol(effect)))
+    };
+    let named: usize = all.iter().map(|(_, told)| told.matches("(E").count()).sum();
+    format!(
+        "The notice `unmodelled-physics` of a recording alone: told in {:.1} % with an effect and in \
+         {:.1} % without one. Where it is told, the effect is among those that it names in {:.1} %; \
+         it names {:.1} on average. The test looks for the effects of the catalogue at their usual \
+         shapes, as they are drawn here: this set cannot show how it does on other physics.",
+        percent(all.len(), hidden.len()),
+        percent(without.iter().filter(|one| told(one).is_some()).count(), without.len()),
+        percent(all.iter().filter(has_truth).count(), all.len()),
+        named as f64 / all.len() as f64
+    )
 }
 
 /// Answer of `fdi explain --unit` to the recordings with the effect; `None` without a unit.

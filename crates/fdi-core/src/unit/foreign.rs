@@ -1,0 +1,219 @@
+//! Physics that the model file does not have, as a residual shows it.
+//!
+//! ```text
+//! r = y − J·x̂ − C·s        M = Cᵀ·C − Cᵀ·J·(Jᵀ·J + P⁻¹)⁻¹·Jᵀ·C        z = Cᵀ·r
+//! D = zᵀ·M⁻¹·z ~ χ²        one degree of freedom an amplitude
+//! ```
+//!
+//! with all rows white, `J` the slopes of the signal in damage and numbers, `P` the numbers' prior,
+//! and `C` the slopes in the amplitudes of one effect of the catalogue on the nominal machine, its
+//! shapes as usual. `D` is twice the logarithm of the likelihood ratio that the effect is worth
+//! beside damage and tolerances, to first order: a residual as large as noise and learnt error allow
+//! may still have the form of an effect, whose other part was taken for damage.
+//!
+//! # Source
+//!
+//! Score test: Rao, Proc. Camb. Phil. Soc. 44, 1948; Bonferroni's inequality over the effects.
+
+use ema_sim::{Effect, EffectId, Geometry, MachineScales, Role};
+use inference::{SymmetricMatrix, dot};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Chance that any effect is seen in the residual of a machine that has none.
+const FALSE_ALARM_RATE: f64 = 1e-3;
+/// Share of an effect's white size below which a direction of it counts as one that damage and
+/// numbers explain.
+const LEAST_SHARE: f64 = 1e-3;
+/// Size of an effect for its slope, over its typical size.
+const STEP_OF_TYPICAL: f64 = 0.1;
+/// Difference of `D` over its limit below which two effects are as good an explanation.
+const AS_GOOD: f64 = 10.0;
+
+/// Slopes of a signal in the amplitudes of one effect.
+#[derive(Clone, Debug)]
+pub(crate) struct EffectSlopes {
+    pub(crate) effect: EffectId,
+    pub(crate) rows: Vec<Vec<f64>>,
+}
+
+/// A most probable explanation as white rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Explanation<'a> {
+    pub(crate) residual: &'a [f64],
+    /// One row an unknown, `J`.
+    pub(crate) slopes: &'a [Vec<f64>],
+    /// Covariance of the unknowns.
+    pub(crate) covariance: &'a SymmetricMatrix,
+    /// Half of the descent of the sum of squares at the explanation.
+    pub(crate) descent: &'a [f64],
+}
+
+/// Each effect with its amplitudes, one at a time at a small size.
+pub(crate) fn small_effects(
+    scales: &MachineScales,
+    effects: &[EffectId],
+) -> Vec<(EffectId, Vec<(Effect, f64)>)> {
+    let small = |&id: &EffectId| {
+        let parameters = id.info().parameters.iter();
+        let amplitudes = parameters.filter(|parameter| parameter.role() == Role::Amplitude);
+        let one = amplitudes.filter_map(|parameter| {
+            let size = STEP_OF_TYPICAL * parameter.typical_size(scales);
+            let mut effect = Effect::new(id, Geometry::Rotary);
+            effect.set(parameter.key(Geometry::Rotary), size).ok()?;
+            Some((effect, size))
+        });
+        (id, one.collect())
+    };
+    effects.iter().map(small).collect()
+}
+
+/// Effects of the catalogue that a machine with some effects does not have.
+pub(crate) fn absent(present: &[Effect]) -> Vec<EffectId> {
+    let is_absent =
+        |id: &EffectId| !id.info().takes_curve && present.iter().all(|effect| effect.id() != *id);
+    EffectId::ALL.into_iter().filter(is_absent).collect()
+}
+
+/// Effects that a residual has the form of beyond chance: the clearest, then those that are as good.
+pub(crate) fn foreign(explanation: &Explanation<'_>, effects: &[EffectSlopes]) -> Vec<EffectId> {
+    let excess = |effect: &EffectSlopes| {
+        let gain = explanation.gain(effect)?;
+        Some((effect.effect, gain.value - gain.limit(effects.len())))
+    };
+    let mut beyond: Vec<_> =
+        effects.iter().filter_map(excess).filter(|(_, excess)| *excess > 0.0).collect();
+    beyond.sort_by(|(_, one), (_, other)| other.total_cmp(one));
+    let most = beyond.first().map_or(0.0, |(_, excess)| *excess);
+    beyond.retain(|(_, excess)| most - excess < AS_GOOD);
+    beyond.into_iter().map(|(effect, _)| effect).collect()
+}
+
+/// What an effect is worth.
+struct Gain {
+    /// Twice the logarithm of the likelihood ratio, `D`.
+    value: f64,
+    degrees: f64,
+}
+
+impl Gain {
+    /// Value that chance exceeds at the rate allowed, where so many effects are looked at.
+    fn limit(&self, effects: usize) -> f64 {
+        let rate = FALSE_ALARM_RATE / effects.max(1) as f64;
+        ChiSquared::new(self.degrees).map_or(f64::INFINITY, |law| law.inverse_cdf(1.0 - rate))
+    }
+}
+
+impl Explanation<'_> {
+    /// `D` of an effect; `None` where it is not finite.
+    fn gain(&self, effect: &EffectSlopes) -> Option<Gain> {
+        let (count, unknowns) = (effect.rows.len(), self.slopes.len());
+        let covariance = DMatrix::from_fn(unknowns, unknowns, |i, j| self.covariance.at(i, j));
+        let shared =
+            DMatrix::from_fn(unknowns, count, |i, j| dot(&self.slopes[i], &effect.rows[j]));
+        let own = DMatrix::from_fn(count, count, |i, j| dot(&effect.rows[i], &effect.rows[j]));
+        // a search ends before the last step, whose gain is no effect's
+        let step = &covariance * DVector::from_column_slice(self.descent);
+        let seen = DVector::from_fn(count, |i, _| dot(&effect.rows[i], self.residual))
+            - shared.transpose() * step;
+        // each amplitude by its own white size, so that units do not matter
+        let size =
+            DVector::from_fn(count, |i, _| own[(i, i)].sqrt().max(f64::MIN_POSITIVE).recip());
+        let open = &own - shared.transpose() * &covariance * &shared;
+        let open = DMatrix::from_fn(count, count, |i, j| size[i] * size[j] * open[(i, j)]);
+        let seen = seen.component_mul(&size);
+        if !open.iter().chain(&seen).all(|value| value.is_finite()) {
+            return None;
+        }
+        let parts = SymmetricEigen::new(open);
+        let (mut value, mut degrees) = (0.0, 0.0);
+        for (share, along) in parts.eigenvalues.iter().zip(parts.eigenvectors.column_iter()) {
+            if *share > LEAST_SHARE {
+                value += along.dot(&seen).powi(2) / share;
+                degrees += 1.0;
+            }
+        }
+        Some(Gain { value, degrees })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::seed::{Draws, RootSeed};
+
+    /// Rows of normal numbers.
+    fn rows(random: &mut Draws, count: usize, length: usize) -> Vec<Vec<f64>> {
+        (0..count).map(|_| (0..length).map(|_| random.normal()).collect()).collect()
+    }
+
+    /// `(Jᵀ·J + 1)⁻¹`.
+    fn covariance(slopes: &[Vec<f64>]) -> DMatrix<f64> {
+        let count = slopes.len();
+        let information = DMatrix::from_fn(count, count, |i, j| {
+            dot(&slopes[i], &slopes[j]) + if i == j { 1.0 } else { 0.0 }
+        });
+        information.try_inverse().unwrap()
+    }
+
+    /// `D` of an effect in a signal, the unknowns with a prior of one.
+    fn gain(signal: &[f64], slopes: &[Vec<f64>], effect: &EffectSlopes) -> f64 {
+        let of_unknowns = covariance(slopes);
+        // at zero, from which the one step leads to the most probable unknowns
+        let descent: Vec<f64> = slopes.iter().map(|row| dot(row, signal)).collect();
+        let explanation = Explanation {
+            residual: signal,
+            slopes,
+            covariance: &SymmetricMatrix::from_fn(slopes.len(), |i, j| of_unknowns[(i, j)]),
+            descent: &descent,
+        };
+        explanation.gain(effect).unwrap().value
+    }
+
+    #[test]
+    fn chance_gives_as_much_as_the_effect_has_amplitudes() {
+        let mut random = Draws::new(RootSeed(3).derive(crate::seed::Purpose::Units, 0));
+        let slopes = rows(&mut random, 4, 60);
+        let effect = EffectSlopes { effect: EffectId::Cogging, rows: rows(&mut random, 2, 60) };
+        let count = 2000;
+        let gains = (0..count).map(|_| {
+            let unknowns: Vec<f64> = (0..slopes.len()).map(|_| random.normal()).collect();
+            let signal: Vec<f64> = (0..60)
+                .map(|t| {
+                    let explained: f64 =
+                        slopes.iter().zip(&unknowns).map(|(row, x)| row[t] * x).sum();
+                    explained + random.normal()
+                })
+                .collect();
+            gain(&signal, &slopes, &effect)
+        });
+        let mean = gains.sum::<f64>() / f64::from(count);
+        // a mean of 2000 numbers with a variance of four
+        assert!((mean - 2.0).abs() < 4.0 * (4.0 / f64::from(count)).sqrt(), "{mean}");
+    }
+
+    #[test]
+    fn units_of_an_amplitude_do_not_matter_and_what_is_explained_is_worth_nothing() {
+        let mut random = Draws::new(RootSeed(5).derive(crate::seed::Purpose::Units, 0));
+        let slopes = rows(&mut random, 3, 40);
+        let signal = rows(&mut random, 1, 40).remove(0);
+        let of = |rows: Vec<Vec<f64>>| EffectSlopes { effect: EffectId::Cogging, rows };
+        let own = rows(&mut random, 2, 40);
+        let scaled =
+            own.iter().zip([1e6, 1e-3]).map(|(row, by)| row.iter().map(|x| x * by).collect());
+        let (own, scaled) = (of(own.clone()), of(scaled.collect()));
+        let found = gain(&signal, &slopes, &own);
+        assert_relative_eq!(found, gain(&signal, &slopes, &scaled), max_relative = 1e-9);
+        let mut with: Vec<f64> = signal.clone();
+        for (value, slope) in with.iter_mut().zip(&own.rows[0]) {
+            *value += 3.0 * slope;
+        }
+        assert!(gain(&with, &slopes, &own) > found + 100.0);
+        // of what an unknown does, the prior alone tells a part
+        let explained = of(vec![slopes[1].iter().map(|x| 7.0 * x).collect()]);
+        let by_prior = gain(&slopes[1], &slopes, &explained);
+        assert!(by_prior < 1.1, "{by_prior}");
+    }
+}
