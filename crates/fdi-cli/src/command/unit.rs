@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Disagreement, LearntNumber, LearntNumbers, LearntUnit, UnitState,
-    ema_sim::model_file::MachineModel,
+    ema_sim::{EffectId, model_file::MachineModel},
     report::{LearntFrom, UnitNumber, UnitSummary},
 };
 
@@ -33,6 +33,9 @@ pub(crate) fn learn(
     let unit = diagnoser.learn_unit(&recordings, &learning_options(global.root_seed()))?;
     for disagreement in diagnoser.disagreements(&unit)? {
         streams.say(format_args!("warning: {}", warning(&disagreement)));
+    }
+    if let Some(warning) = unmodelled(&unit) {
+        streams.say(format_args!("warning: {warning}"));
     }
     streams.product(Some(path), |out| out.write_all(&unit.to_bytes()))?;
     if !global.quiet {
@@ -142,6 +145,28 @@ pub(crate) fn warning(disagreement: &Disagreement) -> String {
     let against = if *against_others { "the other recordings" } else { "its type" };
     let what = findings.join(", ");
     format!("{name} disagrees with {against}: {what}. Is it of this unit, and as new?")
+}
+
+/// Warning of a unit whose recordings as new have the form of effects that the model file does not have.
+fn unmodelled(unit: &LearntUnit) -> Option<String> {
+    let recordings = unit.recordings().iter().filter(|one| !one.unmodelled().is_empty());
+    let (mut count, mut effects) = (0, Vec::new());
+    for recording in recordings {
+        count += 1;
+        let is_new = |id: &&EffectId| !effects.contains(*id);
+        let new: Vec<EffectId> = recording.unmodelled().iter().filter(is_new).copied().collect();
+        effects.extend(new);
+    }
+    let named = effects.iter().map(|id| format!("{} ({})", id.info().name, id.info().symbol));
+    let named: Vec<String> = named.collect();
+    let of = unit.recordings().len();
+    (count > 0).then(|| {
+        format!(
+            "{count} of {of} recordings have the form of {}, which the model file does not have; \
+             `fdi explain` with them tells what it is",
+            named.join(" or ")
+        )
+    })
 }
 
 fn plural(count: usize) -> &'static str {

@@ -7,8 +7,8 @@ use fdi_core::{
     Schema,
     ema_sim::model_file,
     report::{
-        Calibration, Diagnosis, FindingKind, NoticeCode, RecordDiagnosis, UnitNumber, UnitSummary,
-        Verdict,
+        Calibration, Diagnosis, FindingKind, Notice, NoticeCode, RecordDiagnosis, UnitNumber,
+        UnitSummary, Verdict,
     },
 };
 use serde_json::Value;
@@ -232,6 +232,29 @@ fn a_reference_that_is_faulty_is_told() {
     let said = whole(&output(folder.path(), &learn));
     let told = "warning: A-7_2026-11-04.csv disagrees with the other recordings: backlash (k2)";
     assert!(said.contains(told), "{said}");
+}
+
+#[test]
+fn physics_that_the_model_file_lacks_is_told_and_is_no_change_where_it_is_as_new() {
+    let folder = learnt();
+    let cogs = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.006, order = 24.0 }\n";
+    fs::write(folder.path().join("machine.toml"), format!("{MACHINE}{cogs}")).unwrap();
+    let days = ["2026-11-10", "2026-11-11", "2026-11-12", "2026-11-13"];
+    let seeds = ["11", "12", "13", "14"];
+    let names: Vec<String> =
+        days.iter().zip(seeds).map(|(day, seed)| record(&folder, "A-7", day, "", seed)).collect();
+    let since = diagnosed(&folder, &names[3], &["--unit", "A-7.fdi-unit"]);
+    assert_eq!(since.verdict, Verdict::ModelInadequate, "{since:?}");
+    let is_told = |notice: &&Notice| notice.code == NoticeCode::UnmodelledPhysics;
+    let notice = since.notices.iter().find(is_told).expect("a notice");
+    assert!(notice.message.contains("cogging (E11)"), "{}", notice.message);
+    let mut learn = vec!["unit", "learn", "--id-from", "{id}_{date}", "-o", "cogs.fdi-unit"];
+    learn.extend(names[..3].iter().map(String::as_str));
+    let said = whole(&output(folder.path(), &learn));
+    assert!(said.contains("warning: 3 of 3 recordings have the form of cogging (E11)"), "{said}");
+    let as_new = diagnosed(&folder, &names[3], &["--unit", "cogs.fdi-unit"]);
+    assert_eq!(as_new.verdict, Verdict::Healthy, "{as_new:?}");
+    assert!(as_new.notices.iter().any(|notice| is_told(&notice)), "{as_new:?}");
 }
 
 #[test]

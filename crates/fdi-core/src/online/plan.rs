@@ -49,7 +49,7 @@ pub(crate) struct Budget {
     pub(crate) free_start: usize,
     pub(crate) scalar: usize,
     pub(crate) composite: usize,
-    /// Of a machine within its tolerances.
+    /// Budget of a machine within its tolerances.
     pub(crate) unit: u64,
 }
 

@@ -371,14 +371,13 @@ fn hidden(faults: &[Fault], since: Since) -> Vec<(FaultId, f64)> {
     faults.iter().zip(levels).filter_map(beyond).collect()
 }
 
-/// Notices of what limits an answer.
 /// How a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
     Finished,
-    /// Its evaluations were spent.
+    /// The evaluations were spent.
     Spent,
-    /// Its steps led to no explanation.
+    /// The steps led to no explanation.
     Unexplained,
 }
 
@@ -401,6 +400,7 @@ impl End {
     }
 }
 
+/// Notices of what limits an answer.
 fn notices(
     end: End,
     faults: &[Fault],

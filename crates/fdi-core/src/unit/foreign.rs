@@ -89,7 +89,7 @@ pub(crate) fn foreign(explanation: &Explanation<'_>, effects: &[EffectSlopes]) -
     beyond.into_iter().map(|(effect, _)| effect).collect()
 }
 
-/// What an effect is worth.
+/// Gain of an effect.
 struct Gain {
     /// Twice the logarithm of the likelihood ratio, `D`.
     value: f64,

@@ -4,6 +4,7 @@
 //! (`crates/fdi-core/src/unit/evidence.rs`), and a diagnosis explains all of them together with the
 //! recording diagnosed.
 
+use ema_sim::EffectId;
 use recordings::{Metadata, sha256_hex};
 
 use crate::{
@@ -38,6 +39,13 @@ pub struct UnitRecording {
     /// Parts replaced before it, by component.
     pub(crate) replaced: [u32; Component::COUNT],
     pub(crate) evidence: Evidence,
+}
+
+impl UnitRecording {
+    /// Effects that the model file does not have and that the recording's residual has the form of.
+    pub fn unmodelled(&self) -> &[EffectId] {
+        &self.evidence.foreign
+    }
 }
 
 /// Evidence of recordings on one unit.
@@ -95,7 +103,7 @@ impl LearntUnit {
     /// True where most recordings as new have the form of effects that the model file does not have.
     pub(crate) fn is_foreign_as_new(&self) -> bool {
         let as_new = self.recordings.iter().filter(|one| one.state == UnitState::AsNew);
-        2 * as_new.filter(|one| !one.evidence.foreign.is_empty()).count() > self.references()
+        2 * as_new.filter(|one| !one.unmodelled().is_empty()).count() > self.references()
     }
 
     /// Sessions of the recordings; those that state none count as one.

@@ -86,7 +86,7 @@ fn row<'a>(
     );
 }
 
-/// What the notices of recordings alone say of the effects.
+/// Counts of what the notices of recordings alone say of the effects.
 fn forms(hidden: &[HiddenEffect], without: &[HiddenEffect]) -> String {
     let told = |one: &HiddenEffect| {
         let notices = one.alone.iter().flat_map(|answer| &answer.notices);
