@@ -237,7 +237,7 @@ fn a_reference_that_is_faulty_is_told() {
 #[test]
 fn physics_that_the_model_file_lacks_is_told_and_is_no_change_where_it_is_as_new() {
     let folder = learnt();
-    let cogs = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.006, order = 24.0 }\n";
+    let cogs = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.002, order = 24.0 }\n";
     fs::write(folder.path().join("machine.toml"), format!("{MACHINE}{cogs}")).unwrap();
     let days = ["2026-11-10", "2026-11-11", "2026-11-12", "2026-11-13"];
     let seeds = ["11", "12", "13", "14"];
