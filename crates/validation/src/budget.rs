@@ -107,7 +107,7 @@ const BATCHES: [Batch; 8] = [
         fidelity: Fidelity::Low,
         tolerance: ToleranceUse::Model,
         first: true,
-        evaluations: &[155],
+        evaluations: &[184],
         limit_ratio: 2.0,
     },
     Batch {
@@ -117,7 +117,7 @@ const BATCHES: [Batch; 8] = [
         fidelity: Fidelity::Low,
         tolerance: ToleranceUse::Model,
         first: false,
-        evaluations: &[79, 55, 105, 157, 205],
+        evaluations: &[55, 55, 52, 133, 258],
         limit_ratio: 0.2,
     },
     Batch {
