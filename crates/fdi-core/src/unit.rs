@@ -7,7 +7,6 @@ pub(crate) mod error;
 pub(crate) mod evidence;
 pub(crate) mod file;
 pub(crate) mod finding;
-pub(crate) mod foreign;
 pub(crate) mod joint;
 pub(crate) mod layout;
 pub(crate) mod learning;
@@ -19,3 +18,4 @@ pub(crate) mod search;
 pub(crate) mod sensors;
 #[cfg(test)]
 mod tests;
+pub(crate) mod unmodelled;

@@ -166,6 +166,11 @@ pub struct EffectInfo {
 }
 
 impl EffectInfo {
+    /// Name with the catalogue's symbol: `cogging (E11)`.
+    pub fn label(&self) -> String {
+        format!("{} ({})", self.name, self.symbol)
+    }
+
     /// Places of the sizes in [`parameters`](Self::parameters), those of one wave together.
     ///
     /// # Examples

@@ -157,8 +157,7 @@ fn unmodelled(unit: &LearntUnit) -> Option<String> {
         let new: Vec<EffectId> = recording.unmodelled().iter().filter(is_new).copied().collect();
         effects.extend(new);
     }
-    let named = effects.iter().map(|id| format!("{} ({})", id.info().name, id.info().symbol));
-    let named: Vec<String> = named.collect();
+    let named: Vec<String> = effects.iter().map(|id| id.info().label()).collect();
     let of = unit.recordings().len();
     (count > 0).then(|| {
         format!(

@@ -25,9 +25,9 @@ use crate::{
     simulation::experiment::Monitor,
     statistics::noise_covariance::unit_noise_at_rate,
     unit::{
-        foreign::{EffectSlopes, absent},
         monitor::UnitMonitor,
         quantities::Quantities,
+        unmodelled::{EffectSlopes, absent},
     },
 };
 

@@ -135,7 +135,7 @@ impl Run<'_> {
         };
         if quantities.layout().sought.iter().zip(&fit.point).any(is_unlearnt) {
             // there the model's own error may have the form of anything
-            fit.evidence.foreign.clear();
+            fit.evidence.unmodelled.clear();
         }
         let (answer, posterior) = self.unit_answer(error, &quantities, noise, &fit)?;
         Ok(Within { is_to_the_noise: is_adequate(error, &fit), answer, posterior })
@@ -175,9 +175,9 @@ impl Run<'_> {
         let to_the_noise = is_adequate(error, fit);
         let unfinished = fit.cut_short || (!fit.converged && !to_the_noise);
         let unit = self.plan.unit.as_deref().filter(|_| to_the_noise);
-        let foreign = &fit.evidence.foreign;
-        let foreign_as_new = unit.is_some_and(LearntUnit::is_foreign_as_new);
-        let adequate = to_the_noise && (foreign.is_empty() || foreign_as_new);
+        let unmodelled = &fit.evidence.unmodelled;
+        let unmodelled_as_new = unit.is_some_and(LearntUnit::is_unmodelled_as_new);
+        let adequate = to_the_noise && (unmodelled.is_empty() || unmodelled_as_new);
         let (history, damage) = self.with_unit(unit, quantities, fit)?;
         let since = history.since;
         let findings = Findings::of(layout, &history, &damage);
@@ -214,7 +214,7 @@ impl Run<'_> {
         let mut notices = notices(End::of(unfinished, fit), &faults, verdict, &hidden, since);
         notices.extend(limits);
         notices.extend(unit.map(unit_notice));
-        notices.extend(foreign_notice(foreign, foreign_as_new));
+        notices.extend(unmodelled_notice(unmodelled, unmodelled_as_new));
         (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
         let answer = RecordDiagnosis {
             recording_sha256: None,
@@ -339,9 +339,8 @@ fn unit_notice(unit: &LearntUnit) -> Notice {
 }
 
 /// The notice that a residual has the form of effects.
-fn foreign_notice(foreign: &[EffectId], as_new: bool) -> Option<Notice> {
-    let named = foreign.iter().map(|id| format!("{} ({})", id.info().name, id.info().symbol));
-    let named: Vec<String> = named.collect();
+fn unmodelled_notice(unmodelled: &[EffectId], as_new: bool) -> Option<Notice> {
+    let named: Vec<String> = unmodelled.iter().map(|id| id.info().label()).collect();
     let [others @ .., last] = &named[..] else { return None };
     let named =
         if others.is_empty() { last.clone() } else { format!("{} or {last}", others.join(", ")) };

@@ -131,9 +131,8 @@ impl UnitError {
 
     /// `S` of machines with a narrow play and with a wide one; of all, where few have either.
     fn learn_covariance(&mut self, at: &[Vec<f64>], residuals: &[Vec<f64>], support: usize) {
-        let is_wide = |at: &[f64]| self.bent.play.is_some_and(|play| at[play] > WIDE_PLAY);
         let (wide, narrow): (Vec<_>, Vec<_>) =
-            residuals.iter().zip(at).partition(|(_, at)| is_wide(at));
+            residuals.iter().zip(at).partition(|(_, at)| self.is_wide(at));
         let covariance = |of: &[(&Vec<f64>, &Vec<f64>)]| {
             tapered_covariance(
                 &of.iter().map(|(residual, _)| residual).collect::<Vec<_>>(),
@@ -145,6 +144,11 @@ impl UnitError {
         } else {
             (self.covariance, self.wide) = (covariance(&narrow), Some(covariance(&wide)));
         }
+    }
+
+    /// True where a machine with some quantities has a wide play.
+    fn is_wide(&self, at: &[f64]) -> bool {
+        self.bent.play.is_some_and(|play| at[play] > WIDE_PLAY)
     }
 
     /// Share of the covariance of a wide play in that of a machine with some quantities.
@@ -185,7 +189,7 @@ impl UnitError {
         let factors = self.factors(noise)?;
         let (mut together, mut own) = (0.0, 0.0);
         for ((first, second), at) in first.iter().zip(second).zip(at) {
-            let whole = &factors[usize::from(self.wideness(at) > 0.5)];
+            let whole = &factors[usize::from(self.is_wide(at))];
             let white = |residual: &Vec<f64>| {
                 let mut white = residual.clone();
                 whole.whiten(&mut white);
@@ -228,7 +232,7 @@ impl UnitError {
             let mut sample: Vec<f64> = residual.iter().map(|_| random.normal()).collect();
             colour.colour(&mut sample);
             add_scaled(&mut sample, 1.0, residual);
-            factors[usize::from(self.wideness(at) > 0.5)].whiten(&mut sample);
+            factors[usize::from(self.is_wide(at))].whiten(&mut sample);
             (dot(&sample, &sample) / sample.len() as f64).ln()
         });
         let logs: Vec<f64> = logs.collect();

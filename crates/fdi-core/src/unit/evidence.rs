@@ -33,7 +33,7 @@ pub(crate) struct Evidence {
     pub(crate) temperature: Option<TemperatureReading>,
     /// Effects that the model file does not have and that the residual has the form of; none where
     /// damage is beyond that of the machines whose error was learnt.
-    pub(crate) foreign: Vec<EffectId>,
+    pub(crate) unmodelled: Vec<EffectId>,
 }
 
 /// Temperature of the winding as it was read beside a recording.

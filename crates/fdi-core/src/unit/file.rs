@@ -37,7 +37,7 @@ struct RecordingData {
     /// Temperature of the winding beyond that of the model file, K, and its standard deviation.
     temperature_k: Option<[f64; 2]>,
     /// Symbols of effects that the residual has the form of.
-    foreign: Vec<String>,
+    unmodelled: Vec<String>,
 }
 
 impl RecordingData {
@@ -59,7 +59,7 @@ impl RecordingData {
             descent: evidence.descent.clone(),
             shared: lower(&evidence.shared),
             temperature_k,
-            foreign: evidence.foreign.iter().map(|id| id.info().symbol.to_owned()).collect(),
+            unmodelled: evidence.unmodelled.iter().map(|id| id.info().symbol.to_owned()).collect(),
         }
     }
 
@@ -77,8 +77,8 @@ impl RecordingData {
         if !is_sound {
             return None;
         }
-        let foreign = self.foreign.iter().map(|symbol| EffectId::find(symbol));
-        let foreign = foreign.collect::<Option<Vec<_>>>()?;
+        let unmodelled = self.unmodelled.iter().map(|symbol| EffectId::find(symbol));
+        let unmodelled = unmodelled.collect::<Option<Vec<_>>>()?;
         let whole = |lower: &[f64]| {
             DMatrix::from_fn(rows, rows, |row, column| {
                 let (low, high) = (row.min(column), row.max(column));
@@ -88,7 +88,7 @@ impl RecordingData {
         let (information, shared) = (whole(&self.information), whole(&self.shared));
         let (at, descent, temperature) = (self.at, self.descent, read);
         Some(UnitRecording {
-            evidence: Evidence { at, information, descent, shared, temperature, foreign },
+            evidence: Evidence { at, information, descent, shared, temperature, unmodelled },
             name: self.name,
             session: self.session,
             state: if self.as_new { UnitState::AsNew } else { UnitState::Since },

@@ -44,7 +44,7 @@ pub struct UnitRecording {
 impl UnitRecording {
     /// Effects that the model file does not have and that the recording's residual has the form of.
     pub fn unmodelled(&self) -> &[EffectId] {
-        &self.evidence.foreign
+        &self.evidence.unmodelled
     }
 }
 
@@ -101,7 +101,7 @@ impl LearntUnit {
     }
 
     /// True where most recordings as new have the form of effects that the model file does not have.
-    pub(crate) fn is_foreign_as_new(&self) -> bool {
+    pub(crate) fn is_unmodelled_as_new(&self) -> bool {
         let as_new = self.recordings.iter().filter(|one| one.state == UnitState::AsNew);
         2 * as_new.filter(|one| !one.unmodelled().is_empty()).count() > self.references()
     }

@@ -5,9 +5,9 @@ use ema_sim::{Effect, EffectId, LowFidelity, SimulationError};
 use crate::{
     simulation::{experiment::Experiment, resampling::resampled},
     unit::{
-        foreign::{EffectSlopes, small_effects},
         quantities::{Quantities, UnitMachine},
         sensors::{SensorShares, simulated_shares},
+        unmodelled::{EffectSlopes, small_effects},
     },
 };
 

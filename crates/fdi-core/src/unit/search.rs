@@ -13,11 +13,11 @@ use crate::{
     unit::{
         error::UnitError,
         evidence::{Evidence, TemperatureReading},
-        foreign::{EffectSlopes, Explanation, foreign},
         layout::Layout,
         monitor::UnitMonitor,
         quantities::Quantities,
         sensors::SensorShares,
+        unmodelled::{EffectSlopes, Explanation, unmodelled},
     },
 };
 
@@ -220,7 +220,7 @@ impl Compared<'_> {
 
     fn fit(&mut self, found: MostProbable) -> Result<UnitFit, UnitSearchError> {
         let residual_a = self.residual_a(&found.numbers)?;
-        let foreign = self.foreign(&found);
+        let unmodelled = self.unmodelled(&found);
         let samples = self.observed.signal_a.len();
         let white = &found.white[..samples];
         let rows = &self.white_slopes;
@@ -231,7 +231,7 @@ impl Compared<'_> {
             descent: rows.iter().map(|row| dot(row, white)).collect(),
             shared: self.shared(),
             temperature: self.observed.temperature,
-            foreign,
+            unmodelled,
         };
         let damage = self.quantities.layout().sought.len();
         let known_numbers = block(&found.information, damage).try_inverse();
@@ -295,18 +295,14 @@ impl Compared<'_> {
     }
 
     /// Effects that the model file does not have and that the residual has the form of.
-    fn foreign(&self, found: &MostProbable) -> Vec<EffectId> {
+    fn unmodelled(&self, found: &MostProbable) -> Vec<EffectId> {
         let slopes = self.unknown_slopes(&found.numbers, &self.white_slopes);
         let unknowns = unknowns(self.quantities.layout());
         let descent = slopes.iter().zip(&unknowns).zip(&found.numbers).map(|((row, one), x)| {
             dot(row, &found.white) - one.prior_std.map_or(0.0, |std| x / (std * std))
         });
-        let explanation = Explanation {
-            residual: &found.white,
-            descent: &descent.collect::<Vec<f64>>(),
-            covariance: &found.covariance,
-            slopes: &slopes,
-        };
+        let explanation =
+            Explanation::new(&found.white, &slopes, &found.covariance, descent.collect());
         let white = |effect: &EffectSlopes| {
             let mut rows = effect.rows.clone();
             for row in &mut rows {
@@ -317,7 +313,7 @@ impl Compared<'_> {
             EffectSlopes { effect: effect.effect, rows }
         };
         let effects: Vec<EffectSlopes> = self.effects.iter().map(white).collect();
-        foreign(&explanation, &effects)
+        unmodelled(&explanation, &effects)
     }
 
     /// Place of the winding's temperature among the unknowns, and its reading.

@@ -6,12 +6,12 @@ use super::{
     error::UnitError,
     evidence::{Evidence, TemperatureReading},
     finding::{Findings, History, Since},
-    foreign::{EffectSlopes, absent},
     joint::{DamageFit, Joint, OfUnit, Wear},
     learnt_unit::{LearntUnit, UnitRecording, UnitState},
     monitor::UnitMonitor,
     quantities::Quantities,
     search::{Observed, UnitFit, explain},
+    unmodelled::{EffectSlopes, absent},
 };
 use crate::{
     Bundle, EMBEDDED_BUNDLES, simulation::experiment::Experiment,
@@ -119,19 +119,19 @@ fn a_residual_in_the_form_of_an_effect_is_told() {
     let effects = chirp.effect_slopes();
     let cogging = effects.iter().find(|one| one.effect == EffectId::Cogging).unwrap();
     let machine = chirp.point(&[("k3", 0.03), ("transmission.kinetic-friction-n-m", 0.1)]);
-    let foreign = |largest_a: f64| {
+    let unmodelled = |largest_a: f64| {
         let row = &cogging.rows[0];
         let most = row.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let mut signal = chirp.signal(&machine);
         for (value, slope) in signal.iter_mut().zip(row) {
             *value += largest_a * slope / most;
         }
-        chirp.fit_beside(&effects, &signal, u64::MAX).evidence.foreign
+        chirp.fit_beside(&effects, &signal, u64::MAX).evidence.unmodelled
     };
-    assert_eq!(foreign(0.0), []);
+    assert_eq!(unmodelled(0.0), []);
     // within what noise allows
-    assert_eq!(foreign(1e-3), []);
-    assert_eq!(foreign(0.05).first(), Some(&EffectId::Cogging));
+    assert_eq!(unmodelled(1e-3), []);
+    assert_eq!(unmodelled(0.05).first(), Some(&EffectId::Cogging));
 }
 
 #[test]

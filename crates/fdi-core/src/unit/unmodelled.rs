@@ -38,15 +38,15 @@ pub(crate) struct EffectSlopes {
 }
 
 /// A most probable explanation as white rows.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Explanation<'a> {
-    pub(crate) residual: &'a [f64],
+    residual: &'a [f64],
     /// One row an unknown, `J`.
-    pub(crate) slopes: &'a [Vec<f64>],
+    slopes: &'a [Vec<f64>],
     /// Covariance of the unknowns.
-    pub(crate) covariance: &'a SymmetricMatrix,
-    /// Half of the descent of the sum of squares at the explanation.
-    pub(crate) descent: &'a [f64],
+    covariance: DMatrix<f64>,
+    /// The step that a search ends before, whose gain is no effect's.
+    step: DVector<f64>,
 }
 
 /// Each effect with its amplitudes, one at a time at a small size.
@@ -76,7 +76,7 @@ pub(crate) fn absent(present: &[Effect]) -> Vec<EffectId> {
 }
 
 /// Effects that a residual has the form of beyond chance: the clearest, then those that are as good.
-pub(crate) fn foreign(explanation: &Explanation<'_>, effects: &[EffectSlopes]) -> Vec<EffectId> {
+pub(crate) fn unmodelled(explanation: &Explanation<'_>, effects: &[EffectSlopes]) -> Vec<EffectId> {
     let excess = |effect: &EffectSlopes| {
         let gain = explanation.gain(effect)?;
         Some((effect.effect, gain.value - gain.limit(effects.len())))
@@ -104,22 +104,32 @@ impl Gain {
     }
 }
 
-impl Explanation<'_> {
+impl<'a> Explanation<'a> {
+    /// An explanation, by half of the descent of the sum of squares at it.
+    pub(crate) fn new(
+        residual: &'a [f64],
+        slopes: &'a [Vec<f64>],
+        covariance: &SymmetricMatrix,
+        descent: Vec<f64>,
+    ) -> Self {
+        let unknowns = slopes.len();
+        let covariance = DMatrix::from_fn(unknowns, unknowns, |i, j| covariance.at(i, j));
+        let step = &covariance * DVector::from_vec(descent);
+        Self { residual, slopes, covariance, step }
+    }
+
     /// `D` of an effect; `None` where it is not finite.
     fn gain(&self, effect: &EffectSlopes) -> Option<Gain> {
         let (count, unknowns) = (effect.rows.len(), self.slopes.len());
-        let covariance = DMatrix::from_fn(unknowns, unknowns, |i, j| self.covariance.at(i, j));
         let shared =
             DMatrix::from_fn(unknowns, count, |i, j| dot(&self.slopes[i], &effect.rows[j]));
         let own = DMatrix::from_fn(count, count, |i, j| dot(&effect.rows[i], &effect.rows[j]));
-        // a search ends before the last step, whose gain is no effect's
-        let step = &covariance * DVector::from_column_slice(self.descent);
         let seen = DVector::from_fn(count, |i, _| dot(&effect.rows[i], self.residual))
-            - shared.transpose() * step;
+            - shared.transpose() * &self.step;
         // each amplitude by its own white size, so that units do not matter
         let size =
             DVector::from_fn(count, |i, _| own[(i, i)].sqrt().max(f64::MIN_POSITIVE).recip());
-        let open = &own - shared.transpose() * &covariance * &shared;
+        let open = &own - shared.transpose() * &self.covariance * &shared;
         let open = DMatrix::from_fn(count, count, |i, j| size[i] * size[j] * open[(i, j)]);
         let seen = seen.component_mul(&size);
         if !open.iter().chain(&seen).all(|value| value.is_finite()) {
@@ -163,13 +173,8 @@ mod tests {
         let of_unknowns = covariance(slopes);
         // at zero, from which the one step leads to the most probable unknowns
         let descent: Vec<f64> = slopes.iter().map(|row| dot(row, signal)).collect();
-        let explanation = Explanation {
-            residual: signal,
-            slopes,
-            covariance: &SymmetricMatrix::from_fn(slopes.len(), |i, j| of_unknowns[(i, j)]),
-            descent: &descent,
-        };
-        explanation.gain(effect).unwrap().value
+        let of_unknowns = SymmetricMatrix::from_fn(slopes.len(), |i, j| of_unknowns[(i, j)]);
+        Explanation::new(signal, slopes, &of_unknowns, descent).gain(effect).unwrap().value
     }
 
     #[test]
