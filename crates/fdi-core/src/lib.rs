@@ -93,6 +93,9 @@ pub use statistics::noise_covariance::unit_noise_covariance;
 pub use statistics::parallel::in_parallel;
 pub use unit::{
     error::UnitErrorError,
+    explaining::{
+        Cause, CauseRecording, CauseTried, CauseVerdict, Causes, ExplainError, ExplainOptions,
+    },
     layout::Component,
     learning::{Disagreement, NotLearnt, UnitLearningError},
     learnt_unit::{LearntUnit, OtherBundle, UnitRecording, UnitState},

@@ -1,16 +1,20 @@
 //! A machine whose numbers are known only to their tolerances: what its current shows of them, how
 //! the low-fidelity model errs on such machines, and which damage explains a recording.
 
+pub(crate) mod acting;
 pub(crate) mod answer;
+pub(crate) mod causes;
 pub(crate) mod design;
 pub(crate) mod error;
 pub(crate) mod evidence;
+pub(crate) mod explaining;
 pub(crate) mod file;
 pub(crate) mod finding;
 pub(crate) mod joint;
 pub(crate) mod layout;
 pub(crate) mod learning;
 pub(crate) mod learnt_unit;
+pub(crate) mod modelled;
 pub(crate) mod monitor;
 pub(crate) mod numbers;
 pub(crate) mod quantities;
@@ -18,4 +22,6 @@ pub(crate) mod search;
 pub(crate) mod sensors;
 #[cfg(test)]
 mod tests;
+pub(crate) mod together;
 pub(crate) mod unmodelled;
+pub(crate) mod variants;

@@ -44,7 +44,6 @@ pub struct NumberInterval {
 
 /// An effect that was found.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Finding {
     /// With its numbers.
     pub effect: Effect,

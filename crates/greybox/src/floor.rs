@@ -20,6 +20,8 @@ pub enum NoiseSource {
     Repeat,
     /// Rest of the residual beside all that the catalogue can do.
     Saturated,
+    /// Noise and learnt error of the low-fidelity model.
+    Learnt,
 }
 
 /// Level of the noise of the drive signal.

@@ -1,7 +1,7 @@
 //! An explanation among others: fitted to the recordings for it, judged on those that are not.
 
 use ema_sim::{Effect, EffectId};
-use inference::{Whitener, rms};
+use inference::{Whitener, chi_squared_log_tail, rms};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
     known::HeldOut,
     plausible::Plausible,
     problem::{PerRecord, Prepared, Problem, Split},
-    scan::{Scored, log_tail},
+    scan::Scored,
     structure::{Number, Structure, set},
     trial::Tried,
 };
@@ -179,7 +179,7 @@ struct Asked {
 impl Asked {
     /// Logarithm of the chance that the objective falls so far, times the questions.
     fn log_chance(self, fall: f64) -> f64 {
-        log_tail(2.0 * fall, self.numbers) + libm::log(self.looked_at * self.questions)
+        chi_squared_log_tail(2.0 * fall, self.numbers) + libm::log(self.looked_at * self.questions)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
 use ema_sim::{CommandKind, EffectId, LoopPart, Repetition};
-use inference::Whitener;
+use inference::{Whitener, chi_squared_log_tail};
 
 use crate::{
     curve::{Hypothesis, hypotheses},
@@ -15,7 +15,7 @@ use crate::{
     plausible::Plausible,
     response::leads,
     rival::{Judged, Rival, Shortlisted, nats_together},
-    scan::{Scan, log_tail, score},
+    scan::{Scan, score},
     structure::Structure,
     trial::{Trial, Tried},
 };
@@ -448,7 +448,7 @@ impl Session<'_> {
         let numbers = current.fitted.values.len() - without.fitted.values.len();
         let others = search.explained() - fall;
         let is_no_form = fall >= MOST_FORM_SHARE * others;
-        self.is_held_out(current, without, log_tail(2.0 * fall, numbers), is_no_form)
+        self.is_held_out(current, without, chi_squared_log_tail(2.0 * fall, numbers), is_no_form)
             && nats_together(
                 &current.gain_over(without),
                 current.evidence_over(without, self.train.samples()),

@@ -1,13 +1,12 @@
 //! Remainder of a recording, described: fit, whiteness, and which coordinate it follows.
 
 use ema_sim::MachineSignals;
-use inference::{Whitener, rms};
+use inference::{Whitener, ljung_box_chance, rms};
 
 use crate::{
     error::GreyboxError,
     machine::{Machine, State},
     problem::{PerRecord, Prepared, Problem},
-    scan::log_tail,
 };
 
 /// How well a recording is explained.
@@ -24,9 +23,6 @@ pub struct RecordFit {
     pub whiteness_p: f64,
 }
 
-/// Lags of the whiteness test.
-const LAGS: usize = 20;
-
 /// The fits of the recordings of a problem with these residuals.
 pub(crate) fn record_fits(
     problem: &Problem<'_>,
@@ -42,25 +38,10 @@ pub(crate) fn record_fits(
             record: prepared.record.name.clone(),
             rms: rms(&plain),
             fit_percent: 100.0 * (1.0 - rms(&plain) / rms(&spread).max(f64::MIN_POSITIVE)),
-            whiteness_p: whiteness(&whitener.apply(residual)),
+            whiteness_p: ljung_box_chance(&whitener.apply(residual)),
         }
     };
     problem.records.iter().zip(residuals).map(of).collect()
-}
-
-/// Ljung and Box: `n(n+2)·Σ r_l²/(n−l)` against the chi-squared distribution.
-fn whiteness(white: &[f64]) -> f64 {
-    let n = white.len() as f64;
-    let energy: f64 = white.iter().map(|x| x * x).sum();
-    if energy <= 0.0 || white.len() <= 2 * LAGS {
-        return 1.0;
-    }
-    let lagged = |lag: usize| -> f64 {
-        let r = white.iter().zip(&white[lag..]).map(|(a, b)| a * b).sum::<f64>() / energy;
-        r * r / (n - lag as f64)
-    };
-    let statistic = n * (n + 2.0) * (1..=LAGS).map(lagged).sum::<f64>();
-    libm::exp(log_tail(statistic, LAGS))
 }
 
 /// Share of a residual that follows a coordinate.

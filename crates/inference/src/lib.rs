@@ -17,6 +17,7 @@ struct Readme;
 mod autoregressive;
 mod banded;
 mod central;
+mod chance;
 mod in_box;
 mod most_probable;
 #[cfg(test)]
@@ -28,6 +29,7 @@ mod taper;
 pub use autoregressive::{Whitener, rms};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot};
 pub use central::{central_differences, central_differences_together, try_central_differences};
+pub use chance::{chi_squared_log_tail, ljung_box_chance};
 pub use in_box::{QuadraticForm, least_in_box};
 pub use most_probable::{MostProbable, Unknown, Whitened, most_probable};
 pub use symmetric::SymmetricMatrix;

@@ -14,6 +14,9 @@ use crate::request::EvaluationError;
 const NOISE_RUNS: u64 = 200;
 /// Samples that its taper reaches.
 const TAPER_SAMPLES: usize = 60;
+/// Steps to the damage and numbers that explain a signal best, and parts of a step that are tried.
+const REFITS: usize = 6;
+const REFIT_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Share of a number's scatter that its slope is taken over.
 const SLOPE_SHARE: f64 = 0.3;
 
@@ -150,6 +153,7 @@ pub fn number_bounds(
 pub(super) struct Evidence {
     whole: Whole,
     parts: Vec<Part>,
+    unknowns: Vec<UnknownOfBound>,
 }
 
 impl Evidence {
@@ -159,19 +163,68 @@ impl Evidence {
         let unknowns = unknowns(case.scale);
         let parts = parts(&unknowns, &case, 1);
         let whole = whole(bundle, &case, &unknowns, &parts, jobs)?;
-        Ok(Self { whole, parts })
+        Ok(Self { whole, parts, unknowns })
     }
 
-    /// `λ = dᵀ·Σ⁻¹·d − (J·Σ⁻¹·d)ᵀ·C·(J·Σ⁻¹·d)` of a change `d`: twice the logarithm of the likelihood
-    /// ratio that it is worth, all else free within its prior.
-    pub(super) fn lambda(&self, change_a: &[f64]) -> f64 {
-        let mut white = change_a.to_vec();
-        self.whole.factor.whiten(&mut white);
-        let share = |part: &Part| part.shares[0] * dot(&self.whole.rows[part.unknown], &white);
-        let seen: Vec<f64> = self.parts.iter().map(share).collect();
-        let explained = dot(&seen, &self.whole.information.solve_semidefinite(&seen));
-        dot(&white, &white) - explained
+    /// Least sum of squares that damage and numbers leave of a signal of the low-fidelity model:
+    ///
+    /// ```text
+    /// λ = min_x (y − f(x))ᵀ·Σ⁻¹·(y − f(x)) + xᵀ·P·x
+    /// ```
+    ///
+    /// twice the logarithm of the likelihood ratio that the signal's own cause is worth beside them.
+    /// The minimum is sought by steps with the slopes at the nominal machine, so that λ is no less than
+    /// it; `None` where there is no such machine.
+    pub(super) fn lambda(
+        &self,
+        experiment: &Experiment,
+        nominal: &Hidden,
+        signal_a: &[f64],
+    ) -> Option<Lambda> {
+        let white = |values: &[f64]| {
+            let mut moved = nominal.clone();
+            for (part, value) in self.parts.iter().zip(values) {
+                (self.unknowns[part.unknown].add)(&mut moved, part.shares[0] * value);
+            }
+            let predicted = moved.low_fidelity_signal(experiment).ok()?;
+            let mut white: Vec<f64> = signal_a.iter().zip(predicted).map(|(y, f)| y - f).collect();
+            self.whole.factor.whiten(&mut white);
+            let prior = self.parts.iter().zip(values).map(|(part, x)| part.precision * x * x);
+            let sum = dot(&white, &white) + prior.sum::<f64>();
+            sum.is_finite().then_some((sum, white))
+        };
+        let mut values = vec![0.0; self.parts.len()];
+        let (mut least, mut residual) = white(&values)?;
+        for _ in 0..REFITS {
+            let descent = self.parts.iter().zip(&values).map(|(part, x)| {
+                part.shares[0] * dot(&self.whole.rows[part.unknown], &residual) - part.precision * x
+            });
+            let step = self.whole.information.solve_semidefinite(&descent.collect::<Vec<f64>>());
+            let moved = REFIT_SHARES.iter().find_map(|share| {
+                let moved: Vec<f64> =
+                    values.iter().zip(&step).map(|(x, step)| x + share * step).collect();
+                let (sum, residual) = white(&moved)?;
+                (sum < least).then_some((sum, residual, moved))
+            });
+            let Some((sum, white, moved)) = moved else { break };
+            (least, residual, values) = (sum, white, moved);
+        }
+        Some(Lambda { value: least, residual })
     }
+
+    /// Share of what is left of a signal of the low-fidelity model that a change of the high-fidelity
+    /// one shows: with it squared, λ is what that machine's recordings are worth.
+    pub(super) fn shown_share(&self, lambda: &Lambda, mut change_a: Vec<f64>) -> f64 {
+        self.whole.factor.whiten(&mut change_a);
+        dot(&lambda.residual, &change_a) / dot(&lambda.residual, &lambda.residual)
+    }
+}
+
+/// Evidence for a signal's cause.
+pub(super) struct Lambda {
+    pub(super) value: f64,
+    /// What damage and numbers leave of the signal, white.
+    residual: Vec<f64>,
 }
 
 /// Slopes of one recording as white numbers, and what recordings and priors say of the parts.
@@ -232,15 +285,8 @@ fn noise(
     nominal: &Hidden,
     jobs: usize,
 ) -> Result<BandedMatrix, EvaluationError> {
-    let signal = |hidden: &Hidden, seed: u64| -> Result<Vec<f64>, EvaluationError> {
-        let (phases, angle_rad) = hidden.phases(&experiment.scenario, seed)?;
-        let views = [&phases[0][..], &phases[1][..], &phases[2][..]];
-        let pole_pairs = experiment.actuator.motor.pole_pairs;
-        let envelope_a = experiment.envelope.of_phases_at(views, &angle_rad, pole_pairs);
-        Ok(experiment.filter.apply(&envelope_a, experiment.actuator.controller.sample_hz))
-    };
     let seeds: Vec<u64> = (0..NOISE_RUNS).collect();
-    let mut runs = in_parallel(&seeds, jobs, |_, &seed| signal(nominal, seed))?;
+    let mut runs = in_parallel(&seeds, jobs, |_, &seed| nominal.signal(experiment, seed))?;
     let count = runs.len() as f64;
     let samples = runs[0].len();
     let mean: Vec<f64> =

@@ -25,6 +25,8 @@ const LAMBDA: [f64; 2] = [60.0, 600.0];
 const MOST_DRAWS: u64 = 60;
 /// Steps towards the evidence that is drawn.
 const STEPS: usize = 8;
+/// High-fidelity runs, each with a noise of its own, whose mean shows how much of an effect is seen.
+const RUNS: u64 = 8;
 
 /// Units with an effect of the catalogue that their model file does not have.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +46,9 @@ pub struct EffectLine {
 pub struct HiddenEffect {
     /// The effect; `None` for a unit without one.
     pub effect: Option<Effect>,
-    /// Evidence of the effect in one recording beside damage and tolerances, by the low-fidelity
-    /// model: twice the logarithm of a likelihood ratio.
+    /// Evidence of the effect in one recording beside damage and tolerances that are fitted to it, by
+    /// the low-fidelity model, times the square of the share of it that the high-fidelity machine
+    /// shows: twice the logarithm of a likelihood ratio.
     pub lambda: f64,
     /// The unit, as it was learnt without the effect; `None` where it could not be.
     pub unit: Option<LearntUnit>,
@@ -116,9 +119,10 @@ pub fn evaluate_effects(
 struct Usual<'a> {
     experiment: &'a Experiment,
     nominal: Hidden,
-    signal_a: Vec<f64>,
     scales: MachineScales,
     high: HighFidelity,
+    /// Mean signal of the high-fidelity model, A.
+    high_a: Vec<f64>,
     /// Effects that both models of the machine take.
     effects: Vec<EffectId>,
 }
@@ -139,8 +143,8 @@ impl<'a> Usual<'a> {
                 && !id.info().takes_curve
         };
         let effects = EffectId::ALL.into_iter().filter(is_taken).collect();
-        let signal_a = nominal.low_fidelity_signal(experiment)?;
-        Ok(Self { experiment, nominal, signal_a, scales, high, effects })
+        let high_a = mean_signal(&nominal, experiment)?;
+        Ok(Self { experiment, nominal, scales, high, high_a, effects })
     }
 
     /// An effect with its evidence.
@@ -200,9 +204,25 @@ impl<'a> Usual<'a> {
     fn lambda(&self, evidence: &Evidence, effect: &Effect) -> Option<f64> {
         let hidden = Hidden { effects: vec![effect.clone()], ..self.nominal.clone() };
         let moved = hidden.low_fidelity_signal(self.experiment).ok()?;
-        let change: Vec<f64> = moved.iter().zip(&self.signal_a).map(|(a, b)| a - b).collect();
-        let lambda = evidence.lambda(&change);
-        // a machine that runs away is no machine
-        lambda.is_finite().then_some(lambda)
+        let lambda = evidence.lambda(self.experiment, &self.nominal, &moved)?;
+        // what is not worth it in the cheap model is not in the other
+        if lambda.value < LAMBDA[0] {
+            return Some(lambda.value);
+        }
+        let with = mean_signal(&hidden, self.experiment).ok()?;
+        let change = with.iter().zip(&self.high_a).map(|(a, b)| a - b).collect();
+        let share = evidence.shown_share(&lambda, change).max(0.0);
+        Some(share * share * lambda.value)
     }
+}
+
+/// Mean signal of the high-fidelity machine with its electronics over some runs, A.
+fn mean_signal(hidden: &Hidden, experiment: &Experiment) -> Result<Vec<f64>, EvaluationError> {
+    let mut mean = vec![0.0; experiment.samples()];
+    for seed in 0..RUNS {
+        for (sum, value) in mean.iter_mut().zip(hidden.signal(experiment, seed)?) {
+            *sum += value / RUNS as f64;
+        }
+    }
+    Ok(mean)
 }

@@ -294,6 +294,19 @@ impl Hidden {
         Ok((self.sensed(trace.phase_currents_a), trace.motor_angle_rad))
     }
 
+    /// Filtered envelope of the high-fidelity model without the sensors' noise, A.
+    pub(super) fn signal(
+        &self,
+        experiment: &Experiment,
+        seed: u64,
+    ) -> Result<Vec<f64>, SimulationError> {
+        let (phases, angle_rad) = self.phases(&experiment.scenario, seed)?;
+        let views = [&phases[0][..], &phases[1][..], &phases[2][..]];
+        let pole_pairs = experiment.actuator.motor.pole_pairs;
+        let envelope_a = experiment.envelope.of_phases_at(views, &angle_rad, pole_pairs);
+        Ok(experiment.filter.apply(&envelope_a, experiment.actuator.controller.sample_hz))
+    }
+
     fn faults(&self) -> PhysicalFaults {
         let mut faults = PhysicalFaults::from(&self.damage);
         for (turns, built) in faults.healthy_turns_frac.iter_mut().zip(self.turns) {

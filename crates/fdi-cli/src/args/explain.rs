@@ -40,15 +40,17 @@ pub struct ExplainArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub records: RecordArgs,
-    /// Model that predicts the recordings [default: the one under which they are likeliest]
+    /// Model that predicts the recordings [default: `learnt` where they are of a bundle's test, else
+    /// the one under which they are likeliest]
     #[arg(long, value_name = "MODEL", value_parser = published::<Prediction>())]
     pub fidelity: Option<Prediction>,
     /// Unit that the recordings are of, as `fdi unit learn` wrote it: its numbers in place of its
     /// type's
     #[arg(long, value_name = "FILE", conflicts_with = "model")]
     pub unit: Option<PathBuf>,
-    /// Bundle that the unit was learnt with [default: the embedded one]
-    #[arg(long, value_name = "FILE", requires = "unit")]
+    /// Bundle that knows the error of the low-fidelity model, of a unit the one that it was learnt with
+    /// [default: the embedded one]
+    #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]

@@ -3,25 +3,26 @@
 mod compared;
 mod document;
 mod evidence;
+mod learnt;
 mod sentences;
 
 pub(super) use document::{holdout, observation};
 pub(crate) use sentences::rounded;
 
-use std::{path::PathBuf, time::Instant};
+use std::{path::PathBuf, sync::Arc, time::Instant};
 
 use anyhow::{Context, Result, anyhow, bail};
 use fdi_core::{
     ColumnMap, GivenCommand, Recording,
     ema_sim::{EffectId, model_file::MachineModel},
     read_machine,
-    report::ExplanationVerdict,
+    report::{ExplanationVerdict, Prediction},
 };
 use fdi_report::Page;
 use greybox::{Explained, Options, Record, Recordings};
 use serde::Serialize;
 
-use super::effects::causes;
+use super::{effects::causes, unit::LearntMachine};
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{ExplainArgs, RecordArgs},
@@ -42,26 +43,18 @@ pub(crate) fn explain(
         bail!("no table of this: `--output-format human|json|jsonl`");
     }
     let start = Instant::now();
-    let model = match &args.unit {
-        Some(path) => super::unit::model_of(path, args.bundle.as_ref())?,
-        None if args.bundle.is_some() => bail!("`--bundle` is of a unit: give `--unit FILE` too"),
-        None => read_machine(&args.model)?,
-    };
-    let explained = match recordings(&args.records, &model)? {
-        Ok(recordings) => {
-            let options = Options {
-                seed: global.seed,
-                jobs: global.threads(),
-                without: effects(&args.without)?,
-                observation: args.fidelity.and_then(observation),
-                ..Options::default()
-            };
-            let what = stage("explaining", &recordings);
-            watched(streams, global.quiet, &what, || {
-                greybox::explain(&model, &recordings, &options)
-            })?
+    let compared = compared_with(args)?;
+    let model = &compared.model;
+    let (explained, prediction) = match learnt::explained(&compared, args, global, streams)? {
+        Ok(explained) => (explained, Some(Prediction::Learnt)),
+        Err(reason) => {
+            if global.verbose {
+                streams.say(format_args!("not with the learnt error: {reason}"));
+            }
+            let explained = of_machine(args, model, global, streams)?;
+            let prediction = explained.observation.and_then(document::prediction);
+            (explained, prediction)
         }
-        Err(missing) => Explained::inconclusive(missing),
     };
     if global.verbose {
         for line in &explained.log {
@@ -69,13 +62,13 @@ pub(crate) fn explain(
         }
     }
     let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
-    let answer = document::document(&explained, &model, global, elapsed_s);
+    let answer = document::document(&explained, prediction, model, global, elapsed_s);
     report_file::write(args.report.places(), || Ok(Page::of_explanation(&answer)))?;
     let text = in_form(global.output_format, &answer, sentences::human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
-        let extended = explained.extend(&model);
-        if extended == model {
+        let extended = explained.extend(model);
+        if extended == *model {
             let name = path.display();
             streams.say(format_args!("{name}: nothing is found, the model as it was is written"));
         }
@@ -87,6 +80,39 @@ pub(crate) fn explain(
         ExplanationVerdict::Inconclusive => ExitStatus::Open,
         _ => ExitStatus::Found,
     })
+}
+
+/// The machine that recordings are compared with: a unit, or a model.
+fn compared_with(args: &ExplainArgs) -> Result<learnt::Compared> {
+    let Some(path) = &args.unit else {
+        return Ok(learnt::Compared { model: read_machine(&args.model)?, learnt: None });
+    };
+    let LearntMachine { diagnoser, unit, model } =
+        super::unit::learnt_machine(path, args.bundle.as_ref())?;
+    let learnt = Some((diagnoser, Some(Arc::new(unit))));
+    Ok(learnt::Compared { model: MachineModel::Actuator(model), learnt })
+}
+
+/// The answer by the machine's own models, whose error is not known.
+fn of_machine(
+    args: &ExplainArgs,
+    model: &MachineModel,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Explained> {
+    let recordings = match recordings(&args.records, model)? {
+        Ok(recordings) => recordings,
+        Err(missing) => return Ok(Explained::inconclusive(missing)),
+    };
+    let options = Options {
+        seed: global.seed,
+        jobs: global.threads(),
+        without: effects(&args.without)?,
+        observation: args.fidelity.and_then(observation),
+        ..Options::default()
+    };
+    let what = stage("explaining", &recordings);
+    Ok(watched(streams, global.quiet, &what, || greybox::explain(model, &recordings, &options))?)
 }
 
 /// Effects by their symbols in the catalogue.
@@ -102,12 +128,13 @@ pub(super) fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
 
 /// Describes in a line the step that the recordings go through.
 pub(super) fn stage(what: &str, recordings: &Recordings) -> String {
-    let train = recordings.train.len();
+    described(what, recordings.train.len(), recordings.holdout.len())
+}
+
+/// Describes in a line the step that so many recordings go through.
+fn described(what: &str, train: usize, holdout: usize) -> String {
     let noun = if train == 1 { "recording" } else { "recordings" };
-    let held = match recordings.holdout.len() {
-        0 => String::new(),
-        count => format!(", {count} held out"),
-    };
+    let held = if holdout == 0 { String::new() } else { format!(", {holdout} held out") };
     format!("{what} {train} {noun}{held}")
 }
 

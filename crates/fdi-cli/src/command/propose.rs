@@ -2,12 +2,12 @@
 
 use std::{fmt::Write, time::Instant};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use fdi_core::{
     command_channel,
     ema_sim::{Geometry, model_file::MachineModel},
     load_channel, read_machine,
-    report::{Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
+    report::{Prediction, Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
 };
 use greybox::{Options, Proposed};
 
@@ -22,6 +22,9 @@ pub(crate) fn propose(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let start = Instant::now();
+    if args.fidelity == Some(Prediction::Learnt) {
+        bail!("`--fidelity learnt`: proposals predict with `ideal`, `low` or `high`");
+    }
     let model = read_machine(&args.model)?;
     let recordings = whole_recordings(&args.records, &model)?;
     let options = Options {

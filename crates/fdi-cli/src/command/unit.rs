@@ -8,7 +8,10 @@ use std::{
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     Disagreement, LearntNumber, LearntNumbers, LearntUnit, UnitState,
-    ema_sim::{EffectId, model_file::MachineModel},
+    ema_sim::{
+        EffectId,
+        model_file::{MachineModel, Model},
+    },
     report::{LearntFrom, UnitNumber, UnitSummary},
 };
 
@@ -102,13 +105,21 @@ pub(crate) fn write_model(
     if global.output_format != OutputFormat::Human {
         bail!("the model file of a unit has no other form: leave `--output-format` out");
     }
-    let written = model_of(&args.unit, args.bundle.as_ref())?.write();
+    let machine = learnt_machine(&args.unit, args.bundle.as_ref())?;
+    let written = MachineModel::Actuator(machine.model).write();
     streams.product(global.output.as_deref(), |out| out.write_all(written.as_bytes()))?;
     Ok(ExitStatus::Done)
 }
 
-/// The model of the unit in a file, learnt with a bundle.
-pub(crate) fn model_of(path: &Path, bundle: Option<&PathBuf>) -> Result<MachineModel> {
+/// A unit with the diagnosis of the bundle that it was learnt with, and its model.
+pub(crate) struct LearntMachine {
+    pub(crate) diagnoser: fdi_core::Diagnoser,
+    pub(crate) unit: LearntUnit,
+    pub(crate) model: Model,
+}
+
+/// Reads the unit in a file, learnt with a bundle.
+pub(crate) fn learnt_machine(path: &Path, bundle: Option<&PathBuf>) -> Result<LearntMachine> {
     let unit = unit_file::read(path)?;
     let named = || path.display().to_string();
     let diagnoser = diagnoser_of_unit(&unit, bundle).with_context(named)?.with_context(|| {
@@ -118,8 +129,8 @@ pub(crate) fn model_of(path: &Path, bundle: Option<&PathBuf>) -> Result<MachineM
              names it"
         )
     })?;
-    let numbers = diagnoser.unit_numbers(&unit).with_context(named)?;
-    Ok(MachineModel::Actuator(numbers.model))
+    let model = diagnoser.unit_numbers(&unit).with_context(named)?.model;
+    Ok(LearntMachine { diagnoser, unit, model })
 }
 
 /// Writes a unit where it was read, or where `--output` says.

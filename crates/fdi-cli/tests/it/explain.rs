@@ -177,7 +177,7 @@ fn other_units_change_nothing() {
     }
 }
 
-fn explain(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+fn explain_in(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fdi"));
     command.current_dir(folder).arg("explain").args(arguments);
     let output = command.output().unwrap();
@@ -208,7 +208,7 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
         }),
     );
     let sentence = |arguments: &[&str]| {
-        let (code, out, err) = explain(folder.path(), &[&["-q"], arguments].concat());
+        let (code, out, err) = explain_in(folder.path(), &[&["-q"], arguments].concat());
         assert_eq!((code, err.as_str()), (Some(0), ""));
         out.lines().next().unwrap_or_default().to_owned()
     };
@@ -230,7 +230,7 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     );
     let turned = fs::read_to_string(folder.path().join("one.csv")).unwrap();
     write("turned.csv", format!("# start-angle-rad = 1.5\n{turned}"));
-    let (code, _, err) = explain(folder.path(), &["--train", "turned.csv"]);
+    let (code, _, err) = explain_in(folder.path(), &["--train", "turned.csv"]);
     assert_eq!(code, Some(2));
     let told = "turned.csv: `start-angle-rad` is 1.5, but `motor_angle_rad` begins at 0";
     assert!(err.contains(told), "{err}");
@@ -238,10 +238,11 @@ fn what_recordings_lack_is_said_and_what_is_wrong_with_them_too() {
     let axis = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models/laas.toml");
     let said = sentence(&["--model", axis, "--train", "turned.csv"]);
     assert!(said.starts_with("No conclusion: one recording alone"), "{said}");
-    let (code, _, err) = explain(folder.path(), &["--train", "none.csv"]);
+    let (code, _, err) = explain_in(folder.path(), &["--train", "none.csv"]);
     assert_eq!(code, Some(2));
     assert!(err.contains("none.csv"), "{err}");
-    let (code, _, err) = explain(folder.path(), &["--train", "one.csv", "--output-format", "csv"]);
+    let (code, _, err) =
+        explain_in(folder.path(), &["--train", "one.csv", "--output-format", "csv"]);
     assert_eq!(code, Some(2));
     assert!(err.contains("no table of this"), "{err}");
 }
@@ -341,4 +342,60 @@ fn electronics_are_no_cause_and_hide_none() {
     let found = explained("true.toml");
     let symbols: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
     assert_eq!(symbols, ["E11"], "{}", found.sentence);
+}
+
+/// Recordings of the embedded chirp are compared with the low-fidelity model and its learnt error:
+/// a machine that is its model file has nothing, and of one with cogging that is named.
+#[test]
+fn recordings_of_a_bundles_test_are_predicted_with_its_learnt_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/models");
+    let nominal = fs::read_to_string(models.join("ema-48.toml")).unwrap();
+    let hidden = "[[effect]]\nid = \"E11\"\nparameters = { cogging-sin-n-m = 0.0008 }\n";
+    fs::write(folder.path().join("true.toml"), format!("{nominal}\n{hidden}")).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fdi"));
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    for (model, name) in [("ema-48", "new"), ("true.toml", "cogged")] {
+        for seed in ["1", "2", "3", "4"] {
+            let file = format!("{name}-{seed}.csv");
+            let of = ["simulate", "--model", model, "--seed", seed, "-o", &file];
+            run(&[&of[..], &["--noise-a", "0.02", "--adc-bits", "12"]].concat());
+        }
+    }
+    let explain = |name: &str, options: &[&str]| -> (Explanation, Vec<u8>) {
+        let [a, b, c, d] = ["1", "2", "3", "4"].map(|seed| format!("{name}-{seed}.csv"));
+        let records = ["explain", "--train", &a, &b, "--holdout", &c, "--repeat", &d];
+        let form = ["--output-format", "json", "--stable"];
+        let bytes = run(&[&records[..], &form, options].concat());
+        (serde_json::from_slice(&bytes).unwrap(), bytes)
+    };
+    let (healthy, _) = explain("new", &[]);
+    assert_eq!(healthy.verdict, ExplanationVerdict::Adequate, "{healthy:?}");
+    assert_eq!(healthy.prediction, Some(Prediction::Learnt));
+    let (found, one) = explain("cogged", &["--jobs", "1"]);
+    let [cogging] = &found.effects[..] else { panic!("{}", found.sentence) };
+    assert_eq!((cogging.id.as_str(), found.verdict), ("E11", ExplanationVerdict::Named));
+    let [from, to] = cogging.parameters["cogging_sin_n_m"].interval_95.unwrap();
+    assert!(from <= 0.0008 && 0.0008 <= to && to - from < 0.0005, "{cogging:?}");
+    let roles: Vec<&str> = found.records.iter().map(|record| record.role.as_str()).collect();
+    assert_eq!(roles, ["train", "train", "repeat", "holdout"]);
+    // the same bytes on any number of threads
+    assert_eq!(explain("cogged", &["--jobs", "2"]).1, one);
+    // where it may not be, something is there that nothing else explains as well
+    let (other, _) = explain("cogged", &["--without", "E11"]);
+    assert!(other.effects.iter().all(|effect| effect.id != "E11"));
+    assert_ne!(other.verdict, ExplanationVerdict::Adequate, "{}", other.sentence);
+    // another model on request, and this one only where a bundle knows it
+    let (ideal, _) = explain("cogged", &["--fidelity", "ideal"]);
+    assert_eq!(ideal.prediction, Some(Prediction::Ideal));
+    let bench = ["--model", "bench", "--train", "new-1.csv", "new-2.csv", "--fidelity", "learnt"];
+    let (code, _, err) = explain_in(folder.path(), &bench);
+    assert!(
+        code == Some(2) && err.contains("`--fidelity learnt`: no bundle of this model"),
+        "{err}"
+    );
 }

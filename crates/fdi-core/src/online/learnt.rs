@@ -20,11 +20,13 @@ use crate::{
         error::DiagnoseError,
         likelihood::{GridLikelihood, Likelihood},
         noise_grid::NoiseLevel,
+        observation::Observation,
         severe_errors::SevereErrors,
     },
     simulation::experiment::Monitor,
     statistics::noise_covariance::unit_noise_at_rate,
     unit::{
+        evidence::TemperatureReading,
         monitor::UnitMonitor,
         quantities::Quantities,
         unmodelled::{EffectSlopes, absent},
@@ -203,6 +205,16 @@ impl Learnt {
             let effects = absent(&self.bundle.experiment.effects);
             Ok(Arc::new(monitor.effect_slopes(&nominal, &effects)?))
         })
+    }
+
+    /// Temperature of a recording's winding beyond that of the model file's numbers, where it was read.
+    pub(crate) fn temperature_reading(
+        &self,
+        observation: &Observation,
+    ) -> Option<TemperatureReading> {
+        let law = self.bundle.experiment.temperature?;
+        let (found_k, std_k) = observation.winding_temperature_k?;
+        Some(TemperatureReading { away_k: found_k - law.nominal_k, std_k })
     }
 
     /// Covariance of the noise of one ampere on phases sampled at a rate.

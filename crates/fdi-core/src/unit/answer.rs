@@ -15,7 +15,6 @@ use crate::{
     },
     unit::{
         error::UnitError,
-        evidence::TemperatureReading,
         finding::{Findings, History, Since},
         joint::{DamageFit, Joint, OfUnit, Wear},
         learnt_unit::{Earlier, LearntUnit},
@@ -102,7 +101,7 @@ impl Run<'_> {
         let quantities = self.learnt.quantities();
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
         let told = self.told_noise(self.observation.noise_beside_gains_a);
-        let temperature = self.temperature_reading();
+        let temperature = self.learnt.temperature_reading(self.observation);
         let effects = self.learnt.effect_slopes(start_angle_rad).map_err(UnitSearchError::from)?;
         let fitted = |level_a: f64| {
             let noise = unit_noise.scaled(level_a * level_a);
@@ -141,15 +140,8 @@ impl Run<'_> {
         Ok(Within { is_to_the_noise: is_adequate(error, &fit), answer, posterior })
     }
 
-    /// Temperature of the winding beyond that of the model file's numbers, where it was read.
-    fn temperature_reading(&self) -> Option<TemperatureReading> {
-        let law = self.experiment().temperature?;
-        let (found_k, std_k) = self.observation.winding_temperature_k?;
-        Some(TemperatureReading { away_k: found_k - law.nominal_k, std_k })
-    }
-
     /// The noise level that makes a residual most likely, with the bundle's level as a prior, A.
-    fn likeliest_noise(
+    pub(crate) fn likeliest_noise(
         &self,
         error: &UnitError,
         fit: &UnitFit,
@@ -309,7 +301,7 @@ fn is_adequate(error: &UnitError, fit: &UnitFit) -> bool {
 
 /// True where a coordinate of damage is beyond its watch level, and beyond that of the units whose
 /// error was learnt.
-fn is_unlearnt((&coordinate, level): (&usize, &f64)) -> bool {
+pub(crate) fn is_unlearnt((&coordinate, level): (&usize, &f64)) -> bool {
     // both coordinates of eccentricity have the watch level of k6
     let watch = WATCH_LEVELS[coordinate.min(WATCH_LEVELS.len() - 1)];
     level.abs() > watch.max(TRAINED_LEVEL)

@@ -363,3 +363,24 @@ fn trend(terms: &[Vec<f64>], differences: &[Vec<f64>]) -> Result<(Rows, Rows), E
     let coefficients = coefficients.into_iter().enumerate().map(shrunk).collect();
     Ok((coefficients, residuals))
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// An error that has a covariance alone.
+    pub(crate) fn with_covariance(covariance: BandedMatrix) -> UnitError {
+        UnitError {
+            start: StartAngle::Zero,
+            bent: Bent { damage: Vec::new(), imbalance: None, play: None },
+            centre: Vec::new(),
+            spread: Vec::new(),
+            coefficients: Vec::new(),
+            covariance,
+            wide: None,
+            shared: 0.0,
+            ln_misfit_mean: 0.0,
+            ln_misfit_std: 0.0,
+        }
+    }
+}

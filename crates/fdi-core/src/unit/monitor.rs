@@ -17,6 +17,8 @@ pub(crate) struct UnitMonitor<'a> {
     experiment: &'a Experiment,
     quantities: &'a Quantities,
     start_angle_rad: f64,
+    /// Effects beside those of the model file.
+    effects: Vec<Effect>,
 }
 
 impl<'a> UnitMonitor<'a> {
@@ -25,7 +27,12 @@ impl<'a> UnitMonitor<'a> {
         quantities: &'a Quantities,
         start_angle_rad: f64,
     ) -> Self {
-        Self { experiment, quantities, start_angle_rad }
+        Self { experiment, quantities, start_angle_rad, effects: Vec::new() }
+    }
+
+    /// The machine with effects beside those of its model file.
+    pub(crate) fn set_effects(&mut self, effects: &[Effect]) {
+        self.effects = effects.to_vec();
     }
 
     /// The diagnosed signal, A; not a number where the machine runs away.
@@ -54,9 +61,8 @@ impl<'a> UnitMonitor<'a> {
         let (model, machine) = self.model(at)?;
         let trace = model.simulate(&machine.faults);
         let without = self.filtered(&trace.current_a);
-        let own = &self.experiment.effects;
         let slope = |(effect, size): &(Effect, f64)| {
-            let effects: Vec<Effect> = own.iter().chain([effect]).cloned().collect();
+            let effects: Vec<Effect> = self.all_effects().chain([effect]).cloned().collect();
             let with = model.clone().with_effects(&effects).ok()?;
             let mut current_a = Vec::new();
             with.simulate_current(&machine.faults, &mut current_a);
@@ -75,7 +81,12 @@ impl<'a> UnitMonitor<'a> {
         let machine = self.quantities.machine(self.experiment, at);
         let scenario = machine.scenario.clone().turned_to(self.start_angle_rad);
         let model = LowFidelity::new(&machine.actuator, &scenario)?;
-        Ok((model.with_effects(&self.experiment.effects)?, machine))
+        let effects: Vec<Effect> = self.all_effects().cloned().collect();
+        Ok((model.with_effects(&effects)?, machine))
+    }
+
+    fn all_effects(&self) -> impl Iterator<Item = &Effect> {
+        self.experiment.effects.iter().chain(&self.effects)
     }
 
     fn filtered(&self, channel: &[f64]) -> Vec<f64> {

@@ -8,13 +8,13 @@ use inference::{
 use nalgebra::DMatrix;
 
 use crate::{
-    offline::{error_model::add_scaled, factor::joined},
+    offline::factor::joined,
     simulation::experiment::Experiment,
     unit::{
         error::UnitError,
         evidence::{Evidence, TemperatureReading},
         layout::Layout,
-        monitor::UnitMonitor,
+        modelled::Modelled,
         quantities::Quantities,
         sensors::SensorShares,
         unmodelled::{EffectSlopes, Explanation, unmodelled},
@@ -25,9 +25,6 @@ use crate::{
 pub(crate) const DAMAGE_REACH: [f64; 7] = [0.15, 0.03, 0.05, 0.05, 0.05, 0.05, 0.05];
 /// Standard deviations that one step may move a number.
 const NUMBER_REACH: f64 = 4.0;
-/// Difference of a quantity for its slope over its spread in the design: large against the kinks
-/// of the controller's ticks, small against what bends.
-const STEP_OF_SPREAD: f64 = 0.07;
 /// Covariances of the model's error that are tried before the one that the search ends with.
 const COVARIANCES: usize = 2;
 /// Difference of the share of a wide play that changes no answer.
@@ -101,17 +98,12 @@ pub(crate) fn explain(
     let layout = quantities.layout();
     let whole = joined(&error.covariance, observed.noise);
     let mut compared = Compared {
-        quantities,
-        error,
-        observed,
+        modelled: Modelled::new(experiment, quantities, error, observed),
         effects,
-        monitor: UnitMonitor::new(experiment, quantities, observed.start_angle_rad),
         floor_a: whole.mean_diagonal().sqrt(),
         cholesky: whole.cholesky()?,
         wideness: 0.0,
-        shares: None,
         white_slopes: Vec::new(),
-        evaluations: 0,
         most_evaluations,
     };
     let mut start = vec![0.0; layout.len()];
@@ -146,94 +138,45 @@ pub(crate) fn number_unknown(std: f64) -> Unknown {
 
 /// A recording beside the low-fidelity model.
 struct Compared<'a> {
-    quantities: &'a Quantities,
-    error: &'a UnitError,
-    observed: &'a Observed<'a>,
+    modelled: Modelled<'a>,
     /// Slopes in effects that the model file does not have.
     effects: &'a [EffectSlopes],
-    monitor: UnitMonitor<'a>,
     cholesky: BandedCholesky,
     /// Share of the covariance of a wide play.
     wideness: f64,
     floor_a: f64,
-    /// Shares of the sensors at the last point.
-    shares: Option<SensorShares>,
     /// White slopes of the signal in all that it shows, at the last point asked for.
     white_slopes: Vec<Vec<f64>>,
-    evaluations: u64,
     /// Evaluations after which no further step is taken.
     most_evaluations: u64,
 }
 
 impl Compared<'_> {
-    /// `y − y_LF(q) − m(q)` less what the sensors add, A.
-    fn residual_a(&mut self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        let at = self.quantities.at(point);
-        let layout = self.quantities.layout();
-        self.evaluations += 1;
-        let (mut signal, shares) = if let Some(measured) = self.observed.shares {
-            let mut signal = self.monitor.signal(&at)?;
-            self.error.add_mean(&at, &mut signal);
-            let shares = measured.with_expected_sum(&signal);
-            (signal, shares)
-        } else {
-            let (mut signal, shares) = self.monitor.sensed(&at)?;
-            self.error.add_mean(&at, &mut signal);
-            (signal, shares)
-        };
-        shares.add(layout, point, &mut signal);
-        self.shares = Some(shares);
-        for (value, measured) in signal.iter_mut().zip(self.observed.signal_a) {
-            *value = measured - *value;
-        }
-        Ok(signal)
-    }
-
-    /// Slopes of the low-fidelity model's signal, one row a quantity.
-    ///
-    /// The learnt error's own slopes stay out: a trend learnt on a few hundred units has noise, which
-    /// a search takes for knowledge of what the signal does not show.
-    fn quantity_slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
-        let at = self.quantities.at(point);
-        let slope = |place: usize| {
-            let step = STEP_OF_SPREAD * self.error.spread[place];
-            let side = |by: f64| {
-                let mut moved = at.clone();
-                moved[place] += by;
-                self.monitor.signal(&moved)
-            };
-            let (above, below) = (side(step)?, side(-step)?);
-            Ok(above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect())
-        };
-        let slopes = (0..at.len()).map(slope).collect::<Result<_, _>>();
-        self.evaluations += 2 * at.len() as u64;
-        slopes
-    }
-
     /// Weighs with another covariance of the model's error.
     fn use_covariance(&mut self, wideness: f64) -> Result<(), NotPositiveDefinite> {
-        let whole = joined(&self.error.covariance_of(wideness), self.observed.noise);
+        let whole =
+            joined(&self.modelled.error.covariance_of(wideness), self.modelled.observed.noise);
         (self.wideness, self.floor_a) = (wideness, whole.mean_diagonal().sqrt());
         self.cholesky = whole.cholesky()?;
         Ok(())
     }
 
     fn fit(&mut self, found: MostProbable) -> Result<UnitFit, UnitSearchError> {
-        let residual_a = self.residual_a(&found.numbers)?;
+        let residual_a = self.modelled.residual_a(&found.numbers)?;
         let unmodelled = self.unmodelled(&found);
-        let samples = self.observed.signal_a.len();
+        let samples = self.modelled.observed.signal_a.len();
         let white = &found.white[..samples];
         let rows = &self.white_slopes;
         let product = |i: usize, j: usize| dot(&rows[i], &rows[j]);
         let evidence = Evidence {
-            at: self.quantities.shown_at(&found.numbers),
+            at: self.modelled.quantities.shown_at(&found.numbers),
             information: DMatrix::from_fn(rows.len(), rows.len(), product),
             descent: rows.iter().map(|row| dot(row, white)).collect(),
             shared: self.shared(),
-            temperature: self.observed.temperature,
+            temperature: self.modelled.observed.temperature,
             unmodelled,
         };
-        let damage = self.quantities.layout().sought.len();
+        let damage = self.modelled.quantities.layout().sought.len();
         let known_numbers = block(&found.information, damage).try_inverse();
         Ok(UnitFit {
             misfit: dot(white, white) / samples as f64,
@@ -246,7 +189,7 @@ impl Compared<'_> {
             wideness: self.wideness,
             cut_short: !found.converged && self.is_spent(),
             converged: found.converged,
-            evaluations: self.evaluations,
+            evaluations: self.modelled.evaluations,
         })
     }
 }
@@ -264,29 +207,18 @@ impl Compared<'_> {
                 weighted
             })
             .collect();
-        let covariance = self.error.covariance_of(self.wideness);
+        let error = self.modelled.error;
+        let covariance = error.covariance_of(self.wideness);
         let spread: Vec<Vec<f64>> = through.iter().map(|row| covariance.times(row)).collect();
         // one order of each product, so that the matrix is its own transpose to the last bit
-        let entry =
-            |i: usize, j: usize| self.error.shared * dot(&through[i.max(j)], &spread[i.min(j)]);
+        let entry = |i: usize, j: usize| error.shared * dot(&through[i.max(j)], &spread[i.min(j)]);
         DMatrix::from_fn(through.len(), through.len(), entry)
     }
 
     /// White slopes in the unknowns, by white slopes in all that the signal shows.
-    fn unknown_slopes(&self, point: &[f64], white: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let samples = self.observed.signal_a.len();
-        let row = |over_shown: Vec<f64>| {
-            let mut row = vec![0.0; samples];
-            for (slope, part) in over_shown.iter().zip(white) {
-                if *slope != 0.0 {
-                    add_scaled(&mut row, *slope, part);
-                }
-            }
-            row
-        };
-        let mut slopes: Vec<Vec<f64>> =
-            self.quantities.shown_slopes(point).into_iter().map(row).collect();
-        if let Some((place, reading)) = self.temperature() {
+    fn unknown_slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let mut slopes = self.modelled.unknown_slopes(point, &self.white_slopes);
+        if let Some((place, reading)) = self.modelled.temperature() {
             for (unknown, row) in slopes.iter_mut().enumerate() {
                 row.push(if unknown == place { 1.0 / reading.std_k } else { 0.0 });
             }
@@ -296,8 +228,8 @@ impl Compared<'_> {
 
     /// Effects that the model file does not have and that the residual has the form of.
     fn unmodelled(&self, found: &MostProbable) -> Vec<EffectId> {
-        let slopes = self.unknown_slopes(&found.numbers, &self.white_slopes);
-        let unknowns = unknowns(self.quantities.layout());
+        let slopes = self.unknown_slopes(&found.numbers);
+        let unknowns = unknowns(self.modelled.quantities.layout());
         let descent = slopes.iter().zip(&unknowns).zip(&found.numbers).map(|((row, one), x)| {
             dot(row, &found.white) - one.prior_std.map_or(0.0, |std| x / (std * std))
         });
@@ -315,11 +247,6 @@ impl Compared<'_> {
         let effects: Vec<EffectSlopes> = self.effects.iter().map(white).collect();
         unmodelled(&explanation, &effects)
     }
-
-    /// Place of the winding's temperature among the unknowns, and its reading.
-    fn temperature(&self) -> Option<(usize, TemperatureReading)> {
-        self.quantities.layout().temperature().zip(self.observed.temperature)
-    }
 }
 
 /// The first rows and columns of a matrix.
@@ -331,30 +258,25 @@ impl Whitened for Compared<'_> {
     type Error = SimulationError;
 
     fn residual(&mut self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        let mut residual = self.residual_a(point)?;
+        let mut residual = self.modelled.residual_a(point)?;
         self.cholesky.whiten(&mut residual);
         residual.extend(
-            self.temperature()
+            self.modelled
+                .temperature()
                 .map(|(place, reading)| (reading.away_k - point[place]) / reading.std_k),
         );
         Ok(residual)
     }
 
     fn slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
-        let mut white = self.quantity_slopes(point)?;
-        let layout = self.quantities.layout();
-        let shares = self.shares.as_ref();
-        let of_sensors = layout.numbers.iter().filter_map(|number| shares?.of(number.acts));
-        white.extend(of_sensors.map(<[f64]>::to_vec));
-        for row in &mut white {
+        self.white_slopes = self.modelled.shown_slopes(point)?;
+        for row in &mut self.white_slopes {
             self.cholesky.whiten(row);
         }
-        let slopes = self.unknown_slopes(point, &white);
-        self.white_slopes = white;
-        Ok(slopes)
+        Ok(self.unknown_slopes(point))
     }
 
     fn is_spent(&self) -> bool {
-        self.evaluations >= self.most_evaluations
+        self.modelled.evaluations >= self.most_evaluations
     }
 }

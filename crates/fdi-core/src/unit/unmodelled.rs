@@ -21,14 +21,14 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Chance that any effect is seen in the residual of a machine that has none.
-const FALSE_ALARM_RATE: f64 = 1e-3;
+pub(crate) const FALSE_ALARM_RATE: f64 = 1e-3;
 /// Share of an effect's white size below which a direction of it counts as one that damage and
 /// numbers explain.
 const LEAST_SHARE: f64 = 1e-3;
 /// Size of an effect for its slope, over its typical size.
 const STEP_OF_TYPICAL: f64 = 0.1;
 /// Difference of `D` over its limit below which two effects are as good an explanation.
-const AS_GOOD: f64 = 10.0;
+pub(crate) const AS_GOOD: f64 = 10.0;
 
 /// Slopes of a signal in the amplitudes of one effect.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ pub(crate) fn absent(present: &[Effect]) -> Vec<EffectId> {
 /// Effects that a residual has the form of beyond chance: the clearest, then those that are as good.
 pub(crate) fn unmodelled(explanation: &Explanation<'_>, effects: &[EffectSlopes]) -> Vec<EffectId> {
     let excess = |effect: &EffectSlopes| {
-        let gain = explanation.gain(effect)?;
+        let gain = explanation.gain(&effect.rows)?;
         Some((effect.effect, gain.value - gain.limit(effects.len())))
     };
     let mut beyond: Vec<_> =
@@ -90,18 +90,33 @@ pub(crate) fn unmodelled(explanation: &Explanation<'_>, effects: &[EffectSlopes]
 }
 
 /// Gain of an effect.
-struct Gain {
+#[derive(Clone, Debug)]
+pub(crate) struct Gain {
     /// Twice the logarithm of the likelihood ratio, `D`.
-    value: f64,
-    degrees: f64,
+    pub(crate) value: f64,
+    pub(crate) degrees: f64,
+    /// Most probable amplitudes, in the unit of the slopes.
+    pub(crate) amplitudes: Vec<f64>,
+    /// Moves of the unknowns beside these amplitudes.
+    pub(crate) moves: Vec<f64>,
+    /// Share of the effect's white size that damage and numbers leave open.
+    pub(crate) open_share: f64,
+    /// White square of one unit of the first amplitude, as far as it is open.
+    pub(crate) open_square: f64,
 }
 
 impl Gain {
     /// Value that chance exceeds at the rate allowed, where so many effects are looked at.
     fn limit(&self, effects: usize) -> f64 {
-        let rate = FALSE_ALARM_RATE / effects.max(1) as f64;
-        ChiSquared::new(self.degrees).map_or(f64::INFINITY, |law| law.inverse_cdf(1.0 - rate))
+        limit(self.degrees, effects)
     }
+}
+
+/// Gain that chance exceeds at the rate allowed, by the amplitudes of an effect among so many that are
+/// looked at.
+pub(crate) fn limit(degrees: f64, effects: usize) -> f64 {
+    let rate = FALSE_ALARM_RATE / effects.max(1) as f64;
+    ChiSquared::new(degrees).map_or(f64::INFINITY, |law| law.inverse_cdf(1.0 - rate))
 }
 
 impl<'a> Explanation<'a> {
@@ -119,12 +134,11 @@ impl<'a> Explanation<'a> {
     }
 
     /// `D` of an effect; `None` where it is not finite.
-    fn gain(&self, effect: &EffectSlopes) -> Option<Gain> {
-        let (count, unknowns) = (effect.rows.len(), self.slopes.len());
-        let shared =
-            DMatrix::from_fn(unknowns, count, |i, j| dot(&self.slopes[i], &effect.rows[j]));
-        let own = DMatrix::from_fn(count, count, |i, j| dot(&effect.rows[i], &effect.rows[j]));
-        let seen = DVector::from_fn(count, |i, _| dot(&effect.rows[i], self.residual))
+    pub(crate) fn gain(&self, rows: &[Vec<f64>]) -> Option<Gain> {
+        let (count, unknowns) = (rows.len(), self.slopes.len());
+        let shared = DMatrix::from_fn(unknowns, count, |i, j| dot(&self.slopes[i], &rows[j]));
+        let own = DMatrix::from_fn(count, count, |i, j| dot(&rows[i], &rows[j]));
+        let seen = DVector::from_fn(count, |i, _| dot(&rows[i], self.residual))
             - shared.transpose() * &self.step;
         // each amplitude by its own white size, so that units do not matter
         let size =
@@ -135,15 +149,23 @@ impl<'a> Explanation<'a> {
         if !open.iter().chain(&seen).all(|value| value.is_finite()) {
             return None;
         }
+        let open_share = open.trace() / count.max(1) as f64;
+        let open_square = open.get(0).map_or(0.0, |first| first / (size[0] * size[0]));
         let parts = SymmetricEigen::new(open);
         let (mut value, mut degrees) = (0.0, 0.0);
+        let mut amplitudes = DVector::zeros(count);
         for (share, along) in parts.eigenvalues.iter().zip(parts.eigenvectors.column_iter()) {
             if *share > LEAST_SHARE {
-                value += along.dot(&seen).powi(2) / share;
+                let found = along.dot(&seen);
+                value += found * found / share;
+                amplitudes += along * (found / share);
                 degrees += 1.0;
             }
         }
-        Some(Gain { value, degrees })
+        let amplitudes = amplitudes.component_mul(&size);
+        let moves = &self.step - &self.covariance * (&shared * &amplitudes);
+        let (amplitudes, moves) = (amplitudes.data.into(), moves.data.into());
+        Some(Gain { value, degrees, amplitudes, moves, open_share, open_square })
     }
 }
 
@@ -174,7 +196,7 @@ mod tests {
         // at zero, from which the one step leads to the most probable unknowns
         let descent: Vec<f64> = slopes.iter().map(|row| dot(row, signal)).collect();
         let of_unknowns = SymmetricMatrix::from_fn(slopes.len(), |i, j| of_unknowns[(i, j)]);
-        Explanation::new(signal, slopes, &of_unknowns, descent).gain(effect).unwrap().value
+        Explanation::new(signal, slopes, &of_unknowns, descent).gain(&effect.rows).unwrap().value
     }
 
     #[test]

@@ -16,8 +16,10 @@ pub enum Prediction {
     Low,
     /// High-fidelity model with noise and steps of the electronics in its loops.
     High,
+    /// Low-fidelity model with its error on machines within their tolerances, as a bundle has learnt it.
+    Learnt,
 }
 
 words! {
-    Prediction { Ideal "ideal", Low "low", High "high" }
+    Prediction { Ideal "ideal", Low "low", High "high", Learnt "learnt" }
 }

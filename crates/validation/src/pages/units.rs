@@ -28,7 +28,7 @@ mod symmetry;
 /// Shares of the tolerances.
 const SCALES: [f64; 5] = [0.0, 0.03, 0.1, 0.3, 1.0];
 /// Machines of a line of the table of power.
-const POWER_MACHINES: usize = 200;
+const POWER_MACHINES: usize = 500;
 /// Machines of the quick figures.
 const QUICK_MACHINES: usize = 16;
 
@@ -300,7 +300,7 @@ fn misstated() -> Result<String> {
 }
 
 /// Machines of a line of severe faults.
-const SEVERE_MACHINES: usize = 30;
+const SEVERE_MACHINES: usize = 50;
 
 fn severe() -> Result<String> {
     let mut table = format!(

@@ -20,6 +20,7 @@ use crate::{GlobalArgs, stamp};
 
 pub(super) fn document(
     explained: &Explained,
+    prediction: Option<Prediction>,
     model: &MachineModel,
     global: &GlobalArgs,
     elapsed_s: Option<f64>,
@@ -40,7 +41,7 @@ pub(super) fn document(
         seed: global.seed,
         stamp: global.stamp.then(stamp::now),
         model: model.name().unwrap_or("unnamed").to_owned(),
-        prediction: explained.observation.and_then(prediction),
+        prediction,
         verdict,
         sentence: String::new(),
         effects: explained.effects.iter().map(finding).collect(),
@@ -83,7 +84,7 @@ pub(super) fn document(
 }
 
 /// Model that predicted the recordings.
-fn prediction(observation: Observation) -> Option<Prediction> {
+pub(super) fn prediction(observation: Observation) -> Option<Prediction> {
     match observation {
         Observation::Ideal => Some(Prediction::Ideal),
         Observation::Low => Some(Prediction::Low),

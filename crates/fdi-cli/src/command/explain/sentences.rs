@@ -71,6 +71,7 @@ fn predicted(model: Prediction) -> Option<&'static str> {
     match model {
         Prediction::Low => Some("the low-fidelity model with its electronics"),
         Prediction::High => Some("the high-fidelity model with its electronics"),
+        Prediction::Learnt => Some("the low-fidelity model with its learnt error"),
         _ => None,
     }
 }

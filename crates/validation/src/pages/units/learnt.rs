@@ -12,7 +12,7 @@ use fdi_core::{Diagnoser, report::FaultId};
 use super::setting::{BUNDLE_SEED, JOBS, SEED, beside, both_bounds, percent};
 
 /// Units of a line.
-pub(super) const UNITS: usize = 200;
+pub(super) const UNITS: usize = 500;
 /// Units of a line that are diagnosed by a shift against their references too.
 const SHIFTED: usize = 10;
 /// Recordings of each unit as new.
@@ -22,7 +22,7 @@ pub(super) const HALF_WIDTH_K: f64 = 40.0;
 /// Standard deviation of the winding's temperature as read, K.
 pub(super) const READING_STD_K: f64 = 3.0;
 /// Units of a line of slow wear, and sessions that each is followed.
-const WORN_UNITS: usize = 10;
+const WORN_UNITS: usize = 50;
 const SESSIONS: usize = 40;
 
 pub(super) fn diagnoser() -> Result<Diagnoser> {

@@ -5,7 +5,7 @@ use experiments::{BoundCase, HiddenDamage, UnitsLine, unit_bounds};
 use fdi_core::{Bundle, Diagnoser, EMBEDDED_BUNDLES};
 
 /// Machines of a line, and of those the ones that are diagnosed as their model file's too.
-pub(super) const MACHINES: usize = 300;
+pub(super) const MACHINES: usize = 1000;
 pub(super) const TWINS: usize = 100;
 /// Root seed of the hidden machines; development used others.
 pub(super) const SEED: u64 = 20_261_123;

@@ -1,0 +1,240 @@
+//! Explanation with the low-fidelity model and its learnt error.
+
+use std::{path::PathBuf, sync::Arc};
+
+use anyhow::{Context, Result, bail};
+use fdi_core::{
+    Cause, CauseRecording, CauseVerdict, Causes, ColumnMap, ComparedSignals, Diagnoser,
+    ExplainError, ExplainOptions, LearntUnit, Recording,
+    ema_sim::model_file::MachineModel,
+    report::{Fault, Prediction},
+};
+use greybox::{
+    Explained, FaultChange, FaultLevel, Finding, Hypothesis, NoiseFloor, NoiseSource,
+    NumberInterval, RecordChange, RecordFit, Refit, SmallestNamed, Use, Verdict,
+};
+
+use super::{compared::given_command, described, effects};
+use crate::{
+    GlobalArgs, Streams,
+    args::{ExplainArgs, RecordArgs},
+    diagnoser::diagnoser_of_model,
+    progress::watched,
+};
+
+/// Why there is no answer about machines with a lot of damage.
+const BEYOND_LEARNT: &str = "damage is beyond that of the machines on which the error of the \
+                             low-fidelity model is learnt; `--fidelity high` predicts with the \
+                             high-fidelity model";
+
+/// What the recordings are compared with.
+pub(super) struct Compared {
+    pub(super) model: MachineModel,
+    /// The diagnosis that knows the error of the low-fidelity model, with the unit where it was learnt.
+    pub(super) learnt: Option<(Diagnoser, Option<Arc<LearntUnit>>)>,
+}
+
+/// The answer with the learnt error, or why there is none.
+pub(super) fn explained(
+    compared: &Compared,
+    args: &ExplainArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Result<Explained, String>> {
+    if args.fidelity.is_some_and(|asked| asked != Prediction::Learnt) {
+        return Ok(Err("another model is asked for".to_owned()));
+    }
+    let is_asked_for = args.fidelity == Some(Prediction::Learnt);
+    let outcome = if args.records.inverse_dynamics {
+        Err("the motion is taken as it was measured".to_owned())
+    } else if let MachineModel::ServoAxis(_) = compared.model {
+        Err("the error of a servo axis's model is not learnt".to_owned())
+    } else {
+        of_actuator(compared, args, global, streams)?
+    };
+    match outcome {
+        Err(reason) if is_asked_for => bail!("`--fidelity learnt`: {reason}"),
+        outcome => Ok(outcome),
+    }
+}
+
+fn of_actuator(
+    compared: &Compared,
+    args: &ExplainArgs,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Result<Explained, String>> {
+    let records = Records::read(&args.records)?;
+    if let Some(reason) = records.lacking(&args.records, &compared.model)? {
+        return Ok(Err(reason));
+    }
+    let found;
+    let (diagnoser, unit) = match (&compared.learnt, &compared.model) {
+        (Some((diagnoser, unit)), _) => (diagnoser, unit.clone()),
+        (None, MachineModel::Actuator(model)) => {
+            let command = args.records.command.as_deref();
+            let (first, bundle) = (&records.train[0], args.bundle.as_ref());
+            let Some(diagnoser) = diagnoser_of_model(model, command, first, bundle)? else {
+                let why = "no bundle of this model and test has learnt machines within tolerances";
+                return Ok(Err(why.to_owned()));
+            };
+            found = diagnoser;
+            (&found, None)
+        }
+        (None, MachineModel::ServoAxis(_)) => return Ok(Err("no bundle is of it".to_owned())),
+    };
+    let options = ExplainOptions { unit, without: effects(&args.without)?, jobs: global.threads() };
+    let train = [&records.train[..], &records.repeat].concat();
+    let what = described("explaining", records.train.len(), records.holdout.len());
+    let explained = watched(streams, global.quiet, &what, || {
+        diagnoser.explain(&train, &records.holdout, &options)
+    });
+    let is_pinned = args.fidelity == Some(Prediction::Learnt);
+    match explained {
+        Ok(causes) if causes.verdict == CauseVerdict::BeyondLearnt && !is_pinned => {
+            Ok(Err(BEYOND_LEARNT.to_owned()))
+        }
+        Ok(causes) => Ok(Ok(from_causes(&causes, records.train.len()))),
+        Err(error @ (ExplainError::Recording { .. } | ExplainError::Unlearnt { .. })) => {
+            Ok(Err(error.to_string()))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Recordings by their use.
+struct Records {
+    train: Vec<Recording>,
+    holdout: Vec<Recording>,
+    repeat: Vec<Recording>,
+}
+
+impl Records {
+    /// Reads them; without any held out the last of several is.
+    fn read(args: &RecordArgs) -> Result<Self> {
+        let map = ColumnMap::new(&args.map.map)?;
+        let read = |paths: &[PathBuf]| -> Result<Vec<Recording>> {
+            let one = |path: &PathBuf| {
+                Recording::read(path, &map).with_context(|| path.display().to_string())
+            };
+            paths.iter().map(one).collect()
+        };
+        let (mut train, mut holdout) = (read(&args.train)?, read(&args.holdout)?);
+        if holdout.is_empty() && train.len() > 1 {
+            holdout.extend(train.pop());
+        }
+        Ok(Self { train, holdout, repeat: read(&args.repeat)? })
+    }
+
+    /// What keeps the recordings from an answer, as it does with any other model.
+    fn lacking(&self, args: &RecordArgs, model: &MachineModel) -> Result<Option<String>> {
+        if self.holdout.is_empty() {
+            return Ok(Some("one recording alone cannot be fitted and judged on".to_owned()));
+        }
+        let given = args.command.as_deref().map(|text| given_command(text, model)).transpose()?;
+        for recording in self.train.iter().chain(&self.holdout).chain(&self.repeat) {
+            let signals = ComparedSignals::of_recording(recording, model, given.as_ref());
+            if let Err(error) = signals {
+                return Ok(Some(format!("{}: {error}", recording.name)));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The answer in the form that all explanations have. Of the recordings that were fitted those after
+/// the first few are repetitions.
+fn from_causes(causes: &Causes, trained: usize) -> Explained {
+    let mut explained = Explained::inconclusive(BEYOND_LEARNT.to_owned());
+    explained.verdict = match causes.verdict {
+        CauseVerdict::Adequate => Verdict::Adequate,
+        CauseVerdict::Named => Verdict::Named,
+        CauseVerdict::NamedWithRemainder => Verdict::NamedWithRemainder,
+        CauseVerdict::OneOf => Verdict::OneOf,
+        CauseVerdict::Unknown => Verdict::Unknown,
+        _ => return explained,
+    };
+    explained.reason = None;
+    explained.effects = causes.found.iter().map(finding).collect();
+    explained.alternatives = causes.as_good.iter().map(finding).collect();
+    explained.absorbed.clone_from(&causes.absorbed);
+    explained.noise_floor = Some(NoiseFloor { rms: causes.floor_a, source: NoiseSource::Learnt });
+    let held: Vec<&CauseRecording> = causes.recordings.iter().filter(|r| r.is_held_out).collect();
+    if !held.is_empty() {
+        let mean = |at: usize| held.iter().map(|r| r.rms_a[at] * r.rms_a[at]).sum::<f64>();
+        explained.holdout_rms = Some([0, 1].map(|at| (mean(at) / held.len() as f64).sqrt()));
+    }
+    let [before, after] = &causes.faults;
+    explained.faults = before.iter().zip(after).filter_map(fault).collect();
+    let record = |(place, one): (usize, &CauseRecording)| {
+        let role = match (one.is_held_out, place < trained) {
+            (true, _) => Use::Holdout,
+            (false, true) => Use::Train,
+            (false, false) => Use::Repeat,
+        };
+        let fit = |at: usize| RecordFit {
+            record: one.name.clone(),
+            rms: one.rms_a[at],
+            fit_percent: one.fit_percent[at],
+            whiteness_p: one.whiteness_p[at],
+        };
+        RecordChange { role, before: fit(0), after: fit(1) }
+    };
+    explained.records = causes.recordings.iter().enumerate().map(record).collect();
+    explained.hypotheses = causes
+        .tried
+        .iter()
+        .map(|one| Hypothesis {
+            id: one.id,
+            log_p: one.log_p,
+            visible_share: one.open_share.max(0.0).sqrt(),
+            refit: one.fitted.map(|(gain, holdout)| Refit {
+                holdout_gain_nats: holdout.unwrap_or(0.0),
+                holdout_gain_se: standard_error(holdout),
+                evidence_nats: 0.5 * gain,
+                on_bound: false,
+            }),
+        })
+        .collect();
+    let smallest = causes.tried.iter().filter(|one| one.smallest_seen.is_finite());
+    explained.smallest_named_90 = smallest
+        .map(|one| SmallestNamed {
+            id: one.id,
+            key: one.smallest_key.to_owned(),
+            size: one.smallest_seen,
+        })
+        .collect();
+    explained
+}
+
+fn finding(cause: &Cause) -> Finding {
+    let interval = |(key, interval_95): &(&str, [f64; 2])| NumberInterval {
+        key: (*key).to_owned(),
+        interval_95: *interval_95,
+    };
+    Finding {
+        effect: cause.effect.clone(),
+        interval_95: cause.intervals_95.iter().map(interval).collect(),
+        p_familywise: cause.p_familywise,
+        holdout_gain_nats: cause.holdout_gain_nats.unwrap_or(0.0),
+        holdout_gain_se: standard_error(cause.holdout_gain_nats),
+        evidence_nats: 0.5 * cause.gain,
+        instead_of: cause.instead_of,
+    }
+}
+
+/// Of a normal signal the logarithm of a likelihood ratio has twice its mean for its variance.
+fn standard_error(gain_nats: Option<f64>) -> f64 {
+    gain_nats.map_or(0.0, |gain| (2.0 * gain.abs()).sqrt())
+}
+
+fn fault((before, after): (&Fault, &Fault)) -> Option<FaultChange> {
+    let level = |fault: &Fault| {
+        let (value, std) = (fault.value?, fault.std?);
+        Some(FaultLevel { value, std, interval_95: fault.interval_95? })
+    };
+    // a direction is no level
+    let key = before.id.to_string();
+    (key != "k7").then_some(())?;
+    Some(FaultChange { key, before: level(before)?, after: level(after)? })
+}

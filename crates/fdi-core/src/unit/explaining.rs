@@ -1,0 +1,528 @@
+//! What the model of a machine misses in recordings of it.
+
+use std::sync::Arc;
+
+use ema_sim::{Effect, EffectId, FaultCoordinates, LowFidelity, PhysicalFaults};
+use inference::{BandedMatrix, ljung_box_chance, rms};
+use recordings::Recording;
+
+use crate::{
+    diagnose::Diagnoser,
+    offline::factor::joined,
+    online::{
+        error::DiagnoseError, observation::Observation, options::DiagnoseOptions,
+        outcome::MISFIT_DEVIATIONS, plan::Plan, posterior::Posterior, run::Run, watch::Watch,
+    },
+    report::{Fault, ToleranceUse},
+    unit::{
+        answer::is_unlearnt,
+        causes::{CauseSearch, FitTogether, FittedCause},
+        error::UnitError,
+        joint::{BuiltFit, Joint},
+        learnt_unit::{LearntUnit, OtherBundle, session_of},
+        modelled::Modelled,
+        quantities::Quantities,
+        search::{Observed, UnitSearchError, explain},
+        together::{NumberPrior, Together, Whitening},
+        unmodelled::absent,
+        variants::{Setting, Variant, highest_hz, variants},
+    },
+};
+
+/// Most effects that are looked for.
+const MOST_EFFECTS: usize = 3;
+/// Least chance that is stated: what the tails of the learnt error are beyond it is not known.
+const LEAST_CHANCE: f64 = 1e-6;
+/// Share of an effect that damage and numbers leave open below which they imitate it.
+const ABSORBED_SHARE: f64 = 0.02;
+/// Covariances of the model's error that are tried before the one that a fit ends with.
+const COVARIANCES: usize = 2;
+/// Difference of the share of a wide play that changes no answer.
+const SAME_WIDENESS: f64 = 0.1;
+
+/// Settings of an explanation.
+#[derive(Clone, Debug, Default)]
+pub struct ExplainOptions {
+    /// The unit that the recordings are of, where it was learnt.
+    pub unit: Option<Arc<LearntUnit>>,
+    /// Effects that the machine cannot have: they are not looked for.
+    pub without: Vec<EffectId>,
+    /// Threads; none counts as one. The answer does not depend on it.
+    pub jobs: usize,
+}
+
+/// Why recordings cannot be explained with the learnt error.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExplainError {
+    /// There is nothing to explain.
+    #[error("no recording to explain")]
+    Nothing,
+    /// A recording that is not of the bundle's test.
+    #[error("{name}: {reason}")]
+    Recording {
+        /// Name of the recording.
+        name: String,
+        /// Why not.
+        reason: Box<DiagnoseError>,
+    },
+    /// A recording for which the bundle knows no error.
+    #[error("{name}: {reason}")]
+    Unlearnt {
+        /// Name of the recording.
+        name: String,
+        /// Why not.
+        reason: String,
+    },
+    /// The unit was learnt with another bundle.
+    #[error(transparent)]
+    OtherBundle(#[from] OtherBundle),
+    /// The recordings leave a number of the machine without a most probable value.
+    #[error(transparent)]
+    Search(#[from] UnitSearchError),
+}
+
+/// The answer in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CauseVerdict {
+    /// Damage and tolerances explain the recordings to the noise and the learnt error.
+    Adequate,
+    /// They do with the effects named.
+    Named,
+    /// Effects are there, and something else is left.
+    NamedWithRemainder,
+    /// Effects are there, one of which may be another that is as good.
+    OneOf,
+    /// Something is there that no effect of the catalogue explains.
+    Unknown,
+    /// Damage is beyond that of the machines whose error was learnt.
+    BeyondLearnt,
+}
+
+/// An effect found, or as good as one found.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Cause {
+    /// With its most probable numbers.
+    pub effect: Effect,
+    /// 95 % interval of each number fitted, by its key; of one that differs between recordings that of
+    /// the first.
+    pub intervals_95: Vec<(&'static str, [f64; 2])>,
+    /// Twice the logarithm of the likelihood ratio.
+    pub gain: f64,
+    /// Chance of such a gain in any of what was tried; no less than a millionth, since the tails of the
+    /// learnt error are not known beyond.
+    pub p_familywise: f64,
+    /// Gain in log-likelihood of the recordings held out, nats.
+    pub holdout_gain_nats: Option<f64>,
+    /// The effect found that it may be instead of.
+    pub instead_of: Option<EffectId>,
+}
+
+/// How an effect of the catalogue fared beside damage and tolerances alone.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CauseTried {
+    /// The effect.
+    pub id: EffectId,
+    /// Natural logarithm of the family-wise chance of its gain.
+    pub log_p: f64,
+    /// Share of what it does that damage and tolerances leave open.
+    pub open_share: f64,
+    /// Size of one of its numbers that is seen nine times in ten, in the unit of the number.
+    pub smallest_seen: f64,
+    /// Key of that number.
+    pub smallest_key: &'static str,
+    /// Gain and, of recordings held out, gain in log-likelihood, where it was fitted.
+    pub fitted: Option<(f64, Option<f64>)>,
+}
+
+/// A recording beside the model, before and after what was found.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CauseRecording {
+    /// Name.
+    pub name: String,
+    /// True for one that was held out.
+    pub is_held_out: bool,
+    /// Root mean square of the residual, A.
+    pub rms_a: [f64; 2],
+    /// `100·(1 − |residual|/|measured − mean|)`.
+    pub fit_percent: [f64; 2],
+    /// Chance of as much correlation in white noise, by the white residual of the recording alone.
+    pub whiteness_p: [f64; 2],
+}
+
+/// What the model of a machine misses in recordings.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Causes {
+    /// The answer in a word.
+    pub verdict: CauseVerdict,
+    /// Effects found in the order in which they were.
+    pub found: Vec<Cause>,
+    /// Effects that are as good as one of those found.
+    pub as_good: Vec<Cause>,
+    /// Effects that damage and tolerances imitate in these recordings.
+    pub absorbed: Vec<EffectId>,
+    /// Faults without and with what was found.
+    pub faults: [Vec<Fault>; 2],
+    /// How each effect fared, the least likely by chance first.
+    pub tried: Vec<CauseTried>,
+    /// Fitted first, then held out.
+    pub recordings: Vec<CauseRecording>,
+    /// Part of a residual that noise and learnt error explain, A.
+    pub floor_a: f64,
+    /// Mean square of the white residual, before and after.
+    pub misfit: [f64; 2],
+    /// Simulations of the low-fidelity model.
+    pub evaluations: u64,
+}
+
+/// A recording as it is explained.
+struct Prepared {
+    name: String,
+    session: Option<String>,
+    observation: Observation,
+    start_angle_rad: f64,
+    noise: BandedMatrix,
+}
+
+impl Diagnoser {
+    /// Says what the model misses in recordings of a machine in one state of health, beside damage and
+    /// tolerances. A gain of recordings held out may speak against an effect, and nothing is fitted to
+    /// it but a machine's damage and numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`ExplainError`] for recordings that are not of the bundle's test or whose error it has not
+    /// learnt.
+    pub fn explain(
+        &self,
+        train: &[Recording],
+        holdout: &[Recording],
+        options: &ExplainOptions,
+    ) -> Result<Causes, ExplainError> {
+        let quantities = self.learnt.quantities();
+        let built = options.unit.as_deref().map(|unit| self.built(unit, &quantities));
+        let built = built.transpose()?;
+        let first = train.first().ok_or(ExplainError::Nothing)?;
+        let (error, _) = self.unit_error_of(first)?;
+        let prepared = |all: &[Recording]| -> Result<Vec<Prepared>, ExplainError> {
+            all.iter().map(|one| self.prepared(one, &error, &quantities)).collect()
+        };
+        let (train, holdout) = (prepared(train)?, prepared(holdout)?);
+        let machine = Machine { diagnoser: self, error: &error, quantities: &quantities, built };
+        machine.explain(&train, &holdout, options)
+    }
+
+    /// A learnt unit as built.
+    fn built(&self, unit: &LearntUnit, quantities: &Quantities) -> Result<BuiltFit, ExplainError> {
+        unit.check_basis(self.bundle(), quantities)?;
+        let all = unit.earlier(None).others;
+        let joint = Joint::learnt(quantities, &all, &unit.replaced);
+        let built = joint.and_then(|joint| joint.as_built(&unit.replaced));
+        Ok(built.ok_or(UnitSearchError::Undetermined)?)
+    }
+
+    /// What is read off a recording, with the plan of its diagnosis.
+    fn observed(&self, recording: &Recording) -> Result<(Observation, Plan), DiagnoseError> {
+        let experiment = &self.bundle().experiment;
+        let options =
+            DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
+        let observation = Observation::of(recording, experiment, options.max_delay_s)?;
+        Ok((observation, Plan::of(&options, experiment)?))
+    }
+
+    /// The learnt error for a recording, and its start angle.
+    fn unit_error_of(&self, recording: &Recording) -> Result<(UnitError, f64), ExplainError> {
+        let name = || recording.name.clone();
+        let (observation, plan) = self
+            .observed(recording)
+            .map_err(|reason| ExplainError::Recording { name: name(), reason: reason.into() })?;
+        let run = Run {
+            learnt: &self.learnt,
+            observation: &observation,
+            plan: &plan,
+            watch: &Watch::NOTHING,
+        };
+        let (error, start_rad) = run.within_tolerances().map_err(|reason| {
+            let reason = reason.unwrap_or_else(|| "tolerances are switched off".to_owned());
+            ExplainError::Unlearnt { name: name(), reason }
+        })?;
+        Ok((error.clone(), start_rad))
+    }
+
+    fn prepared(
+        &self,
+        recording: &Recording,
+        error: &UnitError,
+        quantities: &Quantities,
+    ) -> Result<Prepared, ExplainError> {
+        let (own, start_angle_rad) = self.unit_error_of(recording)?;
+        let name = recording.name.clone();
+        if own.start != error.start {
+            let reason =
+                "the bundle has learnt another error for its start angle than for that of \
+                          the first recording"
+                    .to_owned();
+            return Err(ExplainError::Unlearnt { name, reason });
+        }
+        let failed = |reason: DiagnoseError| ExplainError::Recording {
+            name: recording.name.clone(),
+            reason: reason.into(),
+        };
+        let (observation, plan) = self.observed(recording).map_err(failed)?;
+        let run = Run {
+            learnt: &self.learnt,
+            observation: &observation,
+            plan: &plan,
+            watch: &Watch::NOTHING,
+        };
+        let unit_noise = self.learnt.unit_noise(observation.phase_rate_hz);
+        let noise_of = |level_a: f64| unit_noise.scaled(level_a * level_a);
+        let level_a = if let Some(told) = run.told_noise(observation.noise_beside_gains_a) {
+            told.level_a
+        } else {
+            let noise = noise_of(self.learnt.bundle.noise_a);
+            let observed = observed(&observation, start_angle_rad, &noise, self);
+            let experiment = &self.bundle().experiment;
+            let budget = plan.budget.unit;
+            let alone = explain(experiment, quantities, error, &observed, &[], budget)?;
+            run.likeliest_noise(error, &alone).map_err(UnitSearchError::from)?
+        };
+        let noise = noise_of(level_a);
+        let session = session_of(&recording.metadata);
+        Ok(Prepared { name, session, observation, start_angle_rad, noise })
+    }
+}
+
+/// What is compared of a recording.
+fn observed<'a>(
+    observation: &'a Observation,
+    start_angle_rad: f64,
+    noise: &'a BandedMatrix,
+    diagnoser: &Diagnoser,
+) -> Observed<'a> {
+    Observed {
+        signal_a: &observation.signal_a,
+        start_angle_rad,
+        shares: observation.sensor_shares.as_ref(),
+        noise,
+        temperature: diagnoser.learnt.temperature_reading(observation),
+    }
+}
+
+/// A machine whose recordings are explained.
+struct Machine<'a> {
+    diagnoser: &'a Diagnoser,
+    error: &'a UnitError,
+    quantities: &'a Quantities,
+    built: Option<BuiltFit>,
+}
+
+impl Machine<'_> {
+    fn explain(
+        &self,
+        train: &[Prepared],
+        holdout: &[Prepared],
+        options: &ExplainOptions,
+    ) -> Result<Causes, ExplainError> {
+        let (of_train, of_holdout) = (self.observed(train), self.observed(holdout));
+        let before = self.fit(train, &of_train)?;
+        let held_before =
+            (!holdout.is_empty()).then(|| self.fit(holdout, &of_holdout)).transpose()?;
+        let spent = before.together.evaluations()
+            + held_before.as_ref().map_or(0, |held| held.together.evaluations());
+        let variants = self.variants(&options.without)?;
+        let mut search =
+            CauseSearch::new(before.clone(), held_before.clone(), &variants, options.jobs.max(1))
+                .map_err(UnitSearchError::from)?;
+        search.run(MOST_EFFECTS)?;
+        let mut recordings = self.recordings(train, [&before, &search.fit], false)?;
+        if let (Some(before), Some(after)) = (&held_before, search.held_out_fit()) {
+            recordings.extend(self.recordings(holdout, [before, after], true)?);
+        }
+        let mut found = Vec::new();
+        let mut as_good = Vec::new();
+        for one in &search.found {
+            found.push(cause(&one.best, None));
+            as_good.extend(one.as_good.iter().map(|other| cause(other, Some(one.best.id()))));
+        }
+        let tried = search.looked.iter().map(|one| CauseTried {
+            id: one.id,
+            log_p: one.log_p,
+            open_share: one.open_share,
+            smallest_seen: one.smallest_seen,
+            smallest_key: one.smallest_key,
+            fitted: one.fitted.as_ref().map(|fitted| (fitted.gain, fitted.holdout_gain_nats)),
+        });
+        let mut tried: Vec<CauseTried> = tried.collect();
+        tried.sort_by(|a, b| a.log_p.total_cmp(&b.log_p));
+        let is_absorbed = |one: &&CauseTried| one.open_share < ABSORBED_SHARE;
+        Ok(Causes {
+            verdict: self.verdict(&search, !as_good.is_empty()),
+            absorbed: tried.iter().filter(is_absorbed).map(|one| one.id).collect(),
+            faults: [self.faults(&before), self.faults(&search.fit)],
+            misfit: [before.misfit(), search.fit.misfit()],
+            floor_a: self.covariance(train, &before).mean_diagonal().sqrt(),
+            evaluations: spent + search.evaluations,
+            found,
+            as_good,
+            tried,
+            recordings,
+        })
+    }
+
+    fn observed<'b>(&self, prepared: &'b [Prepared]) -> Vec<Observed<'b>> {
+        let one = |one: &'b Prepared| {
+            observed(&one.observation, one.start_angle_rad, &one.noise, self.diagnoser)
+        };
+        prepared.iter().map(one).collect()
+    }
+
+    /// Most probable damage and numbers of recordings together.
+    fn fit<'b>(
+        &'b self,
+        prepared: &[Prepared],
+        observed: &'b [Observed<'b>],
+    ) -> Result<FitTogether<'b>, ExplainError> {
+        let experiment = &self.diagnoser.bundle().experiment;
+        let count = prepared.len();
+        let noise = mean_noise(prepared);
+        let sessions: Vec<usize> = prepared.iter().map(|one| place_of(prepared, one)).collect();
+        let layout = self.quantities.layout();
+        let prior = NumberPrior::new(layout, self.built.as_ref(), &sessions);
+        let prior = prior.ok_or(UnitSearchError::Undetermined)?;
+        let mut start = vec![0.0; layout.sought.len()];
+        start.extend(prior.mean());
+        let whitening = |wideness| {
+            Whitening::new(self.error, wideness, &noise, count).map_err(UnitSearchError::from)
+        };
+        let modelled = observed
+            .iter()
+            .map(|one| Modelled::new(experiment, self.quantities, self.error, one))
+            .collect();
+        let mut wideness = 0.0;
+        let mut fit =
+            FitTogether::new(Together::new(modelled, whitening(wideness)?, prior), &start)?;
+        for _ in 1..COVARIANCES {
+            let point = fit.together.point(0, &fit.found.numbers);
+            let found = self.error.wideness(&self.quantities.at(&point));
+            if (found - wideness).abs() < SAME_WIDENESS {
+                break;
+            }
+            wideness = found;
+            let together = fit.together.with_whitening(whitening(wideness)?);
+            fit = FitTogether::new(together, &fit.found.numbers)?;
+        }
+        Ok(fit)
+    }
+
+    /// Effects in the shapes that are tried on the machine.
+    fn variants(&self, without: &[EffectId]) -> Result<Vec<Variant>, UnitSearchError> {
+        let experiment = &self.diagnoser.bundle().experiment;
+        let model = LowFidelity::new(&experiment.actuator, &experiment.scenario)?;
+        let healthy = PhysicalFaults::from(&FaultCoordinates([0.0; ema_sim::FAULT_COUNT]));
+        let setting = Setting {
+            scales: model.scales(&model.simulate(&healthy)),
+            pole_pairs: experiment.actuator.motor.pole_pairs,
+            duration_s: experiment.scenario.duration_s,
+            highest_hz: highest_hz(experiment.filter.corner_hz, experiment.filter.output_hz),
+        };
+        let mut effects = absent(&experiment.effects);
+        effects.retain(|id| !without.contains(id));
+        Ok(variants(&effects, &setting))
+    }
+
+    fn verdict(&self, search: &CauseSearch<'_>, is_open: bool) -> CauseVerdict {
+        let levels = &search.fit.found.numbers;
+        if self.quantities.layout().sought.iter().zip(levels).any(is_unlearnt) {
+            return CauseVerdict::BeyondLearnt;
+        }
+        let is_to_the_noise = search.fit.misfit() <= self.error.largest_misfit(MISFIT_DEVIATIONS);
+        match (search.found.is_empty(), is_to_the_noise && !search.is_unexplained) {
+            (true, true) => CauseVerdict::Adequate,
+            (true, false) => CauseVerdict::Unknown,
+            (false, _) if is_open => CauseVerdict::OneOf,
+            (false, true) => CauseVerdict::Named,
+            (false, false) => CauseVerdict::NamedWithRemainder,
+        }
+    }
+
+    fn faults(&self, fit: &FitTogether<'_>) -> Vec<Fault> {
+        let indices = self.quantities.layout().sought.clone();
+        let count = indices.len();
+        let covariance =
+            nalgebra::DMatrix::from_fn(count, count, |i, j| fit.found.covariance.at(i, j));
+        let estimate = fit.found.numbers[..count].to_vec();
+        Posterior { indices, estimate, covariance, evidence: None }.faults()
+    }
+
+    /// Each recording beside two fits.
+    fn recordings(
+        &self,
+        prepared: &[Prepared],
+        fits: [&FitTogether<'_>; 2],
+        is_held_out: bool,
+    ) -> Result<Vec<CauseRecording>, UnitSearchError> {
+        let factor = self.covariance(prepared, fits[0]).cholesky()?;
+        let [before, after] = fits.map(|fit| {
+            let mut together = fit.together.clone();
+            together.residuals_a(&fit.found.numbers)
+        });
+        let (before, after) = (before?, after?);
+        let recording = |((one, before), after): ((&Prepared, &Vec<f64>), &Vec<f64>)| {
+            let signal = &one.observation.signal_a;
+            let mean = signal.iter().sum::<f64>() / signal.len() as f64;
+            let spread: Vec<f64> = signal.iter().map(|y| y - mean).collect();
+            let spread_a = rms(&spread).max(f64::MIN_POSITIVE);
+            let rms_a = [before, after].map(|residual| rms(residual));
+            CauseRecording {
+                name: one.name.clone(),
+                is_held_out,
+                rms_a,
+                fit_percent: rms_a.map(|rms_a| 100.0 * (1.0 - rms_a / spread_a)),
+                whiteness_p: [before, after].map(|residual| {
+                    let mut white = residual.clone();
+                    factor.whiten(&mut white);
+                    ljung_box_chance(&white)
+                }),
+            }
+        };
+        Ok(prepared.iter().zip(before.iter()).zip(after.iter()).map(recording).collect())
+    }
+
+    /// Covariance of noise and learnt error of one recording.
+    fn covariance(&self, prepared: &[Prepared], fit: &FitTogether<'_>) -> BandedMatrix {
+        let point = fit.together.point(0, &fit.found.numbers);
+        let wideness = self.error.wideness(&self.quantities.at(&point));
+        joined(&self.error.covariance_of(wideness), &mean_noise(prepared))
+    }
+}
+
+/// Mean covariance of the recordings' noise.
+fn mean_noise(prepared: &[Prepared]) -> BandedMatrix {
+    let share = 1.0 / prepared.len() as f64;
+    let mut all = prepared.iter().map(|one| one.noise.scaled(share));
+    let first = all.next().unwrap_or_else(|| BandedMatrix::zeros(0, 0));
+    all.fold(first, |sum, one| sum.plus(&one))
+}
+
+/// Place of the first recording of the same session: those that state none share one.
+fn place_of(prepared: &[Prepared], one: &Prepared) -> usize {
+    prepared.iter().position(|other| other.session == one.session).unwrap_or_default()
+}
+
+fn cause(fitted: &FittedCause, instead_of: Option<EffectId>) -> Cause {
+    let FittedCause { acting, unknowns, stds, gain, p_familywise, holdout_gain_nats, .. } = fitted;
+    Cause {
+        effect: acting.effect(0, unknowns),
+        intervals_95: acting.intervals(unknowns, stds),
+        gain: *gain,
+        p_familywise: p_familywise.max(LEAST_CHANCE),
+        holdout_gain_nats: *holdout_gain_nats,
+        instead_of,
+    }
+}
