@@ -223,7 +223,7 @@ impl Evidence {
 /// Evidence for a signal's cause.
 pub(super) struct Lambda {
     pub(super) value: f64,
-    /// What damage and numbers leave of the signal, white.
+    /// Part of the signal that damage and numbers leave, white.
     residual: Vec<f64>,
 }
 

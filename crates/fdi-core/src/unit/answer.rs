@@ -274,7 +274,8 @@ impl Run<'_> {
 }
 
 impl Run<'_> {
-    /// Notices of a recording that the learnt error does not know: its rate, its noise, its damage.
+    /// Notices of a recording that the learnt error does not know: its rate, its noise, its damage,
+    /// its temperature.
     fn limits(&self, noise: Noise, faults: &[Fault]) -> Vec<Notice> {
         let beyond = |fault: &&Fault| {
             fault.detected == Some(true) && fault.value.is_some_and(|level| level > TRAINED_LEVEL)
@@ -288,8 +289,16 @@ impl Run<'_> {
                 fault.id
             ),
         });
+        let is_read = self.observation.winding_temperature_k.is_some();
+        let is_unused = is_read && self.experiment().temperature.is_none();
+        let temperature = is_unused.then(|| Notice {
+            code: NoticeCode::TemperatureUnused,
+            message: "the winding's temperature was read and is not used: the model file has no \
+                      `[temperature]`"
+                .to_owned(),
+        });
         let expected_a = self.learnt.bundle.noise_a;
-        let all = [self.coarse_phases(), loud_notice(noise, expected_a), damage];
+        let all = [self.coarse_phases(), loud_notice(noise, expected_a), damage, temperature];
         all.into_iter().flatten().collect()
     }
 }

@@ -31,7 +31,7 @@ const OWN_ERROR_SHARE: f64 = 0.3;
 #[derive(Clone, Debug)]
 pub(crate) struct FittedCause {
     pub(crate) acting: Acting,
-    /// Its numbers, with their standard deviations.
+    /// Numbers of the effect, with their standard deviations.
     pub(crate) unknowns: Vec<f64>,
     pub(crate) stds: Vec<f64>,
     /// Twice the logarithm of the likelihood ratio.
@@ -52,7 +52,7 @@ impl FittedCause {
         self.gain > self.limit && self.holdout_gain_nats.is_none_or(|gain| gain > 0.0)
     }
 
-    /// What it is worth beside others of its round: each number costs the logarithm of the samples.
+    /// Worth beside others of its round: each number costs the logarithm of the samples.
     fn worth(&self) -> f64 {
         self.gain - self.price + 2.0 * self.holdout_gain_nats.unwrap_or(0.0)
     }

@@ -1,4 +1,4 @@
-//! What the model of a machine misses in recordings of it.
+//! Explanation of recordings: effects that the model of a machine misses in them.
 
 use std::sync::Arc;
 
@@ -88,7 +88,7 @@ pub enum ExplainError {
 pub enum CauseVerdict {
     /// Damage and tolerances explain the recordings to the noise and the learnt error.
     Adequate,
-    /// They do with the effects named.
+    /// Damage, tolerances and the effects named explain the recordings.
     Named,
     /// Effects are there, and something else is left.
     NamedWithRemainder,
@@ -154,7 +154,7 @@ pub struct CauseRecording {
     pub whiteness_p: [f64; 2],
 }
 
-/// What the model of a machine misses in recordings.
+/// Effects that the model of a machine misses in recordings.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Causes {
@@ -226,7 +226,7 @@ impl Diagnoser {
         Ok(built.ok_or(UnitSearchError::Undetermined)?)
     }
 
-    /// What is read off a recording, with the plan of its diagnosis.
+    /// Observation of a recording, with the plan of its diagnosis.
     fn observed(&self, recording: &Recording) -> Result<(Observation, Plan), DiagnoseError> {
         let experiment = &self.bundle().experiment;
         let options =
@@ -298,7 +298,7 @@ impl Diagnoser {
     }
 }
 
-/// What is compared of a recording.
+/// Recording as it is compared.
 fn observed<'a>(
     observation: &'a Observation,
     start_angle_rad: f64,

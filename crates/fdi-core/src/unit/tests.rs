@@ -14,7 +14,8 @@ use super::{
     unmodelled::{EffectSlopes, absent},
 };
 use crate::{
-    Bundle, EMBEDDED_BUNDLES, simulation::experiment::Experiment,
+    Bundle, ColumnMap, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Recording, ToleranceUse,
+    report::NoticeCode, simulation::experiment::Experiment,
     statistics::noise_covariance::unit_noise_covariance,
 };
 
@@ -412,4 +413,24 @@ fn levels_of_one_number_add_in_squares() {
     assert_eq!(numbers.len(), 1);
     assert_abs_diff_eq!(numbers[0].scatter.together(), 0.05, epsilon = 1e-12);
     assert!(presets::ema_48_tolerance().len() > numbers.len());
+}
+
+#[test]
+fn a_temperature_without_a_law_is_told_not_to_be_used() {
+    let read = |has_law: bool, has_reading: bool| {
+        let mut bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap();
+        if !has_law {
+            bundle.experiment.temperature = None;
+        }
+        let fixtures = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/recordings/r01.csv.gz");
+        let map = ColumnMap::new(&[] as &[String]).unwrap();
+        let mut recording = Recording::read(fixtures.as_ref(), &map).unwrap();
+        recording.metadata.winding_temperature_k = has_reading.then_some(300.0);
+        let options =
+            DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
+        let answer = Diagnoser::new(bundle).unwrap().diagnose(&recording, &options).unwrap();
+        answer.notices.iter().any(|notice| notice.code == NoticeCode::TemperatureUnused)
+    };
+    assert!(read(false, true));
+    assert!(!read(true, true) && !read(false, false));
 }

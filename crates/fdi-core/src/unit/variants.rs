@@ -28,7 +28,7 @@ pub(crate) struct Setting {
 #[derive(Clone, Debug)]
 pub(crate) struct Variant {
     pub(crate) effect: Effect,
-    /// Of each number: the size of its slope, or the distance to the next value tried.
+    /// Size for its slope of each number, or the distance to the next value tried.
     pub(crate) scales: Vec<f64>,
     /// Places of the sizes that are asked about together.
     pub(crate) sizes: Vec<usize>,

@@ -139,7 +139,8 @@ def explain(
     """Says what a model misses in recordings, with its cause where it can tell.
 
     The options are those of ``fdi explain``. ``extended`` of the answer is the model with what was
-    found, as the text of a model file.
+    found, as the text of a model file. ``fidelity`` is ``"learnt"``, ``"ideal"``, ``"low"`` or
+    ``"high"``; ``bundle`` knows the learnt error, by default the embedded one.
     """
     options = {
         "model": None if model is None else os.fspath(model),

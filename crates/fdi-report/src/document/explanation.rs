@@ -60,6 +60,17 @@ pub struct Explanation {
     pub elapsed_s: Option<f64>,
 }
 
+impl Explanation {
+    /// Name of what a residual has without any missing effect: the learnt error of a model is noise to
+    /// it.
+    pub fn floor_name(&self) -> &'static str {
+        match self.prediction {
+            Some(Prediction::Learnt) => "noise and learnt error",
+            _ => "noise",
+        }
+    }
+}
+
 /// The answer in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

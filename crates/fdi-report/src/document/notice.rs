@@ -56,11 +56,13 @@ pub enum NoticeCode {
     TolerancesHideLevels,
     /// The residual has the form of physics that the model file does not have.
     UnmodelledPhysics,
+    /// The winding's temperature was read, and the model file has no law of temperature.
+    TemperatureUnused,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -79,6 +81,7 @@ impl NoticeCode {
         Self::TolerancesUnused,
         Self::TolerancesHideLevels,
         Self::UnmodelledPhysics,
+        Self::TemperatureUnused,
     ];
 
     /// The code as JSON has it.
@@ -102,6 +105,7 @@ impl NoticeCode {
             Self::TolerancesUnused => "tolerances-unused",
             Self::TolerancesHideLevels => "tolerances-hide-levels",
             Self::UnmodelledPhysics => "unmodelled-physics",
+            Self::TemperatureUnused => "temperature-unused",
         }
     }
 }

@@ -150,7 +150,7 @@ pub fn held_out_figure_svg(explanation: &Explanation) -> Option<String> {
     let bars = [
         ("nominal model", rms_before, "#c4c4c4"),
         ("with what was found", rms_after, "#333"),
-        ("noise", noise_floor, "#fff"),
+        (explanation.floor_name(), noise_floor, "#fff"),
     ];
     for (row, (name, value, fill)) in bars.into_iter().enumerate() {
         let y = TOP + ROW * (row as f64 + 0.5);

@@ -110,9 +110,10 @@ fn found(answer: &Explanation) -> Option<Section> {
                 format!("{:.1} % of the gap to the noise is closed", 100.0 * share)
             },
         );
+        let floor = answer.floor_name();
         let caption = format!(
             "Root mean square of measured less modelled in recordings that were not fitted, with \
-             the nominal model and with what was found, and of the noise: {closed}."
+             the nominal model and with what was found, and of the {floor}: {closed}."
         );
         blocks.extend(figure(
             answer,

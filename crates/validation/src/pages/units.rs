@@ -57,6 +57,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
 
 /// Sections that can be rebuilt one by one.
 pub(super) const SECTIONS: &[Section] = &[
+    Section { name: "scales", write: scales },
     Section { name: "power", write: |page| put(page, "Power at full tolerances", power) },
     Section {
         name: "symmetries",
@@ -86,7 +87,6 @@ pub(super) const SECTIONS: &[Section] = &[
 /// The page.
 pub(super) fn text() -> Result<Rendered> {
     let mut page = Rendered::from(introduction());
-    scales(&mut page)?;
     for section in SECTIONS {
         (section.write)(&mut page)?;
     }
@@ -132,9 +132,13 @@ fn scales(page: &mut Rendered) -> Result<()> {
         faulty.push(of(HiddenDamage::OneToThree, 1)?);
         bounds.push(both_bounds(diagnoser.bundle(), BoundCase::alone(scale))?);
     }
-    put(page, "Verdicts", || Ok(verdicts(&healthy, &faulty)))?;
-    put(page, "Coverage of the 95 % intervals", || Ok(coverage(&healthy, &faulty)))?;
-    put(page, "Widths beside the bound", || Ok(widths(&healthy, &bounds)))
+    let parts = [
+        ("Verdicts", verdicts(&healthy, &faulty)),
+        ("Coverage of the 95 % intervals", coverage(&healthy, &faulty)),
+        ("Widths beside the bound", widths(&healthy, &bounds)),
+    ];
+    let parts = parts.map(|(heading, text)| format!("### {heading}\n\n{text}"));
+    put(page, "Shares of the tolerances", || Ok(parts.join("\n")))
 }
 
 /// Shares of all verdicts, and of machines on which something is detected.

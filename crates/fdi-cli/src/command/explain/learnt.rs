@@ -27,7 +27,7 @@ const BEYOND_LEARNT: &str = "damage is beyond that of the machines on which the 
                              low-fidelity model is learnt; `--fidelity high` predicts with the \
                              high-fidelity model";
 
-/// What the recordings are compared with.
+/// Machine that recordings are compared with.
 pub(super) struct Compared {
     pub(super) model: MachineModel,
     /// The diagnosis that knows the error of the low-fidelity model, with the unit where it was learnt.
@@ -126,7 +126,7 @@ impl Records {
         Ok(Self { train, holdout, repeat: read(&args.repeat)? })
     }
 
-    /// What keeps the recordings from an answer, as it does with any other model.
+    /// Reason that keeps the recordings from an answer with this model.
     fn lacking(&self, args: &RecordArgs, model: &MachineModel) -> Result<Option<String>> {
         if self.holdout.is_empty() {
             return Ok(Some("one recording alone cannot be fitted and judged on".to_owned()));
@@ -223,7 +223,8 @@ fn finding(cause: &Cause) -> Finding {
     }
 }
 
-/// Of a normal signal the logarithm of a likelihood ratio has twice its mean for its variance.
+/// Standard error of a gain: for a normal signal the variance of the logarithm of a likelihood ratio
+/// is twice its mean.
 fn standard_error(gain_nats: Option<f64>) -> f64 {
     gain_nats.map_or(0.0, |gain| (2.0 * gain.abs()).sqrt())
 }

@@ -12,8 +12,9 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
         let unit = holdout.unit.to_uppercase();
         let floor = rounded(holdout.noise_floor);
+        let noise = answer.floor_name();
         let moves = moves(holdout.rms_before, holdout.rms_after, &unit);
-        format!("; on recordings it has not seen the residual {moves} (noise {floor} {unit})")
+        format!("; on recordings it has not seen the residual {moves} ({noise} {floor} {unit})")
     });
     match answer.verdict {
         ExplanationVerdict::Adequate => {
