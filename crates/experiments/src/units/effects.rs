@@ -67,13 +67,18 @@ impl HiddenEffect {
     /// is called inadequate. A refusal gives no level.
     pub fn is_without_false_level(answer: Option<&RecordDiagnosis>) -> bool {
         answer.is_none_or(|answer| {
-            let is_held = |interval: &[f64; 2]| interval[0] <= 0.0;
             answer.verdict == Verdict::ModelInadequate
-                || (answer.verdict != Verdict::Faulty
-                    && answer.faults[..6]
-                        .iter()
-                        .all(|fault| fault.interval_95.as_ref().is_none_or(is_held)))
+                || (answer.verdict != Verdict::Faulty && Self::levels_held(answer).all(|held| held))
         })
+    }
+
+    /// True for each of k1 to k6 whose interval holds zero, or where the model is called inadequate.
+    pub fn levels_held(answer: &RecordDiagnosis) -> impl Iterator<Item = bool> {
+        let is_inadequate = answer.verdict == Verdict::ModelInadequate;
+        let is_held = |interval: &[f64; 2]| interval[0] <= 0.0;
+        answer.faults[..6]
+            .iter()
+            .map(move |fault| is_inadequate || fault.interval_95.as_ref().is_none_or(is_held))
     }
 }
 

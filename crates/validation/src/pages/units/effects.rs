@@ -39,14 +39,15 @@ pub(super) fn text(diagnoser: &Diagnoser) -> Result<String> {
     let mut text = format!(
         "{UNITS} units at full tolerances, each with an effect of the catalogue that both models take \
          and the model file does not have, and no damage. With {REFERENCES} recordings as new the \
-         unit had the effect then, or has got it since. Its \
-         sizes are drawn, then scaled to an evidence λ of 60 to 600, log-uniform: twice the \
+         unit had the effect then, or has got it since. Its sizes are drawn, then scaled to an evidence λ of 60 to 600, log-uniform: twice the \
          logarithm of the likelihood ratio in one recording by the low-fidelity model, damage and \
          all numbers fitted within their tolerances, times the square of the share of it that the \
-         high-fidelity machine with its electronics shows. \"No false level\": not faulty and every interval \
-         of k1 to k6 holds zero, or model-inadequate. Bar: 90 %.\n\n\
-         | diagnosed | healthy, % | faulty, % | undetermined, % | inadequate, % | refused, % | no \
-         false level, % |\n|---|---|---|---|---|---|---|\n"
+         high-fidelity machine with its electronics shows. \"Level held\": the interval of a level of \
+         k1 to k6 holds zero, or the unit is model-inadequate. \"No false level\": not faulty and all \
+         six are held; intervals that are right in 95 % each are so together on fewer units. Bar: \
+         90 %.\n\n\
+         | diagnosed | healthy, % | faulty, % | undetermined, % | inadequate, % | refused, % | level \
+         held, % | no false level, % |\n|---|---|---|---|---|---|---|---|\n"
     );
     row(&mut text, "alone", hidden.iter().map(|one| one.alone.as_ref()));
     row(&mut text, "unit, effect as new", hidden.iter().map(|one| one.as_built.as_ref()));
@@ -82,15 +83,18 @@ fn row<'a>(
     let share = |is: &dyn Fn(Option<&RecordDiagnosis>) -> bool| {
         percent(answers.iter().filter(|answer| is(**answer)).count(), answers.len())
     };
+    let held: Vec<bool> =
+        answers.iter().flatten().flat_map(|answer| HiddenEffect::levels_held(answer)).collect();
     let verdict = |verdict| share(&|answer| answer.is_some_and(|one| one.verdict == verdict));
     let _ = writeln!(
         text,
-        "| {name} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} |",
+        "| {name} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} |",
         verdict(Verdict::Healthy),
         verdict(Verdict::Faulty),
         verdict(Verdict::Undetermined),
         verdict(Verdict::ModelInadequate),
         share(&|answer| answer.is_none()),
+        percent(held.iter().filter(|is_held| **is_held).count(), held.len()),
         share(&HiddenEffect::is_without_false_level)
     );
 }
@@ -206,9 +210,9 @@ fn held(hidden: &[HiddenEffect], explained: &[Option<Causes>]) -> String {
     }
     format!(
         "Where the effect alone is named, {:.1} % of the {sizes} intervals of its sizes hold them, and \
-         {:.1} % of the {levels} levels of k1 to k6 beside it hold zero. The low-fidelity model shows an \
-         effect of a few steps of the digitised position smaller than the machine does: sizes are to be \
-         read with that in mind.",
+         {:.1} % of the {levels} levels of k1 to k6 beside it hold zero. An effect of a few \
+         steps of the digitised position looks smaller than it is, and of an effect with several sizes \
+         those that were not seen are taken to be none: sizes are to be read with that in mind.",
         percent(held_sizes, sizes),
         percent(held_levels, levels)
     )
