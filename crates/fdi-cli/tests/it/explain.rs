@@ -376,6 +376,17 @@ fn recordings_of_a_bundles_test_are_predicted_with_its_learnt_error() {
     let (healthy, _) = explain("new", &[]);
     assert_eq!(healthy.verdict, ExplanationVerdict::Adequate, "{healthy:?}");
     assert_eq!(healthy.prediction, Some(Prediction::Learnt));
+    // from other starts of the rotor the model errs in another way
+    for (seed, start_rad) in [("1", "5.239"), ("2", "0.337"), ("3", "3.166"), ("4", "2.0")] {
+        let file = format!("turned-{seed}.csv");
+        let of = ["simulate", "--seed", seed, "--start-angle-rad", start_rad, "-o", &file];
+        run(&[&of[..], &["--noise-a", "0.02", "--adc-bits", "12"]].concat());
+    }
+    let (turned, _) = explain("turned", &[]);
+    assert_eq!(turned.verdict, ExplanationVerdict::Adequate, "{}", turned.sentence);
+    let twice = ["--train", "new-1.csv", "new-1.csv", "--holdout", "new-2.csv"];
+    let (code, _, err) = explain_in(folder.path(), &twice);
+    assert!(code == Some(2) && err.contains("are one recording"), "{err}");
     let (found, one) = explain("cogged", &["--jobs", "1"]);
     let [cogging] = &found.effects[..] else { panic!("{}", found.sentence) };
     assert_eq!((cogging.id.as_str(), found.verdict), ("E11", ExplanationVerdict::Named));

@@ -21,6 +21,9 @@ use crate::{
 
 /// Effects of a round that are fitted.
 const FITTED: usize = 6;
+/// Share of the gain that recordings held out would have on average, below which they speak against
+/// an effect.
+const HELD_SHARE: f64 = 0.25;
 /// Most rounds: what was dropped may come back.
 const MOST_ROUNDS: usize = 8;
 /// Share of the gain of an effect found that the low-fidelity model's own error on it may have: what
@@ -44,12 +47,15 @@ pub(crate) struct FittedCause {
     pub(crate) p_familywise: f64,
     /// Logarithm of the likelihood ratio of the recordings held out.
     pub(crate) holdout_gain_nats: Option<f64>,
+    /// That which they have on average if they show as much as those fitted.
+    pub(crate) expected_gain_nats: f64,
 }
 
 impl FittedCause {
     /// True where neither chance nor the recordings held out speak against it.
     fn is_beyond_chance(&self) -> bool {
-        self.gain > self.limit && self.holdout_gain_nats.is_none_or(|gain| gain > 0.0)
+        let is_held = |gain: f64| gain > HELD_SHARE * self.expected_gain_nats;
+        self.gain > self.limit && self.holdout_gain_nats.is_none_or(is_held)
     }
 
     /// Worth beside others of its round: each number costs the logarithm of the samples.
@@ -150,6 +156,8 @@ pub(crate) struct CauseSearch<'a> {
     pub(crate) looked: Vec<Looked>,
     /// True where a form is left that no effect explains.
     pub(crate) is_unexplained: bool,
+    /// Effects that the low-fidelity model does not show in these recordings.
+    pub(crate) unseen: Vec<EffectId>,
     /// Simulations of the low-fidelity model in fits and slopes of effects.
     pub(crate) evaluations: u64,
 }
@@ -170,6 +178,7 @@ impl<'a> CauseSearch<'a> {
             found: Vec::new(),
             looked: Vec::new(),
             is_unexplained: false,
+            unseen: Vec::new(),
             evaluations: 0,
         };
         let signals = search.signals(&[])?;
@@ -178,6 +187,18 @@ impl<'a> CauseSearch<'a> {
             Ok::<_, SimulationError>(search_ref.tried(variant, &signals))
         })?;
         search.tried = tried.into_iter().flatten().collect();
+        for variant in variants {
+            let id = variant.effect.id();
+            let is_tried = search.tried.iter().any(|one| one.variant.effect.id() == id);
+            if is_tried || search.unseen.contains(&id) {
+                continue;
+            }
+            // one that the machine cannot have is none that it may have unseen
+            let mut small = variant.small().into_iter();
+            if small.any(|(effect, _)| search.signals(&[effect]).is_ok()) {
+                search.unseen.push(id);
+            }
+        }
         let recordings = search.fit.together.recordings().len() as u64;
         let simulated: usize = search.tried.iter().map(|one| one.slopes.len()).sum();
         search.evaluations += recordings * (1 + simulated as u64);
@@ -261,8 +282,10 @@ impl<'a> CauseSearch<'a> {
         FitTogether::new(together.with_acting(kept), &start).ok()
     }
 
-    /// Gives each effect found its numbers beside all the others.
+    /// Gives each effect found its numbers beside all the others, and takes none of them for an
+    /// alternative.
     fn state_numbers(&mut self) {
+        let ids: Vec<EffectId> = self.found.iter().map(|one| one.best.id()).collect();
         for found in &mut self.found {
             let acting = self.fit.together.acting();
             let own = acting.iter().position(|one| one.base().id() == found.best.id());
@@ -270,10 +293,12 @@ impl<'a> CauseSearch<'a> {
                 found.best.acting = acting[place].clone();
                 (found.best.unknowns, found.best.stds) = self.fit.numbers_of(place);
             }
+            found.as_good.retain(|one| !ids.contains(&one.id()));
         }
     }
 
-    /// Best variant of each effect that is not found yet.
+    /// Best variant of each effect that is not found yet, with the share that is open in any of its
+    /// variants.
     fn scored(&self) -> Vec<(usize, Gain)> {
         let explanation = self.fit.explanation();
         let acting = self.fit.together.acting();
@@ -290,8 +315,13 @@ impl<'a> CauseSearch<'a> {
             let other =
                 best.iter().position(|(other, _)| self.tried[*other].variant.effect.id() == id);
             match other {
-                Some(at) if best[at].1.value < gain.value => best[at] = (place, gain),
-                Some(_) => {}
+                Some(at) => {
+                    let open_share = best[at].1.open_share.max(gain.open_share);
+                    if best[at].1.value < gain.value {
+                        best[at] = (place, gain);
+                    }
+                    best[at].1.open_share = open_share;
+                }
                 None => best.push((place, gain)),
             }
         }
@@ -320,8 +350,10 @@ impl<'a> CauseSearch<'a> {
         };
         let one_sided = tried.variant.is_one_sided();
         let mut kept: Vec<usize> = (0..one_sided.len()).collect();
+        let mut open_share = 0.0_f64;
         loop {
             let gain = explanation.gain(&rows(&kept))?;
+            open_share = open_share.max(gain.open_share);
             let is_within = |n: usize| !one_sided[kept[n]] || gain.amplitudes[n] > 0.0;
             if (0..kept.len()).all(is_within) {
                 let mut amplitudes = vec![0.0; copies * one_sided.len()];
@@ -331,12 +363,16 @@ impl<'a> CauseSearch<'a> {
                             gain.amplitudes[copy * kept.len() + n];
                     }
                 }
-                return Some(Gain { amplitudes, ..gain });
+                return Some(Gain { amplitudes, open_share, ..gain });
             }
-            kept = (0..kept.len()).filter(|&n| is_within(n)).map(|n| kept[n]).collect();
-            if kept.is_empty() {
-                return None;
+            let within: Vec<usize> =
+                (0..kept.len()).filter(|&n| is_within(n)).map(|n| kept[n]).collect();
+            if within.is_empty() {
+                // none of it is most probable
+                let amplitudes = vec![0.0; copies * one_sided.len()];
+                return Some(Gain { value: 0.0, amplitudes, open_share, ..gain });
             }
+            kept = within;
         }
     }
 
@@ -390,7 +426,12 @@ impl<'a> CauseSearch<'a> {
         }
         match self.found.iter_mut().find(|one| one.best.id() == best.id()) {
             // another size of an effect that was found: the first said that it is there
-            Some(known) => known.best.gain += best.gain,
+            Some(known) => {
+                let held = known.best.holdout_gain_nats.zip(best.holdout_gain_nats);
+                known.best.holdout_gain_nats = held.map(|(a, b)| a + b);
+                known.best.p_familywise = known.best.p_familywise.min(best.p_familywise);
+                known.best.gain += best.gain;
+            }
             None => self.found.push(Found { best, as_good }),
         }
         self.fit = fit;
@@ -461,8 +502,9 @@ impl<'a> CauseSearch<'a> {
             self.fit.together.with_acting(all)
         };
         let mut together = with(&acting);
-        let start = together.likeliest(&starts)?;
-        let fit = FitTogether::new(together, start).ok()?;
+        let starts = together.by_likelihood(starts);
+        let mut fits = starts.iter().map(|start| FitTogether::new(together.clone(), start));
+        let fit = fits.find_map(Result::ok)?;
         let (cause, fit) = self.cause(fit, sizes.len())?;
         let all_sizes = own_id.info().size_groups().concat();
         let wider = acting.with_sizes(&all_sizes, scales);
@@ -488,6 +530,7 @@ impl<'a> CauseSearch<'a> {
         let gain = self.fit.sum() - fit.sum();
         let copies = if acting.base().id().info().differs_by_recording { count } else { 1 };
         let sizes = sizes * copies;
+        let held = self.holdout.as_ref().map_or(0, |held| held.together.recordings().len());
         let cause = FittedCause {
             unknowns,
             stds,
@@ -496,6 +539,7 @@ impl<'a> CauseSearch<'a> {
             price: acting.len(count) as f64 * (self.fit.together.samples() as f64).ln(),
             p_familywise: self.log_chance(gain, sizes).exp(),
             holdout_gain_nats: self.holdout_gain(&fit),
+            expected_gain_nats: 0.5 * gain * held as f64 / count as f64,
             acting,
         };
         gain.is_finite().then_some((cause, fit))
@@ -504,8 +548,10 @@ impl<'a> CauseSearch<'a> {
     /// Fit of the recordings held out with the effects of another fit.
     fn held_out(&self, fit: &FitTogether<'a>) -> Option<FitTogether<'a>> {
         let holdout = self.holdout.as_ref()?;
-        let acting = fit.together.effects(0, &fit.found.numbers).into_iter();
-        let acting: Vec<Acting> = acting.map(Acting::held_out).collect();
+        let count = fit.together.recordings().len();
+        let acting = fit.together.acting().iter().enumerate();
+        let acting = acting.map(|(place, one)| one.held_out(count, &fit.numbers_of(place).0));
+        let acting: Vec<Acting> = acting.collect();
         let together = holdout.together.with_acting(acting);
         let mut start = holdout.found.numbers[..holdout.together.first_of_effects()].to_vec();
         start.resize(together.unknowns().len(), 0.0);

@@ -164,7 +164,8 @@ pub struct Causes {
     pub found: Vec<Cause>,
     /// Effects that are as good as one of those found.
     pub as_good: Vec<Cause>,
-    /// Effects that damage and tolerances imitate in these recordings.
+    /// Effects that these recordings cannot show: the low-fidelity model knows nothing of them here, or
+    /// damage and tolerances imitate them in every shape that is tried.
     pub absorbed: Vec<EffectId>,
     /// Faults without and with what was found.
     pub faults: [Vec<Fault>; 2],
@@ -344,11 +345,14 @@ impl Machine<'_> {
         if let (Some(before), Some(after)) = (&held_before, search.held_out_fit()) {
             recordings.extend(self.recordings(holdout, [before, after], true)?);
         }
+        let usual = self.error.ln_misfit_mean.exp();
+        let widening = (search.fit.misfit() / usual).max(1.0).sqrt();
+        let stated = |one: &FittedCause, instead_of| cause(one, instead_of, train.len(), widening);
         let mut found = Vec::new();
         let mut as_good = Vec::new();
         for one in &search.found {
-            found.push(cause(&one.best, None));
-            as_good.extend(one.as_good.iter().map(|other| cause(other, Some(one.best.id()))));
+            found.push(stated(&one.best, None));
+            as_good.extend(one.as_good.iter().map(|other| stated(other, Some(one.best.id()))));
         }
         let tried = search.looked.iter().map(|one| CauseTried {
             id: one.id,
@@ -361,9 +365,11 @@ impl Machine<'_> {
         let mut tried: Vec<CauseTried> = tried.collect();
         tried.sort_by(|a, b| a.log_p.total_cmp(&b.log_p));
         let is_absorbed = |one: &&CauseTried| one.open_share < ABSORBED_SHARE;
+        let absorbed = tried.iter().filter(is_absorbed).map(|one| one.id);
+        let absorbed = search.unseen.iter().copied().chain(absorbed).collect();
         Ok(Causes {
             verdict: self.verdict(&search, !as_good.is_empty()),
-            absorbed: tried.iter().filter(is_absorbed).map(|one| one.id).collect(),
+            absorbed,
             faults: [self.faults(&before), self.faults(&search.fit)],
             misfit: [before.misfit(), search.fit.misfit()],
             floor_a: self.covariance(train, &before).mean_diagonal().sqrt(),
@@ -391,6 +397,10 @@ impl Machine<'_> {
         let experiment = &self.diagnoser.bundle().experiment;
         let count = prepared.len();
         let noise = mean_noise(prepared);
+        let learnt = &self.diagnoser.learnt;
+        let first_rad = prepared[0].start_angle_rad;
+        let has_one_start =
+            prepared.iter().all(|one| learnt.same_start(one.start_angle_rad, first_rad));
         let sessions: Vec<usize> = prepared.iter().map(|one| place_of(prepared, one)).collect();
         let layout = self.quantities.layout();
         let prior = NumberPrior::new(layout, self.built.as_ref(), &sessions);
@@ -398,7 +408,8 @@ impl Machine<'_> {
         let mut start = vec![0.0; layout.sought.len()];
         start.extend(prior.mean());
         let whitening = |wideness| {
-            Whitening::new(self.error, wideness, &noise, count).map_err(UnitSearchError::from)
+            Whitening::new(self.error, wideness, &noise, count, has_one_start)
+                .map_err(UnitSearchError::from)
         };
         let modelled = observed
             .iter()
@@ -515,11 +526,18 @@ fn place_of(prepared: &[Prepared], one: &Prepared) -> usize {
     prepared.iter().position(|other| other.session == one.session).unwrap_or_default()
 }
 
-fn cause(fitted: &FittedCause, instead_of: Option<EffectId>) -> Cause {
+/// An effect in the first of so many recordings, its intervals wider by what the fit leaves over.
+fn cause(
+    fitted: &FittedCause,
+    instead_of: Option<EffectId>,
+    recordings: usize,
+    widening: f64,
+) -> Cause {
     let FittedCause { acting, unknowns, stds, gain, p_familywise, holdout_gain_nats, .. } = fitted;
+    let stds: Vec<f64> = stds.iter().map(|std| widening * std).collect();
     Cause {
         effect: acting.effect(0, unknowns),
-        intervals_95: acting.intervals(unknowns, stds),
+        intervals_95: acting.intervals(recordings, unknowns, &stds),
         gain: *gain,
         p_familywise: p_familywise.max(LEAST_CHANCE),
         holdout_gain_nats: *holdout_gain_nats,

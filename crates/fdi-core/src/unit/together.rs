@@ -181,17 +181,18 @@ impl<'a> Together<'a> {
         self.sum_at(&found.white, &found.numbers)
     }
 
-    /// The likeliest of some points; `None` where none has a machine.
-    pub(crate) fn likeliest<'p>(&mut self, points: &'p [Vec<f64>]) -> Option<&'p [f64]> {
-        let mut best: Option<(f64, &[f64])> = None;
+    /// Those of some points that have a machine, the likeliest first.
+    pub(crate) fn by_likelihood(&mut self, points: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let mut known = Vec::new();
         for point in points {
-            let Ok(white) = self.residual(point) else { continue };
-            let sum = self.sum_at(&white, point);
-            if sum.is_finite() && best.is_none_or(|(least, _)| sum < least) {
-                best = Some((sum, point));
+            let Ok(white) = self.residual(&point) else { continue };
+            let sum = self.sum_at(&white, &point);
+            if sum.is_finite() {
+                known.push((sum, point));
             }
         }
-        best.map(|(_, point)| point)
+        known.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        known.into_iter().map(|(_, point)| point).collect()
     }
 
     fn sum_at(&self, white: &[f64], values: &[f64]) -> f64 {
@@ -281,8 +282,8 @@ impl Together<'_> {
         let mut begin = 0;
         for (place, acting) in self.acting.iter().enumerate() {
             let own = &tail[begin..begin + acting.len(count)];
-            for number in acting.of_recording(recording) {
-                let [below, above] = acting.sides(number, own[number]);
+            for number in acting.of_recording(recording, count) {
+                let [below, above] = acting.sides(number, count, own[number]);
                 let mut side = |value: f64| {
                     let mut moved = own.to_vec();
                     moved[number] = value;
@@ -308,17 +309,21 @@ pub(crate) struct Whitening {
 }
 
 impl Whitening {
-    /// Factors for some recordings with a noise.
+    /// Factors for some recordings with a noise. The share of the error in common is learnt of
+    /// recordings from one start of the rotor; from others it is less, and both blocks are taken as
+    /// large as they can be.
     pub(crate) fn new(
         error: &UnitError,
         wideness: f64,
         noise: &BandedMatrix,
         recordings: usize,
+        has_one_start: bool,
     ) -> Result<Self, NotPositiveDefinite> {
         let covariance = error.covariance_of(wideness);
         let of = |share: f64| joined(&covariance.scaled(share), noise).cholesky();
         let others = recordings.saturating_sub(1) as f64;
-        Ok(Self { mean: of(1.0 + others * error.shared)?, differences: of(1.0 - error.shared)? })
+        let own = if has_one_start { 1.0 - error.shared } else { 1.0 };
+        Ok(Self { mean: of(1.0 + others * error.shared)?, differences: of(own)? })
     }
 
     /// White numbers of the signals of all recordings.
@@ -470,7 +475,7 @@ mod tests {
         let mut error = crate::unit::error::tests::with_covariance(covariance(samples, 2.0));
         error.shared = shared;
         let noise = covariance(samples, 0.5);
-        let whitening = Whitening::new(&error, 0.0, &noise, count).unwrap();
+        let whitening = Whitening::new(&error, 0.0, &noise, count, true).unwrap();
         let mut random = Draws::new(RootSeed(11).derive(Purpose::Units, 0));
         let signals: Vec<Vec<f64>> =
             (0..count).map(|_| (0..samples).map(|_| random.normal()).collect()).collect();
@@ -486,7 +491,7 @@ mod tests {
         assert_relative_eq!(dot(&white, &white), expected, max_relative = 1e-9);
         // anti-test: as if each had an error of its own
         error.shared = 0.0;
-        let apart = Whitening::new(&error, 0.0, &noise, count).unwrap().whiten(signals);
+        let apart = Whitening::new(&error, 0.0, &noise, count, true).unwrap().whiten(signals);
         assert!((dot(&apart, &apart) / expected - 1.0).abs() > 1e-3);
     }
 

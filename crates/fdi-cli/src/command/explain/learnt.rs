@@ -4,8 +4,8 @@ use std::{path::PathBuf, sync::Arc};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Cause, CauseRecording, CauseVerdict, Causes, ColumnMap, ComparedSignals, Diagnoser,
-    ExplainError, ExplainOptions, LearntUnit, Recording,
+    Cause, CauseRecording, CauseTried, CauseVerdict, Causes, ColumnMap, Diagnoser, ExplainError,
+    ExplainOptions, LearntUnit, Recording,
     ema_sim::model_file::MachineModel,
     report::{Fault, Prediction},
 };
@@ -14,7 +14,7 @@ use greybox::{
     NumberInterval, RecordChange, RecordFit, Refit, SmallestNamed, Use, Verdict,
 };
 
-use super::{compared::given_command, described, effects};
+use super::{described, effects};
 use crate::{
     GlobalArgs, Streams,
     args::{ExplainArgs, RecordArgs},
@@ -65,7 +65,11 @@ fn of_actuator(
     streams: &mut Streams<'_>,
 ) -> Result<Result<Explained, String>> {
     let records = Records::read(&args.records)?;
-    if let Some(reason) = records.lacking(&args.records, &compared.model)? {
+    if records.holdout.is_empty() {
+        return Ok(Err("one recording alone cannot be fitted and judged on".to_owned()));
+    }
+    // a command that is known, each recording once: as any other model asks it
+    if let Err(reason) = super::recordings(&args.records, &compared.model)? {
         return Ok(Err(reason));
     }
     let found;
@@ -95,10 +99,8 @@ fn of_actuator(
             Ok(Err(BEYOND_LEARNT.to_owned()))
         }
         Ok(causes) => Ok(Ok(from_causes(&causes, records.train.len()))),
-        Err(error @ (ExplainError::Recording { .. } | ExplainError::Unlearnt { .. })) => {
-            Ok(Err(error.to_string()))
-        }
-        Err(error) => Err(error.into()),
+        Err(error @ (ExplainError::Nothing | ExplainError::OtherBundle(_))) => Err(error.into()),
+        Err(error) => Ok(Err(error.to_string())),
     }
 }
 
@@ -124,21 +126,6 @@ impl Records {
             holdout.extend(train.pop());
         }
         Ok(Self { train, holdout, repeat: read(&args.repeat)? })
-    }
-
-    /// Reason that keeps the recordings from an answer with this model.
-    fn lacking(&self, args: &RecordArgs, model: &MachineModel) -> Result<Option<String>> {
-        if self.holdout.is_empty() {
-            return Ok(Some("one recording alone cannot be fitted and judged on".to_owned()));
-        }
-        let given = args.command.as_deref().map(|text| given_command(text, model)).transpose()?;
-        for recording in self.train.iter().chain(&self.holdout).chain(&self.repeat) {
-            let signals = ComparedSignals::of_recording(recording, model, given.as_ref());
-            if let Err(error) = signals {
-                return Ok(Some(format!("{}: {error}", recording.name)));
-            }
-        }
-        Ok(None)
     }
 }
 
@@ -180,6 +167,7 @@ fn from_causes(causes: &Causes, trained: usize) -> Explained {
         };
         RecordChange { role, before: fit(0), after: fit(1) }
     };
+    explained.log = causes.tried.iter().filter_map(tried).collect();
     explained.records = causes.recordings.iter().enumerate().map(record).collect();
     explained.hypotheses = causes
         .tried
@@ -205,6 +193,13 @@ fn from_causes(causes: &Causes, trained: usize) -> Explained {
         })
         .collect();
     explained
+}
+
+/// A line of the log: an effect that was fitted beside damage and tolerances alone.
+fn tried(one: &CauseTried) -> Option<String> {
+    let (gain, holdout) = one.fitted?;
+    let held = holdout.map_or(String::new(), |gain| format!(", {gain:.1} nats held out"));
+    Some(format!("{} fitted: {:.1} nats{held}", one.id.info().label(), 0.5 * gain))
 }
 
 fn finding(cause: &Cause) -> Finding {
