@@ -181,7 +181,7 @@ impl<'a> Together<'a> {
         self.sum_at(&found.white, &found.numbers)
     }
 
-    /// Those of some points that have a machine, the likeliest first.
+    /// Points, of those given, that have a machine, the likeliest first.
     pub(crate) fn by_likelihood(&mut self, points: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let mut known = Vec::new();
         for point in points {
