@@ -18,7 +18,7 @@ use crate::{
         answer::is_unlearnt,
         causes::{CauseSearch, FitTogether, FittedCause},
         error::UnitError,
-        joint::{BuiltFit, Joint},
+        joint::BuiltFit,
         learnt_unit::{LearntUnit, OtherBundle, session_of},
         modelled::Modelled,
         quantities::Quantities,
@@ -221,10 +221,7 @@ impl Diagnoser {
     /// A learnt unit as built.
     fn built(&self, unit: &LearntUnit, quantities: &Quantities) -> Result<BuiltFit, ExplainError> {
         unit.check_basis(self.bundle(), quantities)?;
-        let all = unit.earlier(None).others;
-        let joint = Joint::learnt(quantities, &all, &unit.replaced);
-        let built = joint.and_then(|joint| joint.as_built(&unit.replaced));
-        Ok(built.ok_or(UnitSearchError::Undetermined)?)
+        Ok(unit.as_built(quantities).ok_or(UnitSearchError::Undetermined)?)
     }
 
     /// Observation of a recording, with the plan of its diagnosis.

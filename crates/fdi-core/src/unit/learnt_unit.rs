@@ -11,7 +11,7 @@ use crate::{
     offline::bundle::Bundle,
     unit::{
         evidence::Evidence,
-        joint::{OfUnit, Wear},
+        joint::{BuiltFit, Joint, OfUnit, Wear},
         layout::Component,
         quantities::Quantities,
     },
@@ -156,6 +156,13 @@ impl LearntUnit {
         let nth = later.len() + 1;
         later.push((of_other, self.replaced));
         Earlier { others, session: of_other, worn: Wear::Since(sessions_worn(&later)), nth }
+    }
+
+    /// The machine as built with the parts that it has now, by all its recordings; `None` where they and
+    /// the tolerances do not determine it.
+    pub(crate) fn as_built(&self, quantities: &Quantities) -> Option<BuiltFit> {
+        let all = self.earlier(None).others;
+        Joint::learnt(quantities, &all, &self.replaced)?.as_built(&self.replaced)
     }
 
     /// True where the unit was learnt with a bundle of this model, test and set of numbers.

@@ -16,7 +16,7 @@ use crate::{
     diagnose::Diagnoser,
     simulation::experiment::Experiment,
     unit::{
-        joint::{BuiltFit, Joint},
+        joint::BuiltFit,
         layout::{Acts, Layout},
         learning::UnitLearningError,
         learnt_unit::LearntUnit,
@@ -84,10 +84,7 @@ impl Diagnoser {
     pub fn unit_numbers(&self, unit: &LearntUnit) -> Result<LearntNumbers, UnitLearningError> {
         let quantities = self.learnt.quantities();
         unit.check_basis(self.bundle(), &quantities)?;
-        let all = unit.earlier(None).others;
-        let joint = Joint::learnt(&quantities, &all, &unit.replaced);
-        let fit = joint.and_then(|joint| joint.as_built(&unit.replaced));
-        let fit = fit.ok_or(UnitLearningError::Undetermined)?;
+        let fit = unit.as_built(&quantities).ok_or(UnitLearningError::Undetermined)?;
         let found =
             Found { experiment: &self.bundle().experiment, layout: quantities.layout(), fit };
         let mut numbers = found.numbers();
