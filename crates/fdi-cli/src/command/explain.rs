@@ -44,18 +44,20 @@ pub(crate) fn explain(
     }
     let start = Instant::now();
     let compared = compared_with(args)?;
+    let records = Records::read(&args.records)?;
     let model = &compared.model;
-    let (explained, prediction) = match learnt::explained(&compared, args, global, streams)? {
-        Ok(explained) => (explained, Some(Prediction::Learnt)),
-        Err(reason) => {
-            if global.verbose {
-                streams.say(format_args!("not with the learnt error: {reason}"));
+    let (explained, prediction) =
+        match learnt::explained(&compared, &records, args, global, streams)? {
+            Ok(explained) => (explained, Some(Prediction::Learnt)),
+            Err(reason) => {
+                if global.verbose {
+                    streams.say(format_args!("not with the learnt error: {reason}"));
+                }
+                let explained = of_machine(&records, args, model, global, streams)?;
+                let prediction = explained.observation.and_then(document::prediction);
+                (explained, prediction)
             }
-            let explained = of_machine(args, model, global, streams)?;
-            let prediction = explained.observation.and_then(document::prediction);
-            (explained, prediction)
-        }
-    };
+        };
     if global.verbose {
         for line in &explained.log {
             streams.say(format_args!("{line}"));
@@ -89,18 +91,19 @@ fn compared_with(args: &ExplainArgs) -> Result<learnt::Compared> {
     };
     let LearntMachine { diagnoser, unit, model } =
         super::unit::learnt_machine(path, args.bundle.as_ref())?;
-    let learnt = Some((diagnoser, Some(Arc::new(unit))));
+    let learnt = Some((diagnoser, Arc::new(unit)));
     Ok(learnt::Compared { model: MachineModel::Actuator(model), learnt })
 }
 
 /// The answer by the machine's own models, whose error is not known.
 fn of_machine(
+    records: &Records,
     args: &ExplainArgs,
     model: &MachineModel,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<Explained> {
-    let recordings = match recordings(&args.records, model)? {
+    let recordings = match recordings(records, &args.records, model)? {
         Ok(recordings) => recordings,
         Err(missing) => return Ok(Explained::inconclusive(missing)),
     };
@@ -154,34 +157,57 @@ pub(super) fn in_form<T: Serialize>(
 
 /// The recordings by their use; an error where one lacks what is compared.
 pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Result<Recordings> {
-    recordings(args, model)?.map_err(|missing| anyhow!("{missing}"))
+    recordings(&Records::read(args)?, args, model)?.map_err(|missing| anyhow!("{missing}"))
 }
 
-/// The recordings by their use, or what they lack.
-fn recordings(args: &RecordArgs, model: &MachineModel) -> Result<Result<Recordings, String>> {
-    let map = ColumnMap::new(&args.map.map)?;
+/// Recordings as they were read, by their use.
+struct Records {
+    train: Vec<Recording>,
+    holdout: Vec<Recording>,
+    repeat: Vec<Recording>,
+}
+
+impl Records {
+    fn read(args: &RecordArgs) -> Result<Self> {
+        let map = ColumnMap::new(&args.map.map)?;
+        let read = |paths: &[PathBuf]| -> Result<Vec<Recording>> {
+            let one = |path: &PathBuf| {
+                Recording::read(path, &map).with_context(|| path.display().to_string())
+            };
+            paths.iter().map(one).collect()
+        };
+        let (train, holdout) = (read(&args.train)?, read(&args.holdout)?);
+        Ok(Self { train, holdout, repeat: read(&args.repeat)? })
+    }
+}
+
+/// The recordings as a model is compared with them, or what they lack.
+fn recordings(
+    records: &Records,
+    args: &RecordArgs,
+    model: &MachineModel,
+) -> Result<Result<Recordings, String>> {
     let given = match args.command.as_deref() {
         _ if args.inverse_dynamics => Some(GivenCommand::Motion),
         Some(text) => Some(compared::given_command(text, model)?),
         None => None,
     };
     let mut missing = None;
-    let mut read = |paths: &[PathBuf]| -> Result<Vec<Record>> {
-        let mut records = Vec::new();
-        for path in paths {
-            let named = || path.display().to_string();
-            let recording = Recording::read(path, &map).with_context(named)?;
-            match compared::compared(&recording, model, given.as_ref()).with_context(named)? {
-                Ok(record) => records.push(record),
+    let mut compared = |all: &[Recording]| -> Result<Vec<Record>> {
+        let mut compared = Vec::new();
+        for recording in all {
+            let named = || recording.name.clone();
+            match compared::compared(recording, model, given.as_ref()).with_context(named)? {
+                Ok(record) => compared.push(record),
                 Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),
             }
         }
-        Ok(records)
+        Ok(compared)
     };
     let recordings = Recordings {
-        train: read(&args.train)?,
-        holdout: read(&args.holdout)?,
-        repeat: read(&args.repeat)?,
+        train: compared(&records.train)?,
+        holdout: compared(&records.holdout)?,
+        repeat: compared(&records.repeat)?,
     };
     if let Some(reason) = missing {
         return Ok(Err(reason));

@@ -54,10 +54,10 @@ pub(crate) struct Within {
     pub(crate) is_to_the_noise: bool,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// The error on machines within the tolerances and the start angle, where they are used; else
     /// why not, if they were asked for.
-    pub(crate) fn within_tolerances(&self) -> Result<(&UnitError, f64), Option<Reason>> {
+    pub(crate) fn within_tolerances(&self) -> Result<(&'a UnitError, f64), Option<Reason>> {
         self.plan.tolerance.map_err(|reason| reason.map(str::to_owned))?;
         let because = |reason: &str| Err(Some(reason.to_owned()));
         if self.learnt.references.is_some() {
@@ -73,7 +73,7 @@ impl Run<'_> {
     }
 
     /// The error on units for a start of the rotor, or why tolerances cannot be used.
-    fn unit_error(&self, angle_rad: f64) -> Result<&UnitError, Reason> {
+    fn unit_error(&self, angle_rad: f64) -> Result<&'a UnitError, Reason> {
         let bundle = &self.learnt.bundle;
         if bundle.experiment.tolerance.is_empty() {
             return Err("its model file lists no tolerance".to_owned());
@@ -238,12 +238,12 @@ impl Run<'_> {
 
     /// A recording with those that its unit was learnt from, and the damage that they show
     /// together.
-    fn with_unit<'a>(
+    fn with_unit<'q>(
         &self,
         unit: Option<&LearntUnit>,
-        quantities: &'a Quantities,
+        quantities: &'q Quantities,
         fit: &UnitFit,
-    ) -> Result<(History<'a>, DamageFit), DiagnoseError> {
+    ) -> Result<(History<'q>, DamageFit), DiagnoseError> {
         let session = self.observation.session.as_deref();
         let earlier = unit.map(|unit| unit.earlier(session));
         if let Some(known) = unit.and_then(|unit| unit.with_evidence(&fit.evidence)) {

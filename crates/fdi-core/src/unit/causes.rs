@@ -5,13 +5,16 @@
 //! before them; and of those whose gain stays beyond chance, and which make recordings held out more
 //! likely, the best is kept.
 
-use ema_sim::{EffectId, Geometry, SimulationError};
-use inference::{MostProbable, NotPositiveDefinite, chi_squared_log_tail, dot, most_probable};
+use std::convert::Infallible;
+
+use ema_sim::{Effect, EffectId, Geometry, SimulationError};
+use inference::{MostProbable, chi_squared_log_tail, dot, most_probable};
 
 use crate::{
     statistics::parallel::in_parallel,
     unit::{
         acting::Acting,
+        modelled::Modelled,
         search::UnitSearchError,
         together::Together,
         unmodelled::{AS_GOOD, Explanation, Gain, limit},
@@ -47,7 +50,7 @@ pub(crate) struct FittedCause {
     pub(crate) p_familywise: f64,
     /// Logarithm of the likelihood ratio of the recordings held out.
     pub(crate) holdout_gain_nats: Option<f64>,
-    /// That which they have on average if they show as much as those fitted.
+    /// Mean of that logarithm where recordings held out show as much as those fitted.
     pub(crate) expected_gain_nats: f64,
 }
 
@@ -114,14 +117,8 @@ impl<'a> FitTogether<'a> {
     }
 
     fn explanation(&self) -> Explanation<'_> {
-        let slopes = self.together.last_slopes();
-        let unknowns = self.together.unknowns();
-        let descent = slopes.iter().zip(&unknowns).zip(&self.found.numbers);
-        let descent = descent.map(|((row, one), x)| {
-            dot(row, &self.found.white) - one.prior_std.map_or(0.0, |std| x / (std * std))
-        });
-        let descent = descent.collect();
-        Explanation::new(&self.found.white, slopes, &self.found.covariance, descent)
+        let together = &self.together;
+        Explanation::at(&self.found, together.last_slopes(), &together.unknowns())
     }
 
     /// Numbers of an effect with their standard deviations, by its place among those acting.
@@ -148,7 +145,8 @@ struct Tried {
 pub(crate) struct CauseSearch<'a> {
     /// The fit with what was found.
     pub(crate) fit: FitTogether<'a>,
-    holdout: Option<FitTogether<'a>>,
+    /// Fit of the recordings held out with what was found.
+    pub(crate) holdout: Option<FitTogether<'a>>,
     tried: Vec<Tried>,
     jobs: usize,
     pub(crate) found: Vec<Found>,
@@ -182,10 +180,8 @@ impl<'a> CauseSearch<'a> {
             evaluations: 0,
         };
         let signals = search.signals(&[])?;
-        let search_ref = &search;
-        let tried = in_parallel(variants, jobs, |_, variant| {
-            Ok::<_, SimulationError>(search_ref.tried(variant, &signals))
-        })?;
+        let tried = |_, variant: &Variant| Ok::<_, Infallible>(search.tried(variant, &signals));
+        let Ok(tried) = in_parallel(variants, jobs, tried);
         search.tried = tried.into_iter().flatten().collect();
         for variant in variants {
             let id = variant.effect.id();
@@ -206,9 +202,9 @@ impl<'a> CauseSearch<'a> {
     }
 
     /// Signal of each recording's machine with effects, A.
-    fn signals(&self, effects: &[ema_sim::Effect]) -> Result<Vec<Vec<f64>>, SimulationError> {
+    fn signals(&self, effects: &[Effect]) -> Result<Vec<Vec<f64>>, SimulationError> {
         let together = &self.fit.together;
-        let signal = |(recording, modelled): (usize, &crate::unit::modelled::Modelled<'_>)| {
+        let signal = |(recording, modelled): (usize, &Modelled<'_>)| {
             let point = together.point(recording, &self.fit.found.numbers);
             modelled.clone().signal_with(&point, effects)
         };
@@ -217,7 +213,7 @@ impl<'a> CauseSearch<'a> {
 
     /// A variant with its slopes; `None` where the machine does not take it.
     fn tried(&self, variant: &Variant, without: &[Vec<f64>]) -> Option<Tried> {
-        let slope = |(effect, size): (ema_sim::Effect, f64)| {
+        let slope = |(effect, size): (Effect, f64)| {
             let with = self.signals(&[effect]).ok()?;
             let each = with.iter().zip(without).map(|(with, without)| {
                 with.iter().zip(without).map(|(a, b)| (a - b) / size).collect::<Vec<f64>>()
@@ -231,19 +227,25 @@ impl<'a> CauseSearch<'a> {
     }
 
     /// Looks for effects until nothing is left, or so many are found.
-    pub(crate) fn run(&mut self, most: usize) -> Result<(), UnitSearchError> {
-        for round in 0..MOST_ROUNDS {
-            if self.found.len() == most {
-                break;
-            }
-            if !self.round(round == 0)? {
-                self.state_numbers();
-                return Ok(());
-            }
+    pub(crate) fn run(&mut self, most: usize) {
+        let mut rounds = 0;
+        let mut goes_on = true;
+        while goes_on && rounds < MOST_ROUNDS && self.found.len() < most {
+            goes_on = self.round(rounds == 0);
+            rounds += 1;
         }
         self.state_numbers();
-        self.is_unexplained = !self.beyond_chance().is_empty();
-        Ok(())
+        if goes_on {
+            self.is_unexplained = !self.beyond_chance(self.scored()).is_empty();
+        }
+    }
+
+    /// Goes on from a fit, and from that of the recordings held out with its effects.
+    fn go_on_from(&mut self, fit: FitTogether<'a>) {
+        if let Some(holdout) = self.held_out(&fit) {
+            self.holdout = Some(holdout);
+        }
+        self.fit = fit;
     }
 
     /// Drops effects that the others found since explain.
@@ -257,11 +259,8 @@ impl<'a> CauseSearch<'a> {
             let others = self.found.iter().filter(|one| one.best.id() != id);
             let largest = others.map(|one| one.best.gain).fold(0.0, f64::max);
             if needed < found.limit.max(OWN_ERROR_SHARE * largest) {
-                if let Some(holdout) = self.held_out(&fit) {
-                    self.holdout = Some(holdout);
-                }
                 self.found.remove(place);
-                self.fit = fit;
+                self.go_on_from(fit);
             } else {
                 place += 1;
             }
@@ -376,36 +375,32 @@ impl<'a> CauseSearch<'a> {
         }
     }
 
-    /// Variants beyond chance, the clearest first.
-    fn beyond_chance(&self) -> Vec<(usize, Gain)> {
-        let excess = |gain: &Gain| gain.value - limit(gain.degrees, self.tried.len());
-        let mut beyond = self.scored();
+    /// Variants beyond chance of those scored, the clearest first.
+    fn beyond_chance(&self, mut beyond: Vec<(usize, Gain)>) -> Vec<(usize, Gain)> {
+        let excess = |gain: &Gain| gain.value - gain.limit(self.tried.len());
         beyond.retain(|(_, gain)| excess(gain) > 0.0);
         beyond.sort_by(|(_, a), (_, b)| excess(b).total_cmp(&excess(a)));
         beyond
     }
 
     /// One round; false where it finds nothing.
-    fn round(&mut self, is_first: bool) -> Result<bool, UnitSearchError> {
-        let beyond = self.beyond_chance();
-        let scored = if is_first { self.scored() } else { Vec::new() };
-        let candidates = &beyond[..beyond.len().min(FITTED)];
-        let search = &*self;
-        let fitted = in_parallel(candidates, self.jobs, |_, (place, gain)| {
-            Ok::<_, NotPositiveDefinite>(search.fitted(*place, gain))
-        })?;
-        let mut all = Vec::new();
-        for (cause, fit) in fitted.into_iter().flatten() {
-            self.evaluations += fit.together.evaluations();
-            all.push((cause, fit));
+    fn round(&mut self, is_first: bool) -> bool {
+        let scored = self.scored();
+        let mut candidates = self.beyond_chance(scored.clone());
+        candidates.truncate(FITTED);
+        let fitted =
+            |_, (place, gain): &(usize, Gain)| Ok::<_, Infallible>(self.fitted(*place, gain));
+        let Ok(fitted) = in_parallel(&candidates, self.jobs, fitted);
+        let mut all: Vec<_> = fitted.into_iter().flatten().collect();
+        self.evaluations += all.iter().map(|(_, fit)| fit.together.evaluations()).sum::<u64>();
+        if is_first {
+            let looked = scored.iter().map(|(place, gain)| {
+                let variant = &self.tried[*place].variant;
+                let fitted = all.iter().find(|(cause, _)| cause.id() == variant.effect.id());
+                self.looked(variant, gain, fitted.map(|(cause, _)| cause.clone()))
+            });
+            self.looked = looked.collect();
         }
-        let looked = scored.iter().map(|(place, gain)| {
-            let variant = &self.tried[*place].variant;
-            let fitted = all.iter().find(|(cause, _)| cause.id() == variant.effect.id());
-            self.looked(variant, gain, fitted.map(|(cause, _)| cause.clone()))
-        });
-        let looked: Vec<Looked> = looked.collect();
-        self.looked.extend(looked);
         let has_candidates = !candidates.is_empty();
         all.retain(|(cause, _)| cause.is_beyond_chance());
         all.sort_by(|(a, _), (b, _)| b.worth().total_cmp(&a.worth()));
@@ -416,14 +411,11 @@ impl<'a> CauseSearch<'a> {
         let mut all = all.into_iter();
         let Some((best, fit)) = all.next() else {
             self.is_unexplained = has_candidates;
-            return Ok(false);
+            return false;
         };
         let as_good =
             all.map(|(cause, _)| cause).filter(|one| best.worth() - one.worth() < AS_GOOD);
         let as_good = as_good.collect();
-        if let Some(holdout) = self.held_out(&fit) {
-            self.holdout = Some(holdout);
-        }
         match self.found.iter_mut().find(|one| one.best.id() == best.id()) {
             // another size of an effect that was found: the first said that it is there
             Some(known) => {
@@ -434,14 +426,14 @@ impl<'a> CauseSearch<'a> {
             }
             None => self.found.push(Found { best, as_good }),
         }
-        self.fit = fit;
+        self.go_on_from(fit);
         self.drop_needless();
-        Ok(true)
+        true
     }
 
     fn looked(&self, variant: &Variant, gain: &Gain, fitted: Option<FittedCause>) -> Looked {
         // the square root of a noncentral χ² is nearly normal about the size's own white length
-        let needed = limit(gain.degrees, self.tried.len()).sqrt() + NINE_IN_TEN;
+        let needed = gain.limit(self.tried.len()).sqrt() + NINE_IN_TEN;
         let id = variant.effect.id();
         let first = &id.info().parameters[variant.sizes[0]];
         Looked {
@@ -567,11 +559,6 @@ impl<'a> CauseSearch<'a> {
         let Some(after) = self.held_out(fit) else { return Some(f64::NEG_INFINITY) };
         let free = |one: &FitTogether<'_>| one.found.numbers.len() as f64;
         Some(0.5 * (before.sum() - after.sum()) - (free(&after) - free(before)))
-    }
-
-    /// Fit of the recordings held out with what was found.
-    pub(crate) fn held_out_fit(&self) -> Option<&FitTogether<'a>> {
-        self.holdout.as_ref()
     }
 }
 

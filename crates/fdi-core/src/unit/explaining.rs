@@ -22,7 +22,7 @@ use crate::{
         learnt_unit::{LearntUnit, OtherBundle, session_of},
         modelled::Modelled,
         quantities::Quantities,
-        search::{Observed, UnitSearchError, explain},
+        search::{Observed, SAME_WIDENESS, UnitSearchError, block, explain},
         together::{NumberPrior, Together, Whitening},
         unmodelled::absent,
         variants::{Setting, Variant, highest_hz, variants},
@@ -35,10 +35,6 @@ const MOST_EFFECTS: usize = 3;
 const LEAST_CHANCE: f64 = 1e-6;
 /// Share of an effect that damage and numbers leave open below which they imitate it.
 const ABSORBED_SHARE: f64 = 0.02;
-/// Covariances of the model's error that are tried before the one that a fit ends with.
-const COVARIANCES: usize = 2;
-/// Difference of the share of a wide play that changes no answer.
-const SAME_WIDENESS: f64 = 0.1;
 
 /// Settings of an explanation.
 #[derive(Clone, Debug, Default)]
@@ -182,10 +178,10 @@ pub struct Causes {
 }
 
 /// A recording as it is explained.
-struct Prepared {
+struct Prepared<'a> {
     name: String,
     session: Option<String>,
-    observation: Observation,
+    observation: &'a Observation,
     start_angle_rad: f64,
     noise: BandedMatrix,
 }
@@ -208,14 +204,29 @@ impl Diagnoser {
         let quantities = self.learnt.quantities();
         let built = options.unit.as_deref().map(|unit| self.built(unit, &quantities));
         let built = built.transpose()?;
+        let experiment = &self.bundle().experiment;
         let first = train.first().ok_or(ExplainError::Nothing)?;
-        let (error, _) = self.unit_error_of(first)?;
-        let prepared = |all: &[Recording]| -> Result<Vec<Prepared>, ExplainError> {
-            all.iter().map(|one| self.prepared(one, &error, &quantities)).collect()
+        let alone =
+            DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
+        let plan = Plan::of(&alone, experiment).map_err(|reason| failed(first, reason))?;
+        let read = |all: &[Recording]| -> Result<Vec<Observation>, ExplainError> {
+            let one = |one: &Recording| {
+                Observation::of(one, experiment, alone.max_delay_s)
+                    .map_err(|reason| failed(one, reason.into()))
+            };
+            all.iter().map(one).collect()
         };
-        let (train, holdout) = (prepared(train)?, prepared(holdout)?);
-        let machine = Machine { diagnoser: self, error: &error, quantities: &quantities, built };
-        machine.explain(&train, &holdout, options)
+        let (of_train, of_holdout) = (read(train)?, read(holdout)?);
+        let (error, _) = error_of(first, &self.run(&of_train[0], &plan))?;
+        let prepared = |(one, seen): (&Recording, _)| {
+            self.prepared(one, &self.run(seen, &plan), error, &quantities)
+        };
+        let prepared_train = train.iter().zip(&of_train).map(prepared);
+        let prepared_train = prepared_train.collect::<Result<Vec<_>, _>>()?;
+        let prepared_holdout = holdout.iter().zip(&of_holdout).map(prepared);
+        let prepared_holdout = prepared_holdout.collect::<Result<Vec<_>, _>>()?;
+        let machine = Machine { diagnoser: self, error, quantities: &quantities, built };
+        machine.explain(&prepared_train, &prepared_holdout, options)
     }
 
     /// A learnt unit as built.
@@ -224,69 +235,34 @@ impl Diagnoser {
         Ok(unit.as_built(quantities).ok_or(UnitSearchError::Undetermined)?)
     }
 
-    /// Observation of a recording, with the plan of its diagnosis.
-    fn observed(&self, recording: &Recording) -> Result<(Observation, Plan), DiagnoseError> {
-        let experiment = &self.bundle().experiment;
-        let options =
-            DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
-        let observation = Observation::of(recording, experiment, options.max_delay_s)?;
-        Ok((observation, Plan::of(&options, experiment)?))
+    fn run<'a>(&'a self, observation: &'a Observation, plan: &'a Plan) -> Run<'a> {
+        Run { learnt: &self.learnt, observation, plan, watch: &Watch::NOTHING }
     }
 
-    /// The learnt error for a recording, and its start angle.
-    fn unit_error_of(&self, recording: &Recording) -> Result<(UnitError, f64), ExplainError> {
-        let name = || recording.name.clone();
-        let (observation, plan) = self
-            .observed(recording)
-            .map_err(|reason| ExplainError::Recording { name: name(), reason: reason.into() })?;
-        let run = Run {
-            learnt: &self.learnt,
-            observation: &observation,
-            plan: &plan,
-            watch: &Watch::NOTHING,
-        };
-        let (error, start_rad) = run.within_tolerances().map_err(|reason| {
-            let reason = reason.unwrap_or_else(|| "tolerances are switched off".to_owned());
-            ExplainError::Unlearnt { name: name(), reason }
-        })?;
-        Ok((error.clone(), start_rad))
-    }
-
-    fn prepared(
+    /// A recording with its noise, the error that of the first recording.
+    fn prepared<'a>(
         &self,
         recording: &Recording,
+        run: &Run<'a>,
         error: &UnitError,
         quantities: &Quantities,
-    ) -> Result<Prepared, ExplainError> {
-        let (own, start_angle_rad) = self.unit_error_of(recording)?;
-        let name = recording.name.clone();
+    ) -> Result<Prepared<'a>, ExplainError> {
+        let (own, start_angle_rad) = error_of(recording, run)?;
+        let (name, observation) = (recording.name.clone(), run.observation);
         if own.start != error.start {
-            let reason =
-                "the bundle has learnt another error for its start angle than for that of \
-                          the first recording"
-                    .to_owned();
-            return Err(ExplainError::Unlearnt { name, reason });
+            let reason = "the bundle has learnt another error for its start angle than for that of \
+                          the first recording";
+            return Err(ExplainError::Unlearnt { name, reason: reason.to_owned() });
         }
-        let failed = |reason: DiagnoseError| ExplainError::Recording {
-            name: recording.name.clone(),
-            reason: reason.into(),
-        };
-        let (observation, plan) = self.observed(recording).map_err(failed)?;
-        let run = Run {
-            learnt: &self.learnt,
-            observation: &observation,
-            plan: &plan,
-            watch: &Watch::NOTHING,
-        };
         let unit_noise = self.learnt.unit_noise(observation.phase_rate_hz);
         let noise_of = |level_a: f64| unit_noise.scaled(level_a * level_a);
         let level_a = if let Some(told) = run.told_noise(observation.noise_beside_gains_a) {
             told.level_a
         } else {
             let noise = noise_of(self.learnt.bundle.noise_a);
-            let observed = observed(&observation, start_angle_rad, &noise, self);
+            let observed = observed(observation, start_angle_rad, &noise, self);
             let experiment = &self.bundle().experiment;
-            let budget = plan.budget.unit;
+            let budget = run.plan.budget.unit;
             let alone = explain(experiment, quantities, error, &observed, &[], budget)?;
             run.likeliest_noise(error, &alone).map_err(UnitSearchError::from)?
         };
@@ -294,6 +270,21 @@ impl Diagnoser {
         let session = session_of(&recording.metadata);
         Ok(Prepared { name, session, observation, start_angle_rad, noise })
     }
+}
+
+/// The learnt error for a recording, and its start angle.
+fn error_of<'a>(
+    recording: &Recording,
+    run: &Run<'a>,
+) -> Result<(&'a UnitError, f64), ExplainError> {
+    run.within_tolerances().map_err(|reason| {
+        let reason = reason.unwrap_or_else(|| "tolerances are switched off".to_owned());
+        ExplainError::Unlearnt { name: recording.name.clone(), reason }
+    })
+}
+
+fn failed(recording: &Recording, reason: DiagnoseError) -> ExplainError {
+    ExplainError::Recording { name: recording.name.clone(), reason: Box::new(reason) }
 }
 
 /// Recording as it is compared.
@@ -323,8 +314,8 @@ struct Machine<'a> {
 impl Machine<'_> {
     fn explain(
         &self,
-        train: &[Prepared],
-        holdout: &[Prepared],
+        train: &[Prepared<'_>],
+        holdout: &[Prepared<'_>],
         options: &ExplainOptions,
     ) -> Result<Causes, ExplainError> {
         let (of_train, of_holdout) = (self.observed(train), self.observed(holdout));
@@ -337,9 +328,9 @@ impl Machine<'_> {
         let mut search =
             CauseSearch::new(before.clone(), held_before.clone(), &variants, options.jobs.max(1))
                 .map_err(UnitSearchError::from)?;
-        search.run(MOST_EFFECTS)?;
+        search.run(MOST_EFFECTS);
         let mut recordings = self.recordings(train, [&before, &search.fit], false)?;
-        if let (Some(before), Some(after)) = (&held_before, search.held_out_fit()) {
+        if let (Some(before), Some(after)) = (&held_before, &search.holdout) {
             recordings.extend(self.recordings(holdout, [before, after], true)?);
         }
         let usual = self.error.ln_misfit_mean.exp();
@@ -378,9 +369,9 @@ impl Machine<'_> {
         })
     }
 
-    fn observed<'b>(&self, prepared: &'b [Prepared]) -> Vec<Observed<'b>> {
-        let one = |one: &'b Prepared| {
-            observed(&one.observation, one.start_angle_rad, &one.noise, self.diagnoser)
+    fn observed<'b>(&self, prepared: &'b [Prepared<'_>]) -> Vec<Observed<'b>> {
+        let one = |one: &'b Prepared<'_>| {
+            observed(one.observation, one.start_angle_rad, &one.noise, self.diagnoser)
         };
         prepared.iter().map(one).collect()
     }
@@ -388,7 +379,7 @@ impl Machine<'_> {
     /// Most probable damage and numbers of recordings together.
     fn fit<'b>(
         &'b self,
-        prepared: &[Prepared],
+        prepared: &[Prepared<'_>],
         observed: &'b [Observed<'b>],
     ) -> Result<FitTogether<'b>, ExplainError> {
         let experiment = &self.diagnoser.bundle().experiment;
@@ -412,20 +403,19 @@ impl Machine<'_> {
             .iter()
             .map(|one| Modelled::new(experiment, self.quantities, self.error, one))
             .collect();
-        let mut wideness = 0.0;
-        let mut fit =
-            FitTogether::new(Together::new(modelled, whitening(wideness)?, prior), &start)?;
-        for _ in 1..COVARIANCES {
-            let point = fit.together.point(0, &fit.found.numbers);
-            let found = self.error.wideness(&self.quantities.at(&point));
-            if (found - wideness).abs() < SAME_WIDENESS {
-                break;
-            }
-            wideness = found;
-            let together = fit.together.with_whitening(whitening(wideness)?);
-            fit = FitTogether::new(together, &fit.found.numbers)?;
+        let fit = FitTogether::new(Together::new(modelled, whitening(0.0)?, prior), &start)?;
+        let wideness = self.wideness(&fit);
+        if wideness.abs() < SAME_WIDENESS {
+            return Ok(fit);
         }
-        Ok(fit)
+        let together = fit.together.with_whitening(whitening(wideness)?);
+        Ok(FitTogether::new(together, &fit.found.numbers)?)
+    }
+
+    /// Share of the covariance of a wide play on the machine of a fit.
+    fn wideness(&self, fit: &FitTogether<'_>) -> f64 {
+        let point = fit.together.point(0, &fit.found.numbers);
+        self.error.wideness(&self.quantities.at(&point))
     }
 
     /// Effects in the shapes that are tried on the machine.
@@ -462,8 +452,7 @@ impl Machine<'_> {
     fn faults(&self, fit: &FitTogether<'_>) -> Vec<Fault> {
         let indices = self.quantities.layout().sought.clone();
         let count = indices.len();
-        let covariance =
-            nalgebra::DMatrix::from_fn(count, count, |i, j| fit.found.covariance.at(i, j));
+        let covariance = block(&fit.found.covariance, count);
         let estimate = fit.found.numbers[..count].to_vec();
         Posterior { indices, estimate, covariance, evidence: None }.faults()
     }
@@ -471,7 +460,7 @@ impl Machine<'_> {
     /// Each recording beside two fits.
     fn recordings(
         &self,
-        prepared: &[Prepared],
+        prepared: &[Prepared<'_>],
         fits: [&FitTogether<'_>; 2],
         is_held_out: bool,
     ) -> Result<Vec<CauseRecording>, UnitSearchError> {
@@ -481,7 +470,7 @@ impl Machine<'_> {
             together.residuals_a(&fit.found.numbers)
         });
         let (before, after) = (before?, after?);
-        let recording = |((one, before), after): ((&Prepared, &Vec<f64>), &Vec<f64>)| {
+        let recording = |((one, before), after): ((&Prepared<'_>, &Vec<f64>), &Vec<f64>)| {
             let signal = &one.observation.signal_a;
             let mean = signal.iter().sum::<f64>() / signal.len() as f64;
             let spread: Vec<f64> = signal.iter().map(|y| y - mean).collect();
@@ -503,15 +492,13 @@ impl Machine<'_> {
     }
 
     /// Covariance of noise and learnt error of one recording.
-    fn covariance(&self, prepared: &[Prepared], fit: &FitTogether<'_>) -> BandedMatrix {
-        let point = fit.together.point(0, &fit.found.numbers);
-        let wideness = self.error.wideness(&self.quantities.at(&point));
-        joined(&self.error.covariance_of(wideness), &mean_noise(prepared))
+    fn covariance(&self, prepared: &[Prepared<'_>], fit: &FitTogether<'_>) -> BandedMatrix {
+        joined(&self.error.covariance_of(self.wideness(fit)), &mean_noise(prepared))
     }
 }
 
 /// Mean covariance of the recordings' noise.
-fn mean_noise(prepared: &[Prepared]) -> BandedMatrix {
+fn mean_noise(prepared: &[Prepared<'_>]) -> BandedMatrix {
     let share = 1.0 / prepared.len() as f64;
     let mut all = prepared.iter().map(|one| one.noise.scaled(share));
     let first = all.next().unwrap_or_else(|| BandedMatrix::zeros(0, 0));
@@ -519,7 +506,7 @@ fn mean_noise(prepared: &[Prepared]) -> BandedMatrix {
 }
 
 /// Place of the first recording of the same session: those that state none share one.
-fn place_of(prepared: &[Prepared], one: &Prepared) -> usize {
+fn place_of(prepared: &[Prepared<'_>], one: &Prepared<'_>) -> usize {
     prepared.iter().position(|other| other.session == one.session).unwrap_or_default()
 }
 

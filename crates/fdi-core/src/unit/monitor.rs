@@ -17,7 +17,7 @@ pub(crate) struct UnitMonitor<'a> {
     experiment: &'a Experiment,
     quantities: &'a Quantities,
     start_angle_rad: f64,
-    /// Effects beside those of the model file.
+    /// Effects of the machine, those of the model file first.
     effects: Vec<Effect>,
 }
 
@@ -27,12 +27,13 @@ impl<'a> UnitMonitor<'a> {
         quantities: &'a Quantities,
         start_angle_rad: f64,
     ) -> Self {
-        Self { experiment, quantities, start_angle_rad, effects: Vec::new() }
+        let effects = experiment.effects.clone();
+        Self { experiment, quantities, start_angle_rad, effects }
     }
 
     /// The machine with effects beside those of its model file.
     pub(crate) fn set_effects(&mut self, effects: &[Effect]) {
-        self.effects = effects.to_vec();
+        self.effects = [&self.experiment.effects, effects].concat();
     }
 
     /// The diagnosed signal, A; not a number where the machine runs away.
@@ -62,7 +63,7 @@ impl<'a> UnitMonitor<'a> {
         let trace = model.simulate(&machine.faults);
         let without = self.filtered(&trace.current_a);
         let slope = |(effect, size): &(Effect, f64)| {
-            let effects: Vec<Effect> = self.all_effects().chain([effect]).cloned().collect();
+            let effects: Vec<Effect> = self.effects.iter().chain([effect]).cloned().collect();
             let with = model.clone().with_effects(&effects).ok()?;
             let mut current_a = Vec::new();
             with.simulate_current(&machine.faults, &mut current_a);
@@ -81,12 +82,7 @@ impl<'a> UnitMonitor<'a> {
         let machine = self.quantities.machine(self.experiment, at);
         let scenario = machine.scenario.clone().turned_to(self.start_angle_rad);
         let model = LowFidelity::new(&machine.actuator, &scenario)?;
-        let effects: Vec<Effect> = self.all_effects().cloned().collect();
-        Ok((model.with_effects(&effects)?, machine))
-    }
-
-    fn all_effects(&self) -> impl Iterator<Item = &Effect> {
-        self.experiment.effects.iter().chain(&self.effects)
+        Ok((model.with_effects(&self.effects)?, machine))
     }
 
     fn filtered(&self, channel: &[f64]) -> Vec<f64> {

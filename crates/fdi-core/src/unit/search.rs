@@ -28,7 +28,7 @@ const NUMBER_REACH: f64 = 4.0;
 /// Covariances of the model's error that are tried before the one that the search ends with.
 const COVARIANCES: usize = 2;
 /// Difference of the share of a wide play that changes no answer.
-const SAME_WIDENESS: f64 = 0.1;
+pub(crate) const SAME_WIDENESS: f64 = 0.1;
 
 /// Why a unit's recording cannot be explained.
 #[derive(Debug, thiserror::Error)]
@@ -230,11 +230,7 @@ impl Compared<'_> {
     fn unmodelled(&self, found: &MostProbable) -> Vec<EffectId> {
         let slopes = self.unknown_slopes(&found.numbers);
         let unknowns = unknowns(self.modelled.quantities.layout());
-        let descent = slopes.iter().zip(&unknowns).zip(&found.numbers).map(|((row, one), x)| {
-            dot(row, &found.white) - one.prior_std.map_or(0.0, |std| x / (std * std))
-        });
-        let explanation =
-            Explanation::new(&found.white, &slopes, &found.covariance, descent.collect());
+        let explanation = Explanation::at(found, &slopes, &unknowns);
         let white = |effect: &EffectSlopes| {
             let mut rows = effect.rows.clone();
             for row in &mut rows {
@@ -250,7 +246,7 @@ impl Compared<'_> {
 }
 
 /// The first rows and columns of a matrix.
-fn block(matrix: &SymmetricMatrix, size: usize) -> DMatrix<f64> {
+pub(crate) fn block(matrix: &SymmetricMatrix, size: usize) -> DMatrix<f64> {
     DMatrix::from_fn(size, size, |row, column| matrix.at(row, column))
 }
 

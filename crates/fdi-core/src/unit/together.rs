@@ -32,16 +32,18 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     offline::{error_model::add_scaled, factor::joined},
     unit::{
-        acting::Acting, error::UnitError, joint::BuiltFit, layout::Layout, modelled::Modelled,
-        search::DAMAGE_REACH,
+        acting::Acting,
+        error::UnitError,
+        joint::BuiltFit,
+        layout::Layout,
+        modelled::Modelled,
+        search::{DAMAGE_REACH, number_unknown},
     },
 };
 
 /// Variance that a number of the machine has in each recording of its own, over its variance between
 /// machines: recordings that have it wholly in common would have no factor.
 const OWN_SHARE: f64 = 1e-6;
-/// Standard deviations of a number that one step may move it.
-const NUMBER_REACH: f64 = 4.0;
 
 /// Recordings of one machine beside its model.
 #[derive(Clone, Debug)]
@@ -105,7 +107,7 @@ impl<'a> Together<'a> {
             .map(|&coordinate| Unknown { prior_std: None, reach: DAMAGE_REACH[coordinate] });
         // the numbers' prior is among the data: recordings have a part of it in common
         let of_recording = || layout.numbers.iter().map(|number| number.scatter.together());
-        let number = |std: f64| Unknown { prior_std: None, reach: NUMBER_REACH * std };
+        let number = |std| Unknown { prior_std: None, ..number_unknown(std) };
         let numbers = self.recordings.iter().flat_map(|_| of_recording().map(number));
         let of_effects = self.acting.iter().flat_map(|one| one.unknowns(self.recordings.len()));
         damage.chain(numbers).chain(of_effects).collect()

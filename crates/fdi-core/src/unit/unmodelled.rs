@@ -16,12 +16,12 @@
 //! Score test: Rao, Proc. Camb. Phil. Soc. 44, 1948; Bonferroni's inequality over the effects.
 
 use ema_sim::{Effect, EffectId, Geometry, MachineScales, Role};
-use inference::{SymmetricMatrix, dot};
+use inference::{MostProbable, SymmetricMatrix, Unknown, dot};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Chance that any effect is seen in the residual of a machine that has none.
-pub(crate) const FALSE_ALARM_RATE: f64 = 1e-3;
+const FALSE_ALARM_RATE: f64 = 1e-3;
 /// Share of an effect's white size below which a direction of it counts as one that damage and
 /// numbers explain.
 const LEAST_SHARE: f64 = 1e-3;
@@ -107,7 +107,7 @@ pub(crate) struct Gain {
 
 impl Gain {
     /// Value that chance exceeds at the rate allowed, where so many effects are looked at.
-    fn limit(&self, effects: usize) -> f64 {
+    pub(crate) fn limit(&self, effects: usize) -> f64 {
         limit(self.degrees, effects)
     }
 }
@@ -121,7 +121,7 @@ pub(crate) fn limit(degrees: f64, effects: usize) -> f64 {
 
 impl<'a> Explanation<'a> {
     /// An explanation, by half of the descent of the sum of squares at it.
-    pub(crate) fn new(
+    fn new(
         residual: &'a [f64],
         slopes: &'a [Vec<f64>],
         covariance: &SymmetricMatrix,
@@ -131,6 +131,18 @@ impl<'a> Explanation<'a> {
         let covariance = DMatrix::from_fn(unknowns, unknowns, |i, j| covariance.at(i, j));
         let step = &covariance * DVector::from_vec(descent);
         Self { residual, slopes, covariance, step }
+    }
+
+    /// The explanation at a most probable point, by the white slopes in its unknowns.
+    pub(crate) fn at(
+        found: &'a MostProbable,
+        slopes: &'a [Vec<f64>],
+        unknowns: &[Unknown],
+    ) -> Self {
+        let descent = slopes.iter().zip(unknowns).zip(&found.numbers).map(|((row, one), x)| {
+            dot(row, &found.white) - one.prior_std.map_or(0.0, |std| x / (std * std))
+        });
+        Self::new(&found.white, slopes, &found.covariance, descent.collect())
     }
 
     /// `D` of an effect; `None` where it is not finite.

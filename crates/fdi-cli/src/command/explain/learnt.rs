@@ -1,25 +1,22 @@
 //! Explanation with the low-fidelity model and its learnt error.
 
-use std::{path::PathBuf, sync::Arc};
+use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use fdi_core::{
-    Cause, CauseRecording, CauseTried, CauseVerdict, Causes, ColumnMap, Diagnoser, ExplainError,
+    Cause, CauseRecording, CauseTried, CauseVerdict, Causes, Diagnoser, ExplainError,
     ExplainOptions, LearntUnit, Recording,
-    ema_sim::model_file::MachineModel,
-    report::{Fault, Prediction},
+    ema_sim::model_file::{MachineModel, Model},
+    report::{Fault, FaultId, Prediction},
 };
 use greybox::{
     Explained, FaultChange, FaultLevel, Finding, Hypothesis, NoiseFloor, NoiseSource,
     NumberInterval, RecordChange, RecordFit, Refit, SmallestNamed, Use, Verdict,
 };
 
-use super::{described, effects};
+use super::{Records, described, effects};
 use crate::{
-    GlobalArgs, Streams,
-    args::{ExplainArgs, RecordArgs},
-    diagnoser::diagnoser_of_model,
-    progress::watched,
+    GlobalArgs, Streams, args::ExplainArgs, diagnoser::diagnoser_of_model, progress::watched,
 };
 
 /// Why there is no answer about machines with a lot of damage.
@@ -30,13 +27,14 @@ const BEYOND_LEARNT: &str = "damage is beyond that of the machines on which the 
 /// Machine that recordings are compared with.
 pub(super) struct Compared {
     pub(super) model: MachineModel,
-    /// The diagnosis that knows the error of the low-fidelity model, with the unit where it was learnt.
-    pub(super) learnt: Option<(Diagnoser, Option<Arc<LearntUnit>>)>,
+    /// The unit, where it was learnt, with the diagnosis of the bundle that it was learnt with.
+    pub(super) learnt: Option<(Diagnoser, Arc<LearntUnit>)>,
 }
 
 /// The answer with the learnt error, or why there is none.
 pub(super) fn explained(
     compared: &Compared,
+    records: &Records,
     args: &ExplainArgs,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
@@ -44,88 +42,84 @@ pub(super) fn explained(
     if args.fidelity.is_some_and(|asked| asked != Prediction::Learnt) {
         return Ok(Err("another model is asked for".to_owned()));
     }
-    let is_asked_for = args.fidelity == Some(Prediction::Learnt);
-    let outcome = if args.records.inverse_dynamics {
-        Err("the motion is taken as it was measured".to_owned())
-    } else if let MachineModel::ServoAxis(_) = compared.model {
-        Err("the error of a servo axis's model is not learnt".to_owned())
-    } else {
-        of_actuator(compared, args, global, streams)?
+    let is_pinned = args.fidelity == Some(Prediction::Learnt);
+    let split = Split::of(records);
+    let outcome = match &compared.model {
+        _ if args.records.inverse_dynamics => {
+            Err("the motion is taken as it was measured".to_owned())
+        }
+        MachineModel::ServoAxis(_) => {
+            Err("the error of a servo axis's model is not learnt".to_owned())
+        }
+        _ if split.holdout.is_empty() => {
+            Err("one recording alone cannot be fitted and judged on".to_owned())
+        }
+        // a command that is known, each recording once: as any other model asks it
+        MachineModel::Actuator(model) => {
+            match super::recordings(records, &args.records, &compared.model)? {
+                Ok(_) => of_actuator(compared, model, &split, args, global, streams)?,
+                Err(reason) => Err(reason),
+            }
+        }
     };
     match outcome {
-        Err(reason) if is_asked_for => bail!("`--fidelity learnt`: {reason}"),
-        outcome => Ok(outcome),
+        Ok(causes) if causes.verdict == CauseVerdict::BeyondLearnt && !is_pinned => {
+            Ok(Err(BEYOND_LEARNT.to_owned()))
+        }
+        Ok(causes) => Ok(Ok(from_causes(&causes, split.train.len()))),
+        Err(reason) if is_pinned => bail!("`--fidelity learnt`: {reason}"),
+        Err(reason) => Ok(Err(reason)),
+    }
+}
+
+/// Recordings by their use; without any held out the last of several is.
+struct Split<'a> {
+    train: &'a [Recording],
+    repeat: &'a [Recording],
+    holdout: &'a [Recording],
+}
+
+impl<'a> Split<'a> {
+    fn of(records: &'a Records) -> Self {
+        let (train, holdout) = match &records.train[..] {
+            [train @ .., last] if records.holdout.is_empty() && !train.is_empty() => {
+                (train, std::slice::from_ref(last))
+            }
+            train => (train, &records.holdout[..]),
+        };
+        Self { train, repeat: &records.repeat, holdout }
     }
 }
 
 fn of_actuator(
     compared: &Compared,
+    model: &Model,
+    split: &Split<'_>,
     args: &ExplainArgs,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
-) -> Result<Result<Explained, String>> {
-    let records = Records::read(&args.records)?;
-    if records.holdout.is_empty() {
-        return Ok(Err("one recording alone cannot be fitted and judged on".to_owned()));
-    }
-    // a command that is known, each recording once: as any other model asks it
-    if let Err(reason) = super::recordings(&args.records, &compared.model)? {
-        return Ok(Err(reason));
-    }
-    let found;
-    let (diagnoser, unit) = match (&compared.learnt, &compared.model) {
-        (Some((diagnoser, unit)), _) => (diagnoser, unit.clone()),
-        (None, MachineModel::Actuator(model)) => {
-            let command = args.records.command.as_deref();
-            let (first, bundle) = (&records.train[0], args.bundle.as_ref());
-            let Some(diagnoser) = diagnoser_of_model(model, command, first, bundle)? else {
-                let why = "no bundle of this model and test has learnt machines within tolerances";
-                return Ok(Err(why.to_owned()));
-            };
-            found = diagnoser;
-            (&found, None)
-        }
-        (None, MachineModel::ServoAxis(_)) => return Ok(Err("no bundle is of it".to_owned())),
+) -> Result<Result<Causes, String>> {
+    let of_type;
+    let (diagnoser, unit) = if let Some((diagnoser, unit)) = &compared.learnt {
+        (diagnoser, Some(Arc::clone(unit)))
+    } else {
+        let (command, bundle) = (args.records.command.as_deref(), args.bundle.as_ref());
+        let Some(found) = diagnoser_of_model(model, command, &split.train[0], bundle)? else {
+            let why = "no bundle of this model and test has learnt machines within tolerances";
+            return Ok(Err(why.to_owned()));
+        };
+        of_type = found;
+        (&of_type, None)
     };
     let options = ExplainOptions { unit, without: effects(&args.without)?, jobs: global.threads() };
-    let train = [&records.train[..], &records.repeat].concat();
-    let what = described("explaining", records.train.len(), records.holdout.len());
+    let fitted = [split.train, split.repeat].concat();
+    let what = described("explaining", split.train.len(), split.holdout.len());
     let explained = watched(streams, global.quiet, &what, || {
-        diagnoser.explain(&train, &records.holdout, &options)
+        diagnoser.explain(&fitted, split.holdout, &options)
     });
-    let is_pinned = args.fidelity == Some(Prediction::Learnt);
     match explained {
-        Ok(causes) if causes.verdict == CauseVerdict::BeyondLearnt && !is_pinned => {
-            Ok(Err(BEYOND_LEARNT.to_owned()))
-        }
-        Ok(causes) => Ok(Ok(from_causes(&causes, records.train.len()))),
         Err(error @ (ExplainError::Nothing | ExplainError::OtherBundle(_))) => Err(error.into()),
-        Err(error) => Ok(Err(error.to_string())),
-    }
-}
-
-/// Recordings by their use.
-struct Records {
-    train: Vec<Recording>,
-    holdout: Vec<Recording>,
-    repeat: Vec<Recording>,
-}
-
-impl Records {
-    /// Reads them; without any held out the last of several is.
-    fn read(args: &RecordArgs) -> Result<Self> {
-        let map = ColumnMap::new(&args.map.map)?;
-        let read = |paths: &[PathBuf]| -> Result<Vec<Recording>> {
-            let one = |path: &PathBuf| {
-                Recording::read(path, &map).with_context(|| path.display().to_string())
-            };
-            paths.iter().map(one).collect()
-        };
-        let (mut train, mut holdout) = (read(&args.train)?, read(&args.holdout)?);
-        if holdout.is_empty() && train.len() > 1 {
-            holdout.extend(train.pop());
-        }
-        Ok(Self { train, holdout, repeat: read(&args.repeat)? })
+        other => Ok(other.map_err(|error| error.to_string())),
     }
 }
 
@@ -230,7 +224,8 @@ fn fault((before, after): (&Fault, &Fault)) -> Option<FaultChange> {
         Some(FaultLevel { value, std, interval_95: fault.interval_95? })
     };
     // a direction is no level
-    let key = before.id.to_string();
-    (key != "k7").then_some(())?;
-    Some(FaultChange { key, before: level(before)?, after: level(after)? })
+    if before.id == FaultId::K7 {
+        return None;
+    }
+    Some(FaultChange { key: before.id.to_string(), before: level(before)?, after: level(after)? })
 }

@@ -17,12 +17,8 @@ use super::{
     setting::{JOBS, SEED, percent},
 };
 
-/// Units with an effect.
+/// Units with an effect, and units without one.
 const UNITS: usize = 200;
-/// The first of them that are explained too.
-const EXPLAINED: usize = 200;
-/// Units without an effect that are explained too.
-const CONTROLS: usize = 200;
 /// Recordings with the effect: two are fitted, one is held out.
 const RECORDINGS: usize = 3;
 
@@ -55,21 +51,17 @@ pub(super) fn text(diagnoser: &Diagnoser) -> Result<String> {
     row(&mut text, "no effect: alone", without.iter().map(|one| one.alone.as_ref()));
     row(&mut text, "no effect: unit", without.iter().map(|one| one.since.as_ref()));
     let _ = writeln!(text, "\n{}", forms(&hidden, &without));
-    let explained_too = |hidden: &[HiddenEffect], count: usize| -> Result<Vec<Option<Causes>>> {
-        explained(diagnoser, &hidden[..count])
-    };
-    let of_effects = explained_too(&hidden, EXPLAINED)?;
-    let of_none = explained_too(&without, CONTROLS)?;
+    let (of_effects, of_none) = (explained(diagnoser, &hidden)?, explained(diagnoser, &without)?);
     let _ = write!(
         text,
         "\n`fdi explain --unit` on {RECORDINGS} recordings, one of them held out, of the first \
-         {EXPLAINED} units with an effect and of the first {CONTROLS} without one, the units learnt \
+         {UNITS} units with an effect and of the first {UNITS} without one, the units learnt \
          without it. Bar: named or said to be confounded in 80 %.\n\n\
          | units | it alone named, % | it and others named, % | among what is confounded, % | together, % \
          | others named, % | unknown, % | nothing, % |\n|---|---|---|---|---|---|---|---|\n"
     );
-    explained_row(&mut text, "with an effect", &hidden[..EXPLAINED], &of_effects);
-    explained_row(&mut text, "without", &without[..CONTROLS], &of_none);
+    explained_row(&mut text, "with an effect", &hidden, &of_effects);
+    explained_row(&mut text, "without", &without, &of_none);
     let _ = writeln!(text, "\n{}", held(&hidden, &of_effects));
     Ok(text)
 }
