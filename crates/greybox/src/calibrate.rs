@@ -4,6 +4,7 @@ use ema_sim::model_file::MachineModel;
 use inference::{Whitener, rms};
 
 use crate::{
+    clipping::refuse_clipped,
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
     floor::{Floor, NoiseFloor, pairs},
@@ -86,6 +87,7 @@ pub fn calibrate(
 ) -> Result<Calibrated, GreyboxError> {
     recordings.check()?;
     let machine = Machine::new(model).to_calibrate();
+    refuse_clipped(&machine, recordings)?;
     let problem = |records| Problem::new(&machine, records, jobs);
     let (train, repeat) = (problem(&recordings.train), problem(&recordings.repeat));
     let (torque, speed) = scales(&recordings.train, machine.constant());

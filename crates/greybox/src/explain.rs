@@ -7,6 +7,7 @@ use inference::{Whitener, rms};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
+    clipping::{first_clipped, told},
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
@@ -92,43 +93,32 @@ pub fn explain(
     recordings.check()?;
     let machine = Machine::new(model);
     let recordings = with_holdout(recordings);
-    if let Some(reason) = insufficient(&machine, &recordings) {
+    if let Some(reason) = insufficient(&machine, &recordings)? {
         return Ok(Explained::inconclusive(reason));
     }
     Session::new(&machine, &recordings, options).run()
 }
 
 /// Lack of the recordings, where they cannot answer.
-fn insufficient(machine: &Machine, recordings: &Recordings) -> Option<String> {
+fn insufficient(
+    machine: &Machine,
+    recordings: &Recordings,
+) -> Result<Option<String>, GreyboxError> {
     if recordings.holdout.is_empty() {
-        return Some(
+        return Ok(Some(
             "one recording alone cannot be fitted and judged on: give a second one, of another \
              command, with `--holdout`"
                 .to_owned(),
-        );
+        ));
     }
-    for record in recordings.all() {
-        let name = &record.name;
-        if record.position.is_none() {
-            return Some(format!(
-                "{name}: no position of the motor: causes cannot be told apart by the current alone"
-            ));
-        }
-        let most = record.drive.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let at_most = record.drive.iter().filter(|x| x.abs() >= 0.999 * most).count();
-        if at_most as f64 > CLIPPED_SHARE * record.drive.len() as f64 {
-            let percent = 100.0 * at_most as f64 / record.drive.len() as f64;
-            let unit = machine.drive_unit().to_uppercase();
-            return Some(format!(
-                "{name}: {percent:.0} % of the samples stand at {most} {unit}: the signal is clipped"
-            ));
-        }
-    }
-    None
+    let blind = recordings.all().find(|record| record.position.is_none());
+    Ok(match blind {
+        Some(Record { name, .. }) => Some(format!(
+            "{name}: no position of the motor: causes cannot be told apart by the current alone"
+        )),
+        None => first_clipped(machine, recordings)?.map(told),
+    })
 }
-
-/// Share of samples at the largest value from which a signal counts as clipped.
-const CLIPPED_SHARE: f64 = 0.05;
 
 /// Without a recording held out the last of several is.
 pub(crate) fn with_holdout(recordings: &Recordings) -> Recordings {

@@ -14,6 +14,7 @@ struct Readme;
 
 mod anchor;
 mod calibrate;
+mod clipping;
 mod curve;
 mod elsewhere;
 mod error;
@@ -49,6 +50,7 @@ mod unexplained;
 pub use ema_sim::CommandKind;
 
 pub use calibrate::{Calibrated, CalibratedNumber, Tie, calibrate};
+pub use clipping::clipped;
 pub use curve::{CurveBin, Hypothesis, Refit, ResidualCurve};
 pub use error::GreyboxError;
 pub use explain::{Options, explain};

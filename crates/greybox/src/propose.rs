@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::{
+    clipping::refuse_clipped,
     error::{GreyboxError, if_run},
     explain::{Options, Session, with_holdout},
     fit::whitened,
@@ -136,6 +137,7 @@ pub fn propose(
 ) -> Result<Proposal, GreyboxError> {
     recordings.check()?;
     let machine = Machine::new(model);
+    refuse_clipped(&machine, recordings)?;
     let recordings = with_holdout(recordings);
     let (open, whitener) = Session::new(&machine, &recordings, options).open()?;
     let first = recordings.train.first().ok_or(GreyboxError::NoTraining)?;

@@ -344,6 +344,20 @@ fn electronics_are_no_cause_and_hide_none() {
     assert_eq!(symbols, ["E11"], "{}", found.sentence);
 }
 
+/// The text of a recording whose currents were cut at a level.
+fn cut_at(level_a: f64, text: &str) -> String {
+    let cut = |line: &str| -> String {
+        let of = |(column, cell): (usize, &str)| match cell.parse::<f64>() {
+            Ok(ampere) if (1..=3).contains(&column) => ampere.clamp(-level_a, level_a).to_string(),
+            _ => cell.to_owned(),
+        };
+        line.split(',').enumerate().map(of).collect::<Vec<_>>().join(",")
+    };
+    text.lines()
+        .map(|line| if line.starts_with('#') { line.to_owned() } else { cut(line) } + "\n")
+        .collect()
+}
+
 /// Recordings of the embedded chirp are compared with the low-fidelity model and its learnt error:
 /// a machine that is its model file has nothing, and of one with cogging that is named.
 #[test]
@@ -387,6 +401,12 @@ fn recordings_of_a_bundles_test_are_predicted_with_its_learnt_error() {
     let twice = ["--train", "new-1.csv", "new-1.csv", "--holdout", "new-2.csv"];
     let (code, _, err) = explain_in(folder.path(), &twice);
     assert!(code == Some(2) && err.contains("are one recording"), "{err}");
+    // nothing is concluded from a log that was cut at four fifths of its peak
+    let cut = cut_at(3.9, &fs::read_to_string(folder.path().join("new-2.csv")).unwrap());
+    fs::write(folder.path().join("cut.csv"), cut).unwrap();
+    let cut = ["--train", "new-1.csv", "cut.csv", "--holdout", "new-3.csv", "--exit-code"];
+    let (code, told, err) = explain_in(folder.path(), &cut);
+    assert!(code == Some(3) && told.contains("cut.csv: the signal is clipped"), "{told} {err}");
     let (found, one) = explain("cogged", &["--jobs", "1"]);
     let [cogging] = &found.effects[..] else { panic!("{}", found.sentence) };
     assert_eq!((cogging.id.as_str(), found.verdict), ("E11", ExplanationVerdict::Named));

@@ -39,3 +39,13 @@ fn a_number_that_standstill_cannot_tell_keeps_its_nominal_value() {
     assert!(calibrated.numbers.iter().all(|number| !number.determined), "{:?}", calibrated.numbers);
     assert_eq!(calibrated.model, model());
 }
+
+#[test]
+fn a_recording_that_was_cut_calibrates_nothing() {
+    let mut cut = recordings(&Truth { seed: 21, ..Truth::default() });
+    let peak = cut.train[1].drive.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    cut.train[1].drive.iter_mut().for_each(|x| *x = x.clamp(-0.8 * peak, 0.8 * peak));
+    let refused = calibrate(&model(), &cut, 1).expect_err("cut").to_string();
+    let name = &cut.train[1].name;
+    assert!(refused.starts_with(&format!("{name}: the signal is clipped: ")), "{refused}");
+}

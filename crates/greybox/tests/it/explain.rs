@@ -175,13 +175,18 @@ fn recordings_that_do_not_suffice_are_told_so() {
     let blind = explained(&|r| r.train[0].position = None).expect("an answer");
     assert!(blind.reason.is_some_and(|reason| reason.contains("no position of the motor")));
 
-    let clipped = explained(&|r| {
-        for x in &mut r.holdout[0].drive {
-            *x = x.clamp(-0.05, 0.05);
-        }
-    });
-    let clipped = clipped.expect("an answer");
-    assert!(clipped.reason.is_some_and(|reason| reason.contains("the signal is clipped")));
+    let peak =
+        recordings(&truth).holdout[0].drive.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    for level in [0.05, 0.83 * peak] {
+        let clipped = explained(&|r| {
+            for x in &mut r.holdout[0].drive {
+                *x = x.clamp(-level, level);
+            }
+        });
+        let clipped = clipped.expect("an answer");
+        assert_eq!(clipped.verdict, Verdict::Inconclusive);
+        assert!(clipped.reason.is_some_and(|reason| reason.contains("the signal is clipped")));
+    }
 
     let none = explained(&|r| r.train.clear()).expect_err("nothing to fit");
     assert_eq!(none.to_string(), "no recording to train on");

@@ -57,7 +57,12 @@ pub(super) fn explained(
         // a command that is known, each recording once: as any other model asks it
         MachineModel::Actuator(model) => {
             match super::recordings(records, &args.records, &compared.model)? {
-                Ok(_) => of_actuator(compared, model, &split, args, global, streams)?,
+                Ok(recordings) => {
+                    if let Some(reason) = greybox::clipped(&compared.model, &recordings)? {
+                        return Ok(Ok(Explained::inconclusive(reason)));
+                    }
+                    of_actuator(compared, model, &split, args, global, streams)?
+                }
                 Err(reason) => Err(reason),
             }
         }
