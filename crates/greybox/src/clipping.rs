@@ -2,6 +2,7 @@
 //! on.
 
 use ema_sim::model_file::MachineModel;
+use inference::{EqualRuns, ends};
 
 use crate::{
     error::{GreyboxError, if_run},
@@ -90,22 +91,24 @@ impl Clipping {
     /// signal stands at that limit the machine did, and where the model's signal stands too, as in
     /// a staircase, there is nothing that was cut.
     fn beside(signal: &[f64], predicted: &[f64], limit: f64) -> Option<Self> {
-        let [least, most] = ends(signal);
-        let range = most - least;
+        let levels = ends(signal);
+        let range = levels[1] - levels[0];
         if range <= 0.0 {
             return None;
         }
-        let runs = Runs::of(signal);
+        let runs = EqualRuns::of(signal);
+        let least = LEAST_RUN.max(OVER_MEDIAN * runs.median_length() + 1);
         let still = f64::max(LEAST_MOVE * range, smallest_step(signal));
         let at = |level: f64| {
-            let cut: Vec<&[f64]> = runs.at(level).filter_map(|run| predicted.get(run)).collect();
+            let standing = runs.iter().filter(|(value, run)| *value == level && run.len() >= least);
+            let cut: Vec<&[f64]> = standing.filter_map(|(_, run)| predicted.get(run)).collect();
             let samples: usize = cut.iter().map(|run| run.len()).sum();
             let share = samples as f64 / signal.len() as f64;
             let is_limit = level.abs() >= LIMIT_SHARE * limit;
             let is_cut = samples >= LEAST_SAMPLES && share >= LEAST_SHARE && spread(&cut) > still;
             (!is_limit && is_cut).then_some(Self { level, share })
         };
-        [least, most].into_iter().filter_map(at).max_by(|a, b| a.share.total_cmp(&b.share))
+        levels.into_iter().filter_map(at).max_by(|a, b| a.share.total_cmp(&b.share))
     }
 }
 
@@ -122,32 +125,6 @@ const LIMIT_SHARE: f64 = 0.98;
 const LEAST_RUN: usize = 3;
 const OVER_MEDIAN: usize = 2;
 
-/// Stretches of a signal in which all samples are equal.
-struct Runs<'a> {
-    signal: &'a [f64],
-    /// First sample of each, then the number of samples.
-    starts: Vec<usize>,
-    /// Fewest samples of a run that tells.
-    least: usize,
-}
-
-impl<'a> Runs<'a> {
-    fn of(signal: &'a [f64]) -> Self {
-        let changes = (1..signal.len()).filter(|&n| signal[n] != signal[n - 1]);
-        let starts: Vec<usize> = core::iter::once(0).chain(changes).chain([signal.len()]).collect();
-        let mut lengths: Vec<usize> = starts.windows(2).map(|w| w[1] - w[0]).collect();
-        lengths.sort_unstable();
-        let median = lengths.get(lengths.len() / 2).copied().unwrap_or(0);
-        Self { signal, starts, least: LEAST_RUN.max(OVER_MEDIAN * median + 1) }
-    }
-
-    /// Runs at a level.
-    fn at(&self, level: f64) -> impl Iterator<Item = core::ops::Range<usize>> + '_ {
-        let runs = self.starts.windows(2).map(|w| w[0]..w[1]);
-        runs.filter(move |run| run.len() >= self.least && self.signal[run.start] == level)
-    }
-}
-
 /// Standard deviation of several stretches, each about its own mean.
 fn spread(stretches: &[&[f64]]) -> f64 {
     let square = |stretch: &&[f64]| {
@@ -156,12 +133,6 @@ fn spread(stretches: &[&[f64]]) -> f64 {
     };
     let samples: usize = stretches.iter().map(|stretch| stretch.len()).sum();
     libm::sqrt(stretches.iter().map(square).sum::<f64>() / samples.max(1) as f64)
-}
-
-/// Least and largest value.
-fn ends(signal: &[f64]) -> [f64; 2] {
-    let wider = |[least, most]: [f64; 2], x: &f64| [least.min(*x), most.max(*x)];
-    signal.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
 }
 
 /// Smallest difference of two values: the step of a converter.

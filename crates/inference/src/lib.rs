@@ -22,6 +22,7 @@ mod in_box;
 mod most_probable;
 #[cfg(test)]
 mod random;
+mod runs;
 mod sides;
 mod symmetric;
 mod taper;
@@ -32,5 +33,6 @@ pub use central::{central_differences, central_differences_together, try_central
 pub use chance::{chi_squared_log_tail, ljung_box_chance};
 pub use in_box::{QuadraticForm, least_in_box};
 pub use most_probable::{MostProbable, Unknown, Whitened, most_probable};
+pub use runs::{EqualRuns, ends};
 pub use symmetric::SymmetricMatrix;
 pub use taper::{gaspari_cohn, tapered_covariance};

@@ -5,7 +5,7 @@ use recordings::{
     AskedFor, Channel, ChannelName, CommandColumn, CommandSource, RecordError, Recording,
 };
 
-use crate::simulation::{drive_signal::DriveSignal, experiment::Experiment};
+use crate::simulation::{cut_phase::CutPhase, drive_signal::DriveSignal, experiment::Experiment};
 
 /// The signals of a recording that a model is compared with: equally long, all at the times of
 /// the signal that drives the machine, straight between the samples of the recording.
@@ -52,16 +52,30 @@ pub enum ComparedSignalsError {
     /// The motion was to stand for the command, and is not recorded.
     #[error("no position, whose inverse dynamics were asked for")]
     NoMotion,
+    /// A phase current was cut at a level.
+    #[error(
+        "the signal is clipped: {:.1} % of the samples of `{}` stand at {level_a} A, at an end of \
+         its range; record it with a wider range", 100.0 * share, column.column()
+    )]
+    Clipped {
+        /// The phase.
+        column: ChannelName,
+        /// The level, A.
+        level_a: f64,
+        /// Share of its samples that stand there.
+        share: f64,
+    },
     /// The channels cannot be brought onto one time base.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
 
 impl ComparedSignalsError {
-    /// Tells whether the recording is whole and lacks a signal, so that nothing can be concluded
-    /// from it; otherwise the recording or what was asked of it is wrong.
+    /// Tells whether the recording lacks a signal, or a part of one, so that nothing can be
+    /// concluded from it; otherwise the recording or what was asked of it is wrong.
     pub fn lacks_a_signal(&self) -> bool {
-        matches!(self, Self::NoDrive { .. } | Self::NoRotorAngle | Self::NoCommand)
+        use ComparedSignalsError::{Clipped, NoCommand, NoDrive, NoRotorAngle};
+        matches!(self, NoDrive { .. } | NoRotorAngle | NoCommand | Clipped { .. })
     }
 }
 
@@ -164,6 +178,9 @@ impl ComparedSignals {
         given: Option<&GivenCommand>,
     ) -> Result<Self, ComparedSignalsError> {
         use ChannelName::{MotorAngle, Position, SurfaceAngle};
+        if let Some(CutPhase { channel, level_a, share }) = CutPhase::of(recording) {
+            return Err(ComparedSignalsError::Clipped { column: channel, level_a, share });
+        }
         let DriveSignal { channel: drive, filter_hz } = DriveSignal::of(recording, model)?;
         let rate_hz = drive.regular_rate_hz()?;
         let on_axis = |names: &[ChannelName]| {
