@@ -178,7 +178,9 @@ impl ComparedSignals {
         given: Option<&GivenCommand>,
     ) -> Result<Self, ComparedSignalsError> {
         use ChannelName::{MotorAngle, Position, SurfaceAngle};
-        if let Some(CutPhase { channel, level_a, share }) = CutPhase::of(recording) {
+        if let Some(CutPhase { channel, level_a, share }) =
+            CutPhase::of(recording, model.kind().drive_limit())
+        {
             return Err(ComparedSignalsError::Clipped { column: channel, level_a, share });
         }
         let DriveSignal { channel: drive, filter_hz } = DriveSignal::of(recording, model)?;
