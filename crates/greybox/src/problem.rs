@@ -1,6 +1,6 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
-use ema_sim::{CommandKind, MachineSignals, ModelFidelity, PreparedTest};
+use ema_sim::{MachineSignals, ModelFidelity, PreparedTest};
 use inference::{BandedCholesky, rms};
 
 use crate::{
@@ -62,9 +62,7 @@ impl<'a> Prepared<'a> {
             .next_multiple_of(factor);
         let drive = Machine::measured_drive(record);
         let samples = drive.len().saturating_sub(skip) / factor;
-        // the averages of a followed motion leave nothing of a line
-        let lines = if record.kind == CommandKind::Motion { 0 } else { samples };
-        let mains = Mains::new(record.rate_hz, factor, lines);
+        let mains = Mains::new(record.rate_hz, factor, samples);
         let (measured, averaged, anchored) = (Vec::new(), Vec::new(), None);
         let test = machine.prepared(record);
         let mut prepared =
