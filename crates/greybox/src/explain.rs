@@ -7,7 +7,7 @@ use inference::{Whitener, rms};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
-    clipping::{first_clipped, told},
+    clipping::first_clipped,
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
@@ -116,7 +116,7 @@ fn insufficient(
         Some(Record { name, .. }) => Some(format!(
             "{name}: no position of the motor: causes cannot be told apart by the current alone"
         )),
-        None => first_clipped(machine, recordings)?.map(told),
+        None => first_clipped(machine, recordings)?.map(|reason| reason.to_string()),
     })
 }
 

@@ -344,7 +344,7 @@ mod tests {
     fn a_wave_of_what_is_shown_holds_no_axis_off_a_command_that_has_not_begun() {
         let machine = Machine::bench_top();
         let nominal = Structure::nominal(&machine);
-        let healthy: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let healthy = nominal.starts();
         let mut state = nominal.state(&machine, &healthy);
         let wave = Effect::new(EffectId::TransmissionError, Geometry::Rotary)
             .with("order", 24.0)

@@ -103,7 +103,7 @@ impl Session<'_> {
         observation: Observation,
     ) -> Result<Option<(f64, Vec<f64>)>, GreyboxError> {
         let nominal = Structure::nominal(self.machine);
-        let mut values: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let mut values = nominal.starts();
         let mut most: Option<f64> = None;
         for _ in 0..MOST_MOVES {
             let moved = self.anchor_roughly(observation, &nominal, &values)?;

@@ -409,7 +409,7 @@ mod tests {
     fn what_is_held_out_widens_a_number_and_never_narrows_one() {
         let machine = Machine::bench_top();
         let nominal = Structure::nominal(&machine);
-        let values: Vec<f64> = nominal.free.iter().map(|free| free.start).collect();
+        let values = nominal.starts();
         let prior = |n: usize| nominal.free[n].prior.expect("a tolerance").1;
         let mut stds = vec![0.0; values.len()];
         (stds[0], stds[1]) = (3.0 * prior(0), 0.5 * prior(1));

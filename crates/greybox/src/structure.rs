@@ -209,6 +209,11 @@ impl Structure {
         self
     }
 
+    /// Where its numbers start.
+    pub(crate) fn starts(&self) -> Vec<f64> {
+        self.free.iter().map(|free| free.start).collect()
+    }
+
     /// The state of the machine at values of the free numbers.
     pub(crate) fn state(&self, machine: &Machine, values: &[f64]) -> State {
         let mut state = self.state_elsewhere(machine, values);

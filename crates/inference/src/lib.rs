@@ -33,6 +33,6 @@ pub use central::{central_differences, central_differences_together, try_central
 pub use chance::{chi_squared_log_tail, ljung_box_chance};
 pub use in_box::{QuadraticForm, least_in_box};
 pub use most_probable::{MostProbable, Unknown, Whitened, most_probable};
-pub use runs::{EqualRuns, ends};
+pub use runs::{EqualRuns, Standing, ends};
 pub use symmetric::SymmetricMatrix;
 pub use taper::{gaspari_cohn, tapered_covariance};

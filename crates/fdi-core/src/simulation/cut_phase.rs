@@ -1,6 +1,6 @@
 //! Phase currents that were cut at a level, found without a model.
 
-use inference::{EqualRuns, ends};
+use inference::{EqualRuns, Standing, ends};
 use recordings::{ChannelName, Recording};
 
 /// A phase current that was cut.
@@ -25,31 +25,16 @@ impl CutPhase {
     }
 }
 
-/// Fewest samples of a run that tells, of all such runs together, and their least share.
-const LEAST_RUN: usize = 3;
-const LEAST_SAMPLES: usize = 8;
-const LEAST_SHARE: f64 = 1e-3;
-/// Share of the controller's limit from which a level is that limit: what the machine did.
-const LIMIT_SHARE: f64 = 0.98;
-
 /// Level and share of a signal that was cut: at an end of its range, below what the controller
-/// allows, it stands for longer than anywhere else but at zero, where a phase that does not conduct rests. The switching of the
-/// inverter and the noise of the sensor leave no phase at another level.
+/// allows, it stands for longer than anywhere else but at zero, where a phase that does not conduct
+/// rests. The switching of the inverter and the noise of the sensor leave no phase at another level.
 fn cut(signal: &[f64], limit_a: f64) -> Option<(f64, f64)> {
-    let ends = ends(signal);
-    let runs = EqualRuns::of(signal);
+    let (runs, ends) = (EqualRuns::of(signal), ends(signal));
     let elsewhere = runs.iter().filter(|(level, _)| !ends.contains(level) && *level != 0.0);
     let longest = elsewhere.map(|(_, run)| run.len()).max().unwrap_or(0);
-    let least = LEAST_RUN.max(longest + 1);
-    let at = |level: f64| {
-        let standing = runs.iter().filter(|(value, run)| *value == level && run.len() >= least);
-        let samples: usize = standing.map(|(_, run)| run.len()).sum();
-        let share = samples as f64 / signal.len() as f64;
-        let is_of_log = level != 0.0 && level.abs() < LIMIT_SHARE * limit_a;
-        let is_cut = is_of_log && samples >= LEAST_SAMPLES && share >= LEAST_SHARE;
-        is_cut.then_some((level, share))
-    };
-    ends.into_iter().filter_map(at).max_by(|a, b| a.1.total_cmp(&b.1))
+    let standing = runs.standing_at_ends(limit_a, longest).into_iter();
+    let levels = standing.map(|Standing { level, share, .. }| (level, share));
+    levels.filter(|(level, _)| *level != 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 #[cfg(test)]
