@@ -76,7 +76,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>>>()?;
     let units = Units::of(args.unit.as_deref())?;
-    let rates_hz = bundles.iter().map(|one| one.bundle.experiment.filter.output_hz).collect();
+    let rates_hz = bundles.iter().map(|one| one.experiment.filter.output_hz).collect();
     let encoding = args.encoding;
     Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, units, rates_hz }))
 }
@@ -100,9 +100,9 @@ pub(crate) fn diagnoser_of_first(paths: &[PathBuf], reading: &ReadingArgs) -> Re
         }
     }
     let mut bundles = read_bundles(bundle.as_ref())?;
-    let experiments: Vec<_> = bundles.iter().map(|one| &one.bundle.experiment).collect();
+    let experiments: Vec<_> = bundles.iter().map(|one| &one.experiment).collect();
     let fitting = recordings.first().map_or(0, |first| fitting_experiment(&experiments, first));
-    let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).bundle)?;
+    let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).into_bundle()?)?;
     Ok(ToLearn { recordings, diagnoser })
 }
 
@@ -114,11 +114,12 @@ pub(crate) fn diagnoser_of_unit(
     unit: &LearntUnit,
     bundle: Option<&PathBuf>,
 ) -> Result<Option<fdi_core::Diagnoser>> {
-    let fitting = read_bundles(bundle)?.into_iter().find(|one| unit.is_of(&one.bundle));
+    let bundles = read_bundles(bundle)?.into_iter().map(Prepared::into_bundle);
+    let fitting = bundles.collect::<Result<Vec<_>>>()?.into_iter().find(|one| unit.is_of(one));
     if let (Some(path), None) = (bundle, &fitting) {
         return Err(anyhow!("{}: the unit was learnt with another bundle", path.display()));
     }
-    Ok(fitting.map(|one| fdi_core::Diagnoser::new(one.bundle)).transpose()?)
+    Ok(fitting.map(fdi_core::Diagnoser::new).transpose()?)
 }
 
 /// The diagnosis of a model's machines within their tolerances, in a test; `None` where no bundle at
@@ -140,8 +141,9 @@ pub(crate) fn diagnoser_of_model(
         let is_test = command.is_none_or(|command| command == name);
         is_machine && is_stated && is_as_warm && is_test && bundle.knows_units()
     };
-    let mut bundles = read_bundles(bundle)?;
-    bundles.retain(|one| is_of(&one.bundle));
+    let bundles = read_bundles(bundle)?.into_iter().map(Prepared::into_bundle);
+    let mut bundles = bundles.collect::<Result<Vec<_>>>()?;
+    bundles.retain(is_of);
     if bundles.is_empty() {
         return match bundle {
             Some(path) => Err(anyhow!(
@@ -151,9 +153,9 @@ pub(crate) fn diagnoser_of_model(
             None => Ok(None),
         };
     }
-    let experiments: Vec<_> = bundles.iter().map(|one| &one.bundle.experiment).collect();
+    let experiments: Vec<_> = bundles.iter().map(|one| &one.experiment).collect();
     let fitting = fitting_experiment(&experiments, recording);
-    Ok(Some(fdi_core::Diagnoser::new(bundles.swap_remove(fitting).bundle)?))
+    Ok(Some(fdi_core::Diagnoser::new(bundles.swap_remove(fitting))?))
 }
 
 /// Settings that units are learnt with.
@@ -168,7 +170,7 @@ pub(crate) fn learning_options(seed: RootSeed) -> DiagnoseOptions {
 /// The bundle of a file, or the embedded ones.
 fn read_bundles(path: Option<&PathBuf>) -> Result<Vec<Prepared>> {
     let Some(path) = path else {
-        let read = |one: &EmbeddedBundle| Prepared::read(one.bytes).context("the embedded bundle");
+        let read = |one| Prepared::embedded(one).context("the embedded bundle");
         return EMBEDDED_BUNDLES.iter().map(read).collect();
     };
     let named = path.display().to_string();
@@ -176,10 +178,19 @@ fn read_bundles(path: Option<&PathBuf>) -> Result<Vec<Prepared>> {
     Ok(vec![Prepared::read(&bytes).context(named)?])
 }
 
+/// Where a bundle is.
+enum Source {
+    /// With the program: read whole when it is needed.
+    Embedded(&'static EmbeddedBundle),
+    /// Of a file, whose faults are told at once.
+    Read(Box<Bundle>),
+}
+
 /// A bundle that is prepared when the first recording needs it.
 struct Prepared {
     sha256: String,
-    bundle: Bundle,
+    experiment: Experiment,
+    source: Source,
     ready: OnceLock<Result<Ready, String>>,
 }
 
@@ -190,9 +201,35 @@ struct Ready {
 }
 
 impl Prepared {
+    fn embedded(embedded: &'static EmbeddedBundle) -> Result<Self> {
+        let experiment = Bundle::experiment_from_bytes(embedded.bytes)?;
+        Ok(Self::of(embedded.bytes, experiment, Source::Embedded(embedded)))
+    }
+
     fn read(bytes: &[u8]) -> Result<Self> {
         let bundle = Bundle::from_bytes(bytes)?;
-        Ok(Self { sha256: recordings::sha256_hex(bytes), bundle, ready: OnceLock::new() })
+        Ok(Self::of(bytes, bundle.experiment.clone(), Source::Read(Box::new(bundle))))
+    }
+
+    fn of(bytes: &[u8], experiment: Experiment, source: Source) -> Self {
+        let sha256 = recordings::sha256_hex(bytes);
+        Self { sha256, experiment, source, ready: OnceLock::new() }
+    }
+
+    fn bundle(&self) -> Result<Bundle> {
+        match &self.source {
+            Source::Embedded(embedded) => {
+                Bundle::from_bytes(embedded.bytes).context("the embedded bundle")
+            }
+            Source::Read(bundle) => Ok(Bundle::clone(bundle)),
+        }
+    }
+
+    fn into_bundle(self) -> Result<Bundle> {
+        match self.source {
+            Source::Embedded(_) => self.bundle(),
+            Source::Read(bundle) => Ok(*bundle),
+        }
     }
 
     fn ready(
@@ -202,7 +239,8 @@ impl Prepared {
         options: &DiagnoseOptions,
     ) -> Result<&Ready> {
         let prepare = || {
-            let plain = fdi_core::Diagnoser::with_encoding(self.bundle.clone(), encoding)
+            let bundle = || self.bundle().map_err(|error| format!("{error:#}"));
+            let plain = fdi_core::Diagnoser::with_encoding(bundle()?, encoding)
                 .map_err(|error| error.to_string())?;
             if references.is_empty() {
                 return Ok(Ready { diagnoser: plain, unit: None });
@@ -214,8 +252,7 @@ impl Prepared {
                 Some(Ok(unit)) => Ok(Ready { diagnoser: plain, unit: Some(Arc::new(unit)) }),
                 // where tolerances are not used, or do not explain it, levels are against the mean
                 None | Some(Err(UnitLearningError::Unexplained { .. })) => {
-                    let bundle = self.bundle.clone();
-                    fdi_core::Diagnoser::with_references(bundle, encoding, references)
+                    fdi_core::Diagnoser::with_references(bundle()?, encoding, references)
                         .map(|diagnoser| Ready { diagnoser, unit: None })
                         .map_err(|error| of_references(&error))
                 }
@@ -239,7 +276,7 @@ struct BundleDiagnoser {
 impl BundleDiagnoser {
     /// The bundle that a recording is diagnosed with.
     fn fitting(&self, recording: &Recording) -> &Prepared {
-        let experiments: Vec<_> = self.bundles.iter().map(|one| &one.bundle.experiment).collect();
+        let experiments: Vec<_> = self.bundles.iter().map(|one| &one.experiment).collect();
         &self.bundles[fitting_experiment(&experiments, recording)]
     }
 
@@ -247,7 +284,7 @@ impl BundleDiagnoser {
     fn prepared(&self, recording: &Recording) -> Result<(&fdi_core::Diagnoser, DiagnoseOptions)> {
         let prepared = self.fitting(recording);
         let ready = prepared.ready(self.encoding, &self.references, &self.options)?;
-        let named = self.units.unit_of(recording, &prepared.bundle.experiment.name)?;
+        let named = self.units.unit_of(recording, &prepared.experiment.name)?;
         let unit = named.or(ready.unit.as_ref()).cloned();
         Ok((&ready.diagnoser, DiagnoseOptions { unit, ..self.options.clone() }))
     }
@@ -283,10 +320,10 @@ impl Diagnoser for BundleDiagnoser {
     }
 
     fn command_name(&self, recording: &Recording) -> Option<&str> {
-        Some(&self.fitting(recording).bundle.experiment.name)
+        Some(&self.fitting(recording).experiment.name)
     }
 
     fn model_name(&self) -> Option<&str> {
-        Some(&self.bundles[0].bundle.experiment.model_name)
+        Some(&self.bundles[0].experiment.model_name)
     }
 }

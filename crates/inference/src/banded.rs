@@ -212,34 +212,67 @@ impl WithSimd for Factorise {
     type Output = Result<BandedCholesky, NotPositiveDefinite>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let mut factor = self.matrix;
-        let (b, wide) = (factor.half_band, factor.half_band + 1);
-        for i in 0..factor.order {
-            let (above, rest) = factor.rows.split_at_mut(i * wide);
-            let row = &mut rest[..wide];
-            let first = i.saturating_sub(b);
-            for j in first..i {
-                let other = &above[j * wide..(j + 1) * wide];
-                // columns `first..j` of both rows
-                let count = j - first;
-                let sum = wide_dot(
-                    simd,
-                    &row[first + b - i..first + b - i + count],
-                    &other[first + b - j..first + b - j + count],
-                );
-                let place = j + b - i;
-                row[place] = (row[place] - sum) / other[b];
+        let mut z = Vec::with_capacity(factor.half_band + SIDES);
+        for start in (0..factor.order).step_by(SIDES) {
+            let rows = start..factor.order.min(start + SIDES);
+            let first = factor.first(start);
+            gather(&factor, first, rows.clone(), &mut z);
+            let (before, block) = z.split_at_mut(start - first);
+            whiten_rows(&factor, first..start, before);
+            for z in &*before {
+                for (c, column) in block.iter_mut().enumerate() {
+                    take_off_side(column, z[c], z);
+                }
             }
-            let left = &row[first + b - i..b];
-            let pivot = row[b] - wide_dot(simd, left, left);
-            if pivot.is_nan() || pivot <= 0.0 {
-                return Err(NotPositiveDefinite { row: i, pivot });
-            }
-            row[b] = pivot.sqrt();
+            factor_block(block)
+                .map_err(|(row, pivot)| NotPositiveDefinite { row: start + row, pivot })?;
+            scatter(&z, first, rows, &mut factor);
         }
         Ok(BandedCholesky { factor })
     }
+}
+
+/// Lays the lower triangle of some rows side by side: from a first column on, one side a row.
+fn gather(matrix: &BandedMatrix, first: usize, rows: Range<usize>, z: &mut Vec<Side>) {
+    z.clear();
+    z.resize(rows.end - first, [0.0; SIDES]);
+    for (lane, row) in rows.enumerate() {
+        let columns = matrix.first(row)..row + 1;
+        for (z, value) in z[columns.start - first..].iter_mut().zip(matrix.part(row, columns)) {
+            z[lane] = *value;
+        }
+    }
+}
+
+/// Puts rows that [`gather`] laid side by side back.
+fn scatter(z: &[Side], first: usize, rows: Range<usize>, matrix: &mut BandedMatrix) {
+    for (lane, row) in rows.enumerate() {
+        for column in matrix.first(row)..=row {
+            *matrix.at_mut(row, column) = z[column - first][lane];
+        }
+    }
+}
+
+/// The factor of a block on the diagonal, its columns side by side; else row and value of the
+/// first pivot that is not above zero.
+#[inline(always)]
+fn factor_block(block: &mut [Side]) -> Result<(), (usize, f64)> {
+    for c in 0..block.len() {
+        let (left, right) = block.split_at_mut(c);
+        let column = &mut right[0];
+        for before in &*left {
+            take_off_side(column, before[c], before);
+        }
+        let pivot = column[c];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return Err((c, pivot));
+        }
+        let root = pivot.sqrt();
+        *column = column.map(|value| value / root);
+    }
+    Ok(())
 }
 
 /// Cholesky factor of a banded matrix.
@@ -402,40 +435,50 @@ impl WithSimd for WhitenTogether<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { factor, z } = self;
-        let groups = if factor.half_band >= GROUP { factor.order / GROUP } else { 0 };
-        for i in (0..groups * GROUP).step_by(GROUP) {
-            let common = factor.first(i + 3)..i;
-            let (before, now) = z.split_at_mut(i);
-            let mut values = [now[0], now[1], now[2], now[3]];
-            let row = |r: usize| factor.part(i + r, common.clone());
-            take_products_off(
-                &mut values,
-                [row(0), row(1), row(2), row(3)],
-                &before[common.clone()],
-            );
-            for r in 0..GROUP {
-                let alone = factor.first(i + r)..common.start;
-                for (l, z) in factor.part(i + r, alone.clone()).iter().zip(&before[alone]) {
-                    take_off_side(&mut values[r], *l, z);
-                }
-                for (c, l) in factor.part(i + r, i..i + r).iter().enumerate() {
-                    let z = values[c];
-                    take_off_side(&mut values[r], *l, &z);
-                }
-                let pivot = factor.diagonal(i + r);
-                values[r] = values[r].map(|value| value / pivot);
+        whiten_rows(factor, 0..factor.order, z);
+    }
+}
+
+/// Solves some rows of `L·z = r` for right-hand sides side by side, all unknowns before them zero.
+#[inline(always)]
+fn whiten_rows(factor: &BandedMatrix, rows: Range<usize>, z: &mut [Side]) {
+    let start = rows.start;
+    let first = |i: usize| factor.first(i).max(start);
+    let groups = if factor.half_band >= GROUP { rows.len() / GROUP } else { 0 };
+    let grouped = start + groups * GROUP;
+    for i in (start..grouped).step_by(GROUP) {
+        let common = first(i + 3)..i;
+        let (before, now) = z.split_at_mut(i - start);
+        let mut values = [now[0], now[1], now[2], now[3]];
+        let row = |r: usize| factor.part(i + r, common.clone());
+        take_products_off(
+            &mut values,
+            [row(0), row(1), row(2), row(3)],
+            &before[common.start - start..],
+        );
+        for r in 0..GROUP {
+            let alone = first(i + r)..common.start;
+            let before = &before[alone.start - start..alone.end - start];
+            for (l, z) in factor.part(i + r, alone).iter().zip(before) {
+                take_off_side(&mut values[r], *l, z);
             }
-            now[..GROUP].copy_from_slice(&values);
-        }
-        for i in groups * GROUP..factor.order {
-            let first = factor.first(i);
-            let mut value = z[i];
-            for (l, z) in factor.part(i, first..i).iter().zip(&z[first..i]) {
-                take_off_side(&mut value, *l, z);
+            for (c, l) in factor.part(i + r, i..i + r).iter().enumerate() {
+                let z = values[c];
+                take_off_side(&mut values[r], *l, &z);
             }
-            let pivot = factor.diagonal(i);
-            z[i] = value.map(|value| value / pivot);
+            let pivot = factor.diagonal(i + r);
+            values[r] = values[r].map(|value| value / pivot);
         }
+        now[..GROUP].copy_from_slice(&values);
+    }
+    for i in grouped..rows.end {
+        let (before, now) = z.split_at_mut(i - start);
+        let first = first(i);
+        for (l, z) in factor.part(i, first..i).iter().zip(&before[first - start..]) {
+            take_off_side(&mut now[0], *l, z);
+        }
+        let pivot = factor.diagonal(i);
+        now[0] = now[0].map(|value| value / pivot);
     }
 }
 

@@ -1,6 +1,8 @@
 //! Covariances of few residuals, tapered.
 
-use crate::banded::{BandedMatrix, dot};
+use pulp::{Arch, NullaryFnOnce};
+
+use crate::banded::BandedMatrix;
 
 /// Mean outer product of residuals, tapered.
 ///
@@ -15,17 +17,72 @@ pub fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usize) -> B
     let half_band = support.saturating_sub(1);
     let mut covariance = BandedMatrix::zeros(samples, half_band);
     let per_count = 1.0 / residuals.len().max(1) as f64;
-    // by columns of a transposed copy, so that a scalar product runs over contiguous memory
-    let by_sample: Vec<Vec<f64>> =
-        (0..samples).map(|i| residuals.iter().map(|r| r.as_ref()[i]).collect()).collect();
     let taper: Vec<f64> =
         (0..=half_band).map(|lag| gaspari_cohn(lag as f64 / support as f64) * per_count).collect();
-    for i in 0..samples {
-        for j in i.saturating_sub(covariance.half_band())..=i {
-            *covariance.at_mut(i, j) = taper[i - j] * dot(&by_sample[i], &by_sample[j]);
+    let padded: Vec<Vec<f64>> =
+        residuals.iter().map(|r| [&[0.0; COLUMNS], &r.as_ref()[..samples]].concat()).collect();
+    Arch::new().dispatch(Products { padded: &padded, taper: &taper, covariance: &mut covariance });
+    covariance
+}
+
+/// Rows and columns whose products are summed in one pass over the residuals.
+const ROWS: usize = 4;
+const COLUMNS: usize = 8;
+
+/// `w_{i−j}·Σ_r r_i·r_j` as a kernel: summed in the order of the residuals, so that results are the
+/// same at every vector width.
+struct Products<'a> {
+    /// Residuals behind as many zeros as a block has columns.
+    padded: &'a [Vec<f64>],
+    taper: &'a [f64],
+    covariance: &'a mut BandedMatrix,
+}
+
+impl NullaryFnOnce for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled for each instruction set by being inlined")]
+    fn call(self) {
+        let Self { padded, taper, covariance } = self;
+        let (order, half_band) = (covariance.order(), covariance.half_band());
+        for top in (0..order).step_by(ROWS) {
+            let rows = top..order.min(top + ROWS);
+            let left = top.saturating_sub(half_band);
+            // blocks end at the diagonal's last column and begin before the band, or in the padding
+            let blocks = (rows.end - left).div_ceil(COLUMNS);
+            for block in 1..=blocks {
+                let start = rows.end + COLUMNS - block * COLUMNS;
+                let sums = products(padded, COLUMNS + top, rows.len(), start);
+                for (i, sums) in rows.clone().zip(&sums) {
+                    for (column, sum) in (start..).zip(sums) {
+                        let within = column.checked_sub(COLUMNS).and_then(|j| i.checked_sub(j));
+                        if let Some(lag) = within.filter(|lag| *lag <= half_band) {
+                            *covariance.at_mut(i, i - lag) = taper[lag] * sum;
+                        }
+                    }
+                }
+            }
         }
     }
-    covariance
+}
+
+/// Sums of the products of some rows and columns over the residuals.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled for each instruction set by being inlined")]
+fn products(padded: &[Vec<f64>], top: usize, rows: usize, start: usize) -> [[f64; COLUMNS]; ROWS] {
+    let mut sums = [[0.0; COLUMNS]; ROWS];
+    for residual in padded {
+        let own: [f64; ROWS] = core::array::from_fn(|row| residual[top + row.min(rows - 1)]);
+        let others: &[f64; COLUMNS] =
+            residual[start..].first_chunk().expect("blocks end within a residual");
+        for row in 0..ROWS {
+            for column in 0..COLUMNS {
+                sums[row][column] += own[row] * others[column];
+            }
+        }
+    }
+    sums
 }
 
 /// Compactly supported correlation of Gaspari and Cohn (Q. J. R. Meteorol. Soc. 125, 1999,

@@ -1,5 +1,7 @@
 //! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
 
+use std::sync::Arc;
+
 use ema_sim::{
     Actuator, Command, ControlMode, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections, Scenario,
     model_file::{self, Model},
@@ -23,7 +25,7 @@ use crate::{
     unit::{error::UnitError, quantities::Quantities},
 };
 
-/// Layout of a bundle.
+/// Layout of a bundle; the experiment first, since it can be read alone.
 #[derive(Encode, Decode)]
 struct BundleData {
     experiment: ExperimentData,
@@ -31,6 +33,7 @@ struct BundleData {
     mask: Vec<u32>,
     choices: Vec<ChoiceData>,
     noise_a: f64,
+    electronics: Vec<ElectronicsData>,
     units: Vec<UnitErrorData>,
 }
 
@@ -100,6 +103,14 @@ struct ChoiceData {
     trend: u8,
     taper_support_samples: u32,
     electronics_share: f64,
+}
+
+/// Covariance of the drive's own noise.
+#[derive(Encode, Decode)]
+struct ElectronicsData {
+    /// 0: start angle zero, 1: any.
+    start: u8,
+    covariance: CovarianceData,
 }
 
 /// Learnt error on units, its rows in steps of their range.
@@ -172,6 +183,21 @@ impl CovarianceData {
     }
 }
 
+impl ElectronicsData {
+    fn of((start, covariance): &(StartAngle, Arc<BandedMatrix>)) -> Self {
+        Self { start: *start as u8, covariance: CovarianceData::of(covariance) }
+    }
+
+    fn into_electronics(
+        self,
+        samples: usize,
+    ) -> Result<(StartAngle, Arc<BandedMatrix>), BundleError> {
+        let covariance = self.covariance.into_covariance(samples);
+        let wrong_size = || content("a noise of the electronics of the wrong size".to_owned());
+        Ok((start_of(self.start), Arc::new(covariance.ok_or_else(wrong_size)?)))
+    }
+}
+
 impl UnitErrorData {
     fn of(error: &UnitError) -> Self {
         Self {
@@ -207,7 +233,7 @@ impl UnitErrorData {
         }
         let rows = coefficients.chunks_exact(samples).zip(&self.ranges_a);
         Ok(UnitError {
-            start: if self.start == 0 { StartAngle::Zero } else { StartAngle::Any },
+            start: start_of(self.start),
             coefficients: rows.map(|(codes, range_a)| decoded(codes, *range_a)).collect(),
             centre: self.centre,
             spread: self.spread,
@@ -248,6 +274,7 @@ impl Bundle {
                 })
                 .collect(),
             noise_a: self.noise_a,
+            electronics: self.electronics.iter().map(ElectronicsData::of).collect(),
             units: self.units.iter().map(UnitErrorData::of).collect(),
         };
         store::encode(ArtefactKind::Bundle, &data)
@@ -261,6 +288,16 @@ impl Bundle {
     /// that contradicts itself.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, BundleError> {
         store::decode::<BundleData>(bytes, ArtefactKind::Bundle)?.into_bundle()
+    }
+
+    /// Reads the experiment of an artefact alone, in a fraction of the time of the whole: tells
+    /// which of several bundles fits a recording. Its start angle is zero whatever the datasets'.
+    ///
+    /// # Errors
+    ///
+    /// As [`from_bytes`](Self::from_bytes), for the checksum and the experiment.
+    pub fn experiment_from_bytes(bytes: &[u8]) -> Result<Experiment, BundleError> {
+        store::decode_first::<ExperimentData>(bytes, ArtefactKind::Bundle)?.into_experiment()
     }
 }
 
@@ -353,6 +390,8 @@ impl BundleData {
                 })
             })
             .collect::<Result<Vec<_>, BundleError>>()?;
+        let electronics = self.electronics.into_iter().map(|data| data.into_electronics(samples));
+        let electronics = electronics.collect::<Result<Vec<_>, _>>()?;
         let quantities = Quantities::new(&experiment);
         let units = self.units.into_iter().map(|data| data.into_error(&quantities, samples));
         let units = units.collect::<Result<Vec<_>, _>>()?;
@@ -366,6 +405,7 @@ impl BundleData {
             mask: self.mask.into_iter().map(|point| point as usize).collect(),
             choices,
             noise_a: self.noise_a,
+            electronics,
             units,
         })
     }
@@ -544,6 +584,10 @@ impl DatasetData {
                 .collect(),
         })
     }
+}
+
+fn start_of(code: u8) -> StartAngle {
+    if code == 0 { StartAngle::Zero } else { StartAngle::Any }
 }
 
 /// Steps of a stored signal to either side of zero.

@@ -171,6 +171,9 @@ pub struct Bundle {
     pub choices: Vec<ModelChoice>,
     /// Noise expected on each phase sample, A.
     pub noise_a: f64,
+    /// Covariance of the drive's own noise, A², for each start of the rotor whose reference signals
+    /// have such noise.
+    pub(crate) electronics: Vec<(StartAngle, Arc<BandedMatrix>)>,
     /// Errors of the low-fidelity model on machines within the tolerances, where there are any.
     pub(crate) units: Vec<UnitError>,
 }
@@ -226,17 +229,26 @@ impl Bundle {
         go_together(experiment, &datasets)?;
         tell("placing the points of the mask");
         let mask = informative_points(incipient, root)?;
-        let mut choices = Vec::new();
+        let (mut choices, mut electronics) = (Vec::new(), Vec::new());
         for start in [StartAngle::Zero, StartAngle::Any] {
             let at_start = of_start(&datasets, start);
-            if !at_start.is_empty() {
-                tell(&format!("learning the error of the monitor on {}", start.designs()));
-                choices.push(choose(experiment, &at_start, Modelled::Error(start), noise_a)?);
+            if at_start.is_empty() {
+                continue;
             }
+            tell(&format!("learning the error of the monitor on {}", start.designs()));
+            let of_drive = electronics_of(experiment, &at_start)?;
+            let mut chosen = |of| {
+                let choice = choose(experiment, &at_start, of, noise_a, of_drive.as_ref())?;
+                choices.push(choice);
+                Ok::<_, BundleError>(())
+            };
+            chosen(Modelled::Error(start))?;
+            if start == StartAngle::Zero {
+                tell("learning the emulator");
+                chosen(Modelled::Signal)?;
+            }
+            electronics.extend(of_drive.map(|covariance| (start, covariance)));
         }
-        tell("learning the emulator");
-        let at_zero = of_start(&datasets, StartAngle::Zero);
-        choices.push(choose(experiment, &at_zero, Modelled::Signal, noise_a)?);
         let mut units = Vec::new();
         if !experiment.tolerance.is_empty() {
             tell("learning the error of the monitor on machines within the tolerances");
@@ -248,7 +260,16 @@ impl Bundle {
         }
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();
         let experiment = experiment.clone();
-        Ok(Self { experiment, datasets, dataset_sha256, mask, choices, noise_a, units })
+        Ok(Self {
+            experiment,
+            datasets,
+            dataset_sha256,
+            mask,
+            choices,
+            noise_a,
+            electronics,
+            units,
+        })
     }
 
     /// The dataset of a design, where the bundle has it.
@@ -344,15 +365,15 @@ impl Bundle {
         };
         let electronics = match choice.shape.electronics_share {
             0.0 => None,
-            _ => electronics_of(&self.experiment, &of_start(&self.datasets, of.start()))?,
+            _ => self.electronics(of.start()).cloned(),
         };
         let (trend, shape) = (choice.trend, choice.shape);
         Ok(Some(ErrorModel::learn(signals, coordinates, trend, shape, electronics)?))
     }
 
-    /// The covariance of the noise of the electronics.
-    pub(crate) fn electronics(&self, start: StartAngle) -> Electronics {
-        electronics_of(&self.experiment, &of_start(&self.datasets, start))
+    /// Covariance of the drive's own noise, A²; `None` where the reference signals have none.
+    pub(crate) fn electronics(&self, start: StartAngle) -> Option<&Arc<BandedMatrix>> {
+        self.electronics.iter().find(|(of, _)| *of == start).map(|(_, covariance)| covariance)
     }
 }
 
@@ -435,10 +456,11 @@ fn of_start(datasets: &[Dataset], start: StartAngle) -> Vec<&Dataset> {
     datasets.iter().filter(|dataset| start.has(dataset.design)).collect()
 }
 
-/// A covariance of the electronics' noise, where there is any.
-type Electronics = Result<Option<Arc<BandedMatrix>>, ema_sim::SimulationError>;
-
-fn electronics_of(experiment: &Experiment, datasets: &[&Dataset]) -> Electronics {
+/// Covariance of the drive's own noise; `None` where all reference signals are of ideal electronics.
+fn electronics_of(
+    experiment: &Experiment,
+    datasets: &[&Dataset],
+) -> Result<Option<Arc<BandedMatrix>>, ema_sim::SimulationError> {
     let longest = error_choice::longest_support(experiment.filter.output_hz);
     Ok(electronics_covariance(experiment, datasets, longest)?.map(Arc::new))
 }
@@ -486,13 +508,14 @@ fn choose(
     datasets: &[&Dataset],
     of: Modelled,
     noise_a: f64,
+    electronics: Option<&Arc<BandedMatrix>>,
 ) -> Result<ModelChoice, BundleError> {
     let (differences, coordinates) = of.signals(experiment, datasets)?;
     let jacobians = match of {
         Modelled::Error(_) => monitor_jacobians(experiment, datasets)?,
         Modelled::Signal => Vec::new(),
     };
-    let electronics = electronics_of(experiment, datasets)?;
+    let electronics = electronics.cloned();
     let references = References { differences, coordinates, jacobians, electronics };
     let (filter, samples) = (&experiment.filter, experiment.samples());
     let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);

@@ -23,7 +23,7 @@ use flate2::{Compression, bufread::DeflateDecoder, write::DeflateEncoder};
 use sha2::{Digest, Sha256};
 
 /// Version of the container and of the payloads' layout.
-pub const FORMAT_VERSION: u32 = 5;
+pub const FORMAT_VERSION: u32 = 6;
 
 const MAGIC: [u8; 8] = *b"\x89FDI\r\n\x1a\n";
 const CHECKSUM_START: usize = 24;
@@ -207,6 +207,16 @@ pub(crate) fn decode<T: Decode<()>>(bytes: &[u8], kind: ArtefactKind) -> Result<
     Ok(data)
 }
 
+/// Decodes what stands first in a container, without the rest.
+pub(crate) fn decode_first<T: Decode<()>>(
+    bytes: &[u8],
+    kind: ArtefactKind,
+) -> Result<T, StoreError> {
+    let mut content = BufReader::with_capacity(READ_BYTES, DeflateDecoder::new(open(bytes, kind)?));
+    bincode::decode_from_std_read(&mut content, codec())
+        .map_err(|error| StoreError::Payload { kind, reason: error.to_string() })
+}
+
 /// Deflates a content as far as it goes.
 fn deflated(content: &[u8]) -> Vec<u8> {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
@@ -284,7 +294,7 @@ mod tests {
         );
         let mut newer = good.clone();
         newer[8] = 9;
-        assert_eq!(message(&newer), "format version 9, this tool reads version 5");
+        assert_eq!(message(&newer), "format version 9, this tool reads version 6");
         let longer = [&good[..], b"xy"].concat();
         assert_eq!(message(&longer), "2 bytes follow the bundle");
         let dataset = encode(Dataset, &sample());
