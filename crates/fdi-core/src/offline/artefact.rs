@@ -1,7 +1,5 @@
 //! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
 
-use std::sync::Arc;
-
 use ema_sim::{
     Actuator, Command, ControlMode, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections, Scenario,
     model_file::{self, Model},
@@ -33,7 +31,7 @@ struct BundleData {
     mask: Vec<u32>,
     choices: Vec<ChoiceData>,
     noise_a: f64,
-    electronics: Vec<ElectronicsData>,
+    noise_of_loops: Vec<NoiseOfLoopsData>,
     units: Vec<UnitErrorData>,
 }
 
@@ -105,12 +103,14 @@ struct ChoiceData {
     electronics_share: f64,
 }
 
-/// Covariance of the drive's own noise.
+/// Runs with the drive's own noise less those without.
 #[derive(Encode, Decode)]
-struct ElectronicsData {
+struct NoiseOfLoopsData {
     /// 0: start angle zero, 1: any.
     start: u8,
-    covariance: CovarianceData,
+    /// Largest absolute value of each run, A.
+    ranges_a: Vec<f64>,
+    runs: SignalCodes,
 }
 
 /// Learnt error on units, its rows in steps of their range.
@@ -183,18 +183,23 @@ impl CovarianceData {
     }
 }
 
-impl ElectronicsData {
-    fn of((start, covariance): &(StartAngle, Arc<BandedMatrix>)) -> Self {
-        Self { start: *start as u8, covariance: CovarianceData::of(covariance) }
+impl NoiseOfLoopsData {
+    fn of((start, runs): &(StartAngle, Vec<Vec<f64>>)) -> Self {
+        let ranges_a = runs.iter().map(|run| range_of(run)).collect();
+        Self { start: *start as u8, ranges_a, runs: packed(runs, NOISE_STEPS) }
     }
 
-    fn into_electronics(
-        self,
-        samples: usize,
-    ) -> Result<(StartAngle, Arc<BandedMatrix>), BundleError> {
-        let covariance = self.covariance.into_covariance(samples);
-        let wrong_size = || content("a noise of the electronics of the wrong size".to_owned());
-        Ok((start_of(self.start), Arc::new(covariance.ok_or_else(wrong_size)?)))
+    fn into_runs(self, samples: usize) -> Result<(StartAngle, Vec<Vec<f64>>), BundleError> {
+        let wrong_size = || content("runs with the drive's noise of the wrong size".to_owned());
+        let codes = self.runs.unpack(samples).ok_or_else(wrong_size)?;
+        let fits = codes.len() == self.ranges_a.len() * samples
+            && self.ranges_a.iter().all(|range| range.is_finite());
+        if !fits {
+            return Err(wrong_size());
+        }
+        let rows = codes.chunks_exact(samples).zip(&self.ranges_a);
+        let runs = rows.map(|(codes, range_a)| decoded(codes, *range_a, NOISE_STEPS)).collect();
+        Ok((start_of(self.start), runs))
     }
 }
 
@@ -205,7 +210,7 @@ impl UnitErrorData {
             centre: error.centre.clone(),
             spread: error.spread.clone(),
             ranges_a: error.coefficients.iter().map(|row| range_of(row)).collect(),
-            coefficients: packed(&error.coefficients),
+            coefficients: packed(&error.coefficients, CODE_STEPS),
             covariance: CovarianceData::of(&error.covariance),
             wide: error.wide.as_ref().map(CovarianceData::of),
             shared: error.shared,
@@ -234,7 +239,9 @@ impl UnitErrorData {
         let rows = coefficients.chunks_exact(samples).zip(&self.ranges_a);
         Ok(UnitError {
             start: start_of(self.start),
-            coefficients: rows.map(|(codes, range_a)| decoded(codes, *range_a)).collect(),
+            coefficients: rows
+                .map(|(codes, range_a)| decoded(codes, *range_a, CODE_STEPS))
+                .collect(),
             centre: self.centre,
             spread: self.spread,
             bent,
@@ -274,7 +281,7 @@ impl Bundle {
                 })
                 .collect(),
             noise_a: self.noise_a,
-            electronics: self.electronics.iter().map(ElectronicsData::of).collect(),
+            noise_of_loops: self.noise_of_loops.iter().map(NoiseOfLoopsData::of).collect(),
             units: self.units.iter().map(UnitErrorData::of).collect(),
         };
         store::encode(ArtefactKind::Bundle, &data)
@@ -390,8 +397,8 @@ impl BundleData {
                 })
             })
             .collect::<Result<Vec<_>, BundleError>>()?;
-        let electronics = self.electronics.into_iter().map(|data| data.into_electronics(samples));
-        let electronics = electronics.collect::<Result<Vec<_>, _>>()?;
+        let noise_of_loops = self.noise_of_loops.into_iter().map(|data| data.into_runs(samples));
+        let noise_of_loops = noise_of_loops.collect::<Result<Vec<_>, _>>()?;
         let quantities = Quantities::new(&experiment);
         let units = self.units.into_iter().map(|data| data.into_error(&quantities, samples));
         let units = units.collect::<Result<Vec<_>, _>>()?;
@@ -405,7 +412,7 @@ impl BundleData {
             mask: self.mask.into_iter().map(|point| point as usize).collect(),
             choices,
             noise_a: self.noise_a,
-            electronics,
+            noise_of_loops,
             units,
         })
     }
@@ -540,7 +547,7 @@ impl DatasetData {
             start_angles_rad: dataset.conditions.iter().map(|c| c.start_angle_rad).collect(),
             noise_seeds: dataset.conditions.iter().map(|c| c.noise_seed).collect(),
             ranges_a: dataset.signals_a.iter().map(|signal| range_of(signal)).collect(),
-            signals: packed(&dataset.signals_a),
+            signals: packed(&dataset.signals_a, CODE_STEPS),
         }
     }
 
@@ -580,7 +587,7 @@ impl DatasetData {
             signals_a: signals
                 .chunks_exact(samples)
                 .zip(&self.ranges_a)
-                .map(|(codes, range_a)| decoded(codes, *range_a))
+                .map(|(codes, range_a)| decoded(codes, *range_a, CODE_STEPS))
                 .collect(),
         })
     }
@@ -592,27 +599,30 @@ fn start_of(code: u8) -> StartAngle {
 
 /// Steps of a stored signal to either side of zero.
 const CODE_STEPS: f64 = 32767.0;
+/// Steps of a run of noise to either side of zero: rounding adds a white part of a thousandth of the
+/// noise's variance, where its covariance is known to a tenth.
+const NOISE_STEPS: f64 = 63.0;
 
 /// Largest absolute value of a signal.
 fn range_of(signal: &[f64]) -> f64 {
     signal.iter().fold(0.0, |range: f64, value| range.max(value.abs()))
 }
 
-/// A signal in steps of its range.
-fn coded(signal: &[f64]) -> impl Iterator<Item = i16> {
-    let scale = CODE_STEPS / range_of(signal).max(f64::MIN_POSITIVE);
+/// A signal in steps, so many to its range.
+fn coded(signal: &[f64], steps: f64) -> impl Iterator<Item = i16> {
+    let scale = steps / range_of(signal).max(f64::MIN_POSITIVE);
     signal.iter().map(move |value| (value * scale).round() as i16)
 }
 
-/// Signals of one length in steps of each one's range.
-fn packed(signals: &[Vec<f64>]) -> SignalCodes {
-    let codes: Vec<i16> = signals.iter().flat_map(|signal| coded(signal)).collect();
+/// Signals of one length in steps, so many to each one's range.
+fn packed(signals: &[Vec<f64>], steps: f64) -> SignalCodes {
+    let codes: Vec<i16> = signals.iter().flat_map(|signal| coded(signal, steps)).collect();
     SignalCodes::pack(&codes, signals.first().map_or(0, Vec::len))
 }
 
-/// A signal from its steps.
-fn decoded(codes: &[i16], range_a: f64) -> Vec<f64> {
-    codes.iter().map(|&code| f64::from(code) * range_a / CODE_STEPS).collect()
+/// A signal from its steps, so many to the range.
+fn decoded(codes: &[i16], range_a: f64, steps: f64) -> Vec<f64> {
+    codes.iter().map(|&code| f64::from(code) * range_a / steps).collect()
 }
 
 fn design_of(name: &str) -> Result<ReferenceDesign, BundleError> {

@@ -11,7 +11,7 @@ use reduction::{
 use crate::{
     offline::{
         dataset::{Dataset, ReferenceDesign, monitor_signals, sought_coordinates},
-        electronics::{electronics_covariance, electronics_noise},
+        electronics::{electronics_covariance, electronics_noise, noise_of_loops},
         error_choice::{self, References},
         error_model::{CovarianceShape, ErrorModel, ErrorModelError, Trend},
         store::StoreError,
@@ -171,9 +171,9 @@ pub struct Bundle {
     pub choices: Vec<ModelChoice>,
     /// Noise expected on each phase sample, A.
     pub noise_a: f64,
-    /// Covariance of the drive's own noise, A², for each start of the rotor whose reference signals
-    /// have such noise.
-    pub(crate) electronics: Vec<(StartAngle, Arc<BandedMatrix>)>,
+    /// What the drive's own noise makes of the signal in runs of the low-fidelity model, A, for each
+    /// start of the rotor whose reference signals have such noise.
+    pub(crate) noise_of_loops: Vec<(StartAngle, Vec<Vec<f64>>)>,
     /// Errors of the low-fidelity model on machines within the tolerances, where there are any.
     pub(crate) units: Vec<UnitError>,
 }
@@ -229,16 +229,17 @@ impl Bundle {
         go_together(experiment, &datasets)?;
         tell("placing the points of the mask");
         let mask = informative_points(incipient, root)?;
-        let (mut choices, mut electronics) = (Vec::new(), Vec::new());
+        let (mut choices, mut noisy) = (Vec::new(), Vec::new());
         for start in [StartAngle::Zero, StartAngle::Any] {
             let at_start = of_start(&datasets, start);
             if at_start.is_empty() {
                 continue;
             }
             tell(&format!("learning the error of the monitor on {}", start.designs()));
-            let of_drive = electronics_of(experiment, &at_start)?;
+            let runs = noise_of_loops(experiment, &at_start)?;
+            let electronics = runs.as_ref().map(|runs| electronics_of(experiment, &at_start, runs));
             let mut chosen = |of| {
-                let choice = choose(experiment, &at_start, of, noise_a, of_drive.as_ref())?;
+                let choice = choose(experiment, &at_start, of, noise_a, electronics.as_ref())?;
                 choices.push(choice);
                 Ok::<_, BundleError>(())
             };
@@ -247,7 +248,7 @@ impl Bundle {
                 tell("learning the emulator");
                 chosen(Modelled::Signal)?;
             }
-            electronics.extend(of_drive.map(|covariance| (start, covariance)));
+            noisy.extend(runs.map(|runs| (start, runs)));
         }
         let mut units = Vec::new();
         if !experiment.tolerance.is_empty() {
@@ -267,7 +268,7 @@ impl Bundle {
             mask,
             choices,
             noise_a,
-            electronics,
+            noise_of_loops: noisy,
             units,
         })
     }
@@ -365,15 +366,16 @@ impl Bundle {
         };
         let electronics = match choice.shape.electronics_share {
             0.0 => None,
-            _ => self.electronics(of.start()).cloned(),
+            _ => self.electronics(of.start()),
         };
         let (trend, shape) = (choice.trend, choice.shape);
         Ok(Some(ErrorModel::learn(signals, coordinates, trend, shape, electronics)?))
     }
 
     /// Covariance of the drive's own noise, A²; `None` where the reference signals have none.
-    pub(crate) fn electronics(&self, start: StartAngle) -> Option<&Arc<BandedMatrix>> {
-        self.electronics.iter().find(|(of, _)| *of == start).map(|(_, covariance)| covariance)
+    pub(crate) fn electronics(&self, start: StartAngle) -> Option<Arc<BandedMatrix>> {
+        let (_, runs) = self.noise_of_loops.iter().find(|(of, _)| *of == start)?;
+        Some(electronics_of(&self.experiment, &of_start(&self.datasets, start), runs))
     }
 }
 
@@ -456,13 +458,14 @@ fn of_start(datasets: &[Dataset], start: StartAngle) -> Vec<&Dataset> {
     datasets.iter().filter(|dataset| start.has(dataset.design)).collect()
 }
 
-/// Covariance of the drive's own noise; `None` where all reference signals are of ideal electronics.
+/// Covariance of the drive's own noise, A².
 fn electronics_of(
     experiment: &Experiment,
     datasets: &[&Dataset],
-) -> Result<Option<Arc<BandedMatrix>>, ema_sim::SimulationError> {
+    runs: &[Vec<f64>],
+) -> Arc<BandedMatrix> {
     let longest = error_choice::longest_support(experiment.filter.output_hz);
-    Ok(electronics_covariance(experiment, datasets, longest)?.map(Arc::new))
+    Arc::new(electronics_covariance(experiment, datasets, runs, longest))
 }
 
 /// Signals with the coordinates looked for, one row a condition.

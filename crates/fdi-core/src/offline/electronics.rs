@@ -32,23 +32,9 @@ const LEAST_RUNS: usize = 100;
 /// Keeps the low-fidelity model's noise apart from that of the reference signals.
 const STREAM: u64 = 0x6a09_e667_f3bc_c909;
 
-/// The covariance of the drive's noise, tapered; `None` where all reference signals are of ideal
-/// electronics.
-///
-/// # Errors
-///
-/// [`SimulationError`] when the low-fidelity model cannot be run.
+/// The covariance of the drive's noise, A²: tapered scatter of the [`noise_of_loops`], and the noise
+/// of the current feedback.
 pub(crate) fn electronics_covariance(
-    experiment: &Experiment,
-    datasets: &[&Dataset],
-    support_samples: usize,
-) -> Result<Option<BandedMatrix>, SimulationError> {
-    let scatter = noise_of_loops(experiment, datasets)?;
-    Ok(scatter.map(|scatter| joined(experiment, datasets, &scatter, support_samples)))
-}
-
-/// Tapered scatter of the loops' noise, and the noise of the current feedback.
-fn joined(
     experiment: &Experiment,
     datasets: &[&Dataset],
     scatter: &[Vec<f64>],
@@ -65,9 +51,13 @@ fn joined(
     }
 }
 
-/// Runs of the low-fidelity model with noise less those without, centred; `None` where all
+/// Runs of the low-fidelity model with noise less those without, centred, A; `None` where all
 /// reference signals are of ideal electronics.
-fn noise_of_loops(
+///
+/// # Errors
+///
+/// [`SimulationError`] when the low-fidelity model cannot be run.
+pub(crate) fn noise_of_loops(
     experiment: &Experiment,
     datasets: &[&Dataset],
 ) -> Result<Option<Vec<Vec<f64>>>, SimulationError> {

@@ -73,7 +73,7 @@ impl HighFidelitySearch {
             })?);
             coordinates.extend(points);
         }
-        let electronics = bundle.electronics(StartAngle::Zero).cloned();
+        let electronics = bundle.electronics(StartAngle::Zero);
         let jacobians = coordinates.iter().map(|point| emulator.jacobian(point)).collect();
         let references = References { differences, coordinates, jacobians, electronics };
         let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
