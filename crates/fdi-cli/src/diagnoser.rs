@@ -182,7 +182,7 @@ fn read_bundles(path: Option<&PathBuf>) -> Result<Vec<Prepared>> {
 enum Source {
     /// With the program: read whole when it is needed.
     Embedded(&'static EmbeddedBundle),
-    /// Of a file, whose faults are told at once.
+    /// Read from a file, whose faults are told at once.
     Read(Box<Bundle>),
 }
 

@@ -171,7 +171,7 @@ pub struct Bundle {
     pub choices: Vec<ModelChoice>,
     /// Noise expected on each phase sample, A.
     pub noise_a: f64,
-    /// What the drive's own noise makes of the signal in runs of the low-fidelity model, A, for each
+    /// Runs of the low-fidelity model with the drive's own noise less those without, A, for each
     /// start of the rotor whose reference signals have such noise.
     pub(crate) noise_of_loops: Vec<(StartAngle, Vec<Vec<f64>>)>,
     /// Errors of the low-fidelity model on machines within the tolerances, where there are any.
