@@ -114,8 +114,7 @@ pub(crate) fn diagnoser_of_unit(
     unit: &LearntUnit,
     bundle: Option<&PathBuf>,
 ) -> Result<Option<fdi_core::Diagnoser>> {
-    let bundles = read_bundles(bundle)?.into_iter().map(Prepared::into_bundle);
-    let fitting = bundles.collect::<Result<Vec<_>>>()?.into_iter().find(|one| unit.is_of(one));
+    let fitting = whole_bundles(bundle)?.into_iter().find(|one| unit.is_of(one));
     if let (Some(path), None) = (bundle, &fitting) {
         return Err(anyhow!("{}: the unit was learnt with another bundle", path.display()));
     }
@@ -141,8 +140,7 @@ pub(crate) fn diagnoser_of_model(
         let is_test = command.is_none_or(|command| command == name);
         is_machine && is_stated && is_as_warm && is_test && bundle.knows_units()
     };
-    let bundles = read_bundles(bundle)?.into_iter().map(Prepared::into_bundle);
-    let mut bundles = bundles.collect::<Result<Vec<_>>>()?;
+    let mut bundles = whole_bundles(bundle)?;
     bundles.retain(is_of);
     if bundles.is_empty() {
         return match bundle {
@@ -176,6 +174,11 @@ fn read_bundles(path: Option<&PathBuf>) -> Result<Vec<Prepared>> {
     let named = path.display().to_string();
     let bytes = fs::read(path).with_context(|| named.clone())?;
     Ok(vec![Prepared::read(&bytes).context(named)?])
+}
+
+/// The bundle of a file, or the embedded ones, each read whole.
+fn whole_bundles(path: Option<&PathBuf>) -> Result<Vec<Bundle>> {
+    read_bundles(path)?.into_iter().map(Prepared::into_bundle).collect()
 }
 
 /// Where a bundle is.

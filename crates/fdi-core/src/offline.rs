@@ -16,6 +16,7 @@ pub(crate) mod estimator;
 pub(crate) mod factor;
 pub(crate) mod joined_datasets;
 pub(crate) mod mode_figure;
+pub(crate) mod rounded_signals;
 pub(crate) mod signal_codes;
 pub mod store;
 pub(crate) mod summary;

@@ -13,6 +13,7 @@ use crate::{
         bundle::{Bundle, BundleError, ModelChoice, Modelled, StartAngle},
         dataset::{Condition, Dataset, ReferenceDesign},
         error_model::{CovarianceShape, Trend},
+        rounded_signals::{CODE_STEPS, NOISE_STEPS, RoundedSignals},
         signal_codes::SignalCodes,
         store::{self, ArtefactKind, Decode, Encode},
     },
@@ -88,10 +89,7 @@ struct DatasetData {
     levels: Vec<f64>,
     start_angles_rad: Vec<f64>,
     noise_seeds: Vec<u64>,
-    /// Largest absolute value of each signal, A.
-    ranges_a: Vec<f64>,
-    /// Signals over their range, in steps of 1/32767.
-    signals: SignalCodes,
+    signals: RoundedSignals,
 }
 
 #[derive(Encode, Decode)]
@@ -108,9 +106,7 @@ struct ChoiceData {
 struct NoiseOfLoopsData {
     /// 0: start angle zero, 1: any.
     start: u8,
-    /// Largest absolute value of each run, A.
-    ranges_a: Vec<f64>,
-    runs: SignalCodes,
+    runs: RoundedSignals,
 }
 
 /// Learnt error on units, its rows in steps of their range.
@@ -120,8 +116,7 @@ struct UnitErrorData {
     start: u8,
     centre: Vec<f64>,
     spread: Vec<f64>,
-    ranges_a: Vec<f64>,
-    coefficients: SignalCodes,
+    coefficients: RoundedSignals,
     covariance: CovarianceData,
     wide: Option<CovarianceData>,
     shared: f64,
@@ -185,20 +180,12 @@ impl CovarianceData {
 
 impl NoiseOfLoopsData {
     fn of((start, runs): &(StartAngle, Vec<Vec<f64>>)) -> Self {
-        let ranges_a = runs.iter().map(|run| range_of(run)).collect();
-        Self { start: *start as u8, ranges_a, runs: packed(runs, NOISE_STEPS) }
+        Self { start: *start as u8, runs: RoundedSignals::of(runs, NOISE_STEPS) }
     }
 
     fn into_runs(self, samples: usize) -> Result<(StartAngle, Vec<Vec<f64>>), BundleError> {
         let wrong_size = || content("runs with the drive's noise of the wrong size".to_owned());
-        let codes = self.runs.unpack(samples).ok_or_else(wrong_size)?;
-        let fits = codes.len() == self.ranges_a.len() * samples
-            && self.ranges_a.iter().all(|range| range.is_finite());
-        if !fits {
-            return Err(wrong_size());
-        }
-        let rows = codes.chunks_exact(samples).zip(&self.ranges_a);
-        let runs = rows.map(|(codes, range_a)| decoded(codes, *range_a, NOISE_STEPS)).collect();
+        let runs = self.runs.into_signals(samples, NOISE_STEPS).ok_or_else(wrong_size)?;
         Ok((start_of(self.start), runs))
     }
 }
@@ -209,8 +196,7 @@ impl UnitErrorData {
             start: error.start as u8,
             centre: error.centre.clone(),
             spread: error.spread.clone(),
-            ranges_a: error.coefficients.iter().map(|row| range_of(row)).collect(),
-            coefficients: packed(&error.coefficients, CODE_STEPS),
+            coefficients: RoundedSignals::of(&error.coefficients, CODE_STEPS),
             covariance: CovarianceData::of(&error.covariance),
             wide: error.wide.as_ref().map(CovarianceData::of),
             shared: error.shared,
@@ -223,25 +209,22 @@ impl UnitErrorData {
         let bent = quantities.bent();
         let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
         let wrong_size = || content("an error on units of the wrong size".to_owned());
-        let coefficients = self.coefficients.unpack(samples).ok_or_else(wrong_size)?;
+        let coefficients =
+            self.coefficients.into_signals(samples, CODE_STEPS).ok_or_else(wrong_size)?;
         let covariance =
             |data: CovarianceData| data.into_covariance(samples).ok_or_else(wrong_size);
         let fits = self.centre.len() == quantities
             && self.spread.len() == quantities
-            && self.ranges_a.len() == terms
-            && coefficients.len() == terms * samples
+            && coefficients.len() == terms
             && self.spread.iter().all(|spread| *spread > 0.0)
             && (0.0..=1.0).contains(&self.shared)
             && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
         if !fits {
             return Err(wrong_size());
         }
-        let rows = coefficients.chunks_exact(samples).zip(&self.ranges_a);
         Ok(UnitError {
             start: start_of(self.start),
-            coefficients: rows
-                .map(|(codes, range_a)| decoded(codes, *range_a, CODE_STEPS))
-                .collect(),
+            coefficients,
             centre: self.centre,
             spread: self.spread,
             bent,
@@ -546,8 +529,7 @@ impl DatasetData {
             levels: dataset.conditions.iter().flat_map(|c| c.levels).collect(),
             start_angles_rad: dataset.conditions.iter().map(|c| c.start_angle_rad).collect(),
             noise_seeds: dataset.conditions.iter().map(|c| c.noise_seed).collect(),
-            ranges_a: dataset.signals_a.iter().map(|signal| range_of(signal)).collect(),
-            signals: packed(&dataset.signals_a, CODE_STEPS),
+            signals: RoundedSignals::of(&dataset.signals_a, CODE_STEPS),
         }
     }
 
@@ -555,12 +537,10 @@ impl DatasetData {
         let design = design_of(&self.design)?;
         let count = self.noise_seeds.len();
         let wrong_size = || content(format!("a dataset `{}` of the wrong size", self.design));
-        let signals = self.signals.unpack(samples).ok_or_else(wrong_size)?;
+        let signals_a = self.signals.into_signals(samples, CODE_STEPS).ok_or_else(wrong_size)?;
         let fits = self.start_angles_rad.len() == count
             && self.levels.len() == count * FAULT_COUNT
-            && self.ranges_a.len() == count
-            && signals.len() == count * samples
-            && self.ranges_a.iter().all(|range| range.is_finite())
+            && signals_a.len() == count
             && self.start_angles_rad.iter().all(|angle| angle.is_finite());
         if !fits {
             return Err(wrong_size());
@@ -584,45 +564,13 @@ impl DatasetData {
                 digitisation: self.digitisation,
             },
             conditions,
-            signals_a: signals
-                .chunks_exact(samples)
-                .zip(&self.ranges_a)
-                .map(|(codes, range_a)| decoded(codes, *range_a, CODE_STEPS))
-                .collect(),
+            signals_a,
         })
     }
 }
 
 fn start_of(code: u8) -> StartAngle {
     if code == 0 { StartAngle::Zero } else { StartAngle::Any }
-}
-
-/// Steps of a stored signal to either side of zero.
-const CODE_STEPS: f64 = 32767.0;
-/// Steps of a run of noise to either side of zero: rounding adds a white part of a thousandth of the
-/// noise's variance, where its covariance is known to a tenth.
-const NOISE_STEPS: f64 = 63.0;
-
-/// Largest absolute value of a signal.
-fn range_of(signal: &[f64]) -> f64 {
-    signal.iter().fold(0.0, |range: f64, value| range.max(value.abs()))
-}
-
-/// A signal in steps, so many to its range.
-fn coded(signal: &[f64], steps: f64) -> impl Iterator<Item = i16> {
-    let scale = steps / range_of(signal).max(f64::MIN_POSITIVE);
-    signal.iter().map(move |value| (value * scale).round() as i16)
-}
-
-/// Signals of one length in steps, so many to each one's range.
-fn packed(signals: &[Vec<f64>], steps: f64) -> SignalCodes {
-    let codes: Vec<i16> = signals.iter().flat_map(|signal| coded(signal, steps)).collect();
-    SignalCodes::pack(&codes, signals.first().map_or(0, Vec::len))
-}
-
-/// A signal from its steps, so many to the range.
-fn decoded(codes: &[i16], range_a: f64, steps: f64) -> Vec<f64> {
-    codes.iter().map(|&code| f64::from(code) * range_a / steps).collect()
 }
 
 fn design_of(name: &str) -> Result<ReferenceDesign, BundleError> {

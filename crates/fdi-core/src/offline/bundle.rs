@@ -235,18 +235,11 @@ impl Bundle {
             if at_start.is_empty() {
                 continue;
             }
-            tell(&format!("learning the error of the monitor on {}", start.designs()));
             let runs = noise_of_loops(experiment, &at_start)?;
             let electronics = runs.as_ref().map(|runs| electronics_of(experiment, &at_start, runs));
-            let mut chosen = |of| {
-                let choice = choose(experiment, &at_start, of, noise_a, electronics.as_ref())?;
-                choices.push(choice);
-                Ok::<_, BundleError>(())
-            };
-            chosen(Modelled::Error(start))?;
-            if start == StartAngle::Zero {
-                tell("learning the emulator");
-                chosen(Modelled::Signal)?;
+            for &of in Modelled::of_start(start) {
+                tell(&of.learning());
+                choices.push(choose(experiment, &at_start, of, noise_a, electronics.as_ref())?);
             }
             noisy.extend(runs.map(|runs| (start, runs)));
         }
@@ -472,6 +465,24 @@ fn electronics_of(
 type Signals = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
 impl Modelled {
+    /// Quantities that are modelled on the reference signals of a start.
+    fn of_start(start: StartAngle) -> &'static [Self] {
+        match start {
+            StartAngle::Zero => &[Self::Error(StartAngle::Zero), Self::Signal],
+            StartAngle::Any => &[Self::Error(StartAngle::Any)],
+        }
+    }
+
+    /// That it is being learnt, in words.
+    fn learning(self) -> String {
+        match self {
+            Self::Error(start) => {
+                format!("learning the error of the monitor on {}", start.designs())
+            }
+            Self::Signal => "learning the emulator".to_owned(),
+        }
+    }
+
     fn start(self) -> StartAngle {
         match self {
             Self::Error(start) => start,
@@ -518,8 +529,8 @@ fn choose(
         Modelled::Error(_) => monitor_jacobians(experiment, datasets)?,
         Modelled::Signal => Vec::new(),
     };
-    let electronics = electronics.cloned();
-    let references = References { differences, coordinates, jacobians, electronics };
+    let references =
+        References { differences, coordinates, jacobians, electronics: electronics.cloned() };
     let (filter, samples) = (&experiment.filter, experiment.samples());
     let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
     let noise = unit_noise_at_rate(filter, rate_hz, samples).scaled(noise_a * noise_a);

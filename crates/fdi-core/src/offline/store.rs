@@ -191,14 +191,10 @@ pub(crate) fn encode<T: Encode>(kind: ArtefactKind, data: &T) -> Vec<u8> {
 ///
 /// The payload is inflated while it is decoded, so memory is claimed for the data alone.
 pub(crate) fn decode<T: Decode<()>>(bytes: &[u8], kind: ArtefactKind) -> Result<T, StoreError> {
-    let payload = open(bytes, kind)?;
-    let refused = |reason: String| StoreError::Payload { kind, reason };
-    let mut content = BufReader::with_capacity(READ_BYTES, DeflateDecoder::new(payload));
-    let data = bincode::decode_from_std_read(&mut content, codec())
-        .map_err(|error| refused(error.to_string()))?;
+    let (data, mut content) = decode_beginning(bytes, kind)?;
     let mut rest = content.by_ref().take(DECODE_LIMIT_BYTES as u64);
-    let surplus =
-        io::copy(&mut rest, &mut io::sink()).map_err(|error| refused(error.to_string()))?;
+    let surplus = io::copy(&mut rest, &mut io::sink())
+        .map_err(|error| StoreError::Payload { kind, reason: error.to_string() })?;
     let after = content.into_inner().into_inner();
     let extra = surplus + after.len() as u64;
     if extra > 0 {
@@ -212,9 +208,21 @@ pub(crate) fn decode_first<T: Decode<()>>(
     bytes: &[u8],
     kind: ArtefactKind,
 ) -> Result<T, StoreError> {
+    decode_beginning(bytes, kind).map(|(data, _)| data)
+}
+
+/// Inflated content of a container.
+type Content<'a> = BufReader<DeflateDecoder<&'a [u8]>>;
+
+/// Decodes what stands first in a container, and gives what follows.
+fn decode_beginning<T: Decode<()>>(
+    bytes: &[u8],
+    kind: ArtefactKind,
+) -> Result<(T, Content<'_>), StoreError> {
     let mut content = BufReader::with_capacity(READ_BYTES, DeflateDecoder::new(open(bytes, kind)?));
-    bincode::decode_from_std_read(&mut content, codec())
-        .map_err(|error| StoreError::Payload { kind, reason: error.to_string() })
+    let data = bincode::decode_from_std_read(&mut content, codec())
+        .map_err(|error| StoreError::Payload { kind, reason: error.to_string() })?;
+    Ok((data, content))
 }
 
 /// Deflates a content as far as it goes.

@@ -39,8 +39,8 @@ use crate::{
 const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
 /// Errors that are kept.
 const ERRORS_KEPT: usize = 8;
-/// Numbers in the factors of all likelihoods that are kept for the next recording: 48 MB.
-const NUMBERS_KEPT: usize = 6_000_000;
+/// Numbers in the factors of all likelihoods that are kept for the next recording: 128 MB.
+const NUMBERS_KEPT: usize = 16_000_000;
 /// Likelihoods that are kept at least, and at most.
 const LIKELIHOODS_KEPT: [usize; 2] = [2, 64];
 /// Rates of the phase samples whose noise is kept.
