@@ -2,8 +2,9 @@
 //!
 //! The kernels work element by element in a fixed order, without fused
 //! multiply-add, so that every vector width gives the same bits; the width is
-//! chosen at run time ([`wide`]).
+//! chosen at run time ([`wide`]). Factors of many rows are made by blocks instead.
 
+mod blocked;
 mod cholesky;
 mod least_squares;
 mod symmetric;

@@ -7,6 +7,8 @@
 
 use pulp::NullaryFnOnce;
 
+use super::blocked::{self, BLOCKED_FROM};
+
 /// Rows that one pass over a row subtracts at once.
 pub(crate) const GROUP: usize = 8;
 
@@ -90,8 +92,21 @@ pub(crate) struct Factor {
 /// Factors a symmetric matrix given by its upper half, row by row.
 ///
 /// Fails with the pivot that is not positive.
-pub(crate) fn factor(a: Vec<f64>, n: usize) -> Result<Factor, f64> {
-    wide(FactorKernel { a, n })
+pub(crate) fn factor(mut a: Vec<f64>, n: usize) -> Result<Factor, f64> {
+    if n < BLOCKED_FROM {
+        return wide(FactorKernel { a, n });
+    }
+    blocked::factor_in_place(&mut a, n)?;
+    clear_below(&mut a, n);
+    Ok(Factor { n, upper: a })
+}
+
+/// Zeros below the diagonal.
+#[inline(always)]
+fn clear_below(a: &mut [f64], n: usize) {
+    for i in 1..n {
+        a[i * n..i * n + i].fill(0.0);
+    }
 }
 
 struct FactorKernel {
@@ -137,9 +152,7 @@ impl NullaryFnOnce for FactorKernel {
             }
             start = end;
         }
-        for i in 1..n {
-            a[i * n..i * n + i].fill(0.0);
-        }
+        clear_below(&mut a, n);
         Ok(Factor { n, upper: a })
     }
 }
@@ -236,6 +249,10 @@ impl Factor {
     #[inline(always)]
     pub(crate) fn inverse_upper_into(&self, x: &mut Vec<f64>, p: &mut Vec<f64>) {
         let n = self.n;
+        if n >= BLOCKED_FROM {
+            blocked::inverse_upper_into(&self.upper, n, x, p);
+            return;
+        }
         self.lower_inverse(x);
         p.clear();
         p.resize(n * n, 0.0);
@@ -388,7 +405,7 @@ mod tests {
 
     #[test]
     fn property_factor_and_inverse_reconstruct() {
-        for n in [1, 2, 7, 8, 9, 40, 67] {
+        for n in [1, 2, 7, 8, 9, 40, 67, BLOCKED_FROM - 1, BLOCKED_FROM, BLOCKED_FROM + 45] {
             let a = case(n);
             let f = factor(a.clone(), n).unwrap();
             let p = f.inverse_upper();
@@ -402,6 +419,41 @@ mod tests {
                     assert!((unit - want).abs() < RECONSTRUCTION_ABS, "{n} {i} {j} {unit}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn property_both_ways_give_one_factor_and_inverse() {
+        let n = BLOCKED_FROM;
+        let a = case(n);
+        let rows = wide(FactorKernel { a: a.clone(), n }).unwrap();
+        let blocks = factor(a, n).unwrap();
+        let (mut x, mut p) = (vec![f64::NAN; n * n], Vec::new());
+        blocks.inverse_upper_into(&mut x, &mut p);
+        let mut triangle = Vec::new();
+        rows.lower_inverse(&mut triangle);
+        for i in 0..n {
+            for j in 0..n {
+                let sum: f64 =
+                    (i.max(j)..n).map(|k| triangle[k * n + i] * triangle[k * n + j]).sum();
+                let want = if i <= j { sum } else { 0.0 };
+                assert_abs_diff_eq!(
+                    rows.upper[i * n + j],
+                    blocks.upper[i * n + j],
+                    epsilon = RECONSTRUCTION_ABS
+                );
+                assert_abs_diff_eq!(want, p[i * n + j], epsilon = RECONSTRUCTION_ABS);
+            }
+        }
+    }
+
+    #[test]
+    fn an_indefinite_matrix_fails_by_both_ways() {
+        for n in [BLOCKED_FROM - 1, BLOCKED_FROM] {
+            let mut a = case(n);
+            a[(n / 2) * (n + 1)] = -1.0;
+            let pivot = factor(a, n).unwrap_err();
+            assert!(pivot <= 0.0, "{n}: {pivot}");
         }
     }
 
