@@ -10,6 +10,10 @@ use crate::{
 /// Smaller dimension from which random directions are quicker than all of them.
 const LEAST_SIZE: usize = 150;
 
+/// Smaller dimension, in directions drawn, from which they are quicker with up to two power
+/// iterations; with more of them it grows as their number.
+const LEAST_SHARE: usize = 3;
+
 /// Settings of [`randomised_svd`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RandomisedConfig {
@@ -34,8 +38,9 @@ impl Default for RandomisedConfig {
 /// Leading part of the singular value decomposition from random directions.
 ///
 /// Signs as in [`Svd`]. At most as many singular values come back as the
-/// snapshots have. A matrix whose smaller dimension is below 150 is decomposed
-/// without random directions, by [`leading_svd`]: that is quicker.
+/// snapshots have. A matrix whose smaller dimension is below 150, or below three
+/// times the directions drawn (more with more than two power iterations), is
+/// decomposed without random directions, by [`leading_svd`]: that is quicker.
 ///
 /// # Errors
 ///
@@ -71,10 +76,11 @@ pub fn randomised_svd(snapshots: &Snapshots, config: &RandomisedConfig) -> Resul
     }
     let matrix = snapshots.matrix();
     let size = matrix.rows().min(matrix.columns());
-    if size < LEAST_SIZE {
+    let width = config.rank.saturating_add(config.oversampling);
+    let share = config.power_iterations.saturating_add(1).max(LEAST_SHARE);
+    if size < LEAST_SIZE || width.saturating_mul(share) > size {
         return leading_svd(snapshots, config.rank);
     }
-    let width = (config.rank + config.oversampling).min(size);
     let mut random = ChaCha8Rng::seed_from_u64(config.seed);
     let signs = (0..matrix.columns() * width)
         .map(|_| if random.random::<bool>() { 1.0 } else { -1.0 })
@@ -86,7 +92,7 @@ pub fn randomised_svd(snapshots: &Snapshots, config: &RandomisedConfig) -> Resul
         basis = Qr::new(matrix.times(&back)).thin_basis();
     }
     let small = decomposition::thin_svd(&basis.transposed_times(matrix))?;
-    let kept = config.rank.min(width);
+    let kept = config.rank;
     let mut svd = Svd {
         left: basis.times(&small.left.leading_columns(kept)),
         singular_values: small.singular_values[..kept].to_vec(),

@@ -70,8 +70,13 @@ fn small_matrices_are_decomposed_without_random_directions() {
     let config = RandomisedConfig { rank: 20, ..RandomisedConfig::default() };
     let fast = randomised_svd(&snapshots, &config).unwrap();
     assert_eq!(fast, leading_svd(&snapshots, 20).unwrap());
-    // the anti-test: from 150 columns on the seed decides the last bits
     let large = falling(400, 160, 0.9);
+    // 44 directions and ten more are above a third of the columns, 43 and ten are not
+    let all = RandomisedConfig { rank: 44, ..config };
+    assert_eq!(randomised_svd(&large, &all).unwrap(), leading_svd(&large, 44).unwrap());
+    let some = RandomisedConfig { rank: 43, ..config };
+    assert_ne!(randomised_svd(&large, &some).unwrap(), leading_svd(&large, 43).unwrap());
+    // the anti-test: from 150 columns on the seed decides the last bits
     let of = |seed| randomised_svd(&large, &RandomisedConfig { seed, ..config }).unwrap();
     assert_ne!(of(1), of(2));
 }

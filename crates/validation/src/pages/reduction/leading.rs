@@ -164,7 +164,7 @@ pub(super) fn section(page: &mut String) -> Result<()> {
     }
     page.push_str(
         "\nBelow 1e-4, for more than a third of the columns and for matrices wider than high `leading_svd` makes the whole decomposition\n\
-         and cuts it. `randomised_svd` takes this route below 150 columns. Dynamic modes do not take it\n\
+         and cuts it. `randomised_svd` takes this route below 150 columns and for more than a third of them. Dynamic modes do not take it\n\
          (`docs/decisions/0127-leading-singular-values-by-the-gram-matrix.md`).\n",
     );
     speed(page)
