@@ -21,6 +21,7 @@ mod random;
 mod sobol;
 mod stop;
 mod study;
+mod transformation;
 
 pub use acquisition::{Acquisition, Confidence, Fantasies, NormImprovement, Scored, TwoStep};
 pub use baseline::{Population, PopulationOptions, PopulationSolution};
@@ -33,8 +34,8 @@ pub use error::{
     SettingError, SolveError, StudyError,
 };
 pub use gp::{
-    FitReport, GaussianProcess, GpOptions, Hyperparameters, LeaveOneOut, Noise, Prediction,
-    PredictionSlope,
+    ChosenSurrogate, FitReport, GaussianProcess, GpOptions, Hyperparameters, LeaveOneOut, Noise,
+    Prediction, PredictionSlope, SurrogateChoice,
 };
 pub use kernel::Kernel;
 pub use levenberg::{FinalJacobian, LevenbergMarquardt, Solution};
@@ -42,6 +43,7 @@ pub use matrix::Matrix;
 pub use maximise::{Maximiser, Proposal};
 pub use stop::StopReason;
 pub use study::{
-    Ask, Best, Criterion, Objective, Outcome, RunError, Stall, Study, StudyOptions, StudyState,
-    Told,
+    Ask, Best, Criterion, Objective, Outcome, Reach, RunError, Stall, Study, StudyOptions,
+    StudyState, SurrogateRule, Told,
 };
+pub use transformation::{OutputForm, Transformation};

@@ -4,7 +4,7 @@ use crate::{
     acquisition::{
         Acquisition, Cumulants, Second, TwoStep, ln_improvement_above, ln_with_slope, one_output,
     },
-    bounds::Bounds,
+    bounds::{Bounds, Walls},
     error::AcquisitionError,
     gp::GaussianProcess,
     levenberg::on_surrogate,
@@ -42,6 +42,12 @@ impl Default for Maximiser {
     }
 }
 
+/// Candidates and the limits of their refinement.
+struct Inside {
+    candidates: Vec<Vec<f64>>,
+    walls: Walls,
+}
+
 /// A point and the criterion there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposal {
@@ -63,10 +69,36 @@ impl Maximiser {
         gp: &GaussianProcess,
         best: f64,
     ) -> Result<Proposal, AcquisitionError> {
+        let candidates = self.candidates(gp);
+        let walls = gp.bounds().unit_walls();
+        self.maximise_from(acquisition, gp, best, Inside { candidates, walls })
+    }
+
+    /// Maximises a criterion of one output in a part of the unit cube.
+    ///
+    /// # Errors
+    /// Those of [`Self::maximise`].
+    pub(crate) fn maximise_within(
+        &self,
+        acquisition: &Acquisition,
+        gp: &GaussianProcess,
+        best: f64,
+        walls: Walls,
+    ) -> Result<Proposal, AcquisitionError> {
+        let candidates = self.candidates_within(gp, &walls);
+        self.maximise_from(acquisition, gp, best, Inside { candidates, walls })
+    }
+
+    fn maximise_from(
+        &self,
+        acquisition: &Acquisition,
+        gp: &GaussianProcess,
+        best: f64,
+        Inside { candidates, walls }: Inside,
+    ) -> Result<Proposal, AcquisitionError> {
         one_output(gp)?;
         finite(best)?;
         let signal = gp.signal_variance().sqrt();
-        let candidates = self.candidates(gp);
         let mut rated = Vec::with_capacity(candidates.len());
         for chunk in candidates.chunks(128) {
             let block = gp.block(chunk);
@@ -88,7 +120,7 @@ impl Maximiser {
                 means.zip(&slope.share).map(|(m, s)| -(partial.by_mean * m + by_share * s));
             Some((-partial.value, gradient.collect()))
         };
-        Ok(self.refine(gp.bounds(), rated, self.restarts, slope))
+        Ok(self.refine(gp.bounds(), &walls, rated, self.restarts, slope))
     }
 
     /// Maximises the two-step criterion of one output. The second points are
@@ -120,7 +152,13 @@ impl Maximiser {
             Some((-value, gradient.iter().map(|g| -g).collect()))
         };
         let short = Self { evaluations: self.evaluations.div_ceil(2), ..self.clone() };
-        Ok(short.refine(gp.bounds(), rated, self.restarts.div_ceil(4), slope))
+        Ok(short.refine(
+            gp.bounds(),
+            &gp.bounds().unit_walls(),
+            rated,
+            self.restarts.div_ceil(4),
+            slope,
+        ))
     }
 
     /// Maximises the logarithm of the expected improvement of the squared norm
@@ -140,6 +178,7 @@ impl Maximiser {
         // the likely winners first: the others then need not be worked out to the end
         let mut candidates = self.surrogate_minimisers(gp);
         candidates.extend(self.candidates(gp));
+        let walls = gp.bounds().unit_walls();
         let q = gp.outputs();
         let mut floor = f64::NEG_INFINITY;
         let mut rated = Vec::with_capacity(candidates.len());
@@ -163,14 +202,14 @@ impl Maximiser {
             for (value, unit) in &mut rated {
                 *value = -norm(&gp.believe(unit).mean);
             }
-            return Ok(self.refine(gp.bounds(), rated, 0, |_| None));
+            return Ok(self.refine(gp.bounds(), &walls, rated, 0, |_| None));
         }
         let slope = |unit: &[f64]| {
             let (belief, slope) = gp.believe_with_slope(unit);
             let (value, gradient) = ln_with_slope(&belief, &slope, &signal, best_norm);
             value.is_finite().then(|| (-value, gradient.iter().map(|g| -g).collect()))
         };
-        Ok(self.refine(gp.bounds(), rated, self.restarts, slope))
+        Ok(self.refine(gp.bounds(), &walls, rated, self.restarts, slope))
     }
 
     /// Minimisers of the predicted norm.
@@ -210,10 +249,41 @@ impl Maximiser {
         all
     }
 
+    /// Candidates of a part of the unit cube, and around the incumbent in it.
+    fn candidates_within(&self, gp: &GaussianProcess, walls: &Walls) -> Vec<Vec<f64>> {
+        let Walls { lower, upper } = walls;
+        let d = lower.len();
+        let mut stream = Stream::new(self.seed, Purpose::Candidates, 2);
+        let inside = |unit: Vec<f64>| -> Vec<f64> {
+            (0..d).map(|i| lower[i] + unit[i] * (upper[i] - lower[i])).collect()
+        };
+        let mut all: Vec<Vec<f64>> = if d <= MAX_INPUTS {
+            let mut sobol = Sobol::scrambled(d, self.seed).expect("within the table");
+            (0..self.candidates).map(|_| inside(sobol.next_point())).collect()
+        } else {
+            let mut point = || (0..d).map(|_| stream.uniform()).collect();
+            (0..self.candidates).map(|_| inside(point())).collect()
+        };
+        let Some(incumbent) = gp.best_points(1).pop() else {
+            return all;
+        };
+        for radius in RADII {
+            for _ in 0..self.candidates / 16 {
+                let moved = (0..d).map(|i| {
+                    let step = radius * (upper[i] - lower[i]) * stream.normal();
+                    (incumbent[i] + step).clamp(lower[i], upper[i])
+                });
+                all.push(moved.collect());
+            }
+        }
+        all
+    }
+
     /// Refines the best candidates and returns the best of all.
     fn refine(
         &self,
         bounds: &Bounds,
+        walls: &Walls,
         mut rated: Vec<(f64, Vec<f64>)>,
         restarts: usize,
         slope: impl Fn(&[f64]) -> Option<(f64, Vec<f64>)>,
@@ -227,10 +297,9 @@ impl Maximiser {
             gradient: 1e-9,
             first_step: 0.02,
         };
-        let walls = bounds.unit_walls();
         let climb = |start: &[f64], evaluations: usize| {
             let limits = Limits { evaluations, ..limits };
-            minimise(&slope, start, &walls, limits)
+            minimise(&slope, start, walls, limits)
         };
         // every start a little, then the leader to the end
         let short = self.evaluations.div_ceil(3);

@@ -477,6 +477,31 @@ impl GaussianProcess {
         order.into_iter().take(count).map(|i| self.data.unit[i].clone()).collect()
     }
 
+    /// The observed point with the least predicted mean, for one output, and that mean: the
+    /// incumbent of observations with noise.
+    pub(crate) fn least_belief(&self) -> (usize, f64) {
+        let means = self.block(&self.data.unit).mean;
+        let less = |(i, low): (usize, f64), (j, mean): (usize, f64)| {
+            if mean < low { (j, mean) } else { (i, low) }
+        };
+        means.into_iter().enumerate().fold((0, f64::INFINITY), less)
+    }
+
+    /// Length scale of each input, as a fraction of its interval; the smaller one where an input
+    /// has several features.
+    pub(crate) fn scale_of_inputs(&self) -> Vec<f64> {
+        let mut scales = vec![f64::INFINITY; self.bounds.dimension()];
+        let jacobian = self.features.jacobian(&vec![0.3; scales.len()]);
+        for (f, inverse) in self.inverse_scale.iter().enumerate() {
+            for (scale, slope) in scales.iter_mut().zip(jacobian.row(f)) {
+                if *slope != 0.0 {
+                    *scale = scale.min(1.0 / inverse);
+                }
+            }
+        }
+        scales
+    }
+
     /// Logarithms of the hyperparameters, for a later warm start.
     pub(crate) fn theta(&self) -> &[f64] {
         &self.theta

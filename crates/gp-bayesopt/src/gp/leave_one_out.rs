@@ -25,6 +25,29 @@ pub struct LeaveOneOut {
     pub coverage_95: Option<f64>,
 }
 
+impl LeaveOneOut {
+    /// Sum of the log predictive densities of the observations, each given the others.
+    ///
+    /// ```text
+    /// −½·Σ_i [ln(2π·s_i²) + (e_i/s_i)²]
+    /// ```
+    ///
+    /// Minus infinity when a standard deviation is zero.
+    ///
+    /// # Source
+    /// Rasmussen and Williams (2006), equations 5.10 and 5.11.
+    #[must_use]
+    pub fn ln_density(&self) -> f64 {
+        let of = |(e, s): (&f64, &f64)| {
+            if *s == 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            -0.5 * (libm::log(std::f64::consts::TAU) + (e / s) * (e / s)) - libm::log(*s)
+        };
+        self.error.iter().zip(&self.std).map(of).sum()
+    }
+}
+
 impl GaussianProcess {
     /// Leave-one-out diagnostics of output `output`.
     ///

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::state::{Outcome, StudyState};
+use crate::gp::SurrogateChoice;
 
 /// Version of the layout; another one is refused.
 const VERSION: u32 = 1;
@@ -19,6 +20,9 @@ pub(super) struct Layout {
     asked: usize,
     hyperparameters: Option<Vec<f64>>,
     fitted_at: usize,
+    /// Kernel and form of the outputs of the last fit, where they are chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    chosen: Option<SurrogateChoice>,
     cancelled: bool,
 }
 
@@ -48,6 +52,7 @@ impl From<StudyState> for Layout {
             asked: state.asked,
             hyperparameters: state.hyperparameters,
             fitted_at: state.fitted_at,
+            chosen: state.chosen,
             cancelled: state.cancelled,
         }
     }
@@ -66,6 +71,7 @@ impl TryFrom<Layout> for StudyState {
             asked: layout.asked,
             hyperparameters: layout.hyperparameters,
             fitted_at: layout.fitted_at,
+            chosen: layout.chosen,
             cancelled: layout.cancelled,
         })
     }

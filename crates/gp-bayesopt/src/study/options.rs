@@ -31,6 +31,32 @@ pub enum Objective {
     Residual,
 }
 
+/// The surrogate of a study on a scalar.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SurrogateRule {
+    /// The outcomes themselves, with the kernel of [`StudyOptions::gp`].
+    #[default]
+    Given,
+    /// Kernel and output transformation that predict best ([`crate::ChosenSurrogate`]), chosen
+    /// anew whenever the hyperparameters are fitted.
+    Chosen,
+}
+
+/// The part of the box in which a criterion is maximised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Reach {
+    /// The whole box.
+    #[default]
+    Box,
+    /// A region around the best observation, which grows with success and shrinks without.
+    TrustRegion,
+    /// The box and the region in turns for three fifths of the budget beyond the first points,
+    /// then the region alone.
+    InTurns,
+}
+
 /// When a run counts as stalled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stall {
@@ -59,6 +85,10 @@ pub struct StudyOptions {
     pub stall: Option<Stall>,
     /// The surrogate.
     pub gp: GpOptions,
+    /// Rule of the surrogate, for a scalar.
+    pub surrogate: SurrogateRule,
+    /// Part of the box that is searched; for expected improvement alone.
+    pub reach: Reach,
     /// Hyperparameters are fitted at every observation up to this number of
     /// observations beyond the first points, then at every fifth.
     pub always_fit: usize,
@@ -84,10 +114,24 @@ impl StudyOptions {
                 noise: Noise::Fitted { lower: 1e-8, upper: 1e-1 },
                 ..GpOptions::default()
             },
+            surrogate: SurrogateRule::Given,
+            reach: Reach::Box,
             always_fit: 15,
             maximiser: Maximiser::default(),
             seed: 0,
         }
+    }
+
+    /// A scalar of which nothing is known: expected improvement on a surrogate whose kernel and
+    /// output transformation are chosen, in the box and a trust region in turns.
+    ///
+    /// Weak normal priors keep length scales determined, and noise is taken for possible down to
+    /// 1e-11 of the variance, so that last digits are not lost in it.
+    pub fn adaptive(bounds: Bounds, budget: usize) -> Self {
+        let scalar = Self::scalar(bounds, Criterion::ExpectedImprovement, budget);
+        let noise = Noise::Fitted { lower: 1e-11, upper: 1e-1 };
+        let gp = GpOptions { noise, prior_weight: 1e-2, ..scalar.gp };
+        Self { gp, surrogate: SurrogateRule::Chosen, reach: Reach::InTurns, ..scalar }
     }
 
     /// A residual whose norm is minimised, every entry modelled with one

@@ -2,12 +2,15 @@
 
 #[cfg(feature = "serde")]
 use super::layout::Layout;
-use super::options::{Criterion, Objective, StudyOptions};
+use super::{
+    options::{Criterion, Objective, Reach, StudyOptions, SurrogateRule},
+    region,
+};
 use crate::{
     acquisition::{Acquisition, TwoStep},
-    bounds::Bounds,
+    bounds::{Bounds, Walls},
     error::StudyError,
-    gp::GaussianProcess,
+    gp::{ChosenSurrogate, GaussianProcess, SurrogateChoice},
     matrix::{Matrix, norm},
     maximise::{Maximiser, Proposal},
     random::{Purpose, Stream},
@@ -86,6 +89,8 @@ pub struct StudyState {
     pub hyperparameters: Option<Vec<f64>>,
     /// Usable observations at the last fit.
     pub fitted_at: usize,
+    /// Kernel and form of the outputs of the last fit, where they are chosen.
+    pub chosen: Option<SurrogateChoice>,
     /// Set once the study is cancelled.
     pub cancelled: bool,
 }
@@ -291,6 +296,33 @@ impl Study {
         Some(Best { point: self.state.points[index].clone(), value, index })
     }
 
+    /// The observed point with the least predicted mean, and that mean: the best one where
+    /// observations are noisy. `None` while nothing usable was told, and for a residual.
+    ///
+    /// # Errors
+    /// [`StudyError::Fit`].
+    pub fn best_believed(&self) -> Result<Option<Best>, StudyError> {
+        if self.options.objective == Objective::Residual {
+            return Ok(None);
+        }
+        let chosen = self.chosen_surrogate()?;
+        let transformation = chosen.as_ref().map(|chosen| chosen.transformation);
+        let surrogate = match chosen {
+            Some(chosen) => Some(chosen.process),
+            None => self.surrogate()?,
+        };
+        let Some(gp) = surrogate else { return Ok(None) };
+        let (at, mean) = gp.least_belief();
+        let mut usable =
+            (0..self.state.outcomes.len()).filter(|&i| rate(&self.state.outcomes[i]).is_some());
+        let value = transformation.map_or(mean, |map| map.back(mean));
+        Ok(usable.nth(at).map(|index| Best {
+            point: self.state.points[index].clone(),
+            value,
+            index,
+        }))
+    }
+
     /// Why the study is over, if it is.
     pub fn stopped(&self) -> Option<StopReason> {
         if self.state.cancelled {
@@ -382,25 +414,18 @@ impl Study {
         }
     }
 
-    /// The surrogate of the usable observations; `None` while there are none.
+    /// The surrogate of the usable observations; `None` while there are none. With
+    /// [`SurrogateRule::Chosen`] its outputs are transformed ([`Self::chosen_surrogate`]).
     ///
     /// # Errors
     /// [`StudyError::Fit`].
     pub fn surrogate(&self) -> Result<Option<GaussianProcess>, StudyError> {
-        let usable: Vec<(&Vec<f64>, Vec<f64>)> = self
-            .state
-            .points
-            .iter()
-            .zip(&self.state.outcomes)
-            .filter_map(|(p, o)| Some((p, outputs(o)?)))
-            .collect();
-        if usable.is_empty() {
-            return Ok(None);
+        if self.chooses() {
+            return Ok(self.chosen_surrogate()?.map(|chosen| chosen.process));
         }
-        let observations = usable.len();
-        let points: Vec<Vec<f64>> = usable.iter().map(|(p, _)| (*p).clone()).collect();
-        let rows: Vec<Vec<f64>> = usable.into_iter().map(|(_, o)| o).collect();
-        let width = rows[0].len();
+        let Usable { points, rows } = self.usable();
+        let Some(width) = rows.first().map(Vec::len) else { return Ok(None) };
+        let observations = rows.len();
         let mut outputs = Matrix::zeros(observations, width);
         for (i, row) in rows.iter().enumerate() {
             outputs.row_mut(i).copy_from_slice(row);
@@ -416,6 +441,44 @@ impl Study {
         fit.map(Some).map_err(|source| StudyError::Fit { observations, source })
     }
 
+    /// The surrogate with the kernel and the transformation that predict best; `None` while
+    /// nothing usable was told, and unless [`SurrogateRule::Chosen`] is set for a scalar.
+    ///
+    /// # Errors
+    /// [`StudyError::Fit`].
+    pub fn chosen_surrogate(&self) -> Result<Option<ChosenSurrogate>, StudyError> {
+        let Usable { points, rows } = self.usable();
+        if rows.is_empty() || !self.chooses() {
+            return Ok(None);
+        }
+        let values = rows.concat();
+        let (bounds, gp) = (&self.options.bounds, &self.options.gp);
+        let warm = self.state.hyperparameters.as_deref();
+        let held = match (warm, self.state.chosen) {
+            (Some(theta), Some(choice)) if !self.fit_due(values.len()) => {
+                ChosenSurrogate::at(bounds, &points, &values, (gp, theta), choice)
+            }
+            _ => None,
+        };
+        let fit =
+            held.unwrap_or_else(|| ChosenSurrogate::fit_from(bounds, &points, &values, gp, warm));
+        let observations = values.len();
+        fit.map(Some).map_err(|source| StudyError::Fit { observations, source })
+    }
+
+    /// Tells whether the surrogate is chosen.
+    fn chooses(&self) -> bool {
+        matches!(self.options.objective, Objective::Scalar(_))
+            && self.options.surrogate == SurrogateRule::Chosen
+    }
+
+    /// Observations that inform a surrogate.
+    fn usable(&self) -> Usable {
+        let told = self.state.points.iter().zip(&self.state.outcomes);
+        let (points, rows) = told.filter_map(|(p, o)| Some((p.clone(), outputs(o)?))).unzip();
+        Usable { points, rows }
+    }
+
     /// Tells whether hyperparameters are to be fitted anew.
     fn fit_due(&self, observations: usize) -> bool {
         let beyond = observations.saturating_sub(self.design.len());
@@ -429,20 +492,28 @@ impl Study {
             seed: self.options.seed ^ (self.state.asked as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15),
             ..self.options.maximiser.clone()
         };
-        let (Some(mut gp), Some(best)) = (self.surrogate()?, self.best()) else {
+        let chosen = self.chosen_surrogate()?;
+        let choice = chosen.as_ref().map(|chosen| chosen.choice);
+        let surrogate = match chosen {
+            Some(chosen) => Some(chosen.process),
+            None => self.surrogate()?,
+        };
+        let (Some(mut gp), Some(best)) = (surrogate, self.best()) else {
             return Ok(self.random_point(0));
         };
         let observations = gp.len();
         if self.state.hyperparameters.is_none() || self.fit_due(observations) {
             self.state.hyperparameters = Some(gp.theta().to_vec());
             self.state.fitted_at = observations;
+            self.state.chosen = choice;
         }
+        let incumbent = if self.chooses() { gp.least_belief().1 } else { best.value };
         for point in &self.state.pending {
             let believed = gp.predict(point)?.mean;
             // a pending point on top of an observed one adds nothing
             let _known = gp.append(point, &believed);
         }
-        let proposal = self.maximise(&maximiser, &gp, best.value)?;
+        let proposal = self.maximise(&maximiser, &gp, incumbent)?;
         Ok(self.apart(proposal.point))
     }
 
@@ -456,7 +527,11 @@ impl Study {
         let proposal = match &self.options.objective {
             Objective::Residual => maximiser.maximise_norm(gp, best)?,
             Objective::Scalar(Criterion::ExpectedImprovement) => {
-                maximiser.maximise(&Acquisition::LogExpectedImprovement, gp, best)?
+                let criterion = Acquisition::LogExpectedImprovement;
+                match self.region(gp) {
+                    Some(walls) => maximiser.maximise_within(&criterion, gp, best, walls)?,
+                    None => maximiser.maximise(&criterion, gp, best)?,
+                }
             }
             Objective::Scalar(Criterion::LowerConfidence(confidence)) => {
                 let weight = confidence.weight(gp.len(), d);
@@ -467,6 +542,40 @@ impl Study {
             }
         };
         Ok(proposal)
+    }
+
+    /// The region in which the next point is looked for; `None` for the whole box.
+    fn region(&self, gp: &GaussianProcess) -> Option<Walls> {
+        let searched = self.state.asked.saturating_sub(self.design.len());
+        let centre = gp.best_points(1).pop().filter(|_| self.is_local(searched))?;
+        let bounds = &self.options.bounds;
+        let half_width = region::half_width(self.gains(), bounds.dimension());
+        Some(region::walls(bounds, gp, &centre, half_width))
+    }
+
+    /// Tells whether the point of this number beyond the first ones is looked for in a region.
+    fn is_local(&self, searched: usize) -> bool {
+        let total = self.options.budget.saturating_sub(self.design.len());
+        match self.options.reach {
+            Reach::Box => false,
+            Reach::TrustRegion => true,
+            Reach::InTurns => searched % 2 == 1 || searched >= total - total / 5 * 2,
+        }
+    }
+
+    /// Tells for each outcome of a point that was looked for in a region whether it was better
+    /// than all before.
+    fn gains(&self) -> Vec<bool> {
+        let first = self.state.earlier + self.design.len();
+        let (mut best, mut gains) = (f64::INFINITY, Vec::new());
+        for (i, outcome) in self.state.outcomes.iter().enumerate() {
+            let value = rate(outcome).unwrap_or(f64::INFINITY);
+            if i >= first && self.is_local(i - first) {
+                gains.push(value < best);
+            }
+            best = best.min(value);
+        }
+        gains
     }
 
     /// The point, moved when it repeats a known one and replaced when it lies
@@ -506,6 +615,12 @@ impl Study {
     fn stream(&self, attempt: u64) -> Stream {
         Stream::new(self.options.seed, Purpose::Starts, (self.state.asked as u64) << 8 | attempt)
     }
+}
+
+/// Points and outputs.
+struct Usable {
+    points: Vec<Vec<f64>>,
+    rows: Vec<Vec<f64>>,
 }
 
 /// The number that is minimised.

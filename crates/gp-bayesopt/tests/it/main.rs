@@ -1,6 +1,7 @@
 //! Integration tests, one binary.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod adaptive;
 mod baselines;
 mod conversions;
 mod gradients;
