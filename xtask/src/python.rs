@@ -14,9 +14,9 @@ use validation::say;
 const CRATE: &str = "crates/fdi-py";
 /// Largest wheel that is given out, bytes: a download that nobody thinks about.
 const MOST_BYTES: u64 = 15_000_000;
-/// Libraries whose tables go in and out, and what checks the types and runs the tests.
-const TO_TEST: [&str; 8] =
-    ["maturin", "numpy", "pandas", "polars", "pyarrow", "duckdb", "mypy", "pytest"];
+/// Libraries whose tables go in and out, one that runs FMUs, and what checks the types and runs the tests.
+const TO_TEST: [&str; 9] =
+    ["maturin", "numpy", "pandas", "polars", "pyarrow", "duckdb", "fmpy", "mypy", "pytest"];
 
 /// Builds and tests the wheel; says so where there is no Python for it.
 pub(crate) fn run(root: &Path) -> Result<()> {

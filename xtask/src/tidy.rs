@@ -44,7 +44,7 @@ const VALIDATED: [&str; 10] = [
 
 /// Edges that each crate of the workspace may have to others; a new edge comes with
 /// a page in `docs/decisions/`.
-const EDGES: [(&str, &[&str]); 13] = [
+const EDGES: [(&str, &[&str]); 14] = [
     ("recordings", &[]),
     ("fdi-report", &["recordings"]),
     ("ema-sim", &[]),
@@ -53,6 +53,7 @@ const EDGES: [(&str, &[&str]); 13] = [
     ("gp-bayesopt", &[]),
     ("fdi-core", &JOINED),
     ("greybox", &["ema-sim", "inference"]),
+    ("own-model", &["ema-sim", "inference"]),
     ("experiments", &["fdi-core", "gp-bayesopt", "inference"]),
     ("fdi-cli", &["experiments", "fdi-core", "fdi-report", "greybox", "recordings"]),
     ("validation", &VALIDATED),

@@ -49,3 +49,4 @@ pub use info::{EffectClass, EffectInfo, LoopPart, Port, Repetition};
 pub use instance::Effect;
 pub use number::{EffectParameter, MOST_PARAMETERS, MachineScales, Role, ShapeScales};
 pub use quantity::{Geometry, Quantity};
+pub use shaft_load::{ShaftMoment, ShaftTorque};

@@ -85,7 +85,7 @@ pub use back_emf::BackEmfTable;
 pub use effect::{
     Coordinate, Curve, CurveError, CurveKind, Effect, EffectClass, EffectError, EffectId,
     EffectInfo, EffectParameter, Geometry, LoopPart, MOST_PARAMETERS, MachineScales, Port,
-    Quantity, Repetition, Role, ShapeScales,
+    Quantity, Repetition, Role, ShaftMoment, ShaftTorque, ShapeScales,
 };
 pub use energy::EnergyLedger;
 pub use envelope::{Envelope, EnvelopeFilter};

@@ -9,6 +9,8 @@ mod arrow_in;
 mod arrow_out;
 mod column;
 mod error;
+mod own_document;
+mod own_model;
 mod python_in;
 mod recording;
 mod session;
@@ -101,6 +103,7 @@ fn _fdi(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<session::Answers>()?;
     module.add_function(wrap_pyfunction!(command, module)?)?;
     module.add_function(wrap_pyfunction!(simulated, module)?)?;
+    module.add_function(wrap_pyfunction!(own_model::of_own_model, module)?)?;
     module.add_function(wrap_pyfunction!(table_columns, module)?)?;
     module.add_function(wrap_pyfunction!(_panic, module)?)?;
     module.add_function(wrap_pyfunction!(_busy, module)?)?;

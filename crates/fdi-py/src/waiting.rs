@@ -51,6 +51,11 @@ impl<M, T> Teller<M, T> {
     pub(crate) fn tell(&self, message: M) -> bool {
         !self.stop.is_asked() && self.sender.send(Told::Message(message)).is_ok()
     }
+
+    /// True where nobody waits any more.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.is_asked()
+    }
 }
 
 /// Does work here, with a panic turned into an error.

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 NOTEBOOK = "docs/guide/from-recordings-to-a-decision.ipynb"
-PAGES = ["README.md", "crates/fdi-py/README.md"]
+PAGES = ["README.md", "crates/fdi-py/README.md", "docs/guide/a-model-of-your-own.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -25,7 +25,7 @@ const CHARACTERS: usize = 30;
 const FILLS: [&str; 2] = ["#e8f0fb", "#f3f0e6"];
 
 /// Column of each crate, from the left; parts of a column are allowed.
-const COLUMNS: [(&str, f64); 14] = [
+const COLUMNS: [(&str, f64); 15] = [
     ("xtask", 3.8),
     ("validation", 3.2),
     ("fdi-cli", 4.4),
@@ -34,6 +34,7 @@ const COLUMNS: [(&str, f64); 14] = [
     ("fdi-core", 1.2),
     ("fdi-report", 0.3),
     ("greybox", 4.4),
+    ("own-model", 6.3),
     ("recordings", 0.0),
     ("gp-bayesopt", 0.95),
     ("reduction", 1.9),

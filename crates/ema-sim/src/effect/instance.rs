@@ -7,7 +7,7 @@ use crate::effect::{
     law::{EffectLaw, Given},
     number::{MOST_PARAMETERS, Role},
     quantity::Geometry,
-    shaft_load::{Moment, ShaftLoad},
+    shaft_load::{Moment, ShaftLoad, ShaftMoment, ShaftTorque},
 };
 
 /// An effect with its numbers.
@@ -145,6 +145,37 @@ impl Effect {
     #[inline]
     pub(crate) fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
         catalogue::load(self.id, &self.given(), at, shaft);
+    }
+
+    /// Torque on the shaft of a machine that is not one of this crate: a shaft without a gear and
+    /// without a load.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use ema_sim::{Effect, EffectId, Geometry, ShaftMoment};
+    ///
+    /// let gravity =
+    ///     Effect::new(EffectId::Imbalance, Geometry::Rotary).with("imbalance_cos_n_m", 0.3)?;
+    /// let level = ShaftMoment { position: 0.0, speed: 1.0, time_s: 0.0 };
+    /// assert_eq!(gravity.on_shaft(&level).against, 0.3);
+    /// # Ok::<_, ema_sim::EffectError>(())
+    /// ```
+    pub fn on_shaft(&self, at: &ShaftMoment) -> ShaftTorque {
+        let mut shaft = ShaftLoad::new(0.0);
+        let moment = Moment {
+            motor_rad: at.position,
+            speed_rad_per_s: at.speed,
+            position_rad: at.position,
+            time_s: at.time_s,
+            motor_n_m: 0.0,
+            load_n_m: 0.0,
+            per_gear_ratio: 1.0,
+            since_commutation_s: 0.0,
+        };
+        self.load(&moment, &mut shaft);
+        let dry = shaft.dry_n_m.map(|[kinetic, _]| kinetic);
+        ShaftTorque { against: shaft.against_n_m, dry }
     }
 
     #[inline]

@@ -57,3 +57,23 @@ impl ShaftLoad {
         self.dry_n_m[1] = self.dry_n_m[1].map(|t| t + n_m);
     }
 }
+
+/// State of a shaft at which an effect is asked for its torque; of a linear axis m, m/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShaftMoment {
+    /// Position, rad.
+    pub position: f64,
+    /// Speed, rad/s.
+    pub speed: f64,
+    /// Time from the start of the test, s.
+    pub time_s: f64,
+}
+
+/// Torque that an effect adds on a shaft that moves; N·m, of a linear axis N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShaftTorque {
+    /// Torque against positive motion, whichever way the shaft moves.
+    pub against: f64,
+    /// Kinetic dry friction, backward and forward.
+    pub dry: [f64; 2],
+}

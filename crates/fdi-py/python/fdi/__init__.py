@@ -18,6 +18,8 @@ from ._error import FdiError
 from ._explain import Document, calibrate, explain, propose
 from ._fdi import __version__
 from ._figure import Figure
+from ._fmu import fmu
+from ._own_model import Number, OwnModel
 from ._recording import Recording
 from ._simulate import simulate
 from ._table import Table
@@ -27,6 +29,8 @@ __all__ = [
     "Document",
     "FdiError",
     "Figure",
+    "Number",
+    "OwnModel",
     "Recording",
     "Table",
     "Unit",
@@ -36,6 +40,7 @@ __all__ = [
     "diagnose",
     "explain",
     "fit_figure",
+    "fmu",
     "propose",
     "simulate",
     "spark",

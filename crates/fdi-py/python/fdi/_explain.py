@@ -12,14 +12,16 @@ from typing import TYPE_CHECKING, Any, Union
 from . import _kept
 from ._artefacts import Bundle, Unit, run
 from ._error import FdiError
+from ._own_model import Columns as Table
+from ._own_model import OwnModel, of_own_model
 from ._recording import Recording
 from ._words import column_words, everywhere, words
 
 if TYPE_CHECKING:
     from ._words import Columns
 
-#: A recording: its file, or in memory.
-OneRecording = Union[str, "os.PathLike[str]", Recording]
+#: A recording: its file, or in memory; for a model of one's own a table.
+OneRecording = Union[str, "os.PathLike[str]", Recording, Table]
 #: Recordings.
 Recordings = Union[OneRecording, Iterable[OneRecording]]
 
@@ -77,15 +79,18 @@ class Document(Mapping[str, Any]):
         return f"{head}<table>{rows}</table>"
 
 
-def _files(recordings: Recordings) -> list[str]:
-    if isinstance(recordings, (str, os.PathLike, Recording)):
-        recordings = [recordings]
+def _files(recordings: Any) -> list[str]:
+    if isinstance(recordings, (str, os.PathLike, Recording)) or hasattr(recordings, "keys"):
+        return [_file(recordings, 0)]
     return [_file(one, place) for place, one in enumerate(recordings)]
 
 
-def _file(one: OneRecording, place: int) -> str:
-    if not isinstance(one, Recording):
+def _file(one: Any, place: int) -> str:
+    if isinstance(one, (str, os.PathLike)):
         return os.fspath(one)
+    if not isinstance(one, Recording):
+        message = f"recording {place} is a table, expected a file or a `fdi.Recording`"
+        raise FdiError(message, remedy="make a `fdi.Recording` of it")
     # 24 decimals give every number of a recording back; nine are those of a time axis
     text = one.to_csv(value_decimals=24)
     return os.fspath(_kept.file_of(text.encode(), f"-{place}.csv"))
@@ -118,12 +123,19 @@ def _run(
     return Document(text, extended)
 
 
+def _refuse_beside_own_model(**given: Any) -> None:
+    """Options that read model files have no meaning for a model of one's own."""
+    for option, value in given.items():
+        if value not in (None, (), False):
+            raise FdiError(f"`{option}` has no meaning for a model of your own")
+
+
 def explain(
     train: Recordings,
     *,
     holdout: Recordings = (),
     repeat: Recordings = (),
-    model: str | os.PathLike[str] | None = None,
+    model: str | os.PathLike[str] | OwnModel | None = None,
     command: str | os.PathLike[str] | None = None,
     inverse_dynamics: bool = False,
     fidelity: str | None = None,
@@ -140,8 +152,15 @@ def explain(
 
     The options are those of ``fdi explain``. ``extended`` of the answer is the model with what was
     found, as the text of a model file. ``fidelity`` is ``"learnt"``, ``"ideal"``, ``"low"`` or
-    ``"high"``; ``bundle`` knows the learnt error, by default the embedded one.
+    ``"high"``; ``bundle`` knows the learnt error, by default the embedded one. ``model`` may be a
+    simulation of your own; recordings are then tables with its columns.
     """
+    if isinstance(model, OwnModel):
+        _refuse_beside_own_model(
+            repeat=repeat, command=command, inverse_dynamics=inverse_dynamics, fidelity=fidelity,
+            unit=unit, bundle=bundle, without=without, report=report, columns=columns,
+        )
+        return Document(of_own_model("explain", model, train, holdout))
     options = {
         "model": None if model is None else os.fspath(model),
         "command": None if command is None else os.fspath(command),
@@ -159,7 +178,7 @@ def explain(
 def calibrate(
     train: Recordings,
     *,
-    model: str | os.PathLike[str],
+    model: str | os.PathLike[str] | OwnModel,
     holdout: Recordings = (),
     repeat: Recordings = (),
     command: str | os.PathLike[str] | None = None,
@@ -170,7 +189,16 @@ def calibrate(
     jobs: int | None = None,
     stable: bool = False,
 ) -> Document:
-    """Finds the numbers of a machine from recordings of it as new; options of ``fdi calibrate``."""
+    """Finds the numbers of a machine from recordings of it as new; options of ``fdi calibrate``.
+
+    ``model`` may be a simulation of your own.
+    """
+    if isinstance(model, OwnModel):
+        _refuse_beside_own_model(
+            repeat=repeat, command=command, inverse_dynamics=inverse_dynamics, bundle=bundle,
+            columns=columns,
+        )
+        return Document(of_own_model("calibrate", model, train, holdout))
     options = {
         "model": os.fspath(model),
         "command": None if command is None else os.fspath(command),
@@ -186,17 +214,30 @@ def propose(
     *,
     holdout: Recordings = (),
     repeat: Recordings = (),
-    model: str | os.PathLike[str] | None = None,
+    model: str | os.PathLike[str] | OwnModel | None = None,
     command: str | os.PathLike[str] | None = None,
     inverse_dynamics: bool = False,
     fidelity: str | None = None,
     without: Iterable[str] = (),
+    commands: Mapping[str, Any] | None = None,
     columns: Columns | None = None,
     seed: int = 0,
     jobs: int | None = None,
     stable: bool = False,
 ) -> Document:
-    """Looks for the recording that tells open causes apart; options of ``fdi propose``."""
+    """Looks for the recording that tells open causes apart; options of ``fdi propose``.
+
+    ``model`` may be a simulation of your own; ``commands`` are then the tests to choose from, by
+    name.
+    """
+    if isinstance(model, OwnModel):
+        _refuse_beside_own_model(
+            repeat=repeat, command=command, inverse_dynamics=inverse_dynamics, fidelity=fidelity,
+            without=without, columns=columns,
+        )
+        return Document(of_own_model("propose", model, train, holdout, commands))
+    if commands is not None:
+        raise FdiError("`commands` are for a model of your own; `command` names a file")
     options = {
         "model": None if model is None else os.fspath(model),
         "command": None if command is None else os.fspath(command),

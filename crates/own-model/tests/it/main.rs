@@ -1,0 +1,3 @@
+//! Simulations of somebody else, with and without something hidden.
+
+mod pendulum;
