@@ -180,7 +180,11 @@ pub(crate) fn menu(
     if ports.sensor {
         in_the_sensor(geometry, scales, &mut causes);
     }
-    if causes.is_empty() { Err(ModelError::Nothing) } else { Ok(causes) }
+    // a model whose numbers all have tolerances can still be adequate, or not
+    if causes.is_empty() && model.numbers().is_empty() {
+        return Err(ModelError::Nothing);
+    }
+    Ok(causes)
 }
 
 fn of_number(place: usize, number: &Number) -> Result<Cause, ModelError> {
@@ -202,13 +206,17 @@ fn of_number(place: usize, number: &Number) -> Result<Cause, ModelError> {
 fn on_the_shaft(geometry: Geometry, scales: &Scales, causes: &mut Vec<Cause>) {
     let (torque, keys) = (SIZE_OVER_TORQUE * scales.torque, Keys::of(geometry));
     let port = CausePort::Load;
-    let brakes = [0.0, f64::INFINITY];
-    let friction = Size::within(keys.friction, torque, brakes);
+    let constant = Size::any(keys.torque, torque);
+    let load = Cause::plain("constant load", port, vec![constant], |s| Law::ConstantTorque(s[0]));
+    causes.push(load);
+    // where nothing moves, nothing of the motion can be told
+    if scales.speed == 0.0 || scales.travel == 0.0 {
+        return;
+    }
+    let friction = Size::within(keys.friction, torque, [0.0, f64::INFINITY]);
     causes.push(Cause::plain("dry friction", port, vec![friction], |s| Law::DryFriction(s[0])));
     let drag = Size::any(keys.drag, torque / scales.speed);
     causes.push(Cause::plain("drag", port, vec![drag], |s| Law::Drag(s[0])));
-    let constant = Size::any(keys.torque, torque);
-    causes.push(Cause::plain("constant load", port, vec![constant], |s| Law::ConstantTorque(s[0])));
     for id in ON_THE_SHAFT {
         let shapes = shapes(id, geometry, scales);
         let count = shapes.len();
@@ -295,7 +303,7 @@ fn in_the_sensor(geometry: Geometry, scales: &Scales, causes: &mut Vec<Cause>) {
     let late = Size::late("sensor_delay_s", scales.sample_s);
     let delay = Cause::plain("sensor delay", port, vec![late], |s| Law::SensorDelay(s[0]));
     causes.push(delay.of_catalogue(symbol));
-    if geometry == Geometry::Rotary {
+    if geometry == Geometry::Rotary && scales.travel > 0.0 {
         let waves = ["eccentricity_sin_rad", "eccentricity_cos_rad"];
         let waves = waves.map(|key| Size::any(key, 0.1 * scales.travel)).to_vec();
         let law = |s: &[f64]| Law::SensorEccentricity([s[0], s[1]]);

@@ -20,9 +20,9 @@ const SHOWS: f64 = 1e-3;
 pub(crate) struct Scales {
     /// Constant torque that would change a signal by its own size; zero where none does.
     pub(crate) torque: f64,
-    /// Usual speed.
+    /// Usual speed; zero where nothing moves.
     pub(crate) speed: f64,
-    /// Half of the travel.
+    /// Half of the travel; zero where nothing moves.
     pub(crate) travel: f64,
     /// Time between two samples.
     pub(crate) sample_s: f64,
@@ -49,8 +49,8 @@ impl Scales {
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
         Ok(Self {
             torque: trial.unwrap_or(0.0),
-            speed: rms(&seen.speeds).max(f64::MIN_POSITIVE),
-            travel: (0.5 * (extremes[1] - extremes[0])).max(f64::MIN_POSITIVE),
+            speed: rms(&seen.speeds),
+            travel: (0.5 * (extremes[1] - extremes[0])).max(0.0),
             sample_s: 1.0 / test.rate_hz,
             inertia,
         })
