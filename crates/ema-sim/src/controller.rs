@@ -1,5 +1,7 @@
 //! Position and speed cascade, shared by both fidelities.
 
+mod lanes;
+
 use crate::{
     noise::NoiseSource,
     params::{Actuator, Controller, PositionSensor},
@@ -46,7 +48,7 @@ impl Law {
             ControlMode::Speed => self.gear_ratio * command,
         };
         let limit = self.controller.speed_limit_rad_per_s;
-        asked.clamp(-limit, limit) - speed_rad_per_s
+        within(asked, limit) - speed_rad_per_s
     }
 
     /// Current asked for by the proportional and the integral part.
@@ -62,8 +64,17 @@ impl Law {
     pub(crate) fn limited_a(&self, wanted_a: f64, error: f64, integral_a: f64) -> (f64, f64) {
         let limit_a = self.controller.current_limit_a;
         let growth_a = if wanted_a.abs() < limit_a { self.integral_step * error } else { 0.0 };
-        (wanted_a.clamp(-limit_a, limit_a), integral_a + growth_a)
+        (within(wanted_a, limit_a), integral_a + growth_a)
     }
+}
+
+/// A value within a limit on its size: a clamp whose limit is known to be none below zero, without
+/// a branch.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+pub(crate) fn within(value: f64, limit: f64) -> f64 {
+    let raised = if value < -limit { -limit } else { value };
+    if raised > limit { limit } else { raised }
 }
 
 /// The sampled cascade with its sensors.

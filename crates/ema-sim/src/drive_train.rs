@@ -258,6 +258,11 @@ impl DriveTrain {
         self.nominal
     }
 
+    /// Friction and torque as effects make them.
+    pub(crate) fn friction(&self) -> FrictionState {
+        self.friction
+    }
+
     /// Takes on what effects make of friction and torque.
     pub(crate) fn set_friction(&mut self, friction: FrictionState) {
         self.friction = friction;
@@ -308,16 +313,21 @@ impl DriveTrain {
 
     /// Torque on the moving shaft besides the motor's and the viscous one.
     pub(crate) fn external_n_m(&self) -> f64 {
-        let load = match self.contact {
+        let kinetic_n_m = self.kinetic_n_m();
+        -self.direction.sign() * kinetic_n_m - self.felt_load_n_m() - self.friction.against_n_m
+    }
+
+    /// What the moving shaft feels of load and surface friction.
+    pub(crate) fn felt_load_n_m(&self) -> f64 {
+        match self.contact {
             Contact::Free => 0.0,
             Contact::Upper => self.load_forward_n_m,
             Contact::Lower => self.load_backward_n_m,
-        };
-        -self.direction.sign() * self.kinetic_n_m() - load - self.friction.against_n_m
+        }
     }
 
     /// Kinetic friction of the present direction.
-    fn kinetic_n_m(&self) -> f64 {
+    pub(crate) fn kinetic_n_m(&self) -> f64 {
         self.friction.kinetic_n_m[usize::from(self.direction != Direction::Backward)]
     }
 
@@ -366,26 +376,33 @@ impl DriveTrain {
 
     /// Motor torques between which a shaft at rest stays there.
     pub(crate) fn breakaway_n_m(&self) -> (f64, f64) {
+        let [static_backward, static_forward] = self.friction.static_n_m;
+        let (backward, forward) = self.holding_n_m();
+        let against = self.friction.against_n_m;
+        (-static_backward + backward + against, static_forward + forward + against)
+    }
+
+    /// What holds a shaft at rest beside its static friction, backward and forward: the load
+    /// where a flank touches, a stop without end.
+    pub(crate) fn holding_n_m(&self) -> (f64, f64) {
         let most = self.stop_rad + self.half_play_rad;
         let (low, high) =
             (self.left_at_rad - self.half_play_rad, self.left_at_rad + self.half_play_rad);
-        let [static_backward, static_forward] = self.friction.static_n_m;
         let forward = if self.angle_rad >= most {
             f64::INFINITY
         } else if self.angle_rad >= high {
-            static_forward + self.load_forward_n_m
+            self.load_forward_n_m
         } else {
-            static_forward
+            0.0
         };
         let backward = if self.angle_rad <= -most {
             f64::NEG_INFINITY
         } else if self.angle_rad <= low {
-            -static_backward + self.load_backward_n_m
+            self.load_backward_n_m
         } else {
-            -static_backward
+            0.0
         };
-        let against = self.friction.against_n_m;
-        (backward + against, forward + against)
+        (backward, forward)
     }
 
     /// The shaft has come to zero speed: the surface is left where it is, and the motor torque

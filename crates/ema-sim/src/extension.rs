@@ -59,6 +59,19 @@ impl MotorState {
     }
 }
 
+/// A span over which friction and torque are held.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldSpan {
+    /// The motor at its start.
+    pub(crate) from: MotorState,
+    /// Turn of the motor to its middle.
+    pub(crate) turn_rad: f64,
+    pub(crate) direction: Direction,
+    pub(crate) half_s: f64,
+    /// True where it is an instant.
+    pub(crate) is_instant: bool,
+}
+
 /// Effects of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Extension {
@@ -171,38 +184,49 @@ impl Extension {
         acceleration: f64,
         span_s: f64,
     ) {
-        let half_s = if train.direction == Direction::Stuck { 0.0 } else { 0.5 * span_s };
+        let direction = train.direction;
+        let half_s = if direction == Direction::Stuck { 0.0 } else { 0.5 * span_s };
         let at = self.middle(train, now, acceleration, half_s);
-        let nominal = train.nominal_friction();
+        let from = MotorState { angle_rad: train.angle_rad, speed_rad_per_s: now.speed_rad_per_s };
+        let turn_rad = at.motor_rad - now.motor_rad;
+        let span = HeldSpan { from, turn_rad, direction, half_s, is_instant: span_s == 0.0 };
+        let friction = self.friction(train.nominal_friction(), &at, &span);
+        train.set_friction(friction);
+    }
+
+    /// Friction and torque of a span by the state in its middle, from those without effects.
+    pub(crate) fn friction(
+        &mut self,
+        nominal: FrictionState,
+        at: &Moment,
+        span: &HeldSpan,
+    ) -> FrictionState {
         let mut load = ShaftLoad::new(nominal.against_n_m);
         for effect in &self.effects {
-            effect.load(&at, &mut load);
+            effect.load(at, &mut load);
         }
         let mut friction = with_effects(nominal, &load);
-        let turn_rad = at.motor_rad - now.motor_rad;
         if let Some(bristles) = &mut self.parts.bristles {
-            bend(bristles, &mut friction, turn_rad, at.speed_rad_per_s);
+            bend(bristles, &mut friction, span.turn_rad, at.speed_rad_per_s);
         }
         if let Some(shaft) = &self.parts.elastic_shaft {
             let r = self.parts.machine.per_gear_ratio;
             if !shaft.followed {
-                let from =
-                    MotorState { angle_rad: train.angle_rad, speed_rad_per_s: now.speed_rad_per_s };
                 let to = MotorState {
-                    angle_rad: train.angle_rad + turn_rad,
+                    angle_rad: span.from.angle_rad + span.turn_rad,
                     speed_rad_per_s: at.speed_rad_per_s,
                 };
-                let surface = shaft.predicted(from.at_surface(r), half_s);
+                let surface = shaft.predicted(span.from.at_surface(r), span.half_s);
                 let passed = shaft.passed_n_m(to.at_surface(r), surface);
-                feel(shaft, &mut friction, r, passed, train.direction);
-            } else if span_s == 0.0 && now.speed_rad_per_s == 0.0 {
+                feel(shaft, &mut friction, r, passed, span.direction);
+            } else if span.is_instant && span.from.speed_rad_per_s == 0.0 {
                 // what holds a shaft that has just come to rest
-                let motor = ShaftState { angle_rad: train.angle_rad * r, speed_rad_per_s: 0.0 };
+                let motor = ShaftState { angle_rad: span.from.angle_rad * r, speed_rad_per_s: 0.0 };
                 let passed = shaft.passed_n_m(motor, shaft.state());
                 feel(shaft, &mut friction, r, passed, Direction::Stuck);
             }
         }
-        train.set_friction(friction);
+        friction
     }
 
     /// The state in the middle of a span, predicted from its start.
@@ -248,6 +272,28 @@ impl Extension {
         }
         self.since_commutation_s += span_s;
         self.parts.winding.warm(span_s, heat_w);
+    }
+
+    /// Takes over where a machine that was run elsewhere stands in time.
+    pub(crate) fn put_time(&mut self, time_s: f64, since_commutation_s: f64) {
+        (self.time_s, self.since_commutation_s) = (time_s, since_commutation_s);
+    }
+
+    /// Takes over the friction by which bristles bend, where there are some.
+    pub(crate) fn put_levels(&mut self, level_n_m: [f64; 2]) {
+        if let Some(bristles) = &mut self.parts.bristles {
+            bristles.level_n_m = level_n_m;
+        }
+    }
+
+    /// Time since the motor has commutated last.
+    pub(crate) fn since_commutation_s(&self) -> f64 {
+        self.since_commutation_s
+    }
+
+    /// Parts with a state, and the length of segments that they ask for.
+    pub(crate) fn parts(&self) -> &Parts {
+        &self.parts
     }
 
     /// Time from the start.
@@ -335,11 +381,16 @@ impl Extension {
         }
     }
 
+    /// The position that its sensor shows, given that of the surface, once a tick; with the error
+    /// of the gear.
+    pub(crate) fn shown_of_rad(&mut self, position_rad: f64, motor_rad: f64) -> f64 {
+        self.read_position_rad(position_rad + self.error_rad(motor_rad), motor_rad)
+    }
+
     /// The position that its sensor shows, once a tick; with the error of the gear.
     #[inline(never)]
     pub(crate) fn shown_position_rad(&mut self, train: &DriveTrain, motor_rad: f64) -> f64 {
-        let position = self.position_in(train, 0.0) + self.error_rad(motor_rad);
-        self.read_position_rad(position, motor_rad)
+        self.shown_of_rad(self.position_in(train, 0.0), motor_rad)
     }
 
     /// The position that its sensor shows, a tick after it was read last.

@@ -98,9 +98,9 @@ pub use load::{HingeMoment, Load};
 pub use low_fidelity::LowFidelity;
 #[cfg(feature = "model-file")]
 pub use machine_kind::{
-    CommandKind, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber, MachineRun,
-    MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
-    PreparedTest, bandwidth_hz, resolved_hz, shown_while_followed,
+    CommandKind, DriveRun, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber,
+    MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
+    NumberValue, PreparedTest, bandwidth_hz, resolved_hz, shown_while_followed,
 };
 pub use motion_term::MotionTerm;
 pub use parameter::{Block, Parameter};

@@ -125,6 +125,12 @@ impl LowFidelity {
         Ok(self)
     }
 
+    /// Rate of the controller, and of all signals.
+    #[cfg(feature = "model-file")]
+    pub(crate) fn rate_hz(&self) -> f64 {
+        self.actuator.controller.sample_hz
+    }
+
     /// Scales of the machine in a run of the test.
     pub fn scales(&self, trace: &LowFidelityTrace) -> MachineScales {
         let rms = |values: &[f64]| {

@@ -11,7 +11,7 @@ mod run;
 
 pub use follow::{resolved_hz, shown_while_followed};
 pub use run::{
-    CommandKind, MachineRun, MachineSignals, MachineTest, MachineTestError, PreparedTest,
+    CommandKind, DriveRun, MachineRun, MachineSignals, MachineTest, MachineTestError, PreparedTest,
 };
 
 use crate::{
@@ -223,6 +223,10 @@ pub trait MachineKind {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<Vec<f64>, MachineTestError>;
+
+    /// Drive signals alone of many runs, each with numbers of its own: what [`drive`](Self::drive)
+    /// gives of each after [`set_numbers`](Self::set_numbers), bit for bit, in less time.
+    fn drives(&self, runs: &[DriveRun<'_>]) -> Vec<Result<Vec<f64>, MachineTestError>>;
 }
 
 /// Bandwidth of the faster of the loops for position and speed, Hz.

@@ -1,13 +1,17 @@
 //! The machine at a given set-point, from event to event: the low-fidelity actuator and the
 //! servo axis.
 
+mod groups;
 mod lanes;
+mod own_lanes;
 mod quadrature_loop;
 mod regulated;
 
 use std::sync::Arc;
 
+pub(crate) use groups::{Group, LaneLaw, Member};
 pub(crate) use lanes::{Lanes, NARROW, WIDTH};
+pub(crate) use own_lanes::{Kept, LaneControl, Seen, Wide};
 
 use self::{quadrature_loop::QuadratureLoop, regulated::RegulatedSegment};
 
@@ -36,6 +40,8 @@ const REFRESH_TICKS: usize = 64;
 
 /// Share of a tick below which no segment is cut, however fast the rotor turns.
 const SHORTEST_RATIO: f64 = 1e-3;
+/// Share of a tick that is no segment with effects.
+const LEAST_LEFT: f64 = 1e-9;
 /// Events in a tick beyond which they are put off; in ordinary motion there are a handful.
 const MOST_IN_A_TICK: u32 = 1 << 12;
 
@@ -412,15 +418,18 @@ impl Run {
             return self.advance_by_voltage(reference, span_s);
         };
         for held in extension.delayed(reference) {
-            let mut left_s = held.share * span_s;
-            let least_s = 1e-9 * span_s;
-            let mut event_limit = EventLimit::over(span_s, MOST_IN_A_TICK);
-            while left_s > least_s && !self.guard.has_passed() {
-                left_s -=
-                    self.extended_segment(&mut extension, held.value, left_s, &mut event_limit);
-            }
+            self.hold_with(&mut extension, held.value, held.share * span_s, span_s);
         }
         self.extension = Some(extension);
+    }
+
+    /// Holds a set-point with effects for what is left of a tick.
+    fn hold_with(&mut self, extension: &mut Extension, value: f64, mut left_s: f64, span_s: f64) {
+        let least_s = LEAST_LEFT * span_s;
+        let mut event_limit = EventLimit::over(span_s, MOST_IN_A_TICK);
+        while left_s > least_s && !self.guard.has_passed() {
+            left_s -= self.extended_segment(extension, value, left_s, &mut event_limit);
+        }
     }
 
     #[inline(never)]

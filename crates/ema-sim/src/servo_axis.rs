@@ -19,10 +19,10 @@ use crate::{
     parameter::{Keyed, kinetic_within_static},
     parameter_error::ParameterError,
     params::least_inertia,
-    plant::{Additions, Run},
+    plant::{Additions, Group, Kept, Member, Run},
     runaway::Runaway,
     scenario::{Command, MOST_TICKS},
-    servo_control::{AxisCascade, AxisController, Drive, Feedback},
+    servo_control::{Asked, AxisCascade, AxisController, AxisLane, Drive, Feedback},
     simulation_error::SimulationError,
     speed_guard::SpeedGuard,
 };
@@ -487,6 +487,55 @@ impl ServoAxisSimulation {
         trace.segments = run.segments;
         trace.runaway = run.guard.told(&self.effects, axis.geometry);
         trace.filled(self.command.len())
+    }
+
+    /// Drive signal alone of many tests, of axes, effects and lengths of their own, every `step`-th
+    /// value: the current as its sensor shows it, of [`Drive::Amplifier`] the output. What
+    /// [`simulate`](Self::simulate) gives, bit for bit; tests go side by side where they can.
+    #[cfg(feature = "model-file")]
+    pub(crate) fn drives_every(step: usize, tests: &[(&Self, &PhysicalFaults)]) -> Vec<Vec<f64>> {
+        let mut drives = vec![Vec::new(); tests.len()];
+        let (mut currents, mut outputs) = (Vec::new(), Vec::new());
+        for (place, (test, faults)) in tests.iter().enumerate() {
+            let member = test.member(faults, place);
+            match (member, test.axis.drive) {
+                (Some(member), Drive::Amplifier) => outputs.push(member),
+                (Some(member), _) => currents.push(member),
+                (None, drive) => {
+                    let trace = test.simulate(faults);
+                    let shown =
+                        if drive == Drive::Amplifier { trace.output } else { trace.current };
+                    drives[place] = shown.into_iter().step_by(step).collect();
+                }
+            }
+        }
+        for (kept, members) in [(Kept::Current, currents), (Kept::Output, outputs)] {
+            Group { members, kept, step }.run(|place, drive| drives[place] = drive);
+        }
+        drives
+    }
+
+    /// The run of a test at its start; `None` where it has to go alone.
+    #[cfg(feature = "model-file")]
+    fn member(&self, faults: &PhysicalFaults, place: usize) -> Option<Member<'_, AxisLane>> {
+        let axis = self.axis.rescaled(&rescaling(&self.effects));
+        let (law, start) = (&axis.controller, &self.scenario.start);
+        let tick_s = 1.0 / law.sample_hz;
+        let run = self.start(&axis, faults, tick_s);
+        let asked = match self.scenario.input {
+            AxisInput::Position(_) => Asked::Position,
+            AxisInput::Speed(_) => Asked::Speed,
+            AxisInput::Output(_) => Asked::Output,
+        };
+        let law = AxisLane {
+            asked,
+            cascade: AxisCascade::new(law, start.position, start.speed, start.output),
+            start: start.position,
+            is_plain: self.effects.is_empty(),
+        };
+        let commands = &self.command;
+        let is_plain = self.finer >= 1.0 && run.joins_lanes();
+        is_plain.then_some(Member { place, run, law, commands, tick_s })
     }
 
     /// The controller's output at each tick of the test, A or V, when its sensors show the

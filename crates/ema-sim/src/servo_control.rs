@@ -1,6 +1,10 @@
 //! The controller of a servo axis: a sampled cascade of position and speed.
 
-use crate::quantisation::quantised;
+mod lanes;
+
+pub(crate) use lanes::{Asked, AxisLane};
+
+use crate::{controller::within, quantisation::quantised};
 
 /// Stage between the controller's output and the motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +74,7 @@ pub struct AxisController {
 pub(crate) struct AxisCascade {
     law: AxisController,
     tick_s: f64,
-    position_integral: f64,
-    speed_integral: f64,
+    integrals: Integrals,
     last_error: Option<f64>,
     /// The latest positions, newest first.
     positions: Vec<f64>,
@@ -85,8 +88,7 @@ impl AxisCascade {
         Self {
             law: *law,
             tick_s,
-            position_integral: 0.0,
-            speed_integral: output,
+            integrals: Integrals { position: 0.0, speed: output },
             last_error: None,
             positions: (1..=law.speed_samples.max(1)).map(before).collect(),
         }
@@ -110,35 +112,60 @@ impl AxisCascade {
     pub(crate) fn position(&mut self, command: f64, position: f64, speed: f64) -> f64 {
         let (position, speed) = self.measured(position, speed);
         let error = command - position;
-        let rate = (error - self.last_error.unwrap_or(error)) / self.tick_s;
-        self.last_error = Some(error);
-        let law = &self.law;
-        let wanted = law.position_gain_per_s * error
-            + self.position_integral
-            + law.position_derivative_ratio * rate;
-        let limit = law.speed_limit;
-        let step = law.position_integral_per_s2 * self.tick_s * error;
-        let (output, saturated) = self.regulate(wanted.clamp(-limit, limit), speed);
-        if !saturated {
-            self.position_integral += step;
-        }
-        output
+        let before = self.last_error.replace(error).unwrap_or(error);
+        self.integrals.position(&self.law, self.tick_s, [error, before], speed)
     }
 
     /// One tick in speed control.
     pub(crate) fn speed(&mut self, command: f64, position: f64, speed: f64) -> f64 {
         let (_, speed) = self.measured(position, speed);
-        self.regulate(command, speed).0
+        self.integrals.regulate(&self.law, self.tick_s, command, speed).0
+    }
+}
+
+/// Integral parts of a cascade.
+#[derive(Clone, Copy, Debug)]
+struct Integrals {
+    position: f64,
+    speed: f64,
+}
+
+impl Integrals {
+    /// The output by the errors of the position, now and a tick before, and the speed.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    fn position(
+        &mut self,
+        law: &AxisController,
+        tick_s: f64,
+        [error, before]: [f64; 2],
+        speed: f64,
+    ) -> f64 {
+        let rate = (error - before) / tick_s;
+        let wanted =
+            law.position_gain_per_s * error + self.position + law.position_derivative_ratio * rate;
+        let step = law.position_integral_per_s2 * tick_s * error;
+        let (output, saturated) =
+            self.regulate(law, tick_s, within(wanted, law.speed_limit), speed);
+        self.position = if saturated { self.position } else { self.position + step };
+        output
     }
 
-    fn regulate(&mut self, reference: f64, speed: f64) -> (f64, bool) {
+    /// The output by the speed asked for and the speed, and whether it is at its limit.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    fn regulate(
+        &mut self,
+        law: &AxisController,
+        tick_s: f64,
+        reference: f64,
+        speed: f64,
+    ) -> (f64, bool) {
         let error = reference - speed;
-        let wanted = self.law.speed_gain * error + self.speed_integral;
-        let limit = self.law.output_limit;
-        let saturated = wanted.abs() >= limit;
-        if !saturated {
-            self.speed_integral += self.law.speed_integral * self.tick_s * error;
-        }
-        (wanted.clamp(-limit, limit), saturated)
+        let wanted = law.speed_gain * error + self.speed;
+        let saturated = wanted.abs() >= law.output_limit;
+        let step = law.speed_integral * tick_s * error;
+        self.speed = if saturated { self.speed } else { self.speed + step };
+        (within(wanted, law.output_limit), saturated)
     }
 }

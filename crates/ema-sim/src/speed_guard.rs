@@ -58,6 +58,11 @@ impl SpeedGuard {
         Self { most: OVER_IMPULSE * (start.abs() + force * duration_s / inertia), passed: None }
     }
 
+    /// Largest speed.
+    pub(crate) fn most(&self) -> f64 {
+        self.most
+    }
+
     /// Looks at the speed at a time.
     #[inline]
     pub(crate) fn watch(&mut self, time_s: f64, speed: f64) {

@@ -1,10 +1,10 @@
 //! The nominal machine with free numbers, damage and effects, run on the command of a recording.
 
 use ema_sim::{
-    CommandKind, Effect, Electronics, FaultCoordinates, FaultId, Geometry, MachineKind,
-    MachineNumber, MachineRun, MachineSignals, MachineTestError, ModelFidelity, MotionTerm,
-    NumberValue, PhysicalFaults, PreparedTest, bandwidth_hz, model_file::MachineModel, resolved_hz,
-    shown_while_followed,
+    CommandKind, DriveRun, Effect, EffectId, Electronics, FaultCoordinates, FaultId, Geometry,
+    MachineKind, MachineNumber, MachineRun, MachineSignals, MachineTest, MachineTestError,
+    ModelFidelity, MotionTerm, NumberValue, PhysicalFaults, PreparedTest, bandwidth_hz,
+    model_file::MachineModel, resolved_hz, shown_while_followed,
 };
 
 use crate::{error::GreyboxError, record::Record};
@@ -62,6 +62,26 @@ impl State {
         for effects in &mut self.in_record {
             effects.push(effect.clone());
         }
+    }
+}
+
+/// A run of which the drive signal alone is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AskedDrive<'a> {
+    pub(crate) state: &'a State,
+    pub(crate) record: &'a Record,
+    /// What runs of the recording's command have in common.
+    pub(crate) ready: &'a PreparedTest,
+    /// Place of the recording among those compared.
+    pub(crate) place: usize,
+}
+
+impl AskedDrive<'_> {
+    /// What runs have alike that cost alike.
+    pub(crate) fn likeness(&self) -> (Vec<EffectId>, usize) {
+        let State { effects, in_record, .. } = self.state;
+        let acting = in_record.get(self.place).unwrap_or(effects);
+        (acting.iter().map(Effect::id).collect(), self.record.command.len())
     }
 }
 
@@ -129,10 +149,14 @@ impl Machine {
     /// The model with its rough numbers replaced.
     pub(crate) fn with_rough(&self, values: &[f64]) -> MachineModel {
         let mut model = self.model.clone();
-        let of = |(rough, value): (&Rough, &f64)| NumberValue { place: rough.place, value: *value };
-        let values: Vec<NumberValue> = self.rough.iter().zip(values).map(of).collect();
-        model.kind_mut().set_numbers(&values);
+        model.kind_mut().set_numbers(&self.number_values(values));
         model
+    }
+
+    /// Values of the rough numbers by their places.
+    fn number_values(&self, values: &[f64]) -> Vec<NumberValue> {
+        let of = |(rough, value): (&Rough, &f64)| NumberValue { place: rough.place, value: *value };
+        self.rough.iter().zip(values).map(of).collect()
     }
 
     /// Torque, or force, over the drive signal; for scales.
@@ -264,19 +288,30 @@ impl Machine {
         self.kind().prepare(&record.test())
     }
 
-    /// The drive signal alone of a run on the command of a recording, for which the machine was
-    /// made [ready](Self::prepared).
-    pub(crate) fn drive(
+    /// The drive signals alone of runs, each in a state and on the command of a recording.
+    pub(crate) fn drives(&self, asked: &[AskedDrive<'_>]) -> Vec<Result<Vec<f64>, GreyboxError>> {
+        let prepared: Vec<_> = asked.iter().map(|asked| self.prepared_drive(*asked)).collect();
+        let run = |n: usize| {
+            let (test, numbers, faults, effects) = &prepared[n];
+            DriveRun { numbers, test, prepared: asked[n].ready, faults, effects }
+        };
+        let runs: Vec<DriveRun<'_>> = (0..asked.len()).map(run).collect();
+        let drives = self.kind().drives(&runs).into_iter().zip(asked);
+        drives
+            .map(|(drive, AskedDrive { record, .. })| {
+                finite(drive.map_err(|reason| refused(record, reason))?, record)
+            })
+            .collect()
+    }
+
+    /// Test, numbers, damage and effects of a run.
+    fn prepared_drive<'a>(
         &self,
-        state: &State,
-        record: &Record,
-        ready: &PreparedTest,
-        place: usize,
-    ) -> Result<Vec<f64>, GreyboxError> {
-        let (model, faults) = (self.with_rough(&state.rough), PhysicalFaults::from(&state.faults));
-        let effects = self.acting(state, place);
-        let drive = model.kind().drive(&record.test(), ready, &faults, &effects);
-        finite(drive.map_err(|reason| refused(record, reason))?, record)
+        AskedDrive { state, record, place, .. }: AskedDrive<'a>,
+    ) -> (MachineTest<'a>, Vec<NumberValue>, PhysicalFaults, Vec<Effect>) {
+        let numbers = self.number_values(&state.rough);
+        let faults = PhysicalFaults::from(&state.faults);
+        (record.test(), numbers, faults, self.acting(state, place))
     }
 
     fn run(

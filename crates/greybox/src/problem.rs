@@ -6,7 +6,7 @@ use inference::{BandedCholesky, rms};
 use crate::{
     anchor::{Anchor, loop_covariance},
     error::GreyboxError,
-    machine::{Machine, State},
+    machine::{AskedDrive, Machine, State},
     mains::Mains,
     parallel,
     record::Record,
@@ -17,6 +17,9 @@ use crate::{
 const SETTLING_S: f64 = 0.3;
 /// Share of the rough part of a residual that is of the sensors at least.
 const LEAST_SENSOR_SHARE: f64 = 0.01;
+
+/// Runs that a thread is given at a time: as many as go side by side.
+const SIDE_BY_SIDE: usize = 16;
 
 /// Signals of all recordings, one after the other.
 pub(crate) type PerRecord = Vec<Vec<f64>>;
@@ -72,10 +75,14 @@ impl<'a> Prepared<'a> {
         prepared
     }
 
-    /// The drive signal of a machine on its command, as it is compared.
-    pub(crate) fn drive(&self, machine: &Machine, state: &State) -> Result<Vec<f64>, GreyboxError> {
-        let drive = self.reduce(&machine.drive(state, self.record, &self.test, self.place)?);
-        Ok(self.of_equal_noise(self.moved(drive)))
+    /// A drive signal of the simple model as it is compared.
+    fn compared(&self, drive: &[f64]) -> Vec<f64> {
+        self.of_equal_noise(self.moved(self.reduce(drive)))
+    }
+
+    /// A run in a state on its command.
+    fn asked<'s>(&'s self, state: &'s State) -> AskedDrive<'s> {
+        AskedDrive { state, record: self.record, ready: &self.test, place: self.place }
     }
 
     /// An averaged drive signal of the simple model, moved to what the finer one gives.
@@ -243,10 +250,10 @@ impl<'a> Problem<'a> {
     pub(crate) fn sensor_noise(&self, state: &State) -> Result<f64, GreyboxError> {
         let rough = |signal: &[f64]| second_differences(signal).map(|d| d * d).sum::<f64>() / 6.0;
         let (mut all, mut of_loop, mut count) = (0.0, 0.0, 0.0);
-        for prepared in &self.records {
+        let asked: Vec<AskedDrive<'_>> = self.records.iter().map(|r| r.asked(state)).collect();
+        for (prepared, drive) in self.records.iter().zip(self.machine.drives(&asked)) {
             let Some(anchored) = &prepared.anchored else { continue };
-            let drive =
-                self.machine.drive(state, prepared.record, &prepared.test, prepared.place)?;
+            let drive = drive?;
             let drive = prepared.moved(prepared.reduce(&drive));
             let left: Vec<f64> = prepared.averaged.iter().zip(&drive).map(|(y, s)| y - s).collect();
             all += rough(&left);
@@ -277,15 +284,38 @@ impl<'a> Problem<'a> {
 
     /// The drive signals of several states, as compared: by state, then by recording.
     pub(crate) fn drives(&self, states: &[State]) -> Result<Vec<PerRecord>, GreyboxError> {
-        let work: Vec<(&State, &Prepared<'_>)> = states
-            .iter()
-            .flat_map(|state| self.records.iter().map(move |record| (state, record)))
-            .collect();
-        let of = |(state, prepared): &(&State, &Prepared<'_>)| prepared.drive(self.machine, state);
+        let places = 0..self.records.len();
+        let work = states.iter().flat_map(|state| places.clone().map(move |n| (state, n)));
         let drives: Result<Vec<Vec<f64>>, _> =
-            parallel::map(&work, self.jobs, of).into_iter().collect();
+            self.drives_each(&work.collect::<Vec<_>>()).into_iter().collect();
         let mut drives = drives?.into_iter();
         Ok(states.iter().map(|_| drives.by_ref().take(self.records.len()).collect()).collect())
+    }
+
+    /// The drive signals, as compared, of states on the commands of recordings by their places.
+    /// Runs that are alike go side by side.
+    pub(crate) fn drives_each(
+        &self,
+        work: &[(&State, usize)],
+    ) -> Vec<Result<Vec<f64>, GreyboxError>> {
+        let asked: Vec<AskedDrive<'_>> =
+            work.iter().map(|(state, place)| self.records[*place].asked(state)).collect();
+        let mut order: Vec<usize> = (0..work.len()).collect();
+        order.sort_by_cached_key(|&n| asked[n].likeness());
+        let together = work.len().div_ceil(self.jobs.max(1)).clamp(1, SIDE_BY_SIDE);
+        let chunks: Vec<&[usize]> = order.chunks(together).collect();
+        let done = parallel::map(&chunks, self.jobs, |chunk| {
+            let asked: Vec<AskedDrive<'_>> = chunk.iter().map(|&n| asked[n]).collect();
+            let drives = self.machine.drives(&asked).into_iter().zip(*chunk);
+            let compared = |(drive, n): (Result<Vec<f64>, _>, &usize)| {
+                Ok(self.records[work[*n].1].compared(&drive?))
+            };
+            drives.map(compared).collect::<Vec<_>>()
+        });
+        let mut drives: Vec<(usize, _)> =
+            order.into_iter().zip(done.into_iter().flatten()).collect();
+        drives.sort_by_key(|(n, _)| *n);
+        drives.into_iter().map(|(_, drive)| drive).collect()
     }
 
     /// Measured less predicted.

@@ -11,7 +11,6 @@ use crate::{
     gram::dot,
     hypothesis::{Family, Scales, differs_by_record, first_size, is_nonlinear_in_size, multiples},
     machine::State,
-    parallel,
     problem::{PerRecord, Problem},
 };
 
@@ -64,6 +63,21 @@ struct Candidate<'f> {
     multiple: f64,
 }
 
+/// The search for a size of an effect that is seen.
+struct Sizing<'c> {
+    plain: &'c Effect,
+    place: usize,
+    size: f64,
+    /// Recordings that were asked so far, and that are asked now.
+    among: Range<usize>,
+    asked: Option<Range<usize>>,
+    wanted: [f64; 2],
+    /// How often it may still be changed.
+    left: usize,
+    /// What it does; `None` where the machine cannot have it.
+    columns: Option<PerRecord>,
+}
+
 impl Trial<'_> {
     /// Switches on each effect in each shape. What does nothing at all in its first shape, as a
     /// resistance where the supply is never used up, is tried in no other.
@@ -83,67 +97,76 @@ impl Trial<'_> {
 
     /// Candidates that this machine, or this machine with the others, can have.
     fn of(&self, candidates: &[&Candidate<'_>]) -> Result<Vec<Tried>, GreyboxError> {
-        let outcomes = parallel::map(candidates, self.problem.jobs, |of| self.tried(of));
-        outcomes.into_iter().filter_map(Result::transpose).collect()
-    }
-
-    fn tried(&self, candidate: &Candidate<'_>) -> Result<Option<Tried>, GreyboxError> {
-        let Candidate { family, sizes, plain, .. } = candidate;
-        let mut tried = Tried {
-            family: *family,
-            plain: (*plain).clone(),
-            sizes: Vec::new(),
-            columns: Vec::new(),
+        let places = |candidate: &&'_ Candidate<'_>| candidate.sizes.len();
+        let mut sizings: Vec<Sizing<'_>> = candidates
+            .iter()
+            .flat_map(|of| of.sizes.iter().map(|&place| self.sizing(of, place)))
+            .collect();
+        self.settle(&mut sizings)?;
+        let mut sizings = sizings.into_iter();
+        let mut of = |candidate: &&Candidate<'_>| {
+            let sized: Vec<Sizing<'_>> = sizings.by_ref().take(places(candidate)).collect();
+            tried(candidate, sized)
         };
-        for &place in *sizes {
-            let Some((size, columns)) = self.sized(candidate, place)? else { return Ok(None) };
-            if differs_by_record(plain.id()) {
-                for record in 0..columns.len() {
-                    tried.sizes.push((place, size));
-                    tried.columns.push(alone(&columns, record));
-                }
-            } else {
-                tried.sizes.push((place, size));
-                tried.columns.push(columns);
-            }
-        }
-        Ok(Some(tried))
+        Ok(candidates.iter().filter_map(&mut of).collect())
     }
 
-    /// A size that is seen, with what it does. How far off the first one is, is told by one
-    /// recording where that shows the effect at all.
-    fn sized(
-        &self,
-        candidate: &Candidate<'_>,
-        place: usize,
-    ) -> Result<Option<(f64, PerRecord)>, GreyboxError> {
-        let plain = candidate.plain;
-        let all = self.problem.records.len();
-        let (least, most) = plain.id().info().parameters[place].bounds();
-        let mut size = self.first_size(candidate, place);
-        let mut among = 0..all.min(1);
-        let mut wanted = WANTED_CHANGE;
-        let mut left = if is_nonlinear_in_size(plain.id()) { 0 } else { MOST_RESIZINGS };
-        let mut changes = self.change(plain, place, size, among.clone())?;
-        while let Some(mut columns) = changes {
-            let seen = self.seen(&columns);
-            let is_told = seen > 0.0 || among.end == all;
-            let next = (size * resized(seen, wanted)).clamp(least, most);
-            if left > 0 && is_told && next != size {
-                (size, left) = (next, left - 1);
-                changes = self.change(plain, place, size, among.clone())?;
-            } else if among.end < all {
-                let rest = self.change(plain, place, size, among.end..all)?;
-                changes = rest.map(|rest| {
-                    columns.extend(rest);
-                    columns
-                });
-                (among.end, wanted) = (all, TAKEN_CHANGE);
-            } else {
-                return Ok(Some((size, columns)));
+    /// The search for a size that is seen.
+    fn sizing<'c>(&self, candidate: &'c Candidate<'_>, place: usize) -> Sizing<'c> {
+        let among = 0..self.problem.records.len().min(1);
+        Sizing {
+            plain: candidate.plain,
+            place,
+            size: self.first_size(candidate, place),
+            wanted: WANTED_CHANGE,
+            left: if is_nonlinear_in_size(candidate.plain.id()) { 0 } else { MOST_RESIZINGS },
+            asked: Some(among.clone()),
+            among,
+            columns: Some(PerRecord::new()),
+        }
+    }
+
+    /// Finds sizes that are seen, all at once. How far off a first one is, is told by one recording
+    /// where that shows the effect at all.
+    fn settle(&self, sizings: &mut [Sizing<'_>]) -> Result<(), GreyboxError> {
+        loop {
+            let mut asking: Vec<&mut Sizing<'_>> =
+                sizings.iter_mut().filter(|sizing| sizing.asked.is_some()).collect();
+            if asking.is_empty() {
+                return Ok(());
+            }
+            let changes = self.changes(&asking)?;
+            for (sizing, changes) in asking.iter_mut().zip(changes) {
+                self.take(sizing, changes);
             }
         }
-        Ok(None)
+    }
+
+    /// Takes what a size does in the recordings asked for, and asks for more, or for another size,
+    /// where that is not enough.
+    fn take(&self, sizing: &mut Sizing<'_>, changes: Option<PerRecord>) {
+        let all = self.problem.records.len();
+        let rest = sizing.asked.take().is_some_and(|asked| asked.start > 0);
+        let (Some(changes), Some(columns)) = (changes, &mut sizing.columns) else {
+            sizing.columns = None;
+            return;
+        };
+        if rest {
+            columns.extend(changes);
+            (sizing.among.end, sizing.wanted) = (all, TAKEN_CHANGE);
+        } else {
+            *columns = changes;
+        }
+        let seen = self.seen(columns);
+        let is_told = seen > 0.0 || sizing.among.end == all;
+        let (least, most) = sizing.plain.id().info().parameters[sizing.place].bounds();
+        let next = (sizing.size * resized(seen, sizing.wanted)).clamp(least, most);
+        if sizing.left > 0 && is_told && next != sizing.size {
+            (sizing.size, sizing.left) = (next, sizing.left - 1);
+            sizing.asked = Some(sizing.among.clone());
+        } else if sizing.among.end < all {
+            sizing.asked = Some(sizing.among.end..all);
+        }
     }
 
     /// The size at which it was seen before, or a guess.
@@ -156,26 +179,43 @@ impl Trial<'_> {
         seen.map_or_else(guess, |(_, size)| *size)
     }
 
-    /// Change of some of the recordings by a size of an effect; `None` where the machine cannot
-    /// have it.
-    fn change(
-        &self,
-        plain: &Effect,
-        place: usize,
-        size: f64,
-        records: Range<usize>,
-    ) -> Result<Option<PerRecord>, GreyboxError> {
-        let Problem { machine, records: all, .. } = self.problem;
-        let key = plain.id().info().parameters[place].key(machine.geometry());
-        let Ok(effect) = plain.clone().with(key, size) else { return Ok(None) };
+    /// Change of the recordings asked for by each size; `None` where the machine cannot have it.
+    fn changes(&self, asking: &[&mut Sizing<'_>]) -> Result<Vec<Option<PerRecord>>, GreyboxError> {
+        let states: Vec<Option<State>> = asking.iter().map(|of| self.switched_on(of)).collect();
+        let asked = |of: &&mut Sizing<'_>| of.asked.clone().unwrap_or_default();
+        let work: Vec<(&State, usize)> = states
+            .iter()
+            .zip(asking)
+            .filter_map(|(state, of)| Some((state.as_ref()?, asked(of))))
+            .flat_map(|(state, records)| records.map(move |record| (state, record)))
+            .collect();
+        let drives = self.problem.drives_each(&work).into_iter().zip(&work);
+        let change = |(with, (_, record)): (Result<Vec<f64>, GreyboxError>, &(&State, usize))| {
+            let less = |with: Vec<f64>| {
+                with.iter().zip(&self.drive[*record]).map(|(a, b)| a - b).collect::<Vec<f64>>()
+            };
+            Ok(if_run(with)?.map(less))
+        };
+        let mut changes = drives.map(change).collect::<Vec<_>>().into_iter();
+        let mut of = |(state, of): (&Option<State>, &&mut Sizing<'_>)| {
+            if state.is_none() {
+                return Ok(None);
+            }
+            // all of its own are taken, whatever one of them says
+            let own: Vec<Result<_, _>> = changes.by_ref().take(asked(of).len()).collect();
+            own.into_iter().collect()
+        };
+        states.iter().zip(asking).map(&mut of).collect()
+    }
+
+    /// The machine with an effect of a size; `None` where there is no such effect.
+    fn switched_on(&self, sizing: &Sizing<'_>) -> Option<State> {
+        let Sizing { plain, place, size, .. } = sizing;
+        let key = plain.id().info().parameters[*place].key(self.problem.machine.geometry());
+        let effect = (*plain).clone().with(key, *size).ok()?;
         let mut on = self.state.clone();
         on.add(&effect);
-        let mut columns = Vec::new();
-        for (prepared, off) in all[records.clone()].iter().zip(&self.drive[records]) {
-            let Some(with) = if_run(prepared.drive(machine, &on))? else { return Ok(None) };
-            columns.push(with.iter().zip(off).map(|(a, b)| a - b).collect());
-        }
-        Ok(Some(columns))
+        Some(on)
     }
 
     /// Size of a change of all recordings in units of the noise, as some of them show it.
@@ -184,6 +224,25 @@ impl Trial<'_> {
         let share = white.len() as f64 / self.problem.samples() as f64;
         libm::sqrt(dot(&white, &white) / share)
     }
+}
+
+/// A candidate with the sizes found; `None` where the machine cannot have one of them.
+fn tried(candidate: &Candidate<'_>, sized: Vec<Sizing<'_>>) -> Option<Tried> {
+    let Candidate { family, plain, .. } = candidate;
+    let (mut sizes, mut all) = (Vec::new(), Vec::new());
+    for Sizing { place, size, columns, .. } in sized {
+        let columns = columns?;
+        if differs_by_record(plain.id()) {
+            for record in 0..columns.len() {
+                sizes.push((place, size));
+                all.push(alone(&columns, record));
+            }
+        } else {
+            sizes.push((place, size));
+            all.push(columns);
+        }
+    }
+    Some(Tried { family: *family, plain: (*plain).clone(), sizes, columns: all })
 }
 
 /// A question in all its shapes.

@@ -1,10 +1,10 @@
 //! Actuators with three phases as a kind of machine.
 
 use super::{
-    CommandKind, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber, MachineRun,
-    MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
-    PreparedTest, add_tolerance,
-    run::{Departure, delayed, difference, every},
+    CommandKind, DriveRun, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber,
+    MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
+    NumberValue, PreparedTest, add_tolerance,
+    run::{BySteps, Departure, delayed, difference, every},
     static_friction,
 };
 use crate::{
@@ -196,16 +196,57 @@ impl MachineKind for Model {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<Vec<f64>, MachineTestError> {
+        let simulation = ready(self, test, prepared, effects)?;
         let sample_hz = self.actuator.controller.sample_hz;
         let step = test.ticks_per_sample(sample_hz)?;
-        let simulation = if let Some(ready) = &prepared.low_fidelity {
-            ready.on_actuator(&self.actuator)?.with_effects(effects)?
-        } else {
-            ideal(self, effects, test)?
-        };
         let mut current_a = Vec::new();
         simulation.simulate_current(faults, &mut current_a);
         Ok(shown(&current_a, sample_hz, step, test.command.len(), filter(test)))
+    }
+
+    fn drives(&self, runs: &[DriveRun<'_>]) -> Vec<Result<Vec<f64>, MachineTestError>> {
+        let mut drives: Vec<Result<Vec<f64>, MachineTestError>> = Vec::new();
+        let mut by_step: BySteps<LowFidelity> = BySteps::new();
+        for (place, run) in runs.iter().enumerate() {
+            let mut model = self.clone();
+            model.set_numbers(run.numbers);
+            let step = run.test.ticks_per_sample(model.actuator.controller.sample_hz);
+            let simulation = ready(&model, run.test, run.prepared, run.effects);
+            match step.and_then(|step| Ok((step, simulation?))) {
+                Ok((step, simulation)) => {
+                    // a filter sees every tick
+                    let step = if filter(run.test).is_some() { 1 } else { step };
+                    by_step.entry(step).or_default().push((place, simulation));
+                    drives.push(Ok(Vec::new()));
+                }
+                Err(refused) => drives.push(Err(refused)),
+            }
+        }
+        for (step, simulations) in by_step {
+            let tests: Vec<(&LowFidelity, &PhysicalFaults)> =
+                simulations.iter().map(|(place, of)| (of, runs[*place].faults)).collect();
+            let currents_a = LowFidelity::currents_every(step, &tests);
+            for ((place, simulation), current_a) in simulations.iter().zip(currents_a) {
+                let DriveRun { test, .. } = runs[*place];
+                // strided already, but for a filter
+                let (rate_hz, samples) = (simulation.rate_hz(), test.command.len());
+                drives[*place] = Ok(shown(&current_a, rate_hz, 1, samples, filter(test)));
+            }
+        }
+        drives
+    }
+}
+
+/// A test that was prepared, with effects.
+fn ready(
+    model: &Model,
+    test: &MachineTest<'_>,
+    prepared: &PreparedTest,
+    effects: &[Effect],
+) -> Result<LowFidelity, MachineTestError> {
+    match &prepared.low_fidelity {
+        Some(ready) => Ok(ready.on_actuator(&model.actuator)?.with_effects(effects)?),
+        None => ideal(model, effects, test),
     }
 }
 

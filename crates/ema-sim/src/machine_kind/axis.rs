@@ -1,11 +1,11 @@
 //! Servo axes as a kind of machine.
 
 use super::{
-    CommandKind, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber, MachineRun,
-    MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance, NumberValue,
-    PreparedTest, add_tolerance,
+    CommandKind, DriveRun, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber,
+    MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
+    NumberValue, PreparedTest, add_tolerance,
     follow::{follower, motion},
-    run::{Departure, delayed, difference, every},
+    run::{BySteps, Departure, delayed, difference, every},
     static_friction,
 };
 use crate::{
@@ -144,22 +144,10 @@ impl MachineKind for AxisModel {
         faults: &PhysicalFaults,
         effects: &[Effect],
     ) -> Result<Box<dyn MachineRun>, MachineTestError> {
-        let is_followed = test.asks_for == CommandKind::Motion;
-        if is_followed && !self.can_follow_motion() {
-            return Err(MachineTestError::Motion);
-        }
-        let axis = if is_followed {
-            ServoAxis { controller: follower(&self.axis, test.rate_hz), ..self.axis }
-        } else {
-            self.axis
-        };
-        let ticks_per_sample = test.ticks_per_sample(axis.controller.sample_hz)?;
-        let scenario = scenario(test, effects);
-        let simulation = ServoAxisSimulation::new(&axis, &scenario)?
-            .with_effects(effects)?
-            .with_load(test.recorded_load())?;
+        let (simulation, ticks_per_sample) = simulation(self, test, effects)?;
         let (trace, samples) = (simulation.simulate(faults), test.command.len());
-        Ok(Box::new(AxisRun { simulation, trace, ticks_per_sample, samples, drive: axis.drive }))
+        let drive = self.axis.drive;
+        Ok(Box::new(AxisRun { simulation, trace, ticks_per_sample, samples, drive }))
     }
 
     /// Nothing: an axis has no test that costs more than its run.
@@ -176,6 +164,54 @@ impl MachineKind for AxisModel {
     ) -> Result<Vec<f64>, MachineTestError> {
         Ok(self.run(test, faults, effects)?.signals().drive)
     }
+
+    fn drives(&self, runs: &[DriveRun<'_>]) -> Vec<Result<Vec<f64>, MachineTestError>> {
+        let mut drives: Vec<Result<Vec<f64>, MachineTestError>> = Vec::new();
+        let mut by_step: BySteps<ServoAxisSimulation> = BySteps::new();
+        for (place, run) in runs.iter().enumerate() {
+            let mut model = self.clone();
+            model.set_numbers(run.numbers);
+            match simulation(&model, run.test, run.effects) {
+                Ok((simulation, step)) => {
+                    by_step.entry(step).or_default().push((place, simulation));
+                    drives.push(Ok(Vec::new()));
+                }
+                Err(refused) => drives.push(Err(refused)),
+            }
+        }
+        for (step, simulations) in by_step {
+            let tests: Vec<(&ServoAxisSimulation, &PhysicalFaults)> =
+                simulations.iter().map(|(place, of)| (of, runs[*place].faults)).collect();
+            let signals = ServoAxisSimulation::drives_every(step, &tests);
+            for ((place, _), signal) in simulations.iter().zip(signals) {
+                drives[*place] = Ok(every(&signal, 1, runs[*place].test.command.len()));
+            }
+        }
+        drives
+    }
+}
+
+/// An axis in a test, under the controller that it has or one that follows the motion; with the
+/// ticks in a sample.
+fn simulation(
+    model: &AxisModel,
+    test: &MachineTest<'_>,
+    effects: &[Effect],
+) -> Result<(ServoAxisSimulation, usize), MachineTestError> {
+    let is_followed = test.asks_for == CommandKind::Motion;
+    if is_followed && !model.can_follow_motion() {
+        return Err(MachineTestError::Motion);
+    }
+    let axis = if is_followed {
+        ServoAxis { controller: follower(&model.axis, test.rate_hz), ..model.axis }
+    } else {
+        model.axis
+    };
+    let ticks_per_sample = test.ticks_per_sample(axis.controller.sample_hz)?;
+    let simulation = ServoAxisSimulation::new(&axis, &scenario(test, effects))?
+        .with_effects(effects)?
+        .with_load(test.recorded_load())?;
+    Ok((simulation, ticks_per_sample))
 }
 
 /// The scenario of a test, begun where the first sample shows the axis.

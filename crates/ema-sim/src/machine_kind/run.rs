@@ -1,6 +1,10 @@
 //! A test of a machine on a recorded command, and the signals that it gives.
 
-use crate::{load::Load, low_fidelity::LowFidelity, simulation_error::SimulationError};
+use super::NumberValue;
+use crate::{
+    effect::Effect, fault::PhysicalFaults, load::Load, low_fidelity::LowFidelity,
+    simulation_error::SimulationError,
+};
 
 /// Quantity that a command asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -122,6 +126,24 @@ pub trait MachineRun {
     /// sample of the test, in A or V.
     fn replayed_drive_change(&self, position: &[f64]) -> Vec<f64>;
 }
+
+/// One of many runs of which the drive signal alone is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct DriveRun<'a> {
+    /// Numbers of the machine that are replaced.
+    pub numbers: &'a [NumberValue],
+    /// The test, and what its runs share.
+    pub test: &'a MachineTest<'a>,
+    /// What [`prepare`](super::MachineKind::prepare) has made of it.
+    pub prepared: &'a PreparedTest,
+    /// Damage.
+    pub faults: &'a PhysicalFaults,
+    /// Effects besides the base model.
+    pub effects: &'a [Effect],
+}
+
+/// Runs of which one signal is asked for, by the ticks in a sample; with place and test.
+pub(super) type BySteps<T> = std::collections::BTreeMap<usize, Vec<(usize, T)>>;
 
 /// Work that several runs of one test share.
 #[derive(Clone, Debug, Default)]

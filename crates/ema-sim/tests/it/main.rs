@@ -16,6 +16,7 @@ mod idle_effects;
 mod measured;
 mod model_file;
 mod motulator;
+mod own_lanes;
 mod runaway;
 mod servo_axis;
 mod severe;

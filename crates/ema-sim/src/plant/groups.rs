@@ -1,0 +1,90 @@
+//! Runs that can go side by side, put together.
+
+use pulp::Arch;
+
+use super::{
+    Run,
+    own_lanes::{Kept, LaneControl, OwnLanes, SideBySide},
+};
+
+/// Lanes that go together, and lanes of fewer runs.
+const WIDE: usize = 16;
+const FEW: usize = 4;
+/// Runs up to which fewer lanes are taken: four vectors of four cost as much as one group of all.
+const MOST_FEW: usize = 12;
+
+/// The controller of one run, which may go beside others.
+pub(crate) trait LaneLaw: Clone {
+    /// Controllers side by side.
+    type Lanes<const N: usize>: LaneControl<N>;
+
+    /// True where another one differs in its numbers alone.
+    fn is_like(&self, other: &Self) -> bool;
+
+    /// Controllers side by side; `None` of none.
+    fn lanes<const N: usize>(laws: &[Self]) -> Option<Self::Lanes<N>>;
+}
+
+/// A run at its start, with its controller and a command for each tick.
+pub(crate) struct Member<'a, L> {
+    /// Place among all runs asked for.
+    pub(crate) place: usize,
+    pub(crate) run: Run,
+    pub(crate) law: L,
+    pub(crate) commands: &'a [f64],
+    pub(crate) tick_s: f64,
+}
+
+/// Runs of which one signal is kept, every `step`-th value of it.
+pub(crate) struct Group<'a, L> {
+    pub(crate) members: Vec<Member<'a, L>>,
+    pub(crate) kept: Kept,
+    pub(crate) step: usize,
+}
+
+impl<L: LaneLaw> Group<'_, L> {
+    /// Runs all of them; gives the signal of each with its place.
+    pub(crate) fn run(mut self, mut take: impl FnMut(usize, Vec<f64>)) {
+        // runs of one length and with segments of one kind end together
+        self.members.sort_by(|a, b| {
+            let by = |of: &Member<'_, L>| (of.commands.len(), of.run.asks_more());
+            by(b).cmp(&by(a)).then(b.run.longest_turn_rad().total_cmp(&a.run.longest_turn_rad()))
+        });
+        while let Some(first) = self.members.first() {
+            let (law, tick_s) = (first.law.clone(), first.tick_s.to_bits());
+            let is_like =
+                |of: &Member<'_, L>| of.law.is_like(&law) && of.tick_s.to_bits() == tick_s;
+            let (alike, others): (Vec<_>, Vec<_>) = self.members.into_iter().partition(is_like);
+            self.members = others;
+            let mut alike = alike.into_iter();
+            while alike.len() > 0 {
+                let width = if alike.len() > MOST_FEW { WIDE } else { FEW };
+                let members: Vec<Member<'_, L>> = alike.by_ref().take(width).collect();
+                let (kept, step) = (self.kept, self.step);
+                let places: Vec<usize> = members.iter().map(|member| member.place).collect();
+                let signals = if width == WIDE {
+                    side_by_side::<WIDE, L>(members, kept, step)
+                } else {
+                    side_by_side::<FEW, L>(members, kept, step)
+                };
+                places.into_iter().zip(signals).for_each(|(place, signal)| take(place, signal));
+            }
+        }
+    }
+}
+
+/// Runs at most `N` members that are alike.
+fn side_by_side<const N: usize, L: LaneLaw>(
+    members: Vec<Member<'_, L>>,
+    kept: Kept,
+    step: usize,
+) -> Vec<Vec<f64>> {
+    let laws: Vec<L> = members.iter().map(|member| member.law.clone()).collect();
+    let commands: Vec<&[f64]> = members.iter().map(|member| member.commands).collect();
+    let ticks: Vec<usize> = commands.iter().map(|command| command.len()).collect();
+    let tick_s = members.first().map_or(0.0, |member| member.tick_s);
+    let runs = members.into_iter().map(|member| member.run).collect();
+    let Some(control) = L::lanes::<N>(&laws) else { return Vec::new() };
+    let lanes = OwnLanes::<N, _>::of(runs, control, tick_s, &ticks);
+    Arch::new().dispatch(SideBySide { lanes, commands: &commands, kept, step })
+}
