@@ -3,6 +3,7 @@
 mod lanes;
 
 use crate::{
+    bounds::within,
     noise::NoiseSource,
     params::{Actuator, Controller, PositionSensor},
     quantisation::quantised,
@@ -66,15 +67,6 @@ impl Law {
         let growth_a = if wanted_a.abs() < limit_a { self.integral_step * error } else { 0.0 };
         (within(wanted_a, limit_a), integral_a + growth_a)
     }
-}
-
-/// A value within a limit on its size: a clamp whose limit is known to be none below zero, without
-/// a branch.
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
-pub(crate) fn within(value: f64, limit: f64) -> f64 {
-    let raised = if value < -limit { -limit } else { value };
-    if raised > limit { limit } else { raised }
 }
 
 /// The sampled cascade with its sensors.

@@ -34,6 +34,7 @@ pub(crate) mod curve;
 pub(crate) mod error;
 pub(crate) mod info;
 pub(crate) mod instance;
+pub(crate) mod lanes;
 pub(crate) mod law;
 pub(crate) mod number;
 pub(crate) mod part;

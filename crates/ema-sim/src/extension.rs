@@ -5,6 +5,7 @@
 //! than the controller's tick.
 
 use crate::{
+    bounds::larger,
     drive_train::{Direction, DriveTrain, FrictionState},
     effect::{
         Effect,
@@ -51,7 +52,9 @@ impl MotorState {
     }
 
     /// The shaft seen from the surface, through a gear.
-    fn at_surface(self, per_gear_ratio: f64) -> ShaftState {
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+    pub(crate) fn at_surface(self, per_gear_ratio: f64) -> ShaftState {
         ShaftState {
             angle_rad: self.angle_rad * per_gear_ratio,
             speed_rad_per_s: self.speed_rad_per_s * per_gear_ratio,
@@ -61,15 +64,15 @@ impl MotorState {
 
 /// A span over which friction and torque are held.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct HeldSpan {
+struct HeldSpan {
     /// The motor at its start.
-    pub(crate) from: MotorState,
+    from: MotorState,
     /// Turn of the motor to its middle.
-    pub(crate) turn_rad: f64,
-    pub(crate) direction: Direction,
-    pub(crate) half_s: f64,
+    turn_rad: f64,
+    direction: Direction,
+    half_s: f64,
     /// True where it is an instant.
-    pub(crate) is_instant: bool,
+    is_instant: bool,
 }
 
 /// Effects of a run.
@@ -195,12 +198,7 @@ impl Extension {
     }
 
     /// Friction and torque of a span by the state in its middle, from those without effects.
-    pub(crate) fn friction(
-        &mut self,
-        nominal: FrictionState,
-        at: &Moment,
-        span: &HeldSpan,
-    ) -> FrictionState {
+    fn friction(&mut self, nominal: FrictionState, at: &Moment, span: &HeldSpan) -> FrictionState {
         let mut load = ShaftLoad::new(nominal.against_n_m);
         for effect in &self.effects {
             effect.load(at, &mut load);
@@ -218,12 +216,12 @@ impl Extension {
                 };
                 let surface = shaft.predicted(span.from.at_surface(r), span.half_s);
                 let passed = shaft.passed_n_m(to.at_surface(r), surface);
-                feel(shaft, &mut friction, r, passed, span.direction);
+                feel(shaft, &mut friction, r, passed, span.direction.sign());
             } else if span.is_instant && span.from.speed_rad_per_s == 0.0 {
                 // what holds a shaft that has just come to rest
                 let motor = ShaftState { angle_rad: span.from.angle_rad * r, speed_rad_per_s: 0.0 };
                 let passed = shaft.passed_n_m(motor, shaft.state());
-                feel(shaft, &mut friction, r, passed, Direction::Stuck);
+                feel(shaft, &mut friction, r, passed, 0.0);
             }
         }
         friction
@@ -279,21 +277,24 @@ impl Extension {
         (self.time_s, self.since_commutation_s) = (time_s, since_commutation_s);
     }
 
-    /// Takes over the friction by which bristles bend, where there are some.
-    pub(crate) fn put_levels(&mut self, level_n_m: [f64; 2]) {
-        if let Some(bristles) = &mut self.parts.bristles {
-            bristles.level_n_m = level_n_m;
-        }
-    }
-
     /// Time since the motor has commutated last.
     pub(crate) fn since_commutation_s(&self) -> f64 {
         self.since_commutation_s
     }
 
+    /// The effects that are on.
+    pub(crate) fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
     /// Parts with a state, and the length of segments that they ask for.
     pub(crate) fn parts(&self) -> &Parts {
         &self.parts
+    }
+
+    /// The parts, to be changed.
+    pub(crate) fn parts_mut(&mut self) -> &mut Parts {
+        &mut self.parts
     }
 
     /// Time from the start.
@@ -430,14 +431,18 @@ impl Extension {
 }
 
 /// Friction with what effects add; of no direction below zero, the static at least the kinetic.
-#[inline]
-fn with_effects(nominal: FrictionState, load: &ShaftLoad) -> FrictionState {
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+pub(crate) fn with_effects(nominal: FrictionState, load: &ShaftLoad) -> FrictionState {
     let mut friction = FrictionState { against_n_m: load.against_n_m, ..nominal };
-    for (side, added) in load.dry_n_m.iter().enumerate() {
+    for side in 0..2 {
+        let [kinetic_n_m, static_n_m] = load.dry_n_m[side];
         friction.kinetic_n_m[side] =
-            (friction.kinetic_n_m[side] * load.friction_ratio + added[0]).max(0.0);
-        friction.static_n_m[side] = (friction.static_n_m[side] * load.friction_ratio + added[1])
-            .max(friction.kinetic_n_m[side]);
+            larger(friction.kinetic_n_m[side] * load.friction_ratio + kinetic_n_m, 0.0);
+        friction.static_n_m[side] = larger(
+            friction.static_n_m[side] * load.friction_ratio + static_n_m,
+            friction.kinetic_n_m[side],
+        );
     }
     friction
 }
@@ -450,26 +455,25 @@ fn bend(bristles: &mut Bristles, friction: &mut FrictionState, turn_rad: f64, sp
     (friction.kinetic_n_m, friction.static_n_m) = ([0.0; 2], [0.0; 2]);
 }
 
-/// Lets the motor feel the torque that an elastic shaft passes, with the gear's losses.
-fn feel(
+/// Lets the motor feel the torque that an elastic shaft passes, with the gear's losses; `sign` is
+/// that of the motor's direction, zero at rest.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+pub(crate) fn feel(
     shaft: &ElasticShaft,
     friction: &mut FrictionState,
     per_gear_ratio: f64,
     passed_n_m: f64,
-    direction: Direction,
+    sign: f64,
 ) {
     let r = per_gear_ratio;
-    let felt = [-1.0, 1.0].map(|sign| shaft.felt_n_m(passed_n_m, sign) * r);
-    match direction {
-        Direction::Backward => friction.against_n_m += felt[0],
-        Direction::Forward => friction.against_n_m += felt[1],
-        Direction::Stuck => {
-            // at rest the gear's losses hold the shaft either way
-            friction.against_n_m += passed_n_m * r;
-            friction.static_n_m[0] += passed_n_m * r - felt[0];
-            friction.static_n_m[1] += felt[1] - passed_n_m * r;
-        }
-    }
+    let [backward, forward] = [-1.0, 1.0].map(|sign| shaft.felt_n_m(passed_n_m, sign) * r);
+    let moving = if sign < 0.0 { backward } else { forward };
+    // at rest the gear's losses hold the shaft either way
+    let (rests, held) = (sign == 0.0, passed_n_m * r);
+    friction.against_n_m += if rests { held } else { moving };
+    friction.static_n_m[0] += if rests { held - backward } else { 0.0 };
+    friction.static_n_m[1] += if rests { forward - held } else { 0.0 };
 }
 
 /// Factors on constants of the machine that effects ask for.

@@ -13,6 +13,10 @@
     clippy::unreadable_literal,
     reason = "msun's coefficients as they are published"
 )]
+#![expect(
+    clippy::needless_bitwise_bool,
+    reason = "a branch would keep the loop from being taken in vectors"
+)]
 
 /// 1.5·2⁵²: added and taken away, it leaves the nearest whole number.
 const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
@@ -88,6 +92,25 @@ pub(crate) fn sincos_of(x: f64) -> (f64, f64) {
     let (sin, cos, own) = sincos(x);
     // the sign of a zero is libm's
     if own && x != 0.0 { (sin, cos) } else { libm::sincos(x) }
+}
+
+/// Sines and cosines with the bits of [`sincos_of`].
+#[inline(always)]
+pub(crate) fn sincos_of_lanes<const N: usize>(x: &[f64; N]) -> [[f64; N]; 2] {
+    let ([mut sines, mut cosines], mut own) = ([[0.0; N]; 2], [0_u64; N]);
+    for lane in 0..N {
+        let (sin, cos, is_own) = sincos(x[lane]);
+        (sines[lane], cosines[lane]) = (sin, cos);
+        own[lane] = u64::from(is_own & (x[lane] != 0.0));
+    }
+    if own.iter().fold(1, |all, own| all & own) == 0 {
+        for lane in 0..N {
+            if own[lane] == 0 {
+                (sines[lane], cosines[lane]) = libm::sincos(x[lane]);
+            }
+        }
+    }
+    [sines, cosines]
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@
 mod actuator_capabilities;
 mod axis_parameter;
 mod back_emf;
+mod bounds;
 mod controller;
 mod current_loop;
 mod drive_train;
@@ -44,6 +45,7 @@ mod extension;
 mod fault;
 mod field_oriented;
 mod high_fidelity;
+mod lane_exp;
 mod lane_sine;
 mod load;
 mod low_fidelity;

@@ -4,7 +4,7 @@ mod lanes;
 
 pub(crate) use lanes::{Asked, AxisLane};
 
-use crate::{controller::within, quantisation::quantised};
+use crate::{bounds::within, quantisation::quantised};
 
 /// Stage between the controller's output and the motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,8 @@
 
 use crate::effect::{
     info::EffectInfo,
-    law::{EffectLaw, Given},
+    lanes::{self, EffectLanes, Moments, ShaftLoads},
+    law::{self, EffectLaw, Given},
     shaft_load::{Moment, ShaftLoad},
 };
 
@@ -44,7 +45,22 @@ macro_rules! effects {
         #[inline]
         pub(crate) fn load(id: EffectId, given: &Given<'_>, at: &Moment, shaft: &mut ShaftLoad) {
             match id {
-                $(EffectId::$id => $file::$id::of(given).load(at, shaft),)*
+                $(EffectId::$id => law::add(&$file::$id::of(given), at, shaft),)*
+            }
+        }
+
+        /// Adds what an effect does in many runs at once.
+        #[inline(always)]
+        pub(crate) fn add_in_lanes<const N: usize>(
+            id: EffectId,
+            effect: &EffectLanes<N>,
+            at: &Moments<N>,
+            loads: &mut ShaftLoads<N>,
+        ) {
+            match id {
+                $(EffectId::$id => {
+                    lanes::add(|lane| $file::$id::of(&effect.given(lane)), at, loads);
+                })*
             }
         }
     };

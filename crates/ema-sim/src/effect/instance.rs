@@ -4,6 +4,7 @@ use crate::effect::{
     catalogue::{self, EffectId},
     curve::Curve,
     error::EffectError,
+    lanes::EffectLanes,
     law::{EffectLaw, Given},
     number::{MOST_PARAMETERS, Role},
     quantity::Geometry,
@@ -139,6 +140,16 @@ impl Effect {
     /// Asks the law of the effect, with its numbers.
     pub(crate) fn law<T>(&self, ask: impl FnOnce(&dyn EffectLaw) -> T) -> T {
         catalogue::with_law(self.id, &self.given(), ask)
+    }
+
+    /// The effect for so many runs, without numbers yet; `None` where it takes a curve.
+    pub(crate) fn in_lanes<const N: usize>(&self) -> Option<EffectLanes<N>> {
+        self.curve.is_none().then(|| EffectLanes::new(self.id, self.geometry))
+    }
+
+    /// Its numbers for a lane.
+    pub(crate) fn all_values(&self) -> &[f64; MOST_PARAMETERS] {
+        &self.values
     }
 
     /// Adds what it does on the moving shaft.

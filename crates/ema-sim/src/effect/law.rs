@@ -1,13 +1,16 @@
 //! The law of an effect: where it has a place, what it needs, and what it does in a model.
 
-use crate::effect::{
-    capabilities::ModelCapabilities,
-    curve::Curve,
-    number::MOST_PARAMETERS,
-    part::Parts,
-    quantity::Geometry,
-    rescaling::Rescaling,
-    shaft_load::{Moment, ShaftLoad},
+use crate::{
+    effect::{
+        capabilities::ModelCapabilities,
+        curve::Curve,
+        number::MOST_PARAMETERS,
+        part::Parts,
+        quantity::Geometry,
+        rescaling::Rescaling,
+        shaft_load::{Moment, ShaftLoad},
+    },
+    lane_sine::sincos_of,
 };
 
 /// The numbers that an effect is given.
@@ -16,6 +19,33 @@ pub(crate) struct Given<'a> {
     pub(crate) values: &'a [f64; MOST_PARAMETERS],
     pub(crate) curve: Option<&'a Curve>,
     pub(crate) geometry: Geometry,
+}
+
+/// Function of the state that a law takes; many runs side by side take it together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Function {
+    None,
+    /// Sine and cosine.
+    Sine,
+    /// Exponential, and nothing.
+    Exponential,
+}
+
+impl Function {
+    #[inline]
+    fn of(self, argument: f64) -> [f64; 2] {
+        match self {
+            Self::None => [0.0; 2],
+            Self::Sine => sincos_of(argument).into(),
+            Self::Exponential => [libm::exp(argument), 0.0],
+        }
+    }
+}
+
+/// Adds what a law does on the moving shaft.
+#[inline]
+pub(super) fn add(law: &impl EffectLaw, at: &Moment, shaft: &mut ShaftLoad) {
+    law.load(at, law.function().of(law.argument(at)), shaft);
 }
 
 /// Law of one effect, in every model.
@@ -47,7 +77,20 @@ pub(crate) trait EffectLaw {
     /// Puts parts with a state into the machine, and bounds the length of segments.
     fn install(&self, _parts: &mut Parts) {}
 
-    /// Adds to friction and torque on the moving shaft, in the middle of a segment.
+    /// Function that [`load`](Self::load) takes of the state, besides arithmetic.
     #[inline]
-    fn load(&self, _at: &Moment, _shaft: &mut ShaftLoad) {}
+    fn function(&self) -> Function {
+        Function::None
+    }
+
+    /// Argument of that function.
+    #[inline]
+    fn argument(&self, _at: &Moment) -> f64 {
+        0.0
+    }
+
+    /// Adds to friction and torque on the moving shaft, in the middle of a segment, with what the
+    /// function gives.
+    #[inline]
+    fn load(&self, _at: &Moment, _of: [f64; 2], _shaft: &mut ShaftLoad) {}
 }

@@ -45,15 +45,14 @@ pub(crate) struct Group<'a, L> {
 impl<L: LaneLaw> Group<'_, L> {
     /// Runs all of them; gives the signal of each with its place.
     pub(crate) fn run(mut self, mut take: impl FnMut(usize, Vec<f64>)) {
-        // runs of one length and with segments of one kind end together
-        self.members.sort_by(|a, b| {
-            let by = |of: &Member<'_, L>| (of.commands.len(), of.run.asks_more());
-            by(b).cmp(&by(a)).then(b.run.longest_turn_rad().total_cmp(&a.run.longest_turn_rad()))
-        });
+        // runs of one length end together
+        self.members.sort_by_key(|member| core::cmp::Reverse(member.commands.len()));
         while let Some(first) = self.members.first() {
-            let (law, tick_s) = (first.law.clone(), first.tick_s.to_bits());
-            let is_like =
-                |of: &Member<'_, L>| of.law.is_like(&law) && of.tick_s.to_bits() == tick_s;
+            let (law, tick_s, effects) =
+                (first.law.clone(), first.tick_s.to_bits(), first.run.effects());
+            let is_like = |of: &Member<'_, L>| {
+                of.law.is_like(&law) && of.tick_s.to_bits() == tick_s && of.run.effects() == effects
+            };
             let (alike, others): (Vec<_>, Vec<_>) = self.members.into_iter().partition(is_like);
             self.members = others;
             let mut alike = alike.into_iter();

@@ -1,8 +1,8 @@
 //! Runs of machines of their own side by side, with effects and commands of their own, a lane each.
 //!
 //! A segment in which nothing happens is the same arithmetic for each lane, written once more for
-//! arrays, so that the compiler takes several lanes at a time. What an effect adds to friction and
-//! torque, and what a sensor shows, the run's own effects say lane by lane. A lane in which
+//! arrays, so that the compiler takes several lanes at a time; so is what effects add to friction
+//! and torque. What a sensor shows that errs the run's own effects say, lane by lane. A lane in which
 //! something happens (commutation, standstill, contact, a stop, the supply's limit) is taken to
 //! the end of the tick by its own [`Run`]. Operations and their order are those of the run, and
 //! nothing is fused: both give the same bits at any vector width.
@@ -15,16 +15,25 @@
     reason = "a branch would keep the loop from being taken in vectors"
 )]
 
-use pulp::NullaryFnOnce;
+mod springs;
+
+use pulp::{Arch, NullaryFnOnce};
 
 use crate::{
-    drive_train::{Direction, FrictionState},
-    effect::{part::Parts, shaft_load::Moment},
-    extension::{Extension, HeldSpan, MotorState},
+    bounds::{larger, smaller},
+    drive_train::FrictionState,
+    effect::{
+        Effect,
+        catalogue::EffectId,
+        lanes::{Adding, EffectLanes, Moments, ShaftLoads},
+        part::Parts,
+    },
+    extension::{Extension, with_effects},
     series::{value, value_from_zero},
     winding::{RotorAngle, Shaft, gap_of},
 };
 
+use self::springs::{BristleLanes, ShaftLanes, Turning};
 use super::{LEAST_LEFT, Motion, REFRESH_TICKS, Run};
 
 /// A number of each lane.
@@ -83,6 +92,7 @@ struct Lasting<const N: usize> {
     /// `1/(m·J)`; zero while the shaft rests.
     per_inertia: [Wide<N>; 4],
     felt_load_n_m: Wide<N>,
+    carried_load_n_m: Wide<N>,
     /// Motor angles between which nothing changes.
     low_rad: Wide<N>,
     high_rad: Wide<N>,
@@ -116,12 +126,13 @@ struct Ahead<const N: usize> {
     wanted_a: Wide<N>,
     motor_n_m: Wide<N>,
     needed_v: Wide<N>,
-    /// The state in its middle.
+    /// Time and turn to its middle, and the state there.
     half_s: Wide<N>,
+    half_rad: Wide<N>,
+    middle: Moments<N>,
+    /// Turn to its end, and the state there.
     turn_rad: Wide<N>,
-    motor_rad: Wide<N>,
     speed_rad_per_s: Wide<N>,
-    position_rad: Wide<N>,
     external_n_m: Wide<N>,
     /// Lanes that are taken along, and those in which nothing happens: 1, else 0.
     is_on: [u64; N],
@@ -140,11 +151,7 @@ struct Friction<const N: usize> {
 /// Lanes that ask more than arithmetic.
 #[derive(Clone, Debug, Default)]
 struct Asking {
-    /// With effects.
-    acting: Vec<usize>,
-    /// With bristles, or an elastic shaft.
-    springy: Vec<usize>,
-    /// With errors of the position, or an elastic shaft.
+    /// With errors of the position.
     misplaced: Vec<usize>,
     /// With a current sensor that errs.
     sensing: Vec<usize>,
@@ -162,6 +169,13 @@ pub(crate) struct OwnLanes<const N: usize, C> {
     moving: Moving<N>,
     ahead: Ahead<N>,
     friction: Friction<N>,
+    /// Friction without effects.
+    nominal: Friction<N>,
+    /// Effects, the same in all lanes but for their numbers, and parts that they have put in.
+    effects: Vec<EffectLanes<N>>,
+    bristles: Option<BristleLanes<N>>,
+    shafts: Option<ShaftLanes<N>>,
+    arch: Arch,
     seen: Seen<N>,
     shown_current_a: Wide<N>,
     /// Set-points of a tick, each with its share of it.
@@ -171,8 +185,6 @@ pub(crate) struct OwnLanes<const N: usize, C> {
     runs: Vec<Run>,
     /// Ticks after which a lane is not taken along.
     ends: [usize; N],
-    /// Kinetic and static friction that bristles had before the segment.
-    levels_n_m: [[f64; 2]; N],
 }
 
 impl Run {
@@ -180,36 +192,51 @@ impl Run {
     pub(crate) fn joins_lanes(&self) -> bool {
         let plain_parts = |extension: &Extension| {
             let parts = extension.parts();
-            !parts.winding.any && parts.saturations_per_a2.is_empty() && parts.commutation.is_none()
+            let has_curve = extension.effects().iter().any(|effect| effect.curve().is_some());
+            !has_curve
+                && !parts.winding.any
+                && parts.saturations_per_a2.is_empty()
+                && parts.commutation.is_none()
         };
-        let held = [self.train.nominal_friction_n_m()];
+        let [kinetic_n_m, static_n_m] = self.train.nominal_friction_n_m();
         self.cuts == 1
             && self.shape.is_none()
             && !self.voltage_driven
-            && held.iter().all(|[kinetic, fixed]| kinetic <= fixed)
+            && kinetic_n_m <= static_n_m
             && self.load.as_ref().is_none_or(|load| !load.feels_surface())
             && self.extension.as_ref().is_none_or(|extension| plain_parts(extension))
     }
 }
 
 impl Run {
-    /// True where segments ask for more than arithmetic.
-    pub(super) fn asks_more(&self) -> bool {
-        self.extension.as_ref().is_some_and(|extension| {
-            let parts = extension.parts();
-            parts.bristles.is_some() || parts.elastic_shaft.is_some()
-        })
-    }
-
-    /// Longest turn of the motor in a segment.
-    pub(super) fn longest_turn_rad(&self) -> f64 {
-        self.extension.as_ref().map_or(f64::INFINITY, |e| e.parts().longest_rad)
+    /// The effects that are on.
+    pub(super) fn effects(&self) -> Vec<EffectId> {
+        let effects = self.extension.as_ref().map_or(&[][..], |extension| extension.effects());
+        effects.iter().map(Effect::id).collect()
     }
 }
 
+/// The effects of runs that have the same ones.
+fn effects_of<const N: usize>(runs: &[Run]) -> Vec<EffectLanes<N>> {
+    let of = |run: &Run| run.extension.as_ref().map_or(&[][..], |e| e.effects()).to_vec();
+    let Some(first) = runs.first() else { return Vec::new() };
+    let mut effects: Vec<EffectLanes<N>> = of(first).iter().filter_map(Effect::in_lanes).collect();
+    for lane in 0..N {
+        let run = &runs[lane.min(runs.len() - 1)];
+        for (lanes, effect) in effects.iter_mut().zip(of(run)) {
+            lanes.put(lane, effect.all_values());
+        }
+    }
+    effects
+}
+
 impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
-    /// At most `N` runs that [join lanes](Run::joins_lanes), with so many ticks each.
+    /// At most `N` runs that [join lanes](Run::joins_lanes) and have the same effects, with so many
+    /// ticks each.
     pub(crate) fn of(runs: Vec<Run>, control: C, tick_s: f64, ticks: &[usize]) -> Self {
+        let has = |of: &dyn Fn(&Parts) -> bool| {
+            runs.iter().any(|run| run.extension.as_ref().is_some_and(|e| of(e.parts())))
+        };
         let mut lanes = Self {
             control,
             tick_s,
@@ -218,17 +245,25 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
             moving: Moving::none(),
             ahead: Ahead::none(),
             friction: Friction::none(),
+            nominal: Friction::none(),
+            effects: effects_of(&runs),
+            bristles: has(&|p| p.bristles.is_some()).then(BristleLanes::none),
+            shafts: has(&|p| p.elastic_shaft.is_some()).then(ShaftLanes::none),
+            arch: Arch::new(),
             seen: Seen::none(),
             shown_current_a: [0.0; N],
             held: [[0.0; N]; 2],
             shares: [[1.0; N], [0.0; N]],
             asking: Asking::of(&runs),
             ends: core::array::from_fn(|lane| ticks.get(lane).copied().unwrap_or(0)),
-            levels_n_m: [[0.0; 2]; N],
             runs,
         };
-        for lane in 0..lanes.runs.len() {
-            lanes.take_over(lane);
+        for lane in 0..N {
+            // the last fills what is left of the lanes, so that nothing there is out of the ordinary
+            let of = lane.min(lanes.runs.len().saturating_sub(1));
+            let nominal = lanes.runs[of].train.nominal_friction();
+            lanes.nominal.put(lane, &nominal);
+            lanes.take_over(lane, of);
         }
         lanes
     }
@@ -306,6 +341,9 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
                 // where the surface stands decides what it feels
                 run.train.angle_rad = self.moving.angle_rad[lane];
                 self.lasting.feel(lane, run);
+                if let Some(shafts) = &mut self.shafts {
+                    shafts.set_load(lane, now_n_m);
+                }
                 self.moving.external_n_m[lane] = self.external_n_m(lane);
             }
             let Some(load) = &mut self.runs[lane].load else { continue };
@@ -346,19 +384,20 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         }
     }
 
-    /// What sensors of the position show that err, or that sit behind an elastic shaft.
+    /// What sensors of the position show that sit behind an elastic shaft, or that err.
     #[inline(always)]
     fn misplace(&mut self) {
+        let Self { fixed, moving, seen, .. } = self;
+        if let Some(shafts) = &self.shafts {
+            seen.moved_rad = shafts.angle_rad;
+            for lane in 0..N {
+                seen.shown_rad[lane] = fixed.start_position_rad[lane] + seen.moved_rad[lane];
+            }
+        }
         for &lane in &self.asking.misplaced {
             let Some(extension) = &mut self.runs[lane].extension else { continue };
-            if let Some(shaft) = extension.elastic_shaft() {
-                self.seen.moved_rad[lane] = shaft.angle_rad;
-                self.seen.shown_rad[lane] =
-                    self.fixed.start_position_rad[lane] + self.seen.moved_rad[lane];
-            }
-            let motor_rad = self.fixed.start_angle_rad[lane] + self.moving.angle_rad[lane];
-            self.seen.shown_rad[lane] =
-                extension.shown_of_rad(self.seen.shown_rad[lane], motor_rad);
+            let motor_rad = fixed.start_angle_rad[lane] + moving.angle_rad[lane];
+            seen.shown_rad[lane] = extension.shown_of_rad(seen.shown_rad[lane], motor_rad);
         }
     }
 
@@ -386,7 +425,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         while self.is_any_on() {
             self.look_ahead();
             self.regulate(part);
-            if !self.asking.acting.is_empty() {
+            if !self.effects.is_empty() {
                 self.find_middle();
                 self.act();
             }
@@ -417,7 +456,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
     #[inline(always)]
     fn look_ahead(&mut self) {
         let Self { fixed, moving, ahead, .. } = self;
-        if self.asking.acting.is_empty() {
+        if self.effects.is_empty() {
             ahead.span_s = moving.left_s;
             return;
         }
@@ -428,10 +467,11 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
                 larger(smaller(fixed.longest_s[lane], turning_s), fixed.shortest_s[lane]);
             ahead.span_s[lane] = smaller(moving.left_s[lane], longest_s);
         }
-        for &lane in &self.asking.springy {
-            if let Some(extension) = &self.runs[lane].extension {
-                let longest_s = extension.longest_s(moving.speed_rad_per_s[lane]);
-                ahead.span_s[lane] = smaller(moving.left_s[lane], longest_s);
+        if let Some(bristles) = &mut self.bristles {
+            let bounds = [&fixed.longest_s, &fixed.longest_rad, &fixed.shortest_s];
+            let longest_s = bristles.bound(&moving.speed_rad_per_s, bounds);
+            for lane in 0..N {
+                ahead.span_s[lane] = smaller(moving.left_s[lane], longest_s[lane]);
             }
         }
     }
@@ -480,55 +520,60 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
             let motor_rad = if rests { now_rad } else { now_rad + mean * half_s };
             let turn_rad = motor_rad - now_rad;
             ahead.half_s[lane] = half_s;
-            ahead.turn_rad[lane] = turn_rad;
-            ahead.motor_rad[lane] = motor_rad;
-            ahead.speed_rad_per_s[lane] = if rests { speed } else { moved };
+            ahead.half_rad[lane] = turn_rad;
+            let middle = &mut ahead.middle;
+            middle.motor_rad[lane] = motor_rad;
+            middle.speed_rad_per_s[lane] = if rests { speed } else { moved };
             let on_motor_side = (moving.angle_rad[lane] + turn_rad) * lasting.follows[lane]
                 + lasting.offset_rad[lane];
-            ahead.position_rad[lane] =
+            middle.position_rad[lane] =
                 fixed.start_position_rad[lane] + on_motor_side * fixed.per_gear_ratio[lane];
+            middle.time_s[lane] = moving.time_s[lane] + half_s;
+            middle.motor_n_m[lane] = ahead.motor_n_m[lane];
+            middle.load_n_m[lane] = lasting.carried_load_n_m[lane];
+            middle.since_commutation_s[lane] = moving.since_commutation_s[lane] + half_s;
+        }
+        ahead.middle.per_gear_ratio = fixed.per_gear_ratio;
+        if let Some(shafts) = &self.shafts {
+            for lane in 0..N {
+                ahead.middle.position_rad[lane] =
+                    fixed.start_position_rad[lane] + shafts.angle_rad[lane];
+                ahead.middle.load_n_m[lane] = shafts.load_n_m(lane);
+            }
         }
     }
 
     /// Puts on the shafts what the effects do in the middle of the segment.
     #[inline(always)]
     fn act(&mut self) {
-        let Self { fixed, lasting, moving, ahead, friction, runs, .. } = self;
-        for &lane in &self.asking.acting {
-            if ahead.is_on[lane] == 0 {
-                continue;
-            }
-            let run = &mut runs[lane];
-            let Some(extension) = &mut run.extension else { continue };
-            if let Some(bristles) = &extension.parts().bristles {
-                self.levels_n_m[lane] = bristles.level_n_m;
-            }
-            let half_s = ahead.half_s[lane];
-            let shaft = extension.elastic_shaft();
-            let at = Moment {
-                motor_rad: ahead.motor_rad[lane],
-                speed_rad_per_s: ahead.speed_rad_per_s[lane],
-                position_rad: match shaft {
-                    Some(shaft) => fixed.start_position_rad[lane] + shaft.angle_rad,
-                    None => ahead.position_rad[lane],
-                },
-                time_s: moving.time_s[lane] + half_s,
-                motor_n_m: ahead.motor_n_m[lane],
-                load_n_m: match shaft {
-                    Some(shaft) => shaft.load_n_m * fixed.per_gear_ratio[lane],
-                    None => run.train.carried_load_n_m(),
-                },
-                per_gear_ratio: fixed.per_gear_ratio[lane],
-                since_commutation_s: moving.since_commutation_s[lane] + half_s,
-            };
-            let span = HeldSpan {
-                from: moving.motor(lane),
-                turn_rad: ahead.turn_rad[lane],
-                direction: lasting.direction(lane),
-                half_s,
-                is_instant: ahead.span_s[lane] == 0.0,
-            };
-            friction.put(lane, &extension.friction(run.train.nominal_friction(), &at, &span));
+        let Self { lasting, moving, ahead, friction, nominal, .. } = self;
+        let at = &ahead.middle;
+        // a load that changes is felt beside the friction of a lane's own last segment
+        let before = (!self.asking.loaded.is_empty()).then(|| friction.clone());
+        let mut loads = ShaftLoads::new(nominal.against_n_m);
+        for effect in &self.effects {
+            self.arch.dispatch(Adding { effect, at, loads: &mut loads });
+        }
+        for lane in 0..N {
+            friction.put(lane, &with_effects(nominal.of(lane), &loads.of(lane)));
+        }
+        let turning = Turning {
+            from_rad: &moving.angle_rad,
+            from_rad_per_s: &moving.speed_rad_per_s,
+            turn_rad: &ahead.half_rad,
+            to_rad_per_s: &at.speed_rad_per_s,
+            span_s: &ahead.half_s,
+            is_on: &ahead.is_on,
+        };
+        if let Some(bristles) = &mut self.bristles {
+            bristles.bend(&turning, friction);
+        }
+        if let Some(shafts) = &self.shafts {
+            shafts.pass(&turning, &lasting.sign, friction);
+        }
+        if let Some(before) = before {
+            let is_off = |lane: &usize| ahead.is_on[*lane] == 0;
+            (0..N).filter(is_off).for_each(|lane| friction.put(lane, &before.of(lane)));
         }
     }
 
@@ -573,18 +618,20 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
     /// Takes bristles and elastic shafts to the end of the segment.
     #[inline(always)]
     fn spring(&mut self) {
-        for &lane in &self.asking.springy {
-            if self.ahead.passes[lane] == 0 {
-                continue;
-            }
-            if let Some(extension) = &mut self.runs[lane].extension {
-                let from = self.moving.motor(lane);
-                let to = MotorState {
-                    angle_rad: from.angle_rad + self.ahead.turn_rad[lane],
-                    speed_rad_per_s: self.ahead.speed_rad_per_s[lane],
-                };
-                extension.advance(self.ahead.span_s[lane], from, to, 0.0);
-            }
+        let Self { moving, ahead, .. } = self;
+        let turning = Turning {
+            from_rad: &moving.angle_rad,
+            from_rad_per_s: &moving.speed_rad_per_s,
+            turn_rad: &ahead.turn_rad,
+            to_rad_per_s: &ahead.speed_rad_per_s,
+            span_s: &ahead.span_s,
+            is_on: &ahead.passes,
+        };
+        if let Some(bristles) = &mut self.bristles {
+            bristles.turn(&turning);
+        }
+        if let Some(shafts) = &mut self.shafts {
+            shafts.turn(&turning);
         }
     }
 
@@ -627,7 +674,13 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         run.shaft.external_n_m = moving.external_n_m[lane];
         if let Some(mut extension) = run.extension.take() {
             extension.put_time(moving.time_s[lane], moving.since_commutation_s[lane]);
-            extension.put_levels(self.levels_n_m[lane]);
+            let parts = extension.parts_mut();
+            if let (Some(lanes), Some(bristles)) = (&self.bristles, &mut parts.bristles) {
+                lanes.give_back(lane, bristles);
+            }
+            if let (Some(lanes), Some(shaft)) = (&self.shafts, &mut parts.elastic_shaft) {
+                lanes.give_back(lane, shaft);
+            }
             run.hold_with(&mut extension, reference, left_s, self.tick_s);
             run.extension = Some(extension);
         } else {
@@ -636,12 +689,12 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         if run.guard.has_passed() {
             self.ends[lane] = self.ends[lane].min(tick + 1);
         }
-        self.take_over(lane);
+        self.take_over(lane, lane);
     }
 
     /// Takes over the state of a lane's run.
-    fn take_over(&mut self, lane: usize) {
-        let (run, moving) = (&self.runs[lane], &mut self.moving);
+    fn take_over(&mut self, lane: usize, of: usize) {
+        let (run, moving) = (&self.runs[of], &mut self.moving);
         moving.angle_rad[lane] = run.train.angle_rad;
         moving.speed_rad_per_s[lane] = run.train.speed_rad_per_s;
         (moving.sin[lane], moving.cos[lane]) = (run.rotor.sin, run.rotor.cos);
@@ -650,6 +703,13 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         if let Some(extension) = &run.extension {
             moving.time_s[lane] = extension.time_s();
             moving.since_commutation_s[lane] = extension.since_commutation_s();
+            let parts = extension.parts();
+            if let (Some(lanes), Some(bristles)) = (&mut self.bristles, &parts.bristles) {
+                lanes.put(lane, bristles);
+            }
+            if let (Some(lanes), Some(shaft)) = (&mut self.shafts, &parts.elastic_shaft) {
+                lanes.put(lane, parts, shaft);
+            }
         }
         moving.left_s[lane] = 0.0;
         self.friction.put(lane, &run.train.friction());
@@ -660,7 +720,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
 impl<const N: usize> Fixed<N> {
     fn of(runs: &[Run], tick_s: f64) -> Self {
         let of = |number: &dyn Fn(&Run) -> f64| {
-            core::array::from_fn(|lane| runs.get(lane).map_or(0.0, number))
+            core::array::from_fn(|lane| runs.get(lane).or(runs.last()).map_or(0.0, number))
         };
         let parts = |run: &Run, of: &dyn Fn(&Parts) -> f64, plain: f64| {
             run.extension.as_ref().map_or(plain, |extension| of(extension.parts()))
@@ -700,6 +760,7 @@ impl<const N: usize> Lasting<N> {
             sign: zero,
             per_inertia: [zero; 4],
             felt_load_n_m: zero,
+            carried_load_n_m: zero,
             low_rad: zero,
             high_rad: zero,
             holding_n_m: [zero; 2],
@@ -724,16 +785,8 @@ impl<const N: usize> Lasting<N> {
     /// Takes over the load that a lane's shaft feels.
     fn feel(&mut self, lane: usize, run: &Run) {
         self.felt_load_n_m[lane] = run.train.felt_load_n_m();
+        self.carried_load_n_m[lane] = run.train.carried_load_n_m();
         (self.holding_n_m[0][lane], self.holding_n_m[1][lane]) = run.train.holding_n_m();
-    }
-
-    /// Which way a lane's shaft moves.
-    fn direction(&self, lane: usize) -> Direction {
-        match self.sign[lane] {
-            sign if sign > 0.0 => Direction::Forward,
-            sign if sign < 0.0 => Direction::Backward,
-            _ => Direction::Stuck,
-        }
     }
 }
 
@@ -752,11 +805,6 @@ impl<const N: usize> Moving<N> {
             left_s: zero,
         }
     }
-
-    /// Angle and speed of a lane's shaft.
-    fn motor(&self, lane: usize) -> MotorState {
-        MotorState { angle_rad: self.angle_rad[lane], speed_rad_per_s: self.speed_rad_per_s[lane] }
-    }
 }
 
 impl<const N: usize> Ahead<N> {
@@ -769,10 +817,10 @@ impl<const N: usize> Ahead<N> {
             motor_n_m: zero,
             needed_v: zero,
             half_s: zero,
+            half_rad: zero,
+            middle: Moments::none(),
             turn_rad: zero,
-            motor_rad: zero,
             speed_rad_per_s: zero,
-            position_rad: zero,
             external_n_m: zero,
             is_on: [0; N],
             passes: [0; N],
@@ -784,6 +832,17 @@ impl<const N: usize> Friction<N> {
     fn none() -> Self {
         let zero = [0.0; N];
         Self { kinetic_n_m: [zero; 2], static_n_m: [zero; 2], against_n_m: zero }
+    }
+
+    /// The friction of a lane.
+    #[inline(always)]
+    fn of(&self, lane: usize) -> FrictionState {
+        let of = |sides: &[Wide<N>; 2]| [sides[0][lane], sides[1][lane]];
+        FrictionState {
+            kinetic_n_m: of(&self.kinetic_n_m),
+            static_n_m: of(&self.static_n_m),
+            against_n_m: self.against_n_m[lane],
+        }
     }
 
     /// Takes over the friction of a lane.
@@ -820,16 +879,8 @@ impl Asking {
             run.extension.as_ref().is_some_and(|extension| ask(extension.parts()))
         };
         Self {
-            acting: with(&|run| run.extension.is_some()),
-            springy: with(&|run| {
-                parts(run, &|p| p.bristles.is_some() || p.elastic_shaft.is_some())
-            }),
             misplaced: with(&|run| {
-                let errs = |p: &Parts| {
-                    !p.position_waves.is_empty()
-                        || p.position_sensor.is_some()
-                        || p.elastic_shaft.is_some()
-                };
+                let errs = |p: &Parts| !p.position_waves.is_empty() || p.position_sensor.is_some();
                 parts(run, &errs)
             }),
             sensing: with(&|run| parts(run, &|p| p.current_sensor.is_some())),
@@ -837,18 +888,6 @@ impl Asking {
             loaded: with(&|run| run.load.is_some()),
         }
     }
-}
-
-/// The smaller of two numbers that are none of them NaN.
-#[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-/// The larger of two numbers, the second where the first is NaN.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Signal that is kept of lanes.

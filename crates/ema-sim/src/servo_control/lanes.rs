@@ -1,7 +1,7 @@
 //! The controllers of axes side by side.
 
 use crate::{
-    controller::within,
+    bounds::within,
     plant::{LaneControl, LaneLaw, Seen, Wide},
     quantisation::quantised_in_lane,
 };

@@ -4,13 +4,12 @@ use crate::{
     effect::{
         capabilities::ModelCapabilities,
         info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::EffectLaw,
+        law::{EffectLaw, Function},
         number::{Limit, MOST, Size, cosine, numbers, order, size},
         part::Parts,
         quantity::Quantity,
         shaft_load::{Moment, ShaftLoad},
     },
-    lane_sine::sincos_of,
 };
 
 const SIZE: Size =
@@ -64,8 +63,17 @@ impl EffectLaw for Cogging {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
-        let (sin, cos) = sincos_of(self.order * at.motor_rad);
+    fn function(&self) -> Function {
+        Function::Sine
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        self.order * at.motor_rad
+    }
+
+    #[inline]
+    fn load(&self, _: &Moment, [sin, cos]: [f64; 2], shaft: &mut ShaftLoad) {
         shaft.against_n_m += self.sin * sin + self.cos * cos;
     }
 }

@@ -1,11 +1,9 @@
 //! E24, torque missing after commutation.
 
-use libm::exp;
-
 use crate::effect::{
     capabilities::{Commutated, ModelCapabilities, NO_COMMUTATION, NO_SECTORS, WindingModel},
     info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-    law::EffectLaw,
+    law::{EffectLaw, Function},
     number::{Limit, Range, Role, Size, number, numbers, size},
     part::{
         Parts,
@@ -81,8 +79,17 @@ impl EffectLaw for CommutationOverlap {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
-        let dip = self.dip * exp(-at.since_commutation_s / self.time_constant_s);
-        shaft.against_n_m += at.motor_n_m * dip;
+    fn function(&self) -> Function {
+        Function::Exponential
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        -at.since_commutation_s / self.time_constant_s
+    }
+
+    #[inline]
+    fn load(&self, at: &Moment, [decayed, _]: [f64; 2], shaft: &mut ShaftLoad) {
+        shaft.against_n_m += at.motor_n_m * (self.dip * decayed);
     }
 }

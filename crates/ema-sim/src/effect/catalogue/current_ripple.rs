@@ -4,13 +4,12 @@ use crate::{
     effect::{
         capabilities::ModelCapabilities,
         info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::EffectLaw,
+        law::{EffectLaw, Function},
         number::{Limit, Size, cosine, numbers, order, size},
         part::Parts,
         quantity::Quantity,
         shaft_load::{Moment, ShaftLoad},
     },
-    lane_sine::sincos_of,
 };
 
 const SIZE: Size = Size { least: -1.0, most: 1.0, typical: |_| 0.01, limit: Limit::Catalogue };
@@ -64,8 +63,17 @@ impl EffectLaw for CurrentRipple {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
-        let (sin, cos) = sincos_of(self.order * at.motor_rad);
+    fn function(&self) -> Function {
+        Function::Sine
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        self.order * at.motor_rad
+    }
+
+    #[inline]
+    fn load(&self, at: &Moment, [sin, cos]: [f64; 2], shaft: &mut ShaftLoad) {
         shaft.against_n_m -= at.motor_n_m * (self.sin * sin + self.cos * cos);
     }
 }

@@ -70,7 +70,7 @@ impl EffectLaw for DirectionalFriction {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn load(&self, at: &Moment, _: [f64; 2], shaft: &mut ShaftLoad) {
         shaft.rub_forward(self.coulomb);
         shaft.against_n_m += self.viscous * at.speed_rad_per_s.abs();
     }

@@ -1,11 +1,9 @@
 //! E07, friction that falls as the machine warms.
 
-use libm::exp;
-
 use crate::effect::{
     capabilities::ModelCapabilities,
     info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-    law::EffectLaw,
+    law::{EffectLaw, Function},
     number::{Limit, Range, Role, Size, number, numbers, size},
     quantity::Quantity,
     shaft_load::{Moment, ShaftLoad},
@@ -68,7 +66,17 @@ impl EffectLaw for FrictionDrift {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
-        shaft.friction_ratio *= 1.0 - self.drop * (1.0 - exp(-at.time_s / self.time_constant_s));
+    fn function(&self) -> Function {
+        Function::Exponential
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        -at.time_s / self.time_constant_s
+    }
+
+    #[inline]
+    fn load(&self, _: &Moment, [decayed, _]: [f64; 2], shaft: &mut ShaftLoad) {
+        shaft.friction_ratio *= 1.0 - self.drop * (1.0 - decayed);
     }
 }

@@ -4,12 +4,11 @@ use crate::{
     effect::{
         capabilities::ModelCapabilities,
         info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::EffectLaw,
+        law::{EffectLaw, Function},
         number::{Limit, MOST, Size, cosine, numbers, size},
         quantity::Quantity,
         shaft_load::{Moment, ShaftLoad},
     },
-    lane_sine::sincos_of,
 };
 
 const WEIGHT: Size =
@@ -70,9 +69,18 @@ impl EffectLaw for Imbalance {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn function(&self) -> Function {
+        Function::Sine
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        at.position_rad
+    }
+
+    #[inline]
+    fn load(&self, at: &Moment, [sin, cos]: [f64; 2], shaft: &mut ShaftLoad) {
         let position = at.position_rad;
-        let (sin, cos) = sincos_of(position);
         shaft.against_n_m += self.sin * sin + self.cos * cos + self.spring * position;
     }
 }

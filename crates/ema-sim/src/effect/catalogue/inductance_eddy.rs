@@ -84,7 +84,7 @@ impl EffectLaw for InductanceEddy {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn load(&self, at: &Moment, _: [f64; 2], shaft: &mut ShaftLoad) {
         shaft.against_n_m += self.eddy_drag * at.speed_rad_per_s;
     }
 }

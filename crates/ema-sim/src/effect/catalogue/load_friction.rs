@@ -64,7 +64,7 @@ impl EffectLaw for LoadFriction {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn load(&self, at: &Moment, _: [f64; 2], shaft: &mut ShaftLoad) {
         shaft.rub((self.motor_share * at.motor_n_m - self.load_share * at.load_n_m).abs());
     }
 }

@@ -74,7 +74,7 @@ impl EffectLaw for NonlinearViscous {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn load(&self, at: &Moment, _: [f64; 2], shaft: &mut ShaftLoad) {
         let (a, w) = (self.at_reference, at.speed_rad_per_s);
         let size = a * power(w.abs() / self.reference_speed, self.exponent);
         shaft.against_n_m += size.copysign(w * a);

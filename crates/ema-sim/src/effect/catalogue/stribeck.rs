@@ -1,11 +1,9 @@
 //! E01, friction that falls with speed.
 
-use libm::exp;
-
 use crate::effect::{
     capabilities::ModelCapabilities,
     info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
-    law::EffectLaw,
+    law::{EffectLaw, Function},
     number::{Limit, MOST, Range, Role, Size, Trials, number, numbers, size},
     power::power,
     quantity::Quantity,
@@ -77,8 +75,17 @@ impl EffectLaw for Stribeck {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
-        let w = at.speed_rad_per_s;
-        shaft.rub_in_motion(self.added * exp(-power(w.abs() / self.speed, self.exponent)));
+    fn function(&self) -> Function {
+        Function::Exponential
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        -power(at.speed_rad_per_s.abs() / self.speed, self.exponent)
+    }
+
+    #[inline]
+    fn load(&self, _: &Moment, [decayed, _]: [f64; 2], shaft: &mut ShaftLoad) {
+        shaft.rub_in_motion(self.added * decayed);
     }
 }

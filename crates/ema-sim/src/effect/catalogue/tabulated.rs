@@ -81,7 +81,7 @@ impl EffectLaw for Tabulated<'_> {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn load(&self, at: &Moment, _: [f64; 2], shaft: &mut ShaftLoad) {
         let Some(curve) = self.curve else { return };
         let y = self.scale
             * match curve.over() {

@@ -4,13 +4,12 @@ use crate::{
     effect::{
         capabilities::ModelCapabilities,
         info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::EffectLaw,
+        law::{EffectLaw, Function},
         number::{Limit, Size, cosine, numbers, order, size},
         part::{Parts, sensor::PositionWave},
         quantity::Quantity,
         shaft_load::{Moment, ShaftLoad},
     },
-    lane_sine::sincos_of,
 };
 
 const SIZE: Size =
@@ -71,9 +70,18 @@ impl EffectLaw for TransmissionError {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn function(&self) -> Function {
+        Function::Sine
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        self.order * at.motor_rad
+    }
+
+    #[inline]
+    fn load(&self, at: &Moment, [sin, cos]: [f64; 2], shaft: &mut ShaftLoad) {
         // the load's work on a surface that moves with the error: its slope over the motor's angle
-        let (sin, cos) = sincos_of(self.order * at.motor_rad);
         let slope = self.order * (self.sin * cos - self.cos * sin);
         shaft.against_n_m += slope * at.load_n_m / at.per_gear_ratio;
     }

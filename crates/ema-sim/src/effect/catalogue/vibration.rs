@@ -6,13 +6,12 @@ use crate::{
     effect::{
         capabilities::ModelCapabilities,
         info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::EffectLaw,
+        law::{EffectLaw, Function},
         number::{Limit, MOST, Range, Role, Size, cosine, number, numbers, size},
         part::Parts,
         quantity::Quantity,
         shaft_load::{Moment, ShaftLoad},
     },
-    lane_sine::sincos_of,
 };
 
 const SIZE: Size =
@@ -73,8 +72,17 @@ impl EffectLaw for Vibration {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
-        let (sin, cos) = sincos_of(TAU * self.frequency_hz * at.time_s);
+    fn function(&self) -> Function {
+        Function::Sine
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
+        TAU * self.frequency_hz * at.time_s
+    }
+
+    #[inline]
+    fn load(&self, _: &Moment, [sin, cos]: [f64; 2], shaft: &mut ShaftLoad) {
         shaft.against_n_m += self.sin * sin + self.cos * cos;
     }
 }

@@ -1,11 +1,9 @@
 //! E06, friction of a worn region.
 
-use libm::exp;
-
 use crate::effect::{
     capabilities::ModelCapabilities,
     info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-    law::EffectLaw,
+    law::{EffectLaw, Function},
     number::{Limit, MOST, Range, Role, Size, number, numbers, size},
     part::{LONGEST_PHASE_RAD, Parts},
     quantity::Quantity,
@@ -79,8 +77,18 @@ impl EffectLaw for WornRegion {
     }
 
     #[inline]
-    fn load(&self, at: &Moment, shaft: &mut ShaftLoad) {
+    fn function(&self) -> Function {
+        Function::Exponential
+    }
+
+    #[inline]
+    fn argument(&self, at: &Moment) -> f64 {
         let off = (at.position_rad - self.centre) / self.width;
-        shaft.rub(self.added * exp(-0.5 * off * off));
+        -0.5 * off * off
+    }
+
+    #[inline]
+    fn load(&self, _: &Moment, [decayed, _]: [f64; 2], shaft: &mut ShaftLoad) {
+        shaft.rub(self.added * decayed);
     }
 }

@@ -8,6 +8,9 @@
 //!
 //! Two-mass mechanics of motulator; the play as in `ElastoBacklash` of the Modelica Standard
 //! Library, whose flanks push and never pull.
+#![expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
+
+use crate::bounds::within;
 
 /// Angle and speed of a shaft, at the surface.
 #[derive(Clone, Copy, Debug)]
@@ -33,17 +36,16 @@ pub(crate) struct ElasticShaft {
 
 impl ElasticShaft {
     /// The surface as it stands.
+    #[inline(always)]
     pub(crate) fn state(&self) -> ShaftState {
         ShaftState { angle_rad: self.angle_rad, speed_rad_per_s: self.speed_rad_per_s }
     }
 
     /// Torque that the shaft passes from a motor to a surface.
+    #[inline(always)]
     pub(crate) fn passed_n_m(&self, motor: ShaftState, surface: ShaftState) -> f64 {
         let twist = motor.angle_rad - surface.angle_rad;
-        let beyond = twist - twist.clamp(-self.half_play_rad, self.half_play_rad);
-        if beyond == 0.0 {
-            return 0.0;
-        }
+        let beyond = twist - within(twist, self.half_play_rad);
         let spring = self.stiffness * beyond;
         let damped = spring + self.damping * (motor.speed_rad_per_s - surface.speed_rad_per_s);
         // a flank pushes and never pulls
@@ -51,17 +53,16 @@ impl ElasticShaft {
     }
 
     /// Torque against the motor side, still at the surface.
+    #[inline(always)]
     pub(crate) fn felt_n_m(&self, passed_n_m: f64, speed: f64) -> f64 {
-        if passed_n_m * speed > 0.0 {
-            passed_n_m / self.efficiency_ratio
-        } else if passed_n_m * speed < 0.0 {
-            passed_n_m * self.efficiency_ratio
-        } else {
-            passed_n_m
-        }
+        let along = passed_n_m * speed;
+        let driven = passed_n_m / self.efficiency_ratio;
+        let driving = if along < 0.0 { passed_n_m * self.efficiency_ratio } else { passed_n_m };
+        if along > 0.0 { driven } else { driving }
     }
 
     /// The surface after a span, with the shaft's torque as at the start of it.
+    #[inline(always)]
     pub(crate) fn predicted(&self, motor: ShaftState, span_s: f64) -> ShaftState {
         let torque = self.passed_n_m(motor, self.state());
         let rate = (torque - self.load_n_m) / self.inertia;
@@ -73,6 +74,7 @@ impl ElasticShaft {
     }
 
     /// Moves the surface over a span in which the motor side went from one state to another.
+    #[inline(always)]
     pub(crate) fn advance(&mut self, from: ShaftState, to: ShaftState, span_s: f64) {
         let now = self.state();
         let guess = self.predicted(from, span_s);
