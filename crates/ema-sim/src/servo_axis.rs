@@ -494,23 +494,24 @@ impl ServoAxisSimulation {
     /// [`simulate`](Self::simulate) gives, bit for bit; tests go side by side where they can.
     #[cfg(feature = "model-file")]
     pub(crate) fn drives_every(step: usize, tests: &[(&Self, &PhysicalFaults)]) -> Vec<Vec<f64>> {
+        let alone = |place: usize| {
+            let (test, faults) = tests[place];
+            let trace = test.simulate(faults);
+            let is_output = test.axis.drive == Drive::Amplifier;
+            let shown = if is_output { trace.output } else { trace.current };
+            shown.into_iter().step_by(step).collect::<Vec<f64>>()
+        };
         let mut drives = vec![Vec::new(); tests.len()];
         let (mut currents, mut outputs) = (Vec::new(), Vec::new());
         for (place, (test, faults)) in tests.iter().enumerate() {
-            let member = test.member(faults, place);
-            match (member, test.axis.drive) {
+            match (test.member(faults, place), test.axis.drive) {
                 (Some(member), Drive::Amplifier) => outputs.push(member),
                 (Some(member), _) => currents.push(member),
-                (None, drive) => {
-                    let trace = test.simulate(faults);
-                    let shown =
-                        if drive == Drive::Amplifier { trace.output } else { trace.current };
-                    drives[place] = shown.into_iter().step_by(step).collect();
-                }
+                (None, _) => drives[place] = alone(place),
             }
         }
         for (kept, members) in [(Kept::Current, currents), (Kept::Output, outputs)] {
-            Group { members, kept, step }.run(|place, drive| drives[place] = drive);
+            Group { members, kept, step }.run(alone, |place, drive| drives[place] = drive);
         }
         drives
     }

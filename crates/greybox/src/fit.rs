@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     error::GreyboxError,
     gram::{dot, solve, symmetric},
+    machine::State,
     problem::{PerRecord, Problem},
     structure::{Free, Structure},
 };
@@ -156,11 +157,29 @@ impl Search<'_> {
 
     fn stand(&self, structure: &Structure, values: Vec<f64>) -> Result<Stand, GreyboxError> {
         let state = structure.state(self.problem.machine, &values);
-        let drive = self.problem.drives(&[state])?.remove(0);
+        Ok(self.at(structure, values, self.problem.drives(&[state])?.remove(0)))
+    }
+
+    /// Where each of several values leads, one after the other.
+    fn stands(
+        &self,
+        structure: &Structure,
+        tried: Vec<Vec<f64>>,
+    ) -> impl Iterator<Item = Result<Stand, GreyboxError>> {
+        let state = |values: &Vec<f64>| structure.state(self.problem.machine, values);
+        let states: Vec<State> = tried.iter().map(state).collect();
+        let drives = self.problem.drives_of_each(&states);
+        let at = |(values, drive): (Vec<f64>, Result<PerRecord, GreyboxError>)| {
+            Ok(self.at(structure, values, drive?))
+        };
+        tried.into_iter().zip(drives).map(at)
+    }
+
+    fn at(&self, structure: &Structure, values: Vec<f64>, drive: PerRecord) -> Stand {
         let residuals = self.problem.residuals(&drive);
         let white = whitened(self.whitener, &residuals);
         let objective = half_square(&white) + prior(&structure.free, &values);
-        Ok(Stand { values, drive, residuals, white, objective })
+        Stand { values, drive, residuals, white, objective }
     }
 
     fn anew(
@@ -180,18 +199,30 @@ impl Search<'_> {
         normal: &Normal,
         damping: &mut f64,
     ) -> Result<Option<(Stand, f64)>, GreyboxError> {
-        for _ in 0..MOST_ATTEMPTS {
-            let values = normal.bounded(&structure.free, &stand.values, *damping);
-            let foretold = normal.foretold(&stand.values, &values);
-            let next = self.stand(structure, values)?;
-            if next.objective < stand.objective {
-                *damping *= 0.1;
-                return Ok(Some((next, foretold)));
+        // the first step mostly lowers it; where it does not, all others are run side by side
+        for together in [1, MOST_ATTEMPTS - 1] {
+            let later = |at: &f64| Some(shortened(*at));
+            let dampings: Vec<f64> =
+                core::iter::successors(Some(*damping), later).take(together).collect();
+            let step = |at: &f64| normal.bounded(&structure.free, &stand.values, *at);
+            let stands = self.stands(structure, dampings.iter().map(step).collect());
+            for (next, at) in stands.zip(dampings) {
+                let next = next?;
+                if next.objective < stand.objective {
+                    *damping = at * 0.1;
+                    let foretold = normal.foretold(&stand.values, &next.values);
+                    return Ok(Some((next, foretold)));
+                }
+                *damping = shortened(at);
             }
-            *damping = (*damping * 10.0).max(1e-3);
         }
         Ok(None)
     }
+}
+
+/// The damping of a step that is shorter than that of another.
+fn shortened(damping: f64) -> f64 {
+    (damping * 10.0).max(1e-3)
 }
 
 /// Broyden's update: the sensitivities change least, in units of the steps of the free numbers,

@@ -284,12 +284,17 @@ impl<'a> Problem<'a> {
 
     /// The drive signals of several states, as compared: by state, then by recording.
     pub(crate) fn drives(&self, states: &[State]) -> Result<Vec<PerRecord>, GreyboxError> {
+        self.drives_of_each(states).into_iter().collect()
+    }
+
+    /// The drive signals of each of several states, as compared, where it can be run.
+    pub(crate) fn drives_of_each(&self, states: &[State]) -> Vec<Result<PerRecord, GreyboxError>> {
         let places = 0..self.records.len();
         let work = states.iter().flat_map(|state| places.clone().map(move |n| (state, n)));
-        let drives: Result<Vec<Vec<f64>>, _> =
-            self.drives_each(&work.collect::<Vec<_>>()).into_iter().collect();
-        let mut drives = drives?.into_iter();
-        Ok(states.iter().map(|_| drives.by_ref().take(self.records.len()).collect()).collect())
+        let mut drives = self.drives_each(&work.collect::<Vec<_>>()).into_iter();
+        let own = |_: &State| drives.by_ref().take(places.len()).collect::<Vec<_>>();
+        let by_state: Vec<Vec<Result<Vec<f64>, GreyboxError>>> = states.iter().map(own).collect();
+        by_state.into_iter().map(|own| own.into_iter().collect()).collect()
     }
 
     /// The drive signals, as compared, of states on the commands of recordings by their places.
@@ -302,8 +307,8 @@ impl<'a> Problem<'a> {
             work.iter().map(|(state, place)| self.records[*place].asked(state)).collect();
         let mut order: Vec<usize> = (0..work.len()).collect();
         order.sort_by_cached_key(|&n| asked[n].likeness());
-        let together = work.len().div_ceil(self.jobs.max(1)).clamp(1, SIDE_BY_SIDE);
-        let chunks: Vec<&[usize]> = order.chunks(together).collect();
+        let alike = order.chunk_by(|a, b| asked[*a].likeness() == asked[*b].likeness());
+        let chunks: Vec<&[usize]> = alike.flat_map(|alike| alike.chunks(SIDE_BY_SIDE)).collect();
         let done = parallel::map(&chunks, self.jobs, |chunk| {
             let asked: Vec<AskedDrive<'_>> = chunk.iter().map(|&n| asked[n]).collect();
             let drives = self.machine.drives(&asked).into_iter().zip(*chunk);

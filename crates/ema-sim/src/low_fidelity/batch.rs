@@ -86,19 +86,22 @@ impl LowFidelity {
 
     /// Every `step`-th value of the currents of tests.
     pub(crate) fn currents_every(step: usize, tests: &[(&Self, &PhysicalFaults)]) -> Vec<Vec<f64>> {
+        let alone = |place: usize| {
+            let ((test, faults), mut current_a) = (tests[place], Vec::new());
+            test.simulate_current(faults, &mut current_a);
+            current_a.into_iter().step_by(step).collect::<Vec<f64>>()
+        };
         let mut currents_a = vec![Vec::new(); tests.len()];
         let mut members = Vec::new();
         for (place, (test, faults)) in tests.iter().enumerate() {
             if let Some(member) = test.member(faults, place) {
                 members.push(member);
             } else {
-                let mut current_a = Vec::new();
-                test.simulate_current(faults, &mut current_a);
-                currents_a[place] = current_a.into_iter().step_by(step).collect();
+                currents_a[place] = alone(place);
             }
         }
         let group = Group { members, kept: Kept::Current, step };
-        group.run(|place, current_a| currents_a[place] = current_a);
+        group.run(alone, |place, current_a| currents_a[place] = current_a);
         currents_a
     }
 

@@ -43,8 +43,13 @@ pub(crate) struct Group<'a, L> {
 }
 
 impl<L: LaneLaw> Group<'_, L> {
-    /// Runs all of them; gives the signal of each with its place.
-    pub(crate) fn run(mut self, mut take: impl FnMut(usize, Vec<f64>)) {
+    /// Runs all of them; gives the signal of each with its place. One that has no other beside it
+    /// runs `alone`.
+    pub(crate) fn run(
+        mut self,
+        alone: impl Fn(usize) -> Vec<f64>,
+        mut take: impl FnMut(usize, Vec<f64>),
+    ) {
         // runs of one length end together
         self.members.sort_by_key(|member| core::cmp::Reverse(member.commands.len()));
         while let Some(first) = self.members.first() {
@@ -60,6 +65,10 @@ impl<L: LaneLaw> Group<'_, L> {
                 let width = if alike.len() > MOST_FEW { WIDE } else { FEW };
                 let members: Vec<Member<'_, L>> = alike.by_ref().take(width).collect();
                 let (kept, step) = (self.kept, self.step);
+                if let [only] = &members[..] {
+                    take(only.place, alone(only.place));
+                    continue;
+                }
                 let places: Vec<usize> = members.iter().map(|member| member.place).collect();
                 let signals = if width == WIDE {
                     side_by_side::<WIDE, L>(members, kept, step)
