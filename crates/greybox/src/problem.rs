@@ -250,11 +250,13 @@ impl<'a> Problem<'a> {
     pub(crate) fn sensor_noise(&self, state: &State) -> Result<f64, GreyboxError> {
         let rough = |signal: &[f64]| second_differences(signal).map(|d| d * d).sum::<f64>() / 6.0;
         let (mut all, mut of_loop, mut count) = (0.0, 0.0, 0.0);
-        let asked: Vec<AskedDrive<'_>> = self.records.iter().map(|r| r.asked(state)).collect();
-        for (prepared, drive) in self.records.iter().zip(self.machine.drives(&asked)) {
-            let Some(anchored) = &prepared.anchored else { continue };
-            let drive = drive?;
-            let drive = prepared.moved(prepared.reduce(&drive));
+        let mut records: Vec<(&Prepared<'_>, &Anchored)> = Vec::new();
+        for prepared in &self.records {
+            records.extend(prepared.anchored.as_ref().map(|anchored| (prepared, anchored)));
+        }
+        let asked: Vec<AskedDrive<'_>> = records.iter().map(|(r, _)| r.asked(state)).collect();
+        for ((prepared, anchored), drive) in records.iter().zip(self.machine.drives(&asked)) {
+            let drive = prepared.moved(prepared.reduce(&drive?));
             let left: Vec<f64> = prepared.averaged.iter().zip(&drive).map(|(y, s)| y - s).collect();
             all += rough(&left);
             let runs = anchored.scatter.len().max(2) as f64;
