@@ -21,6 +21,13 @@
 //!    friction in the middle of a segment, `install` puts a part with a state into the machine
 //!    (`effect/part/`) or bounds the length of segments, `rescale` changes constants.
 //!
+//! Runs go side by side, several lanes in one vector (`docs/decisions/0128-effects-side-by-side.md`),
+//! so `load` is arithmetic. A law that takes a sine or an exponential of the state does not call
+//! `libm` in `load`: it names the function in `function`, says of what in `argument`, and `load` is
+//! given the values. A choice in `load` is best a selection between two numbers that are worked out
+//! in any case. A law that calls `libm` all the same, as E01 and E02 do for unusual exponents, gives
+//! the same answers and is slower.
+//!
 //! Models of both fidelities, the servo axis, model files, `fdi effects` and the search of
 //! `greybox` take it from there. Without `INFO`, an answer or a field the crate does not compile;
 //! a key that is not in the unit of its number, an effect that is on by default, or a number that

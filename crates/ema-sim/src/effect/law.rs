@@ -21,17 +21,20 @@ pub(crate) struct Given<'a> {
     pub(crate) geometry: Geometry,
 }
 
-/// Function of the state that a law takes; many runs side by side take it together.
+/// Function of the state that a law takes beside arithmetic. Runs side by side take it for several
+/// lanes at a time, with the bits of `libm`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Function {
+    /// The law is arithmetic alone.
     None,
-    /// Sine and cosine.
+    /// Sine, cosine.
     Sine,
-    /// Exponential, and nothing.
+    /// Exponential, zero.
     Exponential,
 }
 
 impl Function {
+    /// The two numbers that a law is given.
     #[inline]
     fn of(self, argument: f64) -> [f64; 2] {
         match self {
@@ -50,8 +53,8 @@ pub(super) fn add(law: &impl EffectLaw, at: &Moment, shaft: &mut ShaftLoad) {
 
 /// Law of one effect, in every model.
 ///
-/// The first four are decisions that each effect states. Of the last four an effect has those by
-/// which it acts; a test over the catalogue fails for a number that changes nothing.
+/// The first four are decisions that each effect states. Of the others an effect has those by which
+/// it acts; a test over the catalogue fails for a number that changes nothing.
 pub(crate) trait EffectLaw {
     /// Reason for which a model has no place for the effect.
     fn refusal(&self, model: &ModelCapabilities) -> Option<&'static str>;
@@ -77,7 +80,7 @@ pub(crate) trait EffectLaw {
     /// Puts parts with a state into the machine, and bounds the length of segments.
     fn install(&self, _parts: &mut Parts) {}
 
-    /// Function that [`load`](Self::load) takes of the state, besides arithmetic.
+    /// Function whose numbers [`load`](Self::load) is given. The same for all numbers of the effect.
     #[inline]
     fn function(&self) -> Function {
         Function::None
@@ -89,8 +92,8 @@ pub(crate) trait EffectLaw {
         0.0
     }
 
-    /// Adds to friction and torque on the moving shaft, in the middle of a segment, with what the
-    /// function gives.
+    /// Adds to friction and torque on the moving shaft, in the middle of a segment; `_values` are
+    /// those of the function.
     #[inline]
-    fn load(&self, _at: &Moment, _of: [f64; 2], _shaft: &mut ShaftLoad) {}
+    fn load(&self, _at: &Moment, _values: [f64; 2], _shaft: &mut ShaftLoad) {}
 }
