@@ -313,8 +313,9 @@ impl DriveTrain {
 
     /// Torque on the moving shaft besides the motor's and the viscous one.
     pub(crate) fn external_n_m(&self) -> f64 {
-        let kinetic_n_m = self.kinetic_n_m();
-        -self.direction.sign() * kinetic_n_m - self.felt_load_n_m() - self.friction.against_n_m
+        -self.direction.sign() * self.kinetic_n_m()
+            - self.felt_load_n_m()
+            - self.friction.against_n_m
     }
 
     /// What the moving shaft feels of load and surface friction.
@@ -327,7 +328,7 @@ impl DriveTrain {
     }
 
     /// Kinetic friction of the present direction.
-    pub(crate) fn kinetic_n_m(&self) -> f64 {
+    fn kinetic_n_m(&self) -> f64 {
         self.friction.kinetic_n_m[usize::from(self.direction != Direction::Backward)]
     }
 

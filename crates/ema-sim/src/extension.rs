@@ -28,7 +28,7 @@ use crate::{
 /// Least share of its torque constant that saturation leaves a motor.
 const LEAST_SATURATED_RATIO: f64 = 0.1;
 /// Speed below which the turn of a segment does not bound its length, rad/s.
-const SLOWEST: f64 = 1e-9;
+pub(crate) const SLOWEST: f64 = 1e-9;
 
 /// The state that an effect depends on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -60,19 +60,6 @@ impl MotorState {
             speed_rad_per_s: self.speed_rad_per_s * per_gear_ratio,
         }
     }
-}
-
-/// A span over which friction and torque are held.
-#[derive(Clone, Copy, Debug)]
-struct HeldSpan {
-    /// The motor at its start.
-    from: MotorState,
-    /// Turn of the motor to its middle.
-    turn_rad: f64,
-    direction: Direction,
-    half_s: f64,
-    /// True where it is an instant.
-    is_instant: bool,
 }
 
 /// Effects of a run.
@@ -187,44 +174,38 @@ impl Extension {
         acceleration: f64,
         span_s: f64,
     ) {
-        let direction = train.direction;
-        let half_s = if direction == Direction::Stuck { 0.0 } else { 0.5 * span_s };
+        let half_s = if train.direction == Direction::Stuck { 0.0 } else { 0.5 * span_s };
         let at = self.middle(train, now, acceleration, half_s);
-        let from = MotorState { angle_rad: train.angle_rad, speed_rad_per_s: now.speed_rad_per_s };
-        let turn_rad = at.motor_rad - now.motor_rad;
-        let span = HeldSpan { from, turn_rad, direction, half_s, is_instant: span_s == 0.0 };
-        let friction = self.friction(train.nominal_friction(), &at, &span);
-        train.set_friction(friction);
-    }
-
-    /// Friction and torque of a span by the state in its middle, from those without effects.
-    fn friction(&mut self, nominal: FrictionState, at: &Moment, span: &HeldSpan) -> FrictionState {
+        let nominal = train.nominal_friction();
         let mut load = ShaftLoad::new(nominal.against_n_m);
         for effect in &self.effects {
-            effect.load(at, &mut load);
+            effect.load(&at, &mut load);
         }
         let mut friction = with_effects(nominal, &load);
+        let turn_rad = at.motor_rad - now.motor_rad;
         if let Some(bristles) = &mut self.parts.bristles {
-            bend(bristles, &mut friction, span.turn_rad, at.speed_rad_per_s);
+            bend(bristles, &mut friction, turn_rad, at.speed_rad_per_s);
         }
         if let Some(shaft) = &self.parts.elastic_shaft {
             let r = self.parts.machine.per_gear_ratio;
             if !shaft.followed {
+                let from =
+                    MotorState { angle_rad: train.angle_rad, speed_rad_per_s: now.speed_rad_per_s };
                 let to = MotorState {
-                    angle_rad: span.from.angle_rad + span.turn_rad,
+                    angle_rad: train.angle_rad + turn_rad,
                     speed_rad_per_s: at.speed_rad_per_s,
                 };
-                let surface = shaft.predicted(span.from.at_surface(r), span.half_s);
+                let surface = shaft.predicted(from.at_surface(r), half_s);
                 let passed = shaft.passed_n_m(to.at_surface(r), surface);
-                feel(shaft, &mut friction, r, passed, span.direction.sign());
-            } else if span.is_instant && span.from.speed_rad_per_s == 0.0 {
+                feel(shaft, &mut friction, r, passed, train.direction.sign());
+            } else if span_s == 0.0 && now.speed_rad_per_s == 0.0 {
                 // what holds a shaft that has just come to rest
-                let motor = ShaftState { angle_rad: span.from.angle_rad * r, speed_rad_per_s: 0.0 };
+                let motor = ShaftState { angle_rad: train.angle_rad * r, speed_rad_per_s: 0.0 };
                 let passed = shaft.passed_n_m(motor, shaft.state());
                 feel(shaft, &mut friction, r, passed, 0.0);
             }
         }
-        friction
+        train.set_friction(friction);
     }
 
     /// The state in the middle of a span, predicted from its start.

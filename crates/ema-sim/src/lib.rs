@@ -80,6 +80,7 @@ mod tolerance;
 mod trace;
 mod valid_range;
 mod waveform;
+mod wide;
 mod winding;
 
 pub use axis_parameter::AxisParameter;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 pub(crate) use groups::{Group, LaneLaw, Member};
 pub(crate) use lanes::{Lanes, NARROW, WIDTH};
-pub(crate) use own_lanes::{Kept, LaneControl, Seen, Wide};
+pub(crate) use own_lanes::{GATHERED, Kept, LaneControl, Seen};
 
 use self::{quadrature_loop::QuadratureLoop, regulated::RegulatedSegment};
 

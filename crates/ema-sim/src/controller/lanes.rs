@@ -1,6 +1,9 @@
 //! The cascades of machines side by side.
 
-use crate::plant::{LaneControl, LaneLaw, Seen, Wide};
+use crate::{
+    plant::{LaneControl, LaneLaw, Seen},
+    wide::{Wide, of_each},
+};
 
 use super::{Law, Measured};
 
@@ -23,9 +26,7 @@ impl<const N: usize> CascadeLanes<N> {
     /// there is none.
     fn of(laws: &[(Law, f64)]) -> Option<Self> {
         let (common, _) = *laws.first()?;
-        let of = |number: &dyn Fn(&Law) -> f64| {
-            core::array::from_fn(|lane| number(&laws[lane.min(laws.len() - 1)].0))
-        };
+        let of = |number: &dyn Fn(&Law) -> f64| of_each(laws, |(law, _)| number(law));
         Some(Self {
             common,
             gear_ratio: of(&|law| law.gear_ratio),
@@ -34,7 +35,7 @@ impl<const N: usize> CascadeLanes<N> {
             speed_limit_rad_per_s: of(&|law| law.controller.speed_limit_rad_per_s),
             speed_gain_a_s_per_rad: of(&|law| law.controller.speed_gain_a_s_per_rad),
             current_limit_a: of(&|law| law.controller.current_limit_a),
-            integral_a: core::array::from_fn(|lane| laws[lane.min(laws.len() - 1)].1),
+            integral_a: of_each(laws, |(_, integral_a)| *integral_a),
         })
     }
 

@@ -16,10 +16,8 @@ use crate::{
     },
     lane_exp::exp_of_lanes,
     lane_sine::sincos_of_lanes,
+    wide::Wide,
 };
-
-/// A number of each lane.
-type Wide<const N: usize> = [f64; N];
 
 /// An effect that acts in all lanes, with numbers of its own in each.
 #[derive(Clone, Debug)]

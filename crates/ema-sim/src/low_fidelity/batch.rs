@@ -6,13 +6,10 @@ use crate::{
     controller::{Cascade, Law},
     extension::rescaling,
     fault::PhysicalFaults,
-    plant::{Additions, Group, Kept, Lanes, Member, NARROW, Run, WIDTH},
+    plant::{Additions, GATHERED, Group, Kept, Lanes, Member, NARROW, Run, WIDTH},
 };
 
 use super::LowFidelity;
-
-/// Ticks whose currents are gathered before they are handed out.
-const GATHERED: usize = 64;
 
 impl LowFidelity {
     /// Runs the test for its current alone on many actuators, into buffers of the caller's, in the

@@ -3,15 +3,12 @@
 use pulp::Arch;
 
 use super::{
-    Run,
+    NARROW, Run, WIDTH,
     own_lanes::{Kept, LaneControl, OwnLanes, SideBySide},
 };
 
-/// Lanes that go together, and lanes of fewer runs.
-const WIDE: usize = 16;
-const FEW: usize = 4;
-/// Runs up to which fewer lanes are taken: four vectors of four cost as much as one group of all.
-const MOST_FEW: usize = 12;
+/// Most runs of which [`NARROW`] go together: three narrow groups cost less than a wide one.
+const MOST_NARROW: usize = 12;
 
 /// The controller of one run, which may go beside others.
 pub(crate) trait LaneLaw: Clone {
@@ -62,7 +59,7 @@ impl<L: LaneLaw> Group<'_, L> {
             self.members = others;
             let mut alike = alike.into_iter();
             while alike.len() > 0 {
-                let width = if alike.len() > MOST_FEW { WIDE } else { FEW };
+                let width = if alike.len() > MOST_NARROW { WIDTH } else { NARROW };
                 let members: Vec<Member<'_, L>> = alike.by_ref().take(width).collect();
                 let (kept, step) = (self.kept, self.step);
                 if let [only] = &members[..] {
@@ -70,10 +67,10 @@ impl<L: LaneLaw> Group<'_, L> {
                     continue;
                 }
                 let places: Vec<usize> = members.iter().map(|member| member.place).collect();
-                let signals = if width == WIDE {
-                    side_by_side::<WIDE, L>(members, kept, step)
+                let signals = if width == WIDTH {
+                    side_by_side::<WIDTH, L>(members, kept, step)
                 } else {
-                    side_by_side::<FEW, L>(members, kept, step)
+                    side_by_side::<NARROW, L>(members, kept, step)
                 };
                 places.into_iter().zip(signals).for_each(|(place, signal)| take(place, signal));
             }

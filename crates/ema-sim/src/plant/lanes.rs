@@ -20,6 +20,7 @@ use crate::{
     lane_sine,
     series::{value, value_from_zero},
     shape_function::{Near, ShapeFunction, Wave, turns_near},
+    wide::Wide,
     winding::{LocalQuadratic, RotorAngle, Shaft, gap_of, times},
 };
 
@@ -32,9 +33,6 @@ use super::{
 pub(crate) const WIDTH: usize = 16;
 /// Lanes of a narrow run, for a few states of health.
 pub(crate) const NARROW: usize = 4;
-
-/// A number of each lane.
-type Wide<const N: usize> = [f64; N];
 
 /// The state that a tick changes.
 #[derive(Clone, Debug)]

@@ -1,46 +1,44 @@
-//! Runs of machines of their own side by side, with effects and commands of their own, a lane each.
+//! Runs side by side, a lane each, every one with a machine, effects and a command of its own.
 //!
 //! A segment in which nothing happens is the same arithmetic for each lane, written once more for
-//! arrays, so that the compiler takes several lanes at a time; so is what effects add to friction
-//! and torque. What a sensor shows that errs the run's own effects say, lane by lane. A lane in which
-//! something happens (commutation, standstill, contact, a stop, the supply's limit) is taken to
-//! the end of the tick by its own [`Run`]. Operations and their order are those of the run, and
-//! nothing is fused: both give the same bits at any vector width.
+//! arrays, so that the compiler takes several lanes at a time. What effects add to friction and
+//! torque is written so as well. Three things go lane by lane:
+//!
+//! - a lane in which something happens (commutation, standstill, contact, a stop, the supply's
+//!   limit) is taken to the end of the tick by its own [`Run`];
+//! - errors of a sensor, delays and loads that change are asked of the run's own effects and load;
+//! - the sines of the rotor are taken afresh every so many ticks.
+//!
+//! Operations and their order are those of the run, and nothing is fused: both give the same bits
+//! at any vector width (`docs/decisions/0128-effects-side-by-side.md`).
 #![expect(
     clippy::inline_always,
     reason = "the loop is compiled once for each instruction set, which inlining makes possible"
 )]
-#![expect(
-    clippy::needless_bitwise_bool,
-    reason = "a branch would keep the loop from being taken in vectors"
-)]
 
+mod kept;
+mod numbers;
+mod segment;
 mod springs;
 
-use pulp::{Arch, NullaryFnOnce};
+pub(super) use kept::SideBySide;
+pub(crate) use kept::{GATHERED, Kept};
+
+use pulp::Arch;
 
 use crate::{
-    bounds::{larger, smaller},
-    drive_train::FrictionState,
-    effect::{
-        Effect,
-        catalogue::EffectId,
-        lanes::{Adding, EffectLanes, Moments, ShaftLoads},
-        part::Parts,
-    },
-    extension::{Extension, with_effects},
-    series::{value, value_from_zero},
-    winding::{RotorAngle, Shaft, gap_of},
+    effect::{Effect, catalogue::EffectId, lanes::EffectLanes, part::Parts},
+    extension::Extension,
+    wide::Wide,
+    winding::RotorAngle,
 };
 
-use self::springs::{BristleLanes, ShaftLanes, Turning};
-use super::{LEAST_LEFT, Motion, REFRESH_TICKS, Run};
-
-/// A number of each lane.
-pub(crate) type Wide<const N: usize> = [f64; N];
-
-/// Speed below which the turn of a segment does not bound its length, rad/s.
-const SLOWEST: f64 = 1e-9;
+use self::{
+    numbers::{Fixed, Friction, Lasting, Moving},
+    segment::Ahead,
+    springs::{BristleLanes, ShaftLanes},
+};
+use super::{LEAST_LEFT, REFRESH_TICKS, Run};
 
 /// State of the machines that a controller sees at a tick.
 #[derive(Clone, Debug)]
@@ -59,93 +57,6 @@ pub(crate) struct Seen<const N: usize> {
 pub(crate) trait LaneControl<const N: usize> {
     /// Set-points of a tick.
     fn decide(&mut self, seen: &Seen<N>, references: &mut Wide<N>);
-}
-
-/// Numbers of a lane that no tick changes.
-#[derive(Clone, Debug)]
-struct Fixed<const N: usize> {
-    /// Longest segment, its longest turn, and the shortest segment.
-    longest_s: Wide<N>,
-    longest_rad: Wide<N>,
-    shortest_s: Wide<N>,
-    limit_v: Wide<N>,
-    most_speed: Wide<N>,
-    viscous_n_m_s_per_rad: Wide<N>,
-    start_angle_rad: Wide<N>,
-    start_position_rad: Wide<N>,
-    per_gear_ratio: Wide<N>,
-    eccentricity_cos: Wide<N>,
-    eccentricity_sin: Wide<N>,
-    /// What the current sensor in the loop makes of a set-point: less an offset, over a gain.
-    offset_a: Wide<N>,
-    gain: Wide<N>,
-}
-
-/// State that lasts from event to event.
-#[derive(Clone, Debug)]
-struct Lasting<const N: usize> {
-    /// `surface = (follows·angle + offset)/i_g`.
-    follows: Wide<N>,
-    offset_rad: Wide<N>,
-    /// Direction of the motion, 0 at rest.
-    sign: Wide<N>,
-    /// `1/(m·J)`; zero while the shaft rests.
-    per_inertia: [Wide<N>; 4],
-    felt_load_n_m: Wide<N>,
-    carried_load_n_m: Wide<N>,
-    /// Motor angles between which nothing changes.
-    low_rad: Wide<N>,
-    high_rad: Wide<N>,
-    /// What holds a shaft at rest beside its friction; of a moving one nothing does.
-    holding_n_m: [Wide<N>; 2],
-    /// `2·k_p·F_sc` and `2·R_p·F_sc` of the sector.
-    constant: Wide<N>,
-    resistance_ohm: Wide<N>,
-}
-
-/// The state that a segment changes.
-#[derive(Clone, Debug)]
-struct Moving<const N: usize> {
-    angle_rad: Wide<N>,
-    speed_rad_per_s: Wide<N>,
-    sin: Wide<N>,
-    cos: Wide<N>,
-    current_a: Wide<N>,
-    external_n_m: Wide<N>,
-    time_s: Wide<N>,
-    since_commutation_s: Wide<N>,
-    /// What is left of the time for which the set-point is held.
-    left_s: Wide<N>,
-}
-
-/// The next segment as if nothing happened in it.
-#[derive(Clone, Debug)]
-struct Ahead<const N: usize> {
-    span_s: Wide<N>,
-    coupling: [Wide<N>; 3],
-    wanted_a: Wide<N>,
-    motor_n_m: Wide<N>,
-    needed_v: Wide<N>,
-    /// Time and turn to its middle, and the state there.
-    half_s: Wide<N>,
-    half_rad: Wide<N>,
-    middle: Moments<N>,
-    /// Turn to its end, and the state there.
-    turn_rad: Wide<N>,
-    speed_rad_per_s: Wide<N>,
-    external_n_m: Wide<N>,
-    /// Lanes that are taken along, and those in which nothing happens: 1, else 0.
-    is_on: [u64; N],
-    passes: [u64; N],
-}
-
-/// Dry friction of the two directions (backward, forward), and the torque against positive motion.
-#[derive(Clone, Debug)]
-#[expect(clippy::struct_field_names, reason = "the unit belongs to the name")]
-struct Friction<const N: usize> {
-    kinetic_n_m: [Wide<N>; 2],
-    static_n_m: [Wide<N>; 2],
-    against_n_m: Wide<N>,
 }
 
 /// Lanes that ask more than arithmetic.
@@ -206,9 +117,7 @@ impl Run {
             && self.load.as_ref().is_none_or(|load| !load.feels_surface())
             && self.extension.as_ref().is_none_or(|extension| plain_parts(extension))
     }
-}
 
-impl Run {
     /// The effects that are on.
     pub(super) fn effects(&self) -> Vec<EffectId> {
         let effects = self.extension.as_ref().map_or(&[][..], |extension| extension.effects());
@@ -332,8 +241,8 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
     fn take_loads(&mut self) {
         for &lane in &self.asking.loaded {
             let run = &mut self.runs[lane];
-            let Some(load) = &mut run.load else { continue };
-            if let Some(now_n_m) = load.changed_n_m(0.0) {
+            let changed_n_m = run.load.as_mut().and_then(|load| load.changed_n_m(0.0));
+            if let Some(now_n_m) = changed_n_m {
                 match &mut run.extension {
                     Some(extension) if extension.is_compliant() => extension.set_load(now_n_m),
                     _ => run.train.set_load(now_n_m),
@@ -344,20 +253,12 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
                 if let Some(shafts) = &mut self.shafts {
                     shafts.set_load(lane, now_n_m);
                 }
-                self.moving.external_n_m[lane] = self.external_n_m(lane);
+                self.moving.external_n_m[lane] = self.friction.external_n_m(lane, &self.lasting);
             }
-            let Some(load) = &mut self.runs[lane].load else { continue };
-            load.advance(0.0, self.tick_s);
+            if let Some(load) = &mut self.runs[lane].load {
+                load.advance(0.0, self.tick_s);
+            }
         }
-    }
-
-    /// Torque on the shaft besides the motor's and the viscous one.
-    #[inline(always)]
-    fn external_n_m(&self, lane: usize) -> f64 {
-        let sign = self.lasting.sign[lane];
-        let friction = &self.friction;
-        let kinetic_n_m = friction.kinetic_n_m[usize::from(sign >= 0.0)][lane];
-        -sign * kinetic_n_m - self.lasting.felt_load_n_m[lane] - friction.against_n_m[lane]
     }
 
     /// What the sensors show.
@@ -452,228 +353,14 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         self.ahead.is_on.iter().fold(0, |any, on| any | on) != 0
     }
 
-    /// Length of the next segment.
-    #[inline(always)]
-    fn look_ahead(&mut self) {
-        let Self { fixed, moving, ahead, .. } = self;
-        if self.effects.is_empty() {
-            ahead.span_s = moving.left_s;
-            return;
-        }
-        for lane in 0..N {
-            let speed = moving.speed_rad_per_s[lane].abs();
-            let turning_s = fixed.longest_rad[lane] / larger(speed, SLOWEST);
-            let longest_s =
-                larger(smaller(fixed.longest_s[lane], turning_s), fixed.shortest_s[lane]);
-            ahead.span_s[lane] = smaller(moving.left_s[lane], longest_s);
-        }
-        if let Some(bristles) = &mut self.bristles {
-            let bounds = [&fixed.longest_s, &fixed.longest_rad, &fixed.shortest_s];
-            let longest_s = bristles.bound(&moving.speed_rad_per_s, bounds);
-            for lane in 0..N {
-                ahead.span_s[lane] = smaller(moving.left_s[lane], longest_s[lane]);
-            }
-        }
-    }
-
-    /// The currents that the set-points ask for, with what they make and need.
-    #[inline(always)]
-    fn regulate(&mut self, part: usize) {
-        let Self { fixed, lasting, moving, ahead, .. } = self;
-        ahead.wanted_a = self.held[part];
-        if !self.asking.sensing.is_empty() {
-            for lane in 0..N {
-                let offset_a = fixed.offset_a[lane];
-                ahead.wanted_a[lane] = (ahead.wanted_a[lane] - offset_a) / fixed.gain[lane];
-            }
-        }
-        for lane in 0..N {
-            let rotor = RotorAngle { motor_rad: 0.0, sin: moving.sin[lane], cos: moving.cos[lane] };
-            let eccentricity = [fixed.eccentricity_cos[lane], fixed.eccentricity_sin[lane]];
-            let [k0, k1, k2] = gap_of(eccentricity, &rotor).map(|g| lasting.constant[lane] * g);
-            ahead.coupling[0][lane] = k0;
-            ahead.coupling[1][lane] = k1;
-            ahead.coupling[2][lane] = k2;
-            let wanted_a = ahead.wanted_a[lane];
-            let emf_v = k0 * moving.speed_rad_per_s[lane];
-            ahead.needed_v[lane] = lasting.resistance_ohm[lane] * wanted_a + emf_v;
-            ahead.motor_n_m[lane] = k0 * wanted_a;
-        }
-    }
-
-    /// The state in the middle of the next segment, as [`Extension`] predicts it.
-    #[inline(always)]
-    fn find_middle(&mut self) {
-        let Self { fixed, lasting, moving, ahead, .. } = self;
-        for lane in 0..N {
-            let speed = moving.speed_rad_per_s[lane];
-            let sign = lasting.sign[lane];
-            let drag_n_m = fixed.viscous_n_m_s_per_rad[lane] * speed;
-            let rate = (ahead.motor_n_m[lane] + moving.external_n_m[lane] - drag_n_m)
-                * lasting.per_inertia[0][lane];
-            let rests = sign == 0.0;
-            let half_s = if rests { 0.0 } else { 0.5 * ahead.span_s[lane] };
-            let to = speed + rate * half_s;
-            let mean = speed + 0.5 * rate * half_s;
-            let moved = if to * sign > 0.0 { to } else { 0.0 };
-            let now_rad = fixed.start_angle_rad[lane] + moving.angle_rad[lane];
-            let motor_rad = if rests { now_rad } else { now_rad + mean * half_s };
-            let turn_rad = motor_rad - now_rad;
-            ahead.half_s[lane] = half_s;
-            ahead.half_rad[lane] = turn_rad;
-            let middle = &mut ahead.middle;
-            middle.motor_rad[lane] = motor_rad;
-            middle.speed_rad_per_s[lane] = if rests { speed } else { moved };
-            let on_motor_side = (moving.angle_rad[lane] + turn_rad) * lasting.follows[lane]
-                + lasting.offset_rad[lane];
-            middle.position_rad[lane] =
-                fixed.start_position_rad[lane] + on_motor_side * fixed.per_gear_ratio[lane];
-            middle.time_s[lane] = moving.time_s[lane] + half_s;
-            middle.motor_n_m[lane] = ahead.motor_n_m[lane];
-            middle.load_n_m[lane] = lasting.carried_load_n_m[lane];
-            middle.since_commutation_s[lane] = moving.since_commutation_s[lane] + half_s;
-        }
-        ahead.middle.per_gear_ratio = fixed.per_gear_ratio;
-        if let Some(shafts) = &self.shafts {
-            for lane in 0..N {
-                ahead.middle.position_rad[lane] =
-                    fixed.start_position_rad[lane] + shafts.angle_rad[lane];
-                ahead.middle.load_n_m[lane] = shafts.load_n_m(lane);
-            }
-        }
-    }
-
-    /// Puts on the shafts what the effects do in the middle of the segment.
-    #[inline(always)]
-    fn act(&mut self) {
-        let Self { lasting, moving, ahead, friction, nominal, .. } = self;
-        let at = &ahead.middle;
-        // a load that changes is felt beside the friction of a lane's own last segment
-        let before = (!self.asking.loaded.is_empty()).then(|| friction.clone());
-        let mut loads = ShaftLoads::new(nominal.against_n_m);
-        for effect in &self.effects {
-            self.arch.dispatch(Adding { effect, at, loads: &mut loads });
-        }
-        for lane in 0..N {
-            friction.put(lane, &with_effects(nominal.of(lane), &loads.of(lane)));
-        }
-        let turning = Turning {
-            from_rad: &moving.angle_rad,
-            from_rad_per_s: &moving.speed_rad_per_s,
-            turn_rad: &ahead.half_rad,
-            to_rad_per_s: &at.speed_rad_per_s,
-            span_s: &ahead.half_s,
-            is_on: &ahead.is_on,
-        };
-        if let Some(bristles) = &mut self.bristles {
-            bristles.bend(&turning, friction);
-        }
-        if let Some(shafts) = &self.shafts {
-            shafts.pass(&turning, &lasting.sign, friction);
-        }
-        if let Some(before) = before {
-            let is_off = |lane: &usize| ahead.is_on[*lane] == 0;
-            (0..N).filter(is_off).for_each(|lane| friction.put(lane, &before.of(lane)));
-        }
-    }
-
-    /// Speed and turn at the end of the segment, and the lanes in which nothing happens.
-    #[inline(always)]
-    fn glide(&mut self) {
-        let Self { fixed, lasting, moving, ahead, friction, .. } = self;
-        for lane in 0..N {
-            let sign = lasting.sign[lane];
-            let [backward, forward] = [0, 1].map(|side: usize| friction.kinetic_n_m[side][lane]);
-            let kinetic_n_m = if sign >= 0.0 { forward } else { backward };
-            let against_n_m = friction.against_n_m[lane];
-            let external_n_m = -sign * kinetic_n_m - lasting.felt_load_n_m[lane] - against_n_m;
-            let shaft = Shaft {
-                per_inertia: [0, 1, 2, 3].map(|m: usize| lasting.per_inertia[m][lane]),
-                external_n_m,
-                viscous_n_m_s_per_rad: fixed.viscous_n_m_s_per_rad[lane],
-            };
-            let coupling = [0, 1, 2].map(|m: usize| ahead.coupling[m][lane]);
-            let (wanted_a, speed) = (ahead.wanted_a[lane], moving.speed_rad_per_s[lane]);
-            let motion = Motion::at_current(&shaft, &coupling, wanted_a, speed);
-            let span_s = ahead.span_s[lane];
-            let to_speed = value(&motion.speed, span_s);
-            let turn_rad = value_from_zero(&motion.turn, span_s);
-            let to_rad = moving.angle_rad[lane] + turn_rad;
-            let goes = (to_speed * sign > 0.0)
-                & (to_rad <= lasting.high_rad[lane])
-                & (to_rad >= lasting.low_rad[lane])
-                & (to_speed.abs() <= fixed.most_speed[lane]);
-            let motor_n_m = ahead.motor_n_m[lane];
-            let least = -friction.static_n_m[0][lane] + lasting.holding_n_m[0][lane] + against_n_m;
-            let most = friction.static_n_m[1][lane] + lasting.holding_n_m[1][lane] + against_n_m;
-            let rests = (sign == 0.0) & (motor_n_m <= most) & (motor_n_m >= least);
-            let passes = (goes | rests) & (ahead.needed_v[lane].abs() <= fixed.limit_v[lane]);
-            ahead.passes[lane] = ahead.is_on[lane] & u64::from(passes);
-            ahead.speed_rad_per_s[lane] = to_speed;
-            ahead.turn_rad[lane] = turn_rad;
-            ahead.external_n_m[lane] = external_n_m;
-        }
-    }
-
-    /// Takes bristles and elastic shafts to the end of the segment.
-    #[inline(always)]
-    fn spring(&mut self) {
-        let Self { moving, ahead, .. } = self;
-        let turning = Turning {
-            from_rad: &moving.angle_rad,
-            from_rad_per_s: &moving.speed_rad_per_s,
-            turn_rad: &ahead.turn_rad,
-            to_rad_per_s: &ahead.speed_rad_per_s,
-            span_s: &ahead.span_s,
-            is_on: &ahead.passes,
-        };
-        if let Some(bristles) = &mut self.bristles {
-            bristles.turn(&turning);
-        }
-        if let Some(shafts) = &mut self.shafts {
-            shafts.turn(&turning);
-        }
-    }
-
-    /// Takes the state at the end of the segment where nothing happened in it.
-    #[inline(always)]
-    fn arrive(&mut self) {
-        let Self { moving, ahead, .. } = self;
-        for lane in 0..N {
-            let passes = ahead.passes[lane] != 0;
-            let (turn_rad, span_s) = (ahead.turn_rad[lane], ahead.span_s[lane]);
-            let (sin, cos) = (moving.sin[lane], moving.cos[lane]);
-            let mut rotor = RotorAngle { motor_rad: 0.0, sin, cos };
-            rotor.turn(turn_rad);
-            let to = |new: f64, old: f64| if passes { new } else { old };
-            let angle_rad = moving.angle_rad[lane];
-            moving.sin[lane] = to(rotor.sin, sin);
-            moving.cos[lane] = to(rotor.cos, cos);
-            moving.angle_rad[lane] = to(angle_rad + turn_rad, angle_rad);
-            moving.speed_rad_per_s[lane] =
-                to(ahead.speed_rad_per_s[lane], moving.speed_rad_per_s[lane]);
-            moving.current_a[lane] = to(ahead.wanted_a[lane], moving.current_a[lane]);
-            moving.external_n_m[lane] = to(ahead.external_n_m[lane], moving.external_n_m[lane]);
-            let taken_s = if passes { span_s } else { 0.0 };
-            moving.time_s[lane] += taken_s;
-            moving.since_commutation_s[lane] += taken_s;
-            moving.left_s[lane] -= taken_s;
-        }
-    }
-
     /// Takes a lane in which something happens to the end of the time for which its set-point is
     /// held.
     #[inline(never)]
     fn finish(&mut self, lane: usize, tick: usize, part: usize) {
-        let (run, moving) = (&mut self.runs[lane], &self.moving);
-        let (reference, left_s) = (self.held[part][lane], moving.left_s[lane]);
-        run.train.angle_rad = moving.angle_rad[lane];
-        run.train.speed_rad_per_s = moving.speed_rad_per_s[lane];
-        (run.rotor.sin, run.rotor.cos) = (moving.sin[lane], moving.cos[lane]);
-        run.current_a = moving.current_a[lane];
-        run.shaft.external_n_m = moving.external_n_m[lane];
+        let run = &mut self.runs[lane];
+        let (reference, left_s) = (self.held[part][lane], self.moving.left_s[lane]);
+        self.moving.give_back(lane, run);
         if let Some(mut extension) = run.extension.take() {
-            extension.put_time(moving.time_s[lane], moving.since_commutation_s[lane]);
             let parts = extension.parts_mut();
             if let (Some(lanes), Some(bristles)) = (&self.bristles, &mut parts.bristles) {
                 lanes.give_back(lane, bristles);
@@ -692,17 +379,11 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         self.take_over(lane, lane);
     }
 
-    /// Takes over the state of a lane's run.
-    fn take_over(&mut self, lane: usize, of: usize) {
-        let (run, moving) = (&self.runs[of], &mut self.moving);
-        moving.angle_rad[lane] = run.train.angle_rad;
-        moving.speed_rad_per_s[lane] = run.train.speed_rad_per_s;
-        (moving.sin[lane], moving.cos[lane]) = (run.rotor.sin, run.rotor.cos);
-        moving.current_a[lane] = run.current_a;
-        moving.external_n_m[lane] = run.shaft.external_n_m;
+    /// Takes over the state of the run at a place into a lane.
+    fn take_over(&mut self, lane: usize, place: usize) {
+        let run = &self.runs[place];
+        self.moving.take_over(lane, run);
         if let Some(extension) = &run.extension {
-            moving.time_s[lane] = extension.time_s();
-            moving.since_commutation_s[lane] = extension.since_commutation_s();
             let parts = extension.parts();
             if let (Some(lanes), Some(bristles)) = (&mut self.bristles, &parts.bristles) {
                 lanes.put(lane, bristles);
@@ -711,148 +392,8 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
                 lanes.put(lane, parts, shaft);
             }
         }
-        moving.left_s[lane] = 0.0;
         self.friction.put(lane, &run.train.friction());
         self.lasting.take_over(lane, run);
-    }
-}
-
-impl<const N: usize> Fixed<N> {
-    fn of(runs: &[Run], tick_s: f64) -> Self {
-        let of = |number: &dyn Fn(&Run) -> f64| {
-            core::array::from_fn(|lane| runs.get(lane).or(runs.last()).map_or(0.0, number))
-        };
-        let parts = |run: &Run, of: &dyn Fn(&Parts) -> f64, plain: f64| {
-            run.extension.as_ref().map_or(plain, |extension| of(extension.parts()))
-        };
-        let in_loop = |parts: &Parts| parts.current_sensor.filter(|sensor| sensor.in_loop);
-        Self {
-            longest_s: of(&|run| parts(run, &|p| p.longest_s, tick_s)),
-            longest_rad: of(&|run| parts(run, &|p| p.longest_rad, f64::INFINITY)),
-            shortest_s: of(&|run| run.extension.as_ref().map_or(0.0, |e| e.shortest_s())),
-            limit_v: of(&|run| run.limit_v),
-            most_speed: of(&|run| match run.extension {
-                Some(_) => run.guard.most(),
-                None => f64::INFINITY,
-            }),
-            viscous_n_m_s_per_rad: of(&|run| run.train.viscous_n_m_s_per_rad),
-            start_angle_rad: of(&|run| run.start_angle_rad),
-            start_position_rad: of(&|run| run.start_position_rad),
-            per_gear_ratio: of(&|run| run.train.surface_line().2),
-            eccentricity_cos: of(&|run| run.winding.eccentricity()[0]),
-            eccentricity_sin: of(&|run| run.winding.eccentricity()[1]),
-            offset_a: of(&|run| {
-                parts(run, &|p| in_loop(p).map_or(0.0, |sensor| sensor.offset_a), 0.0)
-            }),
-            gain: of(&|run| {
-                parts(run, &|p| in_loop(p).map_or(1.0, |s| 1.0 + s.gain_error_ratio), 1.0)
-            }),
-        }
-    }
-}
-
-impl<const N: usize> Lasting<N> {
-    fn none() -> Self {
-        let zero = [0.0; N];
-        Self {
-            follows: zero,
-            offset_rad: zero,
-            sign: zero,
-            per_inertia: [zero; 4],
-            felt_load_n_m: zero,
-            carried_load_n_m: zero,
-            low_rad: zero,
-            high_rad: zero,
-            holding_n_m: [zero; 2],
-            constant: zero,
-            resistance_ohm: zero,
-        }
-    }
-
-    /// Takes over what lasts of a lane's run.
-    fn take_over(&mut self, lane: usize, run: &Run) {
-        (self.follows[lane], self.offset_rad[lane], _) = run.train.surface_line();
-        self.sign[lane] = run.train.direction.sign();
-        for (wide, per_inertia) in self.per_inertia.iter_mut().zip(run.shaft.per_inertia) {
-            wide[lane] = per_inertia;
-        }
-        (self.low_rad[lane], self.high_rad[lane]) = run.window_rad;
-        let sector = run.sectors[run.sector.place()];
-        (self.constant[lane], self.resistance_ohm[lane]) = sector;
-        self.feel(lane, run);
-    }
-
-    /// Takes over the load that a lane's shaft feels.
-    fn feel(&mut self, lane: usize, run: &Run) {
-        self.felt_load_n_m[lane] = run.train.felt_load_n_m();
-        self.carried_load_n_m[lane] = run.train.carried_load_n_m();
-        (self.holding_n_m[0][lane], self.holding_n_m[1][lane]) = run.train.holding_n_m();
-    }
-}
-
-impl<const N: usize> Moving<N> {
-    fn none() -> Self {
-        let zero = [0.0; N];
-        Self {
-            angle_rad: zero,
-            speed_rad_per_s: zero,
-            sin: zero,
-            cos: zero,
-            current_a: zero,
-            external_n_m: zero,
-            time_s: zero,
-            since_commutation_s: zero,
-            left_s: zero,
-        }
-    }
-}
-
-impl<const N: usize> Ahead<N> {
-    fn none() -> Self {
-        let zero = [0.0; N];
-        Self {
-            span_s: zero,
-            coupling: [zero; 3],
-            wanted_a: zero,
-            motor_n_m: zero,
-            needed_v: zero,
-            half_s: zero,
-            half_rad: zero,
-            middle: Moments::none(),
-            turn_rad: zero,
-            speed_rad_per_s: zero,
-            external_n_m: zero,
-            is_on: [0; N],
-            passes: [0; N],
-        }
-    }
-}
-
-impl<const N: usize> Friction<N> {
-    fn none() -> Self {
-        let zero = [0.0; N];
-        Self { kinetic_n_m: [zero; 2], static_n_m: [zero; 2], against_n_m: zero }
-    }
-
-    /// The friction of a lane.
-    #[inline(always)]
-    fn of(&self, lane: usize) -> FrictionState {
-        let of = |sides: &[Wide<N>; 2]| [sides[0][lane], sides[1][lane]];
-        FrictionState {
-            kinetic_n_m: of(&self.kinetic_n_m),
-            static_n_m: of(&self.static_n_m),
-            against_n_m: self.against_n_m[lane],
-        }
-    }
-
-    /// Takes over the friction of a lane.
-    #[inline(always)]
-    fn put(&mut self, lane: usize, of: &FrictionState) {
-        for side in 0..2 {
-            self.kinetic_n_m[side][lane] = of.kinetic_n_m[side];
-            self.static_n_m[side][lane] = of.static_n_m[side];
-        }
-        self.against_n_m[lane] = of.against_n_m;
     }
 }
 
@@ -887,70 +428,5 @@ impl Asking {
             delayed: with(&|run| parts(run, &|p| p.delay.is_some())),
             loaded: with(&|run| run.load.is_some()),
         }
-    }
-}
-
-/// Signal that is kept of lanes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kept {
-    /// The current as its sensor shows it.
-    Current,
-    /// The controller's output.
-    Output,
-}
-
-/// Ticks whose values are gathered before they are handed out.
-const GATHERED: usize = 64;
-
-/// A run of all lanes, each on its own command; every `step`-th value is kept.
-pub(crate) struct SideBySide<'a, const N: usize, C> {
-    pub(crate) lanes: OwnLanes<N, C>,
-    pub(crate) commands: &'a [&'a [f64]],
-    pub(crate) kept: Kept,
-    pub(crate) step: usize,
-}
-
-impl<const N: usize, C: LaneControl<N>> NullaryFnOnce for SideBySide<'_, N, C> {
-    type Output = Vec<Vec<f64>>;
-
-    /// The signal of each lane; NaN from where a shaft is driven away.
-    #[inline(always)]
-    fn call(self) -> Vec<Vec<f64>> {
-        let Self { mut lanes, commands, kept, step } = self;
-        let most = commands.iter().map(|command| command.len()).max().unwrap_or(0);
-        let room = |command: &&[f64]| Vec::with_capacity(command.len().div_ceil(step) + GATHERED);
-        let mut values: Vec<Vec<f64>> = commands.iter().map(room).collect();
-        let mut gathered = [[0.0; N]; GATHERED];
-        let mut rows = 0;
-        let mut command = [0.0; N];
-        for tick in 0..most {
-            for (now, command) in command.iter_mut().zip(commands) {
-                *now = command.get(tick).copied().unwrap_or(*now);
-            }
-            lanes.tick(tick, &command);
-            if tick.is_multiple_of(step) {
-                gathered[rows] = match kept {
-                    Kept::Current => *lanes.shown_current_a(),
-                    Kept::Output => *lanes.output(),
-                };
-                rows += 1;
-            }
-            if rows == GATHERED || tick + 1 == most {
-                hand_out(&gathered[..rows], &mut values);
-                rows = 0;
-            }
-        }
-        for ((values, command), end) in values.iter_mut().zip(commands).zip(lanes.ends()) {
-            values.truncate(end.div_ceil(step));
-            values.resize(command.len().div_ceil(step), f64::NAN);
-        }
-        values
-    }
-}
-
-/// Hands rows of all lanes out to each.
-fn hand_out<const N: usize>(rows: &[[f64; N]], values: &mut [Vec<f64>]) {
-    for (lane, values) in values.iter_mut().enumerate() {
-        values.extend(rows.iter().map(|row| row[lane]));
     }
 }

@@ -2,8 +2,9 @@
 
 use crate::{
     bounds::within,
-    plant::{LaneControl, LaneLaw, Seen, Wide},
+    plant::{LaneControl, LaneLaw, Seen},
     quantisation::quantised_in_lane,
+    wide::{Wide, of_each},
 };
 
 use super::{AxisCascade, AxisController, Feedback, Integrals};
@@ -75,11 +76,10 @@ impl<const N: usize> AxisLanes<N> {
     fn of(axes: &[AxisLane]) -> Option<Self> {
         let AxisLane { asked, cascade, .. } = axes.first()?;
         let AxisCascade { law: common, tick_s, .. } = *cascade;
-        let axis = |lane: usize| &axes[lane.min(axes.len() - 1)];
         let of = |number: &dyn Fn(&AxisController) -> f64| {
-            core::array::from_fn(|lane| number(&axis(lane).cascade.law))
+            of_each(axes, |axis: &AxisLane| number(&axis.cascade.law))
         };
-        let before = |n: usize| core::array::from_fn(|lane| axis(lane).cascade.positions[n]);
+        let before = |n: usize| of_each(axes, |axis: &AxisLane| axis.cascade.positions[n]);
         Some(Self {
             asked: *asked,
             common,
@@ -92,10 +92,10 @@ impl<const N: usize> AxisLanes<N> {
             speed_integral: of(&|law| law.speed_integral),
             output_limit: of(&|law| law.output_limit),
             encoder_step: of(&|law| law.encoder_step),
-            start: core::array::from_fn(|lane| axis(lane).start),
-            is_plain: core::array::from_fn(|lane| axis(lane).is_plain),
-            integral_of_position: core::array::from_fn(|n| axis(n).cascade.integrals.position),
-            integral_of_speed: core::array::from_fn(|n| axis(n).cascade.integrals.speed),
+            start: of_each(axes, |axis| axis.start),
+            is_plain: of_each(axes, |axis| axis.is_plain),
+            integral_of_position: of_each(axes, |axis| axis.cascade.integrals.position),
+            integral_of_speed: of_each(axes, |axis| axis.cascade.integrals.speed),
             last_error: None,
             // oldest first
             positions: (0..common.speed_samples as usize).rev().map(before).collect(),

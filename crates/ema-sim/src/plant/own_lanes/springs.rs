@@ -8,11 +8,12 @@ use crate::{
         bristles::Bristles,
         elastic_shaft::{ElasticShaft, ShaftState},
     },
-    extension::{MotorState, feel},
+    extension::{MotorState, SLOWEST, feel},
     lane_exp::exp_of_lanes,
+    wide::Wide,
 };
 
-use super::{SLOWEST, Wide};
+use super::numbers::Friction;
 
 /// Motion of the motors over a segment or to its middle.
 #[derive(Clone, Copy)]
@@ -132,7 +133,7 @@ impl<const N: usize> BristleLanes<N> {
 
     /// Puts bristles in the place of dry friction, in the middle of a segment.
     #[inline(always)]
-    pub(super) fn bend(&mut self, turning: &Turning<'_, N>, friction: &mut super::Friction<N>) {
+    pub(super) fn bend(&mut self, turning: &Turning<'_, N>, friction: &mut Friction<N>) {
         let speeds = turning.to_rad_per_s;
         for lane in 0..N {
             let forward = speeds[lane] >= 0.0;
@@ -266,7 +267,7 @@ impl<const N: usize> ShaftLanes<N> {
         &self,
         turning: &Turning<'_, N>,
         sign: &Wide<N>,
-        friction: &mut super::Friction<N>,
+        friction: &mut Friction<N>,
     ) {
         for lane in 0..N {
             let (shaft, r) = (self.of(lane), self.per_gear_ratio[lane]);
