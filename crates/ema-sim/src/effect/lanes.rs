@@ -4,7 +4,7 @@
     reason = "the loop is compiled once for each instruction set, which inlining makes possible"
 )]
 
-use pulp::NullaryFnOnce;
+use pulp::{Arch, NullaryFnOnce};
 
 use crate::{
     effect::{
@@ -130,6 +130,15 @@ pub(crate) struct Adding<'a, const N: usize> {
     pub(crate) effect: &'a EffectLanes<N>,
     pub(crate) at: &'a Moments<N>,
     pub(crate) loads: &'a mut ShaftLoads<N>,
+}
+
+impl<const N: usize> Adding<'_, N> {
+    /// Adds with the widest vectors. Apart from the loops of runs, whose code the whole catalogue
+    /// would multiply.
+    #[inline(never)]
+    pub(crate) fn dispatch(self, arch: Arch) {
+        arch.dispatch(self);
+    }
 }
 
 impl<const N: usize> NullaryFnOnce for Adding<'_, N> {

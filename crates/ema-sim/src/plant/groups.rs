@@ -41,7 +41,7 @@ pub(crate) struct Group<'a, L> {
 
 impl<L: LaneLaw> Group<'_, L> {
     /// Runs all of them; gives the signal of each with its place. One that has no other beside it
-    /// runs `alone`.
+    /// runs `alone`, and so do all where there are no wide vectors.
     pub(crate) fn run(
         mut self,
         alone: impl Fn(usize) -> Vec<f64>,
@@ -61,35 +61,38 @@ impl<L: LaneLaw> Group<'_, L> {
             while alike.len() > 0 {
                 let width = if alike.len() > MOST_NARROW { WIDTH } else { NARROW };
                 let members: Vec<Member<'_, L>> = alike.by_ref().take(width).collect();
-                let (kept, step) = (self.kept, self.step);
-                if let [only] = &members[..] {
-                    take(only.place, alone(only.place));
-                    continue;
-                }
                 let places: Vec<usize> = members.iter().map(|member| member.place).collect();
                 let signals = if width == WIDTH {
-                    side_by_side::<WIDTH, L>(members, kept, step)
+                    side_by_side::<WIDTH, L>(members, self.kept, self.step)
                 } else {
-                    side_by_side::<NARROW, L>(members, kept, step)
+                    side_by_side::<NARROW, L>(members, self.kept, self.step)
                 };
-                places.into_iter().zip(signals).for_each(|(place, signal)| take(place, signal));
+                match signals {
+                    Some(signals) => places.iter().zip(signals).for_each(|(n, of)| take(*n, of)),
+                    None => places.iter().for_each(|n| take(*n, alone(*n))),
+                }
             }
         }
     }
 }
 
-/// Runs at most `N` members that are alike.
+/// Runs at most `N` members that are alike; `None` where that gains nothing.
 fn side_by_side<const N: usize, L: LaneLaw>(
     members: Vec<Member<'_, L>>,
     kept: Kept,
     step: usize,
-) -> Vec<Vec<f64>> {
+) -> Option<Vec<Vec<f64>>> {
+    let arch = Arch::new();
+    // the loops of lanes have no code for machines without wide vectors, which would be as much again
+    if members.len() < 2 || matches!(arch, Arch::Scalar) {
+        return None;
+    }
     let laws: Vec<L> = members.iter().map(|member| member.law.clone()).collect();
     let commands: Vec<&[f64]> = members.iter().map(|member| member.commands).collect();
     let ticks: Vec<usize> = commands.iter().map(|command| command.len()).collect();
-    let tick_s = members.first().map_or(0.0, |member| member.tick_s);
+    let tick_s = members[0].tick_s;
+    let control = L::lanes::<N>(&laws)?;
     let runs = members.into_iter().map(|member| member.run).collect();
-    let Some(control) = L::lanes::<N>(&laws) else { return Vec::new() };
     let lanes = OwnLanes::<N, _>::of(runs, control, tick_s, &ticks);
-    Arch::new().dispatch(SideBySide { lanes, commands: &commands, kept, step })
+    Some(arch.dispatch(SideBySide { lanes, commands: &commands, kept, step }))
 }

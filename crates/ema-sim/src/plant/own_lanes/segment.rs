@@ -163,7 +163,7 @@ impl<const N: usize, C> OwnLanes<N, C> {
         let before = (!self.asking.loaded.is_empty()).then(|| friction.clone());
         let mut loads = ShaftLoads::new(nominal.against_n_m);
         for effect in &self.effects {
-            self.arch.dispatch(Adding { effect, at, loads: &mut loads });
+            Adding { effect, at, loads: &mut loads }.dispatch(self.arch);
         }
         for lane in 0..N {
             friction.put(lane, &with_effects(nominal.of(lane), &loads.of(lane)));
