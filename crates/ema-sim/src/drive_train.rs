@@ -318,7 +318,7 @@ impl DriveTrain {
             - self.friction.against_n_m
     }
 
-    /// What the moving shaft feels of load and surface friction.
+    /// Load and surface friction as the moving shaft feels them.
     pub(crate) fn felt_load_n_m(&self) -> f64 {
         match self.contact {
             Contact::Free => 0.0,
@@ -383,8 +383,8 @@ impl DriveTrain {
         (-static_backward + backward + against, static_forward + forward + against)
     }
 
-    /// What holds a shaft at rest beside its static friction, backward and forward: the load
-    /// where a flank touches, a stop without end.
+    /// Torques that hold a shaft at rest beside its static friction, backward and forward: the
+    /// load where a flank touches, infinite at a stop.
     pub(crate) fn holding_n_m(&self) -> (f64, f64) {
         let most = self.stop_rad + self.half_play_rad;
         let (low, high) =

@@ -19,7 +19,7 @@ use crate::{
     drive_train::{Crossing, Direction, DriveTrain, START_RAD},
     effect::{
         Effect,
-        part::{MachineNumbers, winding::Circuit},
+        part::{MachineNumbers, SHORTEST_RATIO, winding::Circuit},
     },
     event_limit::EventLimit,
     extension::{Extension, Instant, MotorState},
@@ -38,8 +38,6 @@ use crate::{
 /// Ticks after which the rotor's sines are taken afresh; rotating them drifts by 1e-16 a tick.
 const REFRESH_TICKS: usize = 64;
 
-/// Share of a tick below which no segment is cut, however fast the rotor turns.
-const SHORTEST_RATIO: f64 = 1e-3;
 /// Share of a tick that is no segment with effects.
 const LEAST_LEFT: f64 = 1e-9;
 /// Events in a tick beyond which they are put off; in ordinary motion there are a handful.

@@ -6,7 +6,7 @@ pub(crate) fn quantised(value: f64, step: f64) -> f64 {
     if step > 0.0 { nearest(value, step) } else { value }
 }
 
-/// What [`quantised`] gives, without a branch.
+/// The same as [`quantised`] to the bit, without a branch.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
 pub(crate) fn quantised_in_lane(value: f64, step: f64) -> f64 {

@@ -3,8 +3,8 @@
 /// A number of each lane.
 pub(crate) type Wide<const N: usize> = [f64; N];
 
-/// What each of the items has; the last one fills what is left of the lanes, so that nothing there
-/// is out of the ordinary. The default without items.
+/// A value of each of the items, a lane each. The last item fills the lanes that are left, so that
+/// nothing there is out of the ordinary; without items all are the default.
 pub(crate) fn of_each<const N: usize, T, U: Default>(items: &[T], has: impl Fn(&T) -> U) -> [U; N] {
     core::array::from_fn(|lane| items.get(lane).or(items.last()).map_or_else(U::default, &has))
 }

@@ -70,14 +70,14 @@ impl State {
 pub(crate) struct AskedDrive<'a> {
     pub(crate) state: &'a State,
     pub(crate) record: &'a Record,
-    /// What runs of the recording's command have in common.
+    /// Work that runs of the recording's command share.
     pub(crate) ready: &'a PreparedTest,
     /// Place of the recording among those compared.
     pub(crate) place: usize,
 }
 
 impl AskedDrive<'_> {
-    /// What runs have alike that cost alike.
+    /// Effects and length, by which runs go side by side.
     pub(crate) fn likeness(&self) -> (Vec<EffectId>, usize) {
         let State { effects, in_record, .. } = self.state;
         let acting = in_record.get(self.place).unwrap_or(effects);

@@ -74,7 +74,7 @@ struct Sizing<'c> {
     wanted: [f64; 2],
     /// How often it may still be changed.
     left: usize,
-    /// What it does; `None` where the machine cannot have it.
+    /// Change of each recording; `None` where the machine cannot have the effect.
     columns: Option<PerRecord>,
 }
 

@@ -10,7 +10,7 @@ use super::{Law, Measured};
 /// Cascades that differ in their numbers alone.
 #[derive(Clone, Debug)]
 pub(crate) struct CascadeLanes<const N: usize> {
-    /// What all of them share.
+    /// Law with the choices that all of them share.
     common: Law,
     gear_ratio: Wide<N>,
     position_gain: Wide<N>,

@@ -147,7 +147,7 @@ impl Effect {
         self.curve.is_none().then(|| EffectLanes::new(self.id, self.geometry))
     }
 
-    /// Its numbers for a lane.
+    /// All numbers, in the order of the parameters.
     pub(crate) fn all_values(&self) -> &[f64; MOST_PARAMETERS] {
         &self.values
     }

@@ -125,7 +125,7 @@ impl<const N: usize> ShaftLoads<N> {
     }
 }
 
-/// What an effect adds to the loads of all lanes.
+/// Adds what an effect does to the loads of all lanes.
 pub(crate) struct Adding<'a, const N: usize> {
     pub(crate) effect: &'a EffectLanes<N>,
     pub(crate) at: &'a Moments<N>,

@@ -134,7 +134,7 @@ pub struct DriveRun<'a> {
     pub numbers: &'a [NumberValue],
     /// The test, and what its runs share.
     pub test: &'a MachineTest<'a>,
-    /// What [`prepare`](super::MachineKind::prepare) has made of it.
+    /// The test as [`prepare`](super::MachineKind::prepare) has made it ready.
     pub prepared: &'a PreparedTest,
     /// Damage.
     pub faults: &'a PhysicalFaults,

@@ -261,7 +261,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         }
     }
 
-    /// What the sensors show.
+    /// Reads the sensors of all lanes.
     #[inline(always)]
     fn show(&mut self, commands: &Wide<N>) {
         let Self { fixed, lasting, moving, seen, .. } = self;
@@ -285,7 +285,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         }
     }
 
-    /// What sensors of the position show that sit behind an elastic shaft, or that err.
+    /// Reads sensors of the position that sit behind an elastic shaft, or that err.
     #[inline(always)]
     fn misplace(&mut self) {
         let Self { fixed, moving, seen, .. } = self;
@@ -343,7 +343,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         }
     }
 
-    /// Whether anything is left of the time for which any set-point is held.
+    /// True where anything is left of the time for which any set-point is held.
     #[inline(always)]
     fn is_any_on(&mut self) -> bool {
         let least_s = LEAST_LEFT * self.tick_s;

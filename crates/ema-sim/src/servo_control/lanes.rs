@@ -33,7 +33,7 @@ pub(crate) struct AxisLane {
 #[derive(Clone, Debug)]
 pub(crate) struct AxisLanes<const N: usize> {
     asked: Asked,
-    /// What all of them share.
+    /// Law with the choices that all of them share.
     common: AxisController,
     tick_s: f64,
     position_gain: Wide<N>,

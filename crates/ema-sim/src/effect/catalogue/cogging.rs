@@ -1,15 +1,13 @@
 //! E11, torque of a fixed order of the motor angle.
 
-use crate::{
-    effect::{
-        capabilities::ModelCapabilities,
-        info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::{EffectLaw, Function},
-        number::{Limit, MOST, Size, cosine, numbers, order, size},
-        part::Parts,
-        quantity::Quantity,
-        shaft_load::{Moment, ShaftLoad},
-    },
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    info::{EffectClass, EffectInfo, LoopPart, Port, Repetition},
+    law::{EffectLaw, Function},
+    number::{Limit, MOST, Size, cosine, numbers, order, size},
+    part::Parts,
+    quantity::Quantity,
+    shaft_load::{Moment, ShaftLoad},
 };
 
 const SIZE: Size =

@@ -1,15 +1,13 @@
 //! E12, torque ripple with the current.
 
-use crate::{
-    effect::{
-        capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::{EffectLaw, Function},
-        number::{Limit, Size, cosine, numbers, order, size},
-        part::Parts,
-        quantity::Quantity,
-        shaft_load::{Moment, ShaftLoad},
-    },
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
+    law::{EffectLaw, Function},
+    number::{Limit, Size, cosine, numbers, order, size},
+    part::Parts,
+    quantity::Quantity,
+    shaft_load::{Moment, ShaftLoad},
 };
 
 const SIZE: Size = Size { least: -1.0, most: 1.0, typical: |_| 0.01, limit: Limit::Catalogue };

@@ -1,14 +1,12 @@
 //! E10, gravity, imbalance, springs.
 
-use crate::{
-    effect::{
-        capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::{EffectLaw, Function},
-        number::{Limit, MOST, Size, cosine, numbers, size},
-        quantity::Quantity,
-        shaft_load::{Moment, ShaftLoad},
-    },
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
+    law::{EffectLaw, Function},
+    number::{Limit, MOST, Size, cosine, numbers, size},
+    quantity::Quantity,
+    shaft_load::{Moment, ShaftLoad},
 };
 
 const WEIGHT: Size =

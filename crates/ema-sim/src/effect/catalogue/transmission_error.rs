@@ -1,15 +1,13 @@
 //! E09, error of the gear's ratio over the turn.
 
-use crate::{
-    effect::{
-        capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::{EffectLaw, Function},
-        number::{Limit, Size, cosine, numbers, order, size},
-        part::{Parts, sensor::PositionWave},
-        quantity::Quantity,
-        shaft_load::{Moment, ShaftLoad},
-    },
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
+    law::{EffectLaw, Function},
+    number::{Limit, Size, cosine, numbers, order, size},
+    part::{Parts, sensor::PositionWave},
+    quantity::Quantity,
+    shaft_load::{Moment, ShaftLoad},
 };
 
 const SIZE: Size =

@@ -2,16 +2,14 @@
 
 use core::f64::consts::TAU;
 
-use crate::{
-    effect::{
-        capabilities::ModelCapabilities,
-        info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
-        law::{EffectLaw, Function},
-        number::{Limit, MOST, Range, Role, Size, cosine, number, numbers, size},
-        part::Parts,
-        quantity::Quantity,
-        shaft_load::{Moment, ShaftLoad},
-    },
+use crate::effect::{
+    capabilities::ModelCapabilities,
+    info::{CHOICE, EffectClass, EffectInfo, LoopPart, Port, Repetition},
+    law::{EffectLaw, Function},
+    number::{Limit, MOST, Range, Role, Size, cosine, number, numbers, size},
+    part::Parts,
+    quantity::Quantity,
+    shaft_load::{Moment, ShaftLoad},
 };
 
 const SIZE: Size =

@@ -27,7 +27,8 @@ pub(super) struct Fixed<const N: usize> {
     pub(super) per_gear_ratio: Wide<N>,
     pub(super) eccentricity_cos: Wide<N>,
     pub(super) eccentricity_sin: Wide<N>,
-    /// What the current sensor in the loop makes of a set-point: less an offset, over a gain.
+    /// Errors of the current sensor in the loop: a set-point less the offset, over the gain, is the
+    /// current.
     pub(super) offset_a: Wide<N>,
     pub(super) gain: Wide<N>,
 }
@@ -47,7 +48,7 @@ pub(super) struct Lasting<const N: usize> {
     /// Motor angles between which nothing changes.
     pub(super) low_rad: Wide<N>,
     pub(super) high_rad: Wide<N>,
-    /// What holds a shaft at rest beside its friction; of a moving one nothing does.
+    /// Torques that hold a shaft at rest beside its friction, backward and forward.
     pub(super) holding_n_m: [Wide<N>; 2],
     /// `2·k_p·F_sc` and `2·R_p·F_sc` of the sector.
     pub(super) constant: Wide<N>,
@@ -65,7 +66,7 @@ pub(super) struct Moving<const N: usize> {
     pub(super) external_n_m: Wide<N>,
     pub(super) time_s: Wide<N>,
     pub(super) since_commutation_s: Wide<N>,
-    /// What is left of the time for which the set-point is held.
+    /// Time for which the set-point is still held.
     pub(super) left_s: Wide<N>,
 }
 
