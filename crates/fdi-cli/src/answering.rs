@@ -14,6 +14,9 @@ use fdi_core::{
 
 use crate::{Diagnoser, args::NameArgs, identity::Identity, output::Answer};
 
+/// Path and name of a recording that comes through standard input.
+pub(crate) const STANDARD_INPUT: &str = "-";
+
 /// A recording that is to be diagnosed.
 #[derive(Clone, Debug)]
 pub enum Source {
@@ -131,7 +134,9 @@ impl Batch<'_> {
                 Ok((read.0, self.is_kept.then_some(read.1)))
             }
             Source::Bytes { name: named, bytes } => {
-                let format = FileFormat::of(name).ok_or(RecordError::UnknownFormat)?;
+                let told = FileFormat::of(name);
+                let shown = (named == STANDARD_INPUT).then(|| FileFormat::of_bytes(bytes));
+                let format = told.or(shown).ok_or(RecordError::UnknownFormat)?;
                 let read = Recording::from_bytes(named, format, bytes.clone(), &self.map);
                 Ok((read.map_err(of_rate)?, None))
             }

@@ -12,7 +12,7 @@ use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
-    ColumnMap, Encoding, FileFormat, RootSeed, Schema,
+    ColumnMap, ColumnMapError, Encoding, FileFormat, Gaps, RootSeed, Schema,
     ema_sim::PhaseSensors,
     report::{Fidelity, Method, ToleranceUse},
 };
@@ -215,14 +215,59 @@ pub struct MapArgs {
     /// Read channel NAME from COLUMN, multiplied by FACTOR; may be repeated
     #[arg(long, value_name = "NAME=COLUMN[*FACTOR]", value_parser = mapping)]
     pub map: Vec<String>,
+    /// Recordings that lack samples, or have some twice or out of order
+    #[arg(long, value_enum, default_value_t)]
+    pub gaps: GapsArg,
+    /// Leave out the first N lines of a text
+    #[arg(long, default_value_t, value_name = "N")]
+    pub skip_lines: usize,
+}
+
+impl MapArgs {
+    pub(crate) fn is_bridged(&self) -> bool {
+        self.gaps == GapsArg::Bridge
+    }
+
+    /// How columns are read.
+    pub(crate) fn column_map(&self) -> Result<ColumnMap, ColumnMapError> {
+        let gaps = match self.gaps {
+            GapsArg::Refuse => Gaps::Refuse,
+            GapsArg::Bridge => Gaps::Bridge,
+        };
+        let map = ColumnMap::new(&self.map)?;
+        Ok(map.with_gaps(gaps).with_skipped_lines(self.skip_lines))
+    }
+}
+
+/// Recordings that lack samples, or have some twice or out of order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum GapsArg {
+    /// Are refused with the place.
+    #[default]
+    Refuse,
+    /// Are put in order and filled, up to 8 samples a gap; the answer says so.
+    Bridge,
+}
+
+impl GapsArg {
+    /// The choice as the command line spells it.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Refuse => "refuse",
+            Self::Bridge => "bridge",
+        }
+    }
 }
 
 /// Options of `fdi diagnose`.
 #[derive(Clone, Debug, Args)]
 pub struct DiagnoseArgs {
     /// Recordings, by the endings of [`FileFormat::listed`], and folders of recordings
-    #[arg(required = true, value_name = "PATH", help = paths_help())]
+    #[arg(required_unless_present = "files_from", value_name = "PATH", help = paths_help())]
     pub paths: Vec<PathBuf>,
+    /// Recordings, folders and patterns named in FILE, one a line; `-` reads the names from standard input
+    #[arg(long, value_name = "FILE")]
+    pub files_from: Option<PathBuf>,
     /// Bundle to diagnose with [default: the embedded one that fits the recording]
     #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
@@ -284,7 +329,11 @@ pub struct DiagnoseArgs {
 
 /// Help that lists the endings of the recordings that this build reads.
 fn paths_help() -> String {
-    format!("Recordings ({}) and folders of recordings", FileFormat::listed())
+    let endings = FileFormat::listed();
+    format!(
+        "Recordings ({endings}), folders of recordings, and patterns such as '2026-*/*.csv'; `-` \
+         reads one recording from standard input"
+    )
 }
 
 /// Every N-th recording, beginning with the I-th.

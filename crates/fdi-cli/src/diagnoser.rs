@@ -9,8 +9,8 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, ColumnMap, DiagnoseOptions, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding, Experiment,
-    FitSignals, LearntUnit, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError,
+    Bundle, DiagnoseOptions, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding, Experiment, FitSignals,
+    LearntUnit, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError,
     ema_sim::model_file::Model, fitting_experiment, list_recordings, report::RecordDiagnosis,
 };
 
@@ -71,7 +71,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         seed: seed.derive(Purpose::Diagnosis, 0),
     };
     let bundles = read_bundles(args.bundle.as_ref())?;
-    let map = ColumnMap::new(&args.map.map)?;
+    let map = args.map.column_map()?;
     let read =
         |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>>>()?;
@@ -90,7 +90,7 @@ pub(crate) struct ToLearn {
 /// Reads recordings to learn from, with the bundle that fits the first of them.
 pub(crate) fn diagnoser_of_first(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ToLearn> {
     let ReadingArgs { bundle, map, names } = reading;
-    let map = ColumnMap::new(&map.map)?;
+    let map = map.column_map()?;
     let mut recordings = Vec::new();
     for path in paths {
         let named = || path.display().to_string();

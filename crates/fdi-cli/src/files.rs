@@ -17,6 +17,7 @@ use fdi_core::{
 
 use crate::{
     DiagnoseArgs, GlobalArgs,
+    answering::STANDARD_INPUT,
     args::{BundleCommand, Command, RecordArgs, ReportArgs, TestArgs, UnitCommand},
     config,
     regular_file::require_file,
@@ -119,6 +120,8 @@ impl Files {
             }
         }
         self.product("--resume", args.resume.as_ref());
+        let list = args.files_from.iter().filter(|path| path.as_os_str() != STANDARD_INPUT);
+        self.read("the list of recordings", list.cloned());
         // what a path stands for is looked up only where something could be written over it
         if !self.products.is_empty() {
             let listed = |path: &PathBuf| list_recordings(path).unwrap_or_default();

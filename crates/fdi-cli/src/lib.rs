@@ -14,6 +14,7 @@ mod files;
 mod identity;
 mod output;
 mod progress;
+mod reading_options;
 mod reference;
 mod regular_file;
 mod report_file;

@@ -53,12 +53,12 @@ impl Session {
             bail!("not options of `fdi diagnose`");
         };
         let diagnoser = diagnoser::diagnoser(&args, global.root_seed())?;
-        let map = ColumnMap::new(&args.map.map)?;
+        let map = args.map.column_map()?;
         let one_a_line = global.output_format == OutputFormat::Jsonl;
         Ok(Self { diagnoser, args, global, map, one_a_line })
     }
 
-    /// Recordings that paths stand for: files, and those directly in folders.
+    /// Recordings that paths stand for: files, those in folders, and those that match patterns.
     pub fn sources<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<Source> {
         sources(paths)
     }

@@ -72,7 +72,7 @@ pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{
     self, AskedFor, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError,
-    CommandColumn, CommandSource, CsvFormat, Current, EnvelopeKind, FileFormat, Metadata,
+    CommandColumn, CommandSource, CsvFormat, Current, EnvelopeKind, FileFormat, Gaps, Metadata,
     OtherColumn, RecordError, Recording, RecordingDate, Sampling, SharedNumbers, StatedUnit,
     WriteError, guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };

@@ -1,6 +1,6 @@
 //! Channels of a recording: samples with times.
 
-use crate::{ChannelName, RecordError, Sampling, SharedNumbers};
+use crate::{ChannelName, RecordError, Sampling, SharedNumbers, clock::Clock};
 
 /// The samples of one channel.
 ///
@@ -11,6 +11,7 @@ pub struct Channel {
     times_s: SharedNumbers,
     values: SharedNumbers,
     time_quantum_s: f64,
+    resampling_error: f64,
 }
 
 impl Channel {
@@ -20,17 +21,6 @@ impl Channel {
     /// [`RecordError::ChannelLength`], [`RecordError::ChannelEmpty`],
     /// [`RecordError::ChannelNotFinite`] or [`RecordError::ChannelTime`].
     pub fn new(name: ChannelName, times_s: &[f64], values: Vec<f64>) -> Result<Self, RecordError> {
-        Self::on(name, times_s.into(), values.into(), 0.0)
-    }
-
-    /// A channel on an axis that others may share, whose numbers are written to a multiple
-    /// of `time_quantum_s`.
-    pub(super) fn on(
-        name: ChannelName,
-        times_s: SharedNumbers,
-        values: SharedNumbers,
-        time_quantum_s: f64,
-    ) -> Result<Self, RecordError> {
         if times_s.len() != values.len() {
             let (times, values) = (times_s.len(), values.len());
             return Err(RecordError::ChannelLength { channel: name, times, values });
@@ -43,9 +33,13 @@ impl Channel {
             return Err(RecordError::ChannelNotFinite { channel: name, index });
         }
         if let Some(index) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
-            return Err(RecordError::ChannelTime { channel: name, index: index + 1 });
+            return Err(RecordError::ChannelTime {
+                channel: name,
+                index: index + 1,
+                can_be_bridged: false,
+            });
         }
-        Ok(Self { name, times_s, values, time_quantum_s })
+        Ok(Self::from_rows(name, times_s.into(), values.into(), 0.0))
     }
 
     /// A channel sampled at a fixed rate: sample `i` is at `start_s + i / rate_hz`.
@@ -72,7 +66,23 @@ impl Channel {
         time_quantum_s: f64,
     ) -> Self {
         debug_assert_eq!(times_s.len(), values.len());
-        Self { name, times_s, values, time_quantum_s }
+        Self { name, times_s, values, time_quantum_s, resampling_error: 0.0 }
+    }
+
+    /// As brought onto the places of its clock.
+    pub(super) fn resampled(
+        name: ChannelName,
+        times_s: SharedNumbers,
+        values: SharedNumbers,
+        resampling_error: f64,
+    ) -> Self {
+        Self { resampling_error, ..Self::from_rows(name, times_s, values, 0.0) }
+    }
+
+    /// Puts as many increasing times in place of its own.
+    pub(super) fn take_times(&mut self, times_s: SharedNumbers) {
+        debug_assert_eq!(times_s.len(), self.values.len());
+        self.times_s = times_s;
     }
 
     /// Which channel it is.
@@ -90,6 +100,12 @@ impl Channel {
         &self.values
     }
 
+    /// Root mean square error that filling gaps and bringing samples onto an even clock have made,
+    /// over all samples, in the unit of the [`name`](Self::name); 0 where neither was done.
+    pub fn resampling_error(&self) -> f64 {
+        self.resampling_error
+    }
+
     /// Times of the samples, s, with a share in their memory.
     pub fn shared_times_s(&self) -> SharedNumbers {
         self.times_s.clone()
@@ -98,6 +114,11 @@ impl Channel {
     /// Values of the samples, with a share in their memory.
     pub fn shared_values(&self) -> SharedNumbers {
         self.values.clone()
+    }
+
+    /// The clock that the times show.
+    pub(super) fn clock(&self) -> Option<Clock> {
+        Clock::of(&self.times_s, self.time_quantum_s)
     }
 
     /// The rate of the samples and how evenly they are spaced.

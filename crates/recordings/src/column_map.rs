@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::{ChannelName, nearest::nearest};
+use super::{ChannelName, Gaps, nearest::nearest};
 
 /// Meaning of a mapped column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,8 @@ pub(super) struct Entry {
     pub(super) factor: Option<f64>,
 }
 
-/// Columns of a file that stand for channels under other names or units.
+/// How the columns of a file are read: those that stand for channels under other names or units,
+/// and what is done where samples lack.
 ///
 /// # Examples
 ///
@@ -51,6 +52,8 @@ pub(super) struct Entry {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnMap {
     entries: Vec<Entry>,
+    gaps: Gaps,
+    skipped_lines: usize,
 }
 
 /// Why a `NAME=COLUMN[*FACTOR]` cannot be used.
@@ -128,6 +131,26 @@ impl ColumnMap {
             map.entries.push(entry);
         }
         Ok(map)
+    }
+
+    /// Columns read with a choice of what is done where samples are lost, doubled or out of order.
+    #[must_use]
+    pub fn with_gaps(self, gaps: Gaps) -> Self {
+        Self { gaps, ..self }
+    }
+
+    /// Columns of texts whose first lines are left out.
+    #[must_use]
+    pub fn with_skipped_lines(self, skipped_lines: usize) -> Self {
+        Self { skipped_lines, ..self }
+    }
+
+    pub(super) fn skipped_lines(&self) -> usize {
+        self.skipped_lines
+    }
+
+    pub(super) fn gaps(&self) -> Gaps {
+        self.gaps
     }
 
     /// Tells whether no column is mapped.

@@ -35,8 +35,11 @@ pub enum RecordError {
         feature: &'static str,
     },
     /// A folder holds no recording.
-    #[error("holds no recordings: expected {} files directly in the folder", FileFormat::listed())]
+    #[error("holds no recordings: expected {} files in the folder", FileFormat::listed())]
     NoRecordings,
+    /// No file matches a pattern.
+    #[error("no file matches the pattern")]
+    NoMatch,
     /// More data than is reasonable, perhaps a decompression bomb.
     #[error("more than {limit_bytes} bytes of text")]
     TooLarge {
@@ -144,6 +147,9 @@ pub enum RecordError {
         /// Line, from 1.
         line: u64,
     },
+    /// A text that begins as UTF-16 and goes on otherwise.
+    #[error("the text begins as UTF-16 and is not")]
+    NotUtf16,
     /// The header has no comma but another usual separator.
     #[error("line {line}: cells are separated by {found:?}, expected commas")]
     Separator {
@@ -265,10 +271,11 @@ pub enum RecordError {
     },
     /// A channel lacks samples between others that are evenly spaced.
     #[error(
-        "{}no sample of `{channel}` between {} s and {} s; the others are {step_s} s apart",
+        "{}no sample of `{channel}` between {} s and {} s; the others are {step_s} s apart{}",
         at(*line),
         time(*after_s, *step_s),
-        time(*next_s, *step_s)
+        time(*next_s, *step_s),
+        if *can_be_bridged { " (`--gaps bridge` fills what is lost)" } else { "" }
     )]
     Gap {
         /// Line after that of the last sample before the gap, in a file that is text.
@@ -281,6 +288,8 @@ pub enum RecordError {
         next_s: f64,
         /// Time between the other samples, s.
         step_s: f64,
+        /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the channel.
+        can_be_bridged: bool,
     },
     /// A row has no time.
     #[error("line {line}, column `{column}`: expected a time, found an empty cell")]
@@ -292,8 +301,9 @@ pub enum RecordError {
     },
     /// Time stands still or runs backwards.
     #[error(
-        "line {line}: time {found_s} s is not after {previous_s} s{}",
-        rate_note(*rate_before_hz)
+        "line {line}: time {found_s} s is not after {previous_s} s{}{}",
+        rate_note(*rate_before_hz),
+        if *can_be_bridged { "; `--gaps bridge` puts the samples in order" } else { "" }
     )]
     TimeNotIncreasing {
         /// Line, from 1.
@@ -304,6 +314,8 @@ pub enum RecordError {
         found_s: f64,
         /// Rate of the rows up to there, Hz, where there are two or more.
         rate_before_hz: Option<f64>,
+        /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the recording.
+        can_be_bridged: bool,
     },
     /// A commutation sector outside 1 to 6.
     #[error("{}column `{column}`: expected a sector from 1 to 6, found `{found}`", cell_at(*line))]
@@ -318,7 +330,7 @@ pub enum RecordError {
     /// The metadata are not TOML.
     #[error(
         "line {line}: metadata (`#` lines before the header) are TOML: {reason} \
-         (`## …` is a comment)"
+         (`## …` is a comment, `--skip-lines N` leaves out the first N lines)"
     )]
     MetadataSyntax {
         /// Line, from 1.
@@ -442,12 +454,17 @@ pub enum RecordError {
         most_rad: f64,
     },
     /// The times of a channel made in memory do not increase.
-    #[error("time of `{channel}` does not increase at sample {index}")]
+    #[error(
+        "time of `{channel}` does not increase at sample {index}{}",
+        if *can_be_bridged { "; `--gaps bridge` puts the samples in order" } else { "" }
+    )]
     ChannelTime {
         /// The channel.
         channel: ChannelName,
         /// The sample, from 0.
         index: usize,
+        /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the channel.
+        can_be_bridged: bool,
     },
 }
 
@@ -540,6 +557,7 @@ mod tests {
             previous_s: 0.2,
             found_s: 0.1,
             rate_before_hz,
+            can_be_bridged: false,
         };
         assert!(broken(Some(4800.0)).is_of_another_rate(&[2000.0, 10_000.0]));
         assert!(!broken(Some(2010.0)).is_of_another_rate(&[2000.0, 10_000.0]));
@@ -558,6 +576,7 @@ mod tests {
                 after_s,
                 next_s,
                 step_s,
+                can_be_bridged: false,
             };
             gap.to_string()
         };

@@ -28,6 +28,8 @@ macro_rules! formats {
             Mf4 ".mf4" "ASAM MDF 4" ["mf4"] foreign mf4;
             Parquet ".parquet" "Apache Parquet" ["parquet"] foreign parquet;
             Tdms ".tdms" "NI TDMS" ["tdms"] own tdms;
+            Tsv ".tsv" "text, cells apart by tabs" [] own tsv;
+            Txt ".txt" "text, in whatever way its table is written" [] own txt;
         }
     };
 }
@@ -99,6 +101,18 @@ impl FileFormat {
         })
     }
 
+    /// The format that the first bytes of a file tell; of others it is text.
+    pub fn of_bytes(bytes: &[u8]) -> Self {
+        match bytes {
+            [0x1f, 0x8b, ..] => Self::CsvGz,
+            [b'P', b'A', b'R', b'1', ..] => Self::Parquet,
+            [b'M', b'D', b'F', b' ', ..] => Self::Mf4,
+            [b'T', b'D', b'S', b'm', ..] => Self::Tdms,
+            _ if bytes.starts_with(b"MATLAB 5.0 MAT-file") => Self::Mat,
+            _ => Self::Csv,
+        }
+    }
+
     /// The endings that this build reads, as a message lists them: `` `.csv` or `.csv.gz` ``.
     pub fn listed() -> String {
         let read: Vec<_> = Self::ALL.into_iter().filter(|format| format.is_built_in()).collect();
@@ -123,7 +137,8 @@ mod tests {
         assert_eq!(of("r.mf4"), Some(FileFormat::Mf4));
         assert_eq!(of("r.parquet"), Some(FileFormat::Parquet));
         assert_eq!(of("r.tdms"), Some(FileFormat::Tdms));
-        for name in ["r.tdms_index", "r.gz", ".mat", "mat", "r.txt", ""] {
+        assert_eq!(of("r.txt"), Some(FileFormat::Txt));
+        for name in ["r.tdms_index", "r.gz", ".mat", "mat", "r.doc", ""] {
             assert_eq!(of(name), None, "{name}");
         }
     }

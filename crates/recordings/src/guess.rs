@@ -3,8 +3,13 @@
 use std::fmt;
 
 use super::{
-    ChannelName::{self, Current, MotorAngle, PhaseACurrent, PhaseBCurrent, PhaseCCurrent},
+    ChannelName::{
+        self, BusVoltage, Command, Current, Force, HallState, LinearCommand, Load, MotorAngle,
+        MotorSpeed, PhaseACurrent, PhaseAVoltage, PhaseBCurrent, PhaseBVoltage, PhaseCCurrent,
+        PhaseCVoltage, Position, QAxisCurrent, QAxisVoltage, SurfaceAngle, WindingTemperature,
+    },
     column_map::Target,
+    unit::si_unit,
 };
 
 /// A column that may be a channel: to be shown and confirmed, never taken.
@@ -29,38 +34,85 @@ impl fmt::Display for ColumnGuess {
 
 /// Names of each target in other programs, words in their order joined by spaces.
 const NAMES: &[(Target, &[&str])] = &[
-    (Target::Time, &["time", "t", "timestamp", "zeit"]),
+    (Target::Time, &["time", "t", "timestamp", "datetime", "zeit", "temps", "elapsed", "seconds"]),
     (
         of(PhaseACurrent),
-        &["phase a current", "current a phase", "i a", "ia", "i u", "iu", "i 1", "i1"],
+        &["phase a current", "current a phase", "i a", "ia", "i u", "iu", "i 1", "i1", "current u"],
     ),
     (
         of(PhaseBCurrent),
-        &["phase b current", "current b phase", "i b", "ib", "i v", "iv", "i 2", "i2"],
+        &["phase b current", "current b phase", "i b", "ib", "i v", "iv", "i 2", "i2", "current v"],
     ),
     (
         of(PhaseCCurrent),
-        &["phase c current", "current c phase", "i c", "ic", "i w", "iw", "i 3", "i3"],
+        &["phase c current", "current c phase", "i c", "ic", "i w", "iw", "i 3", "i3", "current w"],
     ),
-    (of(MotorAngle), &["motor angle", "rotor angle", "theta m", "theta motor", "motor position"]),
+    (
+        of(MotorAngle),
+        &[
+            "motor angle",
+            "rotor angle",
+            "theta m",
+            "theta motor",
+            "motor position",
+            "encoder angle",
+        ],
+    ),
     (of(Current), &["current", "i", "motor current", "i motor", "envelope", "strom", "courant"]),
+    (of(QAxisCurrent), &["iq", "i q", "q current", "q axis current", "torque current"]),
+    (
+        of(Command),
+        &["command", "command angle", "setpoint", "set point", "reference", "sollwert", "demand"],
+    ),
+    (of(LinearCommand), &["command position", "position command", "position setpoint"]),
+    (of(SurfaceAngle), &["surface angle", "output angle", "angle", "istwert"]),
+    (of(Position), &["position", "stroke", "displacement", "weg"]),
+    (of(MotorSpeed), &["motor speed", "rotor speed", "speed", "omega", "omega m", "drehzahl"]),
+    (of(Load), &["load", "load torque", "torque", "moment", "drehmoment"]),
+    (of(Force), &["force", "load force", "kraft"]),
+    (of(PhaseAVoltage), &["phase a voltage", "v a", "va", "u a", "ua", "u u"]),
+    (of(PhaseBVoltage), &["phase b voltage", "v b", "vb", "u b", "ub", "u v"]),
+    (of(PhaseCVoltage), &["phase c voltage", "v c", "vc", "u c", "uc", "u w"]),
+    (of(QAxisVoltage), &["vq", "uq", "v q", "u q", "q axis voltage"]),
+    (
+        of(BusVoltage),
+        &["bus voltage", "dc bus", "dc link", "dc link voltage", "vdc", "udc", "v dc"],
+    ),
+    (of(HallState), &["hall", "hall state", "hall sensors", "sector"]),
+    (of(WindingTemperature), &["winding temperature", "motor temperature", "temp winding"]),
 ];
 
 const fn of(name: ChannelName) -> Target {
     Target::Channel(name)
 }
 
-/// Units that a name may end in, and what makes SI of them.
-const UNITS: &[(&str, f64)] = &[
-    ("s", 1.0),
-    ("sec", 1.0),
-    ("ms", 1e-3),
-    ("us", 1e-6),
-    ("ma", 1e-3),
-    ("amp", 1.0),
-    ("amps", 1.0),
-    ("rad", 1.0),
-    ("deg", std::f64::consts::PI / 180.0),
+/// Units that a name may end in as separate words, as they are lower-case, and what makes SI of
+/// them. Longer ones first.
+const UNITS: &[(&[&str], &str, f64)] = &[
+    (&["rad", "per", "s"], "rad/s", 1.0),
+    (&["rad", "s"], "rad/s", 1.0),
+    (&["deg", "s"], "rad/s", std::f64::consts::PI / 180.0),
+    (&["m", "s"], "m/s", 1.0),
+    (&["1", "min"], "rad/s", std::f64::consts::TAU / 60.0),
+    (&["n", "m"], "N·m", 1.0),
+    (&["rpm"], "rad/s", std::f64::consts::TAU / 60.0),
+    (&["nm"], "N·m", 1.0),
+    (&["s"], "s", 1.0),
+    (&["sec"], "s", 1.0),
+    (&["ms"], "s", 1e-3),
+    (&["us"], "s", 1e-6),
+    (&["ma"], "A", 1e-3),
+    (&["amp"], "A", 1.0),
+    (&["amps"], "A", 1.0),
+    (&["rad"], "rad", 1.0),
+    (&["deg"], "rad", std::f64::consts::PI / 180.0),
+    (&["mm"], "m", 1e-3),
+    (&["m"], "m", 1.0),
+    (&["n"], "N", 1.0),
+    (&["kn"], "N", 1e3),
+    (&["v"], "V", 1.0),
+    (&["mv"], "V", 1e-3),
+    (&["k"], "K", 1.0),
 ];
 
 /// Which of the columns may be time, a current or the motor's angle; each target at
@@ -89,20 +141,21 @@ pub fn guess_columns<S: AsRef<str>>(columns: &[S]) -> Vec<ColumnGuess> {
     guesses
 }
 
-/// The words of a name without its unit, and the factor of the unit. An `A` in
-/// brackets is ampere; bare, it may be the phase.
+/// The words of a name without its unit, and the factor of the unit, which is one of the target. An
+/// `A` in brackets is ampere; bare, it may be the phase.
 fn read(column: &str, target: Target) -> (String, f64) {
     let bare = column.replace("[A]", " ").replace("(A)", " ").to_lowercase();
     let mut words: Vec<&str> = bare
         .split(|letter: char| !letter.is_alphanumeric())
         .filter(|word| !word.is_empty())
         .collect();
-    let unit = words.last().and_then(|last| UNITS.iter().find(|(unit, _)| unit == last));
-    let factor = unit.map_or(1.0, |(_, factor)| *factor);
-    let ampere = target == of(Current) && words.last() == Some(&"a");
-    if words.len() > 1 && (unit.is_some() || ampere) {
-        words.pop();
-    }
+    let ends = |(unit, of, _): &&(&[&str], &str, f64)| {
+        *of == si_unit(target) && words.len() > unit.len() && words.ends_with(unit)
+    };
+    let unit = UNITS.iter().find(ends).map(|(unit, _, factor)| (unit.len(), *factor));
+    let ampere = target == of(Current) && words.len() > 1 && words.last() == Some(&"a");
+    let (length, factor) = unit.unwrap_or((usize::from(ampere), 1.0));
+    words.truncate(words.len() - length);
     (words.join(" "), factor)
 }
 
@@ -133,7 +186,21 @@ mod tests {
         assert_eq!(guesses(&["time", "Strom [A]"]), ["time_s=time", "current_a=Strom [A]"]);
         assert_eq!(
             guesses(&["set_point", "time", "current"]),
-            ["time_s=time", "current_a=current"]
+            ["time_s=time", "current_a=current", "command_rad=set_point"]
+        );
+    }
+
+    #[test]
+    fn every_channel_has_its_guess() {
+        assert_eq!(
+            guesses(&["Motor speed [rpm]", "Torque (Nm)", "Setpoint [deg]", "DC link [V]", "iq"]),
+            [
+                "q_axis_current_a=iq",
+                "command_rad=Setpoint [deg]*0.017453292519943295",
+                "motor_speed_rad_per_s=Motor speed [rpm]*0.10471975511965977",
+                "load_n_m=Torque (Nm)",
+                "bus_voltage_v=DC link [V]",
+            ]
         );
     }
 

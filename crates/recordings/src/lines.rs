@@ -20,8 +20,13 @@ impl Lines {
     /// The line of the row at that time, from 1.
     pub(super) fn of(&self, time_s: f64) -> Option<u64> {
         let row = self.times_s.binary_search_by(|row_s| row_s.total_cmp(&time_s)).ok()?;
-        let run = self.runs.partition_point(|(first, _)| *first <= row).checked_sub(1)?;
-        Some(row as u64 + self.runs[run].1)
+        Some(self.of_row(row))
+    }
+
+    /// The line of a row, both from the first.
+    pub(super) fn of_row(&self, row: usize) -> u64 {
+        let run = self.runs.partition_point(|(first, _)| *first <= row).saturating_sub(1);
+        row as u64 + self.runs.get(run).map_or(1, |(_, ahead)| *ahead)
     }
 }
 

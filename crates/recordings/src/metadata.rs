@@ -401,7 +401,8 @@ mod tests {
         );
         let prose = error("noise-a = 1\n recorded on bench 3\n");
         assert!(prose.starts_with("line 2: metadata (`#` lines"), "{prose}");
-        assert!(prose.ends_with("(`## …` is a comment)"), "{prose}");
+        let advice = "(`## …` is a comment, `--skip-lines N` leaves out the first N lines)";
+        assert!(prose.ends_with(advice), "{prose}");
         assert!(error("rate-hz = 1\nrate-hz = 2").starts_with("line 2: "));
     }
 

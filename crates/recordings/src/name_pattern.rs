@@ -207,7 +207,7 @@ mod tests {
             let name = format!("A-7_2026-11-21.{ending}");
             assert_eq!(read("{id}_{date}", &name), both("A-7", "2026-11-21"), "{ending}");
         }
-        assert_eq!(read("{id}_{date}", "A-7_2026-11-21.txt"), (None, None));
+        assert_eq!(read("{id}_{date}", "A-7_2026-11-21.doc"), (None, None));
         assert_eq!(read("{id}_{date}.csv", "A_7_20261121.csv"), both("A_7", "2026-11-21"));
         assert_eq!(
             read("{id}_{date}_*", "x_2026-11-21_09-30-00_run.csv"),

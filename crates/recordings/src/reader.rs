@@ -2,8 +2,11 @@
 //!
 //! The table declares the module of each reader; how to add one stands there.
 
+mod dialect;
 mod guarded;
+mod stamp;
 
+pub use dialect::Dialect;
 pub use guarded::is_decoding;
 pub use in_memory::MemoryColumn;
 

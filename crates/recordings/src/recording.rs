@@ -1,6 +1,9 @@
 //! One recording and the checks on it.
 
-use crate::{Channel, ChannelName, Metadata, OtherColumn, RecordError, StatedUnit, lines::Lines};
+use crate::{
+    Channel, ChannelName, ClockNote, Dialect, Metadata, OtherColumn, RecordError, SharedNumbers,
+    StatedUnit, evened::can_be_bridged, lines::Lines,
+};
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
 /// for three years.
@@ -21,6 +24,8 @@ pub struct Recording {
     /// Where the rows stand in a text.
     pub(crate) lines: Option<Lines>,
     pub(crate) stated_units: Vec<StatedUnit>,
+    pub(crate) clock_notes: Vec<ClockNote>,
+    pub(crate) dialect: Option<Dialect>,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -54,6 +59,8 @@ impl Recording {
             other_columns: Vec::new(),
             lines: None,
             stated_units: Vec::new(),
+            clock_notes: Vec::new(),
+            dialect: None,
         })
     }
 
@@ -78,6 +85,16 @@ impl Recording {
         &self.stated_units
     }
 
+    /// How a text writes its table, where it is not as this crate would.
+    pub fn dialect(&self) -> Option<&Dialect> {
+        self.dialect.as_ref()
+    }
+
+    /// Time axes that were brought onto an even clock, and what was done for it.
+    pub fn clock_notes(&self) -> &[ClockNote] {
+        &self.clock_notes
+    }
+
     /// The line, from 1, that the samples at this time stand on; `None` where the recording
     /// is no text or has no such row.
     pub fn line_at(&self, time_s: f64) -> Option<u64> {
@@ -87,27 +104,49 @@ impl Recording {
     /// Refuses a channel that lacks samples between others.
     ///
     /// # Errors
-    /// [`RecordError::Gap`] at the first step that is longer than the median one by half of it
-    /// and by more than the rounding of the times explains.
+    /// [`RecordError::Gap`] at the first place of the channel's clock that has no sample; without
+    /// a clock, at the first step that is longer than the median one by half of it and by more than
+    /// the rounding of the times explains.
     pub fn require_no_gap(&self, channel: &Channel) -> Result<(), RecordError> {
         let Ok(sampling) = channel.sampling() else { return Ok(()) };
+        if sampling.shows_each_sample() {
+            return Ok(());
+        }
         let times_s = channel.times_s();
+        if let Some(clock) = channel.clock() {
+            let Some((before, _)) = clock.first_gap() else { return Ok(()) };
+            let can_be_bridged = can_be_bridged(&clock, channel.values());
+            return Err(self.gap(channel, before, clock.rate_hz.recip(), can_be_bridged));
+        }
         let step = |pair: &[f64]| pair[1] - pair[0];
         let mut steps: Vec<f64> = times_s.windows(2).map(step).collect();
         let middle = steps.len() / 2;
         let median_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let longest_s = 1.5 * median_s + 2.0 * sampling.tolerance_s;
-        let Some(gap) = times_s.windows(2).find(|pair| step(pair) > longest_s) else {
-            return Ok(());
-        };
-        Err(RecordError::Gap {
-            line: self.line_at(gap[0]).map(|line| line + 1),
+        match times_s.windows(2).position(|pair| step(pair) > longest_s) {
+            Some(before) => Err(self.gap(channel, before, median_s, false)),
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a gap after a sample.
+    fn gap(
+        &self,
+        channel: &Channel,
+        before: usize,
+        step_s: f64,
+        can_be_bridged: bool,
+    ) -> RecordError {
+        let [after_s, next_s] = [channel.times_s()[before], channel.times_s()[before + 1]];
+        RecordError::Gap {
+            line: self.line_at(after_s).map(|line| line + 1),
             channel: channel.name(),
-            after_s: gap[0],
-            next_s: gap[1],
+            after_s,
+            next_s,
             // as the times are written, not as they are computed
-            step_s: (median_s * 1e9).round() / 1e9,
-        })
+            step_s: (step_s * 1e9).round() / 1e9,
+            can_be_bridged,
+        }
     }
 
     /// The current to diagnose from: the three phases where all are there, else
@@ -142,8 +181,10 @@ impl Recording {
         known.chain(self.other_columns.iter().map(|column| column.name().to_owned())).collect()
     }
 
-    /// Refuses a `rate-hz` that the time axis of the current contradicts.
-    pub(crate) fn check_stated_rate(&self) -> Result<(), RecordError> {
+    /// Refuses a `rate-hz` that the time axis of the current contradicts. Where the two differ by
+    /// less, the stamps are of a clock that runs a little fast or slow: times become those of the
+    /// stated rate.
+    pub(crate) fn settle_stated_rate(&mut self) -> Result<(), RecordError> {
         let Some(stated_hz) = self.metadata.rate_hz else { return Ok(()) };
         let Ok(current) = self.require_current() else { return Ok(()) };
         let channel = match current {
@@ -151,15 +192,34 @@ impl Recording {
             Current::Envelope(envelope) => envelope,
         };
         let Ok(sampling) = channel.sampling() else { return Ok(()) };
-        if sampling.agrees_with(stated_hz) {
-            return Ok(());
+        let found_hz = sampling.rate_hz;
+        if !sampling.agrees_with(stated_hz) {
+            self.require_no_gap(channel)?;
+            let channel = channel.name();
+            return Err(RecordError::RateContradiction { stated_hz, found_hz, channel });
         }
-        self.require_no_gap(channel)?;
-        Err(RecordError::RateContradiction {
-            stated_hz,
-            found_hz: sampling.rate_hz,
-            channel: channel.name(),
-        })
+        let is_off = (found_hz - stated_hz).abs() > sampling.rate_tolerance_hz;
+        if is_off && self.require_no_gap(channel).is_ok() {
+            let (name, start_s) = (channel.name(), channel.times_s()[0]);
+            self.stretch_times(start_s, found_hz / stated_hz);
+            self.clock_notes.push(ClockNote::of_stated_rate(name, found_hz, stated_hz));
+        }
+        Ok(())
+    }
+
+    /// Multiplies the times after a start.
+    fn stretch_times(&mut self, start_s: f64, by: f64) {
+        let mut made: Vec<(SharedNumbers, SharedNumbers)> = Vec::new();
+        for channel in &mut self.channels {
+            let own_s = channel.shared_times_s();
+            let shared = made.iter().find(|(from, _)| from.as_ptr() == own_s.as_ptr());
+            let times_s = shared.map_or_else(
+                || own_s.iter().map(|time_s| start_s + (time_s - start_s) * by).collect(),
+                |(_, stretched)| SharedNumbers::clone(stretched),
+            );
+            made.push((own_s, times_s.clone()));
+            channel.take_times(times_s);
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! The sample rate of a time axis, with the tolerance that its writing implies.
 
+use crate::clock::roundest;
+
 /// Rate and regularity of a time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
@@ -56,6 +58,12 @@ impl Sampling {
         self.deviation_s <= self.tolerance_s
     }
 
+    /// Tells whether the samples are even and their times fine enough to show each one that lacks:
+    /// to a quarter of a period.
+    pub fn shows_each_sample(&self) -> bool {
+        self.is_uniform() && self.tolerance_s < 0.25 / self.rate_hz
+    }
+
     /// Tells whether the axis can be taken as one at `rate_hz`: over the whole length
     /// the two drift apart by at most half a sample (beyond rounding), so that no
     /// sample has the index of its neighbour.
@@ -64,13 +72,6 @@ impl Sampling {
         let rounding_samples = self.rate_tolerance_hz / self.rate_hz * self.samples as f64;
         drift_samples <= 0.5 + rounding_samples
     }
-}
-
-/// The number with the fewest significant digits within `tolerance` of `value`.
-fn roundest(value: f64, tolerance: f64) -> f64 {
-    let rounded = |digits: usize| format!("{value:.digits$e}").parse::<f64>();
-    let close = |candidate: &f64| (candidate - value).abs() <= tolerance;
-    (0..17).filter_map(|digits| rounded(digits).ok()).find(close).unwrap_or(value)
 }
 
 #[cfg(test)]

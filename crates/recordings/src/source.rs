@@ -13,30 +13,82 @@ use crate::{FileFormat, RecordError, sha256::sha256_hex};
 /// decompression bomb.
 pub(super) const LIMIT_BYTES: u64 = 1 << 30;
 
-/// The recordings that a path stands for: the file itself, or those directly in
-/// the folder in the order of their names.
+/// Folders within folders that are looked into.
+const MOST_FOLDERS_DEEP: usize = 32;
+
+/// The recordings that a path stands for, in the order of their names: the file itself, those in
+/// the folder and the folders in it, or, where there is no such file, those that match a pattern
+/// with `*`, `?`, `[a-z]` or `**` (folders of any depth).
 ///
-/// `truth.csv` and hidden files are no recordings.
+/// `truth.csv`, trends beside a report, text files without the ending of a table (`.txt`), hidden files, hidden folders and
+/// links to folders are left out of folders.
 ///
 /// # Errors
-/// [`RecordError::NotFound`], [`RecordError::Unreadable`], or
-/// [`RecordError::NoRecordings`] for a folder without any.
+/// [`RecordError::NotFound`], [`RecordError::Unreadable`], [`RecordError::NoRecordings`] for a folder
+/// without any, or [`RecordError::NoMatch`].
 pub fn list_recordings(path: &Path) -> Result<Vec<PathBuf>, RecordError> {
-    if !fs::metadata(path).map_err(unreadable)?.is_dir() {
+    let found = match fs::metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return matching(path),
+        other => other.map_err(unreadable)?,
+    };
+    if !found.is_dir() {
         return Ok(vec![path.to_owned()]);
     }
     let mut found = Vec::new();
-    for entry in fs::read_dir(path).map_err(unreadable)? {
-        let entry = entry.map_err(unreadable)?;
-        let name = entry.file_name();
-        if is_recording(&name.to_string_lossy()) && entry.path().is_file() {
-            found.push(entry.path());
-        }
-    }
+    add_folder(path, MOST_FOLDERS_DEEP, &mut found)?;
     if found.is_empty() {
         return Err(RecordError::NoRecordings);
     }
     found.sort();
+    Ok(found)
+}
+
+/// Adds the recordings in a folder and the folders in it.
+fn add_folder(folder: &Path, deep: usize, found: &mut Vec<PathBuf>) -> Result<(), RecordError> {
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        // a link to a folder may lead back to where it stands
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if is_folder && !name.starts_with('.') && deep > 0 {
+            add_folder(&entry.path(), deep - 1, found)?;
+        } else if is_recording(&name) && !is_of_a_report(&entry.path()) && entry.path().is_file() {
+            found.push(entry.path());
+        }
+    }
+    Ok(())
+}
+
+/// Tells whether a file holds the trends that `fdi diagnose --report` writes beside a page.
+fn is_of_a_report(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix("-fleet.csv");
+    stem.is_some_and(|stem| path.with_file_name(format!("{stem}.html")).is_file())
+}
+
+/// The recordings that match a pattern.
+fn matching(pattern: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let text = pattern.to_str().filter(|text| text.contains(['*', '?', '[']));
+    let hidden = glob::MatchOptions { require_literal_leading_dot: true, ..Default::default() };
+    let Some(paths) = text.and_then(|text| glob::glob_with(text, hidden).ok()) else {
+        return Err(RecordError::NotFound);
+    };
+    let mut found = Vec::new();
+    // what cannot be looked into matches nothing
+    for path in paths.flatten() {
+        if path.is_dir() {
+            add_folder(&path, MOST_FOLDERS_DEEP, &mut found)?;
+        } else {
+            found.push(path);
+        }
+    }
+    if found.is_empty() {
+        return Err(RecordError::NoMatch);
+    }
+    found.sort();
+    // a folder and a file in it may both match
+    found.dedup();
     Ok(found)
 }
 
@@ -45,7 +97,9 @@ fn is_recording(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
     let truth = lower == "truth.csv" || lower == "truth.csv.gz";
     let format = FileFormat::of(Path::new(name)).filter(|format| format.is_built_in());
-    format.is_some() && !truth && !name.starts_with('.')
+    // a text beside recordings is mostly a note
+    let is_table = format.is_some_and(|format| format != FileFormat::Txt);
+    is_table && !truth && !name.starts_with('.')
 }
 
 /// SHA-256 of the bytes of a recording's file, hexadecimal.

@@ -2,7 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::column_map::Target;
+use super::{
+    RecordError,
+    column_map::{Entry, Target},
+};
 
 /// Units by the SI unit that they are of: how programs write them, without blanks, and their size.
 const UNITS: &[(&str, &[(&str, f64)])] = &[
@@ -46,6 +49,36 @@ pub(super) fn factor(stated: &str, si: &str) -> Option<f64> {
     // `mA` and `MA` differ in more than style, words do not
     let same = |name: &str| name == plain || word(name) && name.eq_ignore_ascii_case(plain);
     alike.clone().find(|(name, _)| same(name)).map(|(_, factor)| *factor)
+}
+
+/// Factor that makes SI of a column, and the notice of a unit that is not the SI unit or whose
+/// factor a map replaces.
+///
+/// # Errors
+/// [`RecordError::UnitUnknown`] for a unit that is not known as one of the channel, without a factor
+/// in the map.
+pub(super) fn stated_factor(
+    column: &str,
+    unit: Option<&str>,
+    target: Target,
+    mapped: Option<&Entry>,
+) -> Result<(f64, Option<StatedUnit>), RecordError> {
+    let mapped = mapped.and_then(|entry| entry.factor);
+    let Some(unit) = unit.map(str::trim).filter(|unit| !unit.is_empty() && *unit != "-") else {
+        return Ok((mapped.unwrap_or(1.0), None));
+    };
+    let expected = si_unit(target);
+    let own = factor(unit, expected);
+    let factor = mapped.or(own).ok_or_else(|| RecordError::UnitUnknown {
+        column: column.to_owned(),
+        unit: unit.to_owned(),
+        channel: target.column(),
+        expected,
+    })?;
+    let is_told = factor != 1.0 || own != Some(factor);
+    let (column, unit, is_mapped) = (column.to_owned(), unit.to_owned(), mapped.is_some());
+    let stated = StatedUnit { column, unit, factor, is_mapped };
+    Ok((factor, is_told.then_some(stated)))
 }
 
 /// A column whose file states a unit that is not the SI unit of its channel.

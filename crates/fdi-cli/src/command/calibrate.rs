@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf, time::Instant};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    ColumnMap, DiagnoseError, LearntNumber, LearntNumbers, Recording, UnitLearningError,
+    DiagnoseError, LearntNumber, LearntNumbers, Recording, UnitLearningError,
     ema_sim::model_file::{MachineModel, Model},
     read_machine,
     report::{CalibratedParameter, Calibration, SCHEMA_VERSION},
@@ -90,7 +90,7 @@ fn of_actuator(
     streams: &mut Streams<'_>,
 ) -> Result<Option<LearntNumbers>> {
     let records = &args.records;
-    let map = ColumnMap::new(&records.map.map)?;
+    let map = records.map.column_map()?;
     let read =
         |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
     let recordings = records.train.iter().map(read).collect::<Result<Vec<_>>>()?;

@@ -4,25 +4,27 @@ mod after;
 mod answers;
 
 use std::{
-    io,
+    fs,
+    io::{self, Read},
     path::{Path, PathBuf},
     sync::RwLock,
 };
 
-use anyhow::Result;
+use anyhow::{Context, Result, bail};
 use fdi_core::{
-    ColumnMap, list_recordings, recording_sha256,
+    list_recordings, recording_sha256,
     report::{BatchShard, RecordDiagnosis, Verdict},
 };
 use recordings::sha256_hex;
 
 use crate::{
     DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
-    answering::{Batch, Source, failure},
+    answering::{Batch, STANDARD_INPUT, Source, failure},
     batch::in_order,
     files::Files,
     output::{Answer, Head, Tally, writer},
     progress::Progress,
+    reading_options::ReadingOptions,
     resume::{Line, Resume},
     stamp,
     streams::Worth,
@@ -52,11 +54,11 @@ pub(crate) fn diagnose(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
-    let map = ColumnMap::new(&args.map.map)?;
+    let map = args.map.column_map()?;
     let is_kept = args.resume.is_some();
     let (names, stable) = (&args.fleet.names, global.stable);
     let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept };
-    let (inputs, shard) = inputs(args);
+    let (inputs, shard) = inputs(args)?;
     let part = match shard {
         Some(shard) => {
             let depend_on = answers::head(args, global, diagnoser, None)?.answers_depend_on;
@@ -88,10 +90,26 @@ pub(crate) fn diagnose(
         streams.say(format_args!("error: {}: {}", failure.recording, failure.error));
     }
     if !global.quiet {
+        if let Some(hint) = reading_hint(&tally, args) {
+            streams.say(format_args!("\nhint: {hint}"));
+        }
         streams.say(format_args!("{}", tally.sentence()));
     }
     after::batch(&batch, args, global, &tally, records.as_deref(), streams)?;
     Ok(status(&tally, args.exit_code))
+}
+
+/// Failures that are looked at for options that would have read the recording.
+const LOOKED_AT: usize = 3;
+
+/// Options that read a recording which was not, where some do.
+fn reading_hint(tally: &Tally, args: &DiagnoseArgs) -> Option<String> {
+    tally.failures.iter().take(LOOKED_AT).find_map(|failure| {
+        let path = Path::new(&failure.recording);
+        let options = ReadingOptions::of_failure(path, &args.map)?.words();
+        let file = path.display();
+        Some(format!("if the names mean what they seem to, `{options}` reads `{file}`"))
+    })
 }
 
 /// Says that an older product stays.
@@ -201,9 +219,10 @@ struct Asked {
 }
 
 /// The entries that the options stand for, in their order, and which part of the batch they are.
-fn inputs(args: &DiagnoseArgs) -> (Vec<Source>, Option<BatchShard>) {
-    let inputs = sources(args.paths.iter().map(PathBuf::as_path));
-    let Some(shard) = args.shard else { return (inputs, None) };
+fn inputs(args: &DiagnoseArgs) -> Result<(Vec<Source>, Option<BatchShard>)> {
+    let paths = paths(args)?;
+    let inputs = sources(paths.iter().map(PathBuf::as_path));
+    let Some(shard) = args.shard else { return Ok((inputs, None)) };
     let told = BatchShard {
         index: shard.index as u64,
         of: shard.of as u64,
@@ -211,7 +230,37 @@ fn inputs(args: &DiagnoseArgs) -> (Vec<Source>, Option<BatchShard>) {
         list_sha256: list_sha256(inputs.iter().map(Source::name)),
     };
     let kept = inputs.into_iter().enumerate().filter(|(index, _)| shard.holds(*index));
-    (kept.map(|(_, input)| input).collect(), Some(told))
+    Ok((kept.map(|(_, input)| input).collect(), Some(told)))
+}
+
+/// Paths of the command line and of `--files-from`.
+fn paths(args: &DiagnoseArgs) -> Result<Vec<PathBuf>> {
+    let mut paths = args.paths.clone();
+    let is_input = |path: &PathBuf| path.as_os_str() == STANDARD_INPUT;
+    if let Some(list) = &args.files_from {
+        let names = if is_input(list) {
+            io::read_to_string(io::stdin()).context("standard input")?
+        } else {
+            fs::read_to_string(list).with_context(|| list.display().to_string())?
+        };
+        let lines = names.lines().map(str::trim_end).filter(|line| !line.is_empty());
+        paths.extend(lines.map(PathBuf::from));
+        if paths.is_empty() {
+            bail!("`--files-from {}` names no recording", list.display());
+        }
+    }
+    let times = paths.iter().chain(&args.files_from).filter(|path| is_input(path)).count();
+    if times > 1 {
+        bail!("standard input (`-`) is named {times} times, and can be read once");
+    }
+    let again = [("--report", args.report.report.is_some() || args.report.figures.is_some())];
+    let again = again.into_iter().chain([("--resume", args.resume.is_some())]);
+    if let Some((option, _)) = again.into_iter().find(|(_, is_given)| *is_given)
+        && paths.iter().any(is_input)
+    {
+        bail!("`{option}` reads a recording again, which standard input (`-`) does not allow");
+    }
+    Ok(paths)
 }
 
 /// Identity of a list of recordings, by their names in their order.
@@ -228,6 +277,10 @@ pub(crate) fn list_sha256(names: impl IntoIterator<Item = impl AsRef<str>>) -> S
 pub(crate) fn sources<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<Source> {
     let mut sources = Vec::new();
     for path in paths {
+        if path.as_os_str() == STANDARD_INPUT {
+            sources.push(of_standard_input());
+            continue;
+        }
         match list_recordings(path) {
             Ok(found) => sources.extend(found.into_iter().map(Source::File)),
             Err(error) => sources.push(Source::Broken(failure(path, error.to_string()))),
@@ -235,6 +288,18 @@ pub(crate) fn sources<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<Sour
     }
     sources
 }
+
+/// The recording that comes through standard input.
+fn of_standard_input() -> Source {
+    let mut bytes = Vec::new();
+    match io::stdin().take(MOST_BYTES).read_to_end(&mut bytes) {
+        Ok(_) => Source::Bytes { name: STANDARD_INPUT.to_owned(), bytes },
+        Err(error) => Source::Broken(failure(Path::new(STANDARD_INPUT), error.to_string())),
+    }
+}
+
+/// One byte more than a reader takes.
+const MOST_BYTES: u64 = (1 << 30) + 1;
 
 impl Batch<'_> {
     /// The answer of an earlier run, where the recording is the same, else one of its own.

@@ -13,7 +13,7 @@ use std::{path::PathBuf, sync::Arc, time::Instant};
 
 use anyhow::{Context, Result, anyhow, bail};
 use fdi_core::{
-    ColumnMap, GivenCommand, Recording,
+    GivenCommand, Recording,
     ema_sim::{EffectId, model_file::MachineModel},
     read_machine,
     report::{ExplanationVerdict, Prediction},
@@ -169,7 +169,7 @@ struct Records {
 
 impl Records {
     fn read(args: &RecordArgs) -> Result<Self> {
-        let map = ColumnMap::new(&args.map.map)?;
+        let map = args.map.column_map()?;
         let read = |paths: &[PathBuf]| -> Result<Vec<Recording>> {
             let one = |path: &PathBuf| {
                 Recording::read(path, &map).with_context(|| path.display().to_string())

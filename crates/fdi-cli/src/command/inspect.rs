@@ -1,14 +1,18 @@
 //! `fdi inspect`.
 
-use std::{fmt::Write, path::Path};
+use std::{
+    fmt::Write,
+    io::{self, Read},
+    path::Path,
+};
 
-use anyhow::{Result, anyhow, bail};
-use fdi_core::{Channel, ColumnMap, Current, OtherColumn, RecordError, Recording, guess_columns};
+use anyhow::{Context, Result, anyhow, bail};
+use fdi_core::{Channel, Current, FileFormat, Recording};
 use fdi_report::SettingRow;
 
 use crate::{
-    ExitStatus, GlobalArgs, OutputFormat, Streams, args::InspectArgs, config::every_setting,
-    output::table, shell::file_word,
+    ExitStatus, GlobalArgs, OutputFormat, Streams, answering::STANDARD_INPUT, args::InspectArgs,
+    config::every_setting, output::table, reading_options::ReadingOptions, shell::file_word,
 };
 
 /// Says what a recording holds.
@@ -25,23 +29,23 @@ pub(crate) fn inspect(
         streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
         return Ok(ExitStatus::Done);
     }
-    let map = ColumnMap::new(&args.map.map)?;
+    let map = args.map.column_map()?;
     let file = args.file.display().to_string();
-    let recording = Recording::read(&args.file, &map).map_err(|error| {
-        let guess = match &error {
-            RecordError::NoTime { columns, .. } => advice(columns, args),
-            _ => None,
-        };
-        let hint = guess.map(|guess| format!("\n\nhint: {guess}")).unwrap_or_default();
-        anyhow!("{file}: {error}{hint}")
-    })?;
-    let mut text = describe(&recording)?;
-    let others: Vec<_> = recording.other_columns().iter().map(OtherColumn::name).collect();
-    if recording.require_current().is_err()
-        && let Some(guess) = advice(&others, args)
-    {
-        writeln!(text, "\nhint: {guess}")?;
+    if args.file.as_os_str() == STANDARD_INPUT {
+        let mut bytes = Vec::new();
+        io::stdin().read_to_end(&mut bytes).context("standard input")?;
+        let format = FileFormat::of_bytes(&bytes);
+        let recording = Recording::from_bytes(file, format, bytes, &map)?;
+        let text = describe(&recording)?;
+        streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
+        return Ok(ExitStatus::Done);
     }
+    let hint = || advice(args).map(|hint| format!("\nhint: {hint}\n")).unwrap_or_default();
+    let recording = Recording::read(&args.file, &map).map_err(|error| {
+        let told = format!("{file}: {error}\n{}", hint());
+        anyhow!("{}", told.trim_end())
+    })?;
+    let text = describe(&recording)? + &hint();
     streams.product(global.output.as_deref(), |out| out.write_all(text.as_bytes()))?;
     Ok(ExitStatus::Done)
 }
@@ -60,27 +64,27 @@ fn settings(global: &GlobalArgs) -> Result<String> {
 }
 
 /// The command that reads the file as its columns seem to be meant, if any does.
-fn advice<S: AsRef<str>>(columns: &[S], args: &InspectArgs) -> Option<String> {
-    let given = args.map.map.iter().cloned();
-    let guessed = guess_columns(columns);
-    let maps: Vec<_> = given
-        .chain(guessed.iter().map(ToString::to_string))
-        .map(|entry| format!("--map '{entry}'"))
-        .collect();
-    let command =
-        format!("fdi inspect {} {}", maps.join(" "), file_word(&args.file.display().to_string()));
-    (!guessed.is_empty()).then(|| format!("if the names mean what they seem to, `{command}`"))
+fn advice(args: &InspectArgs) -> Option<String> {
+    let options = ReadingOptions::of(&args.file, &args.map)?.words();
+    let command = format!("fdi inspect {options} {}", file_word(&args.file.display().to_string()));
+    Some(format!("if the names mean what they seem to, `{command}`"))
 }
 
 fn describe(recording: &Recording) -> Result<String> {
     let mut text = String::new();
     let header =
         ["channel", "unit", "samples", "from s", "to s", "rate Hz", "even", "least", "greatest"];
-    let rows: Vec<_> = recording.channels().iter().map(row).collect();
+    let rows: Vec<_> = recording.channels().iter().map(|channel| row(recording, channel)).collect();
     if rows.is_empty() {
         writeln!(text, "no channel but time")?;
     } else {
         table(&mut text, &header.map(str::to_owned), &rows)?;
+    }
+    if let Some(dialect) = recording.dialect() {
+        writeln!(text, "\n{dialect}")?;
+    }
+    for note in recording.clock_notes() {
+        writeln!(text, "\n{note}")?;
     }
     let metadata = recording.metadata.to_toml();
     if !metadata.is_empty() {
@@ -110,11 +114,14 @@ fn describe(recording: &Recording) -> Result<String> {
     Ok(text)
 }
 
-fn row(channel: &Channel) -> Vec<String> {
+fn row(recording: &Recording, channel: &Channel) -> Vec<String> {
     let (times_s, values) = (channel.times_s(), channel.values());
     let (rate, even) = channel.sampling().map_or_else(
         |_| ("-".to_owned(), "-"),
-        |sampling| (sampling.rate_hz.to_string(), if sampling.is_uniform() { "yes" } else { "no" }),
+        |sampling| {
+            let is_even = sampling.is_uniform() && recording.require_no_gap(channel).is_ok();
+            (sampling.rate_hz.to_string(), if is_even { "yes" } else { "no" })
+        },
     );
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let greatest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -10,6 +10,7 @@ mod any_actuator;
 mod batch;
 mod binary;
 mod bundle;
+mod clocks;
 mod commands;
 mod config;
 mod diagnosis;

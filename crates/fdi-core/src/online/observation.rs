@@ -7,7 +7,8 @@ use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
 use nalgebra::{Matrix3, Vector3};
 use recordings::{
-    Channel, ChannelName, CommandSource, Current, Metadata, RecordError, Recording, Sampling,
+    Channel, ChannelName, ClockNote, CommandSource, Current, Metadata, RecordError, Recording,
+    Sampling,
 };
 
 use crate::{
@@ -203,7 +204,7 @@ impl Observation {
         experiment: &Experiment,
         max_delay_s: f64,
     ) -> Result<Self, ObservationError> {
-        let mut notices = Vec::new();
+        let mut notices = mended(recording);
         match recording.require_current()? {
             Current::Phases(phases) => {
                 let mut observation = of_phases(recording, phases, experiment)?;
@@ -272,8 +273,8 @@ fn uniform_sampling(
 ) -> Result<Sampling, ObservationError> {
     let sampling = channel.sampling()?;
     let column = channel.name().column();
+    recording.require_no_gap(channel)?;
     if !sampling.is_uniform() {
-        recording.require_no_gap(channel)?;
         let Sampling { deviation_s, tolerance_s, .. } = sampling;
         return Err(ObservationError::Irregular { column, deviation_s, tolerance_s });
     }
@@ -322,6 +323,9 @@ fn of_phases(
         }
     }
     let views = phases.map(Channel::values);
+    // the sum of the phases does not show what resampling missed: they sum to zero before and after
+    let missed_a = root_mean_square(phases.map(Channel::resampling_error));
+    let with_missed = |noise_a: f64| noise_a.hypot(missed_a);
     let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
     let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
     // the filters cost as much as the signal itself, and only tolerances need them
@@ -336,14 +340,26 @@ fn of_phases(
         start_angle_rad: rotor.start_angle_rad,
         commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
-        measured_noise_a: zero_sequence_noise_a(views),
-        noise_beside_gains_a: noise_beside_gains_a(views),
+        measured_noise_a: zero_sequence_noise_a(views).map(with_missed),
+        noise_beside_gains_a: noise_beside_gains_a(views).map(with_missed),
         sensor_shares: shares,
-        stated_noise_a: recording.metadata.noise_a,
+        stated_noise_a: recording.metadata.noise_a.map(with_missed),
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
         notices: Vec::new(),
     })
+}
+
+/// Notices of samples that were put in order, filled or resampled when the file was read.
+fn mended(recording: &Recording) -> Vec<Notice> {
+    let notes = recording.clock_notes().iter();
+    let notice =
+        |note: &ClockNote| Notice { code: NoticeCode::SamplesMended, message: note.to_string() };
+    notes.map(notice).collect()
+}
+
+fn root_mean_square(of: [f64; 3]) -> f64 {
+    (of.iter().map(|x| x * x).sum::<f64>() / 3.0).sqrt()
 }
 
 /// Says where the time axes of two phases first differ.

@@ -70,7 +70,12 @@ fn envelope(
     let [Some(a), Some(b), Some(c)] = phases else { return Ok(None) };
     let angle = recording.channel(MotorAngle).ok_or(ComparedSignalsError::NoRotorAngle)?;
     if [b, c].iter().any(|phase| phase.times_s() != a.times_s()) {
-        return Err(RecordError::ChannelTime { channel: PhaseBCurrent, index: 0 }.into());
+        return Err(RecordError::ChannelTime {
+            channel: PhaseBCurrent,
+            index: 0,
+            can_be_bridged: false,
+        }
+        .into());
     }
     let envelope = recording.metadata.envelope.map_or(usual, envelope_of);
     let phases = [a, b, c].map(Channel::values);

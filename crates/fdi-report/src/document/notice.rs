@@ -58,11 +58,13 @@ pub enum NoticeCode {
     UnmodelledPhysics,
     /// The winding's temperature was read, and the model file has no law of temperature.
     TemperatureUnused,
+    /// Samples were put in order, filled, or brought onto an even clock.
+    SamplesMended,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -82,6 +84,7 @@ impl NoticeCode {
         Self::TolerancesHideLevels,
         Self::UnmodelledPhysics,
         Self::TemperatureUnused,
+        Self::SamplesMended,
     ];
 
     /// The code as JSON has it.
@@ -106,6 +109,7 @@ impl NoticeCode {
             Self::TolerancesHideLevels => "tolerances-hide-levels",
             Self::UnmodelledPhysics => "unmodelled-physics",
             Self::TemperatureUnused => "temperature-unused",
+            Self::SamplesMended => "samples-mended",
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::{
     Channel, ChannelName, ColumnMap, METADATA_KEYS, Metadata, MetadataKey, OtherColumn,
     RecordError, Recording, RecordingDate, SharedNumbers,
     column_map::{Entry, Target},
+    evened::{Evener, OutOfOrder},
     property::Property,
     recording::MOST_PLAUSIBLE,
     unit::{self, StatedUnit},
@@ -39,33 +40,13 @@ pub(super) struct Head {
 }
 
 impl Head {
-    /// Factor that makes SI of the numbers as this channel, unless a map has a factor.
-    fn factor(&self, target: Target, mapped: Option<&Entry>) -> Result<f64, RecordError> {
-        if let Some(factor) = mapped.and_then(|entry| entry.factor) {
-            return Ok(factor);
-        }
-        let Some(stated) = self.stated_unit() else { return Ok(1.0) };
-        let expected = unit::si_unit(target);
-        unit::factor(stated, expected).ok_or_else(|| RecordError::UnitUnknown {
-            column: self.path.clone(),
-            unit: stated.to_owned(),
-            channel: target.column(),
-            expected,
-        })
-    }
-
-    /// Notice of a unit that is not the SI unit, or whose factor a map replaces.
-    fn converted(&self, used: Target, mapped: Option<&Entry>, factor: f64) -> Option<StatedUnit> {
-        let stated = self.stated_unit()?;
-        let is_mapped = mapped.is_some_and(|entry| entry.factor.is_some());
-        let own = unit::factor(stated, unit::si_unit(used));
-        let told = factor != 1.0 || own != Some(factor);
-        let (column, unit) = (self.path.clone(), stated.to_owned());
-        told.then_some(StatedUnit { column, unit, factor, is_mapped })
-    }
-
-    fn stated_unit(&self) -> Option<&str> {
-        self.unit.as_deref().map(str::trim).filter(|unit| !unit.is_empty())
+    /// Factor that makes SI of the numbers as this channel, and what is to be told of it.
+    fn factor(
+        &self,
+        target: Target,
+        mapped: Option<&Entry>,
+    ) -> Result<(f64, Option<StatedUnit>), RecordError> {
+        unit::stated_factor(&self.path, self.unit.as_deref(), target, mapped)
     }
 }
 
@@ -163,8 +144,9 @@ pub(super) fn assemble_with(
     let plan = Plan::new(container.heads(), map)?;
     let mut axes = Axes { container, plan: &plan, metadata: &metadata, read: Vec::new() };
     let mut channels = Vec::with_capacity(plan.channels.len());
+    let mut evener = Evener::new(map.gaps());
     for wanted in &plan.channels {
-        channels.extend(channel(wanted, container, &mut axes)?);
+        channels.extend(channel(wanted, container, &mut axes, &mut evener)?);
     }
     let heads = container.heads();
     let is_empty = |wanted: &Wanted| heads[wanted.column].path.clone();
@@ -179,15 +161,17 @@ pub(super) fn assemble_with(
         let head = &container.heads()[index];
         OtherColumn::unread(head.path.clone(), head.samples)
     });
-    let recording = Recording {
+    let mut recording = Recording {
         name,
         metadata,
         channels,
         other_columns: other_columns.collect(),
         lines: None,
         stated_units: plan.units.clone(),
+        clock_notes: evener.into_notes(),
+        dialect: None,
     };
-    recording.check_stated_rate()?;
+    recording.settle_stated_rate()?;
     Ok(recording)
 }
 
@@ -271,8 +255,8 @@ impl Plan {
             let own = || Target::from_column(&head.name).filter(|&own| !map.maps(own));
             let target = mapped.map(|entry| entry.target).or_else(own);
             let used = target.or_else(|| is_clock(heads, column).then_some(Target::Time));
-            let factor = used.map_or(Ok(1.0), |used| head.factor(used, mapped))?;
-            plan.units.extend(used.and_then(|used| head.converted(used, mapped, factor)));
+            let (factor, told) = used.map_or(Ok((1.0, None)), |used| head.factor(used, mapped))?;
+            plan.units.extend(told);
             match target {
                 Some(Target::Time) => plan.times.push(TimeColumn { column, factor }),
                 Some(Target::Channel(channel)) => {
@@ -339,7 +323,7 @@ impl Axes<'_> {
         }
         match head.clock {
             Clock::Column(column) => {
-                let factor = heads[column].factor(Target::Time, None)?;
+                let (factor, _) = heads[column].factor(Target::Time, None)?;
                 return self.column(TimeColumn { column, factor });
             }
             Clock::Uniform { start_s, step_s } => return uniform(start_s, step_s, samples, head),
@@ -422,6 +406,7 @@ fn channel(
     wanted: &Wanted,
     container: &dyn Container,
     axes: &mut Axes<'_>,
+    evener: &mut Evener,
 ) -> Result<Option<Channel>, RecordError> {
     let head = &container.heads()[wanted.column];
     let samples = container.numbers(wanted.column)?.scaled(wanted.factor);
@@ -453,8 +438,7 @@ fn channel(
         return Err(RecordError::ChannelLength { channel, times, values: count });
     }
     if samples.present.is_none() && axis.present.is_none() {
-        let values = samples.values;
-        return Channel::on(wanted.channel, axis.times_s, values, axis.quantum_s).map(Some);
+        return evened(wanted.channel, axis.times_s, samples.values, axis.quantum_s, evener);
     }
     let timed = |index: usize| axis.present.as_ref().is_none_or(|present| present[index]);
     let kept: Vec<usize> = (0..count).filter(|&index| samples.is_present(index)).collect();
@@ -463,7 +447,27 @@ fn channel(
     }
     let times_s: SharedNumbers = kept.iter().map(|&index| axis.times_s[index]).collect();
     let values = kept.iter().map(|&index| samples.values[index]).collect();
-    Channel::on(wanted.channel, times_s, values, axis.quantum_s).map(Some)
+    evened(wanted.channel, times_s, values, axis.quantum_s, evener)
+}
+
+/// A channel on its clock.
+fn evened(
+    name: ChannelName,
+    times_s: SharedNumbers,
+    values: SharedNumbers,
+    quantum_s: f64,
+    evener: &mut Evener,
+) -> Result<Option<Channel>, RecordError> {
+    let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
+    if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
+        return Err(RecordError::ChannelNotFinite { channel: name, index });
+    }
+    let channel = evener.channel(name, times_s, values, quantum_s);
+    let out_of_order = |problem: OutOfOrder| {
+        let OutOfOrder { index, can_be_bridged } = problem;
+        RecordError::ChannelTime { channel: name, index, can_be_bridged }
+    };
+    channel.map(Some).map_err(out_of_order)
 }
 
 #[cfg(test)]

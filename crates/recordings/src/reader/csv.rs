@@ -3,13 +3,20 @@
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::{
-    Channel, ChannelName, ColumnMap, Metadata, OtherColumn, RecordError, Recording, Sampling,
-    SharedNumbers, column_map::Target, lines::Lines, reader::csv_gz, recording::MOST_PLAUSIBLE,
+    Channel, ChannelName, ClockNote, ColumnMap, Gaps, Metadata, OtherColumn, RecordError,
+    Recording, Sampling, SharedNumbers,
+    column_map::Target,
+    evened::{Evener, OutOfOrder},
+    lines::Lines,
+    reader::{
+        csv_gz,
+        dialect::{self, Dialect, Found},
+        stamp::{Stamp, StampClock},
+    },
+    recording::MOST_PLAUSIBLE,
     source::LIMIT_BYTES,
+    unit::{self, StatedUnit},
 };
-
-/// UTF-8 byte-order mark, which spreadsheets put before the text.
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Longest cell that a message repeats.
 const SHOWN_CHARS: usize = 24;
@@ -37,14 +44,47 @@ pub(super) fn check_size(bytes: &[u8], limit_bytes: u64) -> Result<(), RecordErr
 
 /// Reads the text of a recording.
 pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
-    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let (bytes, is_utf16) = dialect::decoded(bytes).ok_or(RecordError::NotUtf16)?;
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);
     }
-    let (metadata, body) = split_metadata(bytes)?;
+    let start = after_lines(&bytes, map.skipped_lines());
+    let body = start + metadata_length(&bytes[start..]);
+    let plain = Found { dialect: Dialect::default(), header: body };
+    let found = dialect::find(&bytes, body, |cells| is_header(cells, map)).unwrap_or(plain);
+    let Found { dialect, header } = found;
+    let metadata = metadata(&bytes, start, header.min(body))?;
+    let bytes = dialect::separated(bytes, header, &dialect);
+    let Rows { channels, other_columns, lines, clock_notes, stated_units } =
+        rows(&bytes, header, &dialect, map)?;
+    let dialect = Dialect { is_utf16, ..dialect };
+    let mut recording = Recording {
+        name,
+        metadata,
+        channels,
+        other_columns,
+        lines: Some(lines),
+        stated_units,
+        clock_notes,
+        dialect: (dialect != Dialect::default()).then_some(dialect),
+    };
+    recording.settle_stated_rate()?;
+    Ok(recording)
+}
+
+/// Reads the table that begins at a byte.
+fn rows(
+    bytes: &[u8],
+    body: usize,
+    dialect: &Dialect,
+    map: &ColumnMap,
+) -> Result<Rows, RecordError> {
     let text = Text { bytes, body };
-    let mut reader =
-        ReaderBuilder::new().has_headers(false).flexible(true).from_reader(&bytes[body..]);
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(dialect.separator)
+        .from_reader(&bytes[body..]);
     let mut record = ByteRecord::new();
     let mut next = |record: &mut ByteRecord| {
         // over bytes in memory, and with rows of any length, there is nothing to fail
@@ -55,22 +95,39 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
     }
     let mut cursor = LineCursor { bytes, offset: 0, line: 1 };
     let header_line = cursor.line_at(text.start_of(&record));
-    let mut table = Table::new(&header(&record, header_line)?, map, header_line)?;
+    let columns = header(&record, header_line)?;
+    let mut units = Vec::new();
+    if dialect.has_units && next(&mut record) {
+        let text = |cell: &[u8]| String::from_utf8_lossy(cell).trim().to_owned();
+        units = record.iter().map(text).collect();
+    }
+    let mut table = Table::new(&columns, &units, map, header_line)?;
+    table.has_decimal_comma = dialect.has_decimal_comma;
     while next(&mut record) {
         let line = cursor.line_at(text.start_of(&record));
         table.push(&record, line).map_err(|problem| problem.at(line, &table))?;
     }
-    let Rows { channels, other_columns, lines } = table.finish(header_line)?;
-    let recording = Recording {
-        name,
-        metadata,
-        channels,
-        other_columns,
-        lines: Some(lines),
-        stated_units: Vec::new(),
+    table.finish(header_line, map.gaps())
+}
+
+/// Tells whether cells are the header of a plain recording.
+fn is_header(cells: &[String], map: &ColumnMap) -> bool {
+    cells.iter().any(|cell| target_of(cell, map) == Some(Target::Time))
+}
+
+/// Byte after so many lines.
+fn after_lines(bytes: &[u8], lines: usize) -> usize {
+    bytes.split_inclusive(|&byte| byte == b'\n').take(lines).map(<[u8]>::len).sum()
+}
+
+/// Bytes of the `#` lines and blank ones at the start.
+fn metadata_length(bytes: &[u8]) -> usize {
+    let lines = bytes.split_inclusive(|&byte| byte == b'\n');
+    let is_metadata = |line: &&[u8]| {
+        let content = line.trim_ascii();
+        content.is_empty() || content[0] == b'#'
     };
-    recording.check_stated_rate()?;
-    Ok(recording)
+    lines.take_while(is_metadata).map(<[u8]>::len).sum()
 }
 
 /// The whole text, to turn a record into a line number when one is needed.
@@ -110,22 +167,17 @@ fn line_at(bytes: &[u8], offset: usize) -> u64 {
     bytes[..offset].split(|&byte| byte == b'\n').count() as u64
 }
 
-/// Reads the `#` lines at the start; the rest begins at the returned byte.
-fn split_metadata(bytes: &[u8]) -> Result<(Metadata, usize), RecordError> {
+/// Reads the `#` lines between two bytes.
+fn metadata(bytes: &[u8], start: usize, end: usize) -> Result<Metadata, RecordError> {
     let mut toml = String::new();
-    let mut body = 0;
-    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
-        let content = line.trim_ascii();
-        if !content.is_empty() && content[0] != b'#' {
-            break;
-        }
-        let text = str::from_utf8(content)
-            .map_err(|_| RecordError::NotUtf8 { line: line_at(bytes, body) })?;
+    let first_line = line_at(bytes, start);
+    for (line, own) in bytes[start..end].split_inclusive(|&byte| byte == b'\n').enumerate() {
+        let line = first_line + line as u64;
+        let text = str::from_utf8(own.trim_ascii()).map_err(|_| RecordError::NotUtf8 { line })?;
         toml.push_str(text.strip_prefix('#').unwrap_or(""));
         toml.push('\n');
-        body += line.len();
     }
-    Ok((Metadata::parse(&toml, 1)?, body))
+    Metadata::parse(&toml, first_line)
 }
 
 /// The names of the columns.
@@ -158,8 +210,8 @@ struct KnownColumn {
     name: ChannelName,
     factor: f64,
     values: Vec<f64>,
-    /// Times of the cells that are not empty, once one was empty; until then those of all rows hold.
-    own_times_s: Option<Vec<f64>>,
+    /// Rows of the cells that are not empty, once one was empty; until then all.
+    own_rows: Option<Vec<usize>>,
 }
 
 /// The columns while rows arrive.
@@ -168,6 +220,10 @@ struct Table {
     roles: Vec<Role>,
     time_column: usize,
     time_factor: f64,
+    /// Points in time as text, once the first row has one.
+    stamps: Option<StampClock>,
+    has_decimal_comma: bool,
+    stated_units: Vec<StatedUnit>,
     times_s: Vec<f64>,
     time_decimals: i32,
     line_runs: Vec<(usize, u64)>,
@@ -178,6 +234,8 @@ struct Rows {
     channels: Vec<Channel>,
     other_columns: Vec<OtherColumn>,
     lines: Lines,
+    clock_notes: Vec<ClockNote>,
+    stated_units: Vec<StatedUnit>,
 }
 
 /// Fault in a row.
@@ -187,7 +245,6 @@ enum RowProblem {
     NotANumber { column: usize, cell: String },
     NotFinite { column: usize, cell: String },
     MissingTime,
-    NotIncreasing { previous_s: f64, found_s: f64 },
     Hall { column: usize, found: f64 },
     Implausible { column: usize, found: f64 },
 }
@@ -207,11 +264,6 @@ impl RowProblem {
                 RecordError::NotFinite { line, column: name(column), found: cell }
             }
             Self::MissingTime => RecordError::MissingTime { line, column: name(table.time_column) },
-            Self::NotIncreasing { previous_s, found_s } => {
-                let before = Sampling::of(&table.times_s, table.time_quantum_s());
-                let rate_before_hz = before.map(|sampling| sampling.rate_hz);
-                RecordError::TimeNotIncreasing { line, previous_s, found_s, rate_before_hz }
-            }
             Self::Implausible { column, found } => RecordError::Implausible {
                 line: Some(line),
                 column: name(column),
@@ -226,7 +278,12 @@ impl RowProblem {
 }
 
 impl Table {
-    fn new(columns: &[String], map: &ColumnMap, line: u64) -> Result<Self, RecordError> {
+    fn new(
+        columns: &[String],
+        units: &[String],
+        map: &ColumnMap,
+        line: u64,
+    ) -> Result<Self, RecordError> {
         for entry in map.entries() {
             if !columns.contains(&entry.column) {
                 return Err(RecordError::MappedColumnMissing {
@@ -239,16 +296,25 @@ impl Table {
         }
         let mut roles = Vec::with_capacity(columns.len());
         let (mut time_column, mut time_factor) = (None, 1.0);
+        let mut stated_units = Vec::new();
         for (index, column) in columns.iter().enumerate() {
-            let (target, factor) = target_of(column, map);
+            let target = target_of(column, map);
+            let unit = units.get(index).map(String::as_str);
+            let mut factor = 1.0;
+            if let Some(target) = target {
+                let (by, stated) =
+                    unit::stated_factor(column, unit, target, map.of_column(column))?;
+                factor = by;
+                stated_units.extend(stated);
+            }
             roles.push(match target {
                 Some(Target::Time) => {
                     (time_column, time_factor) = (Some(index), factor);
                     Role::Time
                 }
                 Some(Target::Channel(name)) => {
-                    let (values, own_times_s) = (Vec::new(), None);
-                    Role::Known(KnownColumn { name, factor, values, own_times_s })
+                    let (values, own_rows) = (Vec::new(), None);
+                    Role::Known(KnownColumn { name, factor, values, own_rows })
                 }
                 None => Role::Other(OtherColumn::new(column.clone())),
             });
@@ -260,6 +326,9 @@ impl Table {
             roles,
             time_column,
             time_factor,
+            stamps: None,
+            has_decimal_comma: false,
+            stated_units,
             times_s: Vec::new(),
             time_decimals: 0,
             line_runs: Vec::new(),
@@ -272,6 +341,7 @@ impl Table {
         }
         let time_s = self.time(&record[self.time_column])?;
         let row = self.times_s.len();
+        let has_decimal_comma = self.has_decimal_comma;
         self.times_s.push(time_s);
         let ahead = line - row as u64;
         if self.line_runs.last().is_none_or(|(_, last)| *last != ahead) {
@@ -286,40 +356,54 @@ impl Table {
                     let text = str::from_utf8(cell).map_err(|_| RowProblem::NotUtf8)?;
                     other.push(time_s, text);
                 }
-                Role::Known(known) if cell.is_empty() => known.skip(&self.times_s[..row]),
-                Role::Known(known) => known.push(time_s, number(cell, column)?, column)?,
+                Role::Known(known) if cell.is_empty() => known.skip(row),
+                Role::Known(known) => {
+                    known.push(row, number(cell, column, has_decimal_comma)?, column)?;
+                }
             }
         }
         Ok(())
     }
 
-    /// Reads the time of a row and checks it against the row before.
+    /// Reads the time of a row.
     fn time(&mut self, cell: &[u8]) -> Result<f64, RowProblem> {
         let cell = cell.trim_ascii();
         if cell.is_empty() {
             return Err(RowProblem::MissingTime);
         }
-        let found_s = number(cell, self.time_column)? * self.time_factor;
-        if let Some(&previous_s) = self.times_s.last()
-            && found_s <= previous_s
+        let is_first = self.times_s.is_empty();
+        if (is_first || self.stamps.is_some())
+            && let Some(stamp) = str::from_utf8(cell).ok().and_then(Stamp::parse)
         {
-            return Err(RowProblem::NotIncreasing { previous_s, found_s });
+            self.time_decimals = self.time_decimals.max(stamp.decimals);
+            return Ok(self.stamps.get_or_insert_default().seconds(stamp));
         }
+        if self.stamps.is_some() {
+            return Err(RowProblem::NotANumber { column: self.time_column, cell: shown(cell) });
+        }
+        let found_s = number(cell, self.time_column, self.has_decimal_comma)? * self.time_factor;
         self.time_decimals = self.time_decimals.max(decimals(cell));
         Ok(found_s)
     }
 
     /// The unit of the last decimal place that the time column uses, s.
     fn time_quantum_s(&self) -> f64 {
-        10f64.powi(-self.time_decimals) * self.time_factor.abs()
+        let factor = if self.stamps.is_some() { 1.0 } else { self.time_factor.abs() };
+        10f64.powi(-self.time_decimals) * factor
     }
 
-    fn finish(self, header_line: u64) -> Result<Rows, RecordError> {
+    fn finish(self, header_line: u64, gaps: Gaps) -> Result<Rows, RecordError> {
         if self.times_s.is_empty() {
             return Err(RecordError::HeaderOnly { line: header_line });
         }
         let quantum_s = self.time_quantum_s();
+        let stated_units = self.stated_units;
         let times_s = SharedNumbers::from(self.times_s);
+        let lines = Lines::new(times_s.clone(), self.line_runs);
+        let mut evener = Evener::new(gaps);
+        let out_of_order = |problem| not_increasing(problem, &times_s, &lines, quantum_s);
+        // rows without a sample of any channel have times too
+        evener.check(&times_s, quantum_s).map_err(out_of_order)?;
         let (mut channels, mut others) = (Vec::new(), Vec::new());
         for role in self.roles {
             match role {
@@ -327,19 +411,44 @@ impl Table {
                 Role::Other(other) => others.push(other),
                 // a column without a single sample is a channel that is not there
                 Role::Known(known) if known.values.is_empty() => {}
-                Role::Known(KnownColumn { name, values, own_times_s, .. }) => {
-                    let own = own_times_s.map_or_else(|| times_s.clone(), SharedNumbers::from);
-                    channels.push(Channel::from_rows(name, own, values.into(), quantum_s));
+                Role::Known(KnownColumn { name, values, own_rows, .. }) => {
+                    let own_s = own_rows.as_ref().map_or_else(
+                        || times_s.clone(),
+                        |rows| rows.iter().map(|&row| times_s[row]).collect(),
+                    );
+                    let channel = evener.channel(name, own_s, values.into(), quantum_s);
+                    let row = |index: usize| own_rows.as_ref().map_or(index, |rows| rows[index]);
+                    channels.push(channel.map_err(|problem| {
+                        out_of_order(OutOfOrder { index: row(problem.index), ..problem })
+                    })?);
                 }
             }
         }
-        let lines = Lines::new(times_s, self.line_runs);
-        Ok(Rows { channels, other_columns: others, lines })
+        let clock_notes = evener.into_notes();
+        Ok(Rows { channels, other_columns: others, lines, clock_notes, stated_units })
+    }
+}
+
+/// The error of a row whose time is not after that of the row before.
+fn not_increasing(
+    problem: OutOfOrder,
+    times_s: &[f64],
+    lines: &Lines,
+    quantum_s: f64,
+) -> RecordError {
+    let OutOfOrder { index, can_be_bridged } = problem;
+    let before = &times_s[..index];
+    RecordError::TimeNotIncreasing {
+        line: lines.of_row(index),
+        previous_s: times_s[index - 1],
+        found_s: times_s[index],
+        rate_before_hz: Sampling::of(before, quantum_s).map(|sampling| sampling.rate_hz),
+        can_be_bridged,
     }
 }
 
 impl KnownColumn {
-    fn push(&mut self, time_s: f64, value: f64, column: usize) -> Result<(), RowProblem> {
+    fn push(&mut self, row: usize, value: f64, column: usize) -> Result<(), RowProblem> {
         let value = value * self.factor;
         if !value.is_finite() {
             return Err(RowProblem::NotFinite { column, cell: value.to_string() });
@@ -352,29 +461,36 @@ impl KnownColumn {
             return Err(RowProblem::Hall { column, found: value });
         }
         self.values.push(value);
-        if let Some(own) = &mut self.own_times_s {
-            own.push(time_s);
+        if let Some(own) = &mut self.own_rows {
+            own.push(row);
         }
         Ok(())
     }
 
-    /// Notes that the row after `rows_before` has no sample of this channel.
-    fn skip(&mut self, rows_before: &[f64]) {
-        self.own_times_s.get_or_insert_with(|| rows_before.to_vec());
+    /// Notes that a row has no sample of this channel.
+    fn skip(&mut self, row: usize) {
+        self.own_rows.get_or_insert_with(|| (0..row).collect());
     }
 }
 
 /// Target of a column, after mapping: a mapped channel hides the column of its own name.
-fn target_of(column: &str, map: &ColumnMap) -> (Option<Target>, f64) {
+fn target_of(column: &str, map: &ColumnMap) -> Option<Target> {
     if let Some(entry) = map.of_column(column) {
-        return (Some(entry.target), entry.factor.unwrap_or(1.0));
+        return Some(entry.target);
     }
-    (Target::from_column(column).filter(|&target| !map.maps(target)), 1.0)
+    Target::from_column(column).filter(|&target| !map.maps(target))
 }
 
 /// A finite number.
-fn number(cell: &[u8], column: usize) -> Result<f64, RowProblem> {
-    let value = str::from_utf8(cell).ok().and_then(|text| text.parse::<f64>().ok());
+fn number(cell: &[u8], column: usize, has_decimal_comma: bool) -> Result<f64, RowProblem> {
+    let text = str::from_utf8(cell).ok();
+    let value = if has_decimal_comma && cell.contains(&b',') {
+        // a point beside the comma would be one of thousands
+        let text = text.filter(|text| !text.contains('.'));
+        text.and_then(|text| text.replacen(',', ".", 1).parse::<f64>().ok())
+    } else {
+        text.and_then(|text| text.parse::<f64>().ok())
+    };
     match value {
         Some(value) if value.is_finite() => Ok(value),
         Some(_) => Err(RowProblem::NotFinite { column, cell: shown(cell) }),
@@ -397,7 +513,7 @@ fn shown(cell: &[u8]) -> String {
 fn decimals(cell: &[u8]) -> i32 {
     let split = cell.iter().position(|&byte| byte == b'e' || byte == b'E');
     let (mantissa, exponent) = cell.split_at(split.unwrap_or(cell.len()));
-    let point = mantissa.iter().position(|&byte| byte == b'.');
+    let point = mantissa.iter().position(|&byte| byte == b'.' || byte == b',');
     let places = point.map_or(0, |at| mantissa.len() - at - 1);
     let places = i32::try_from(places).unwrap_or(i32::MAX);
     let exponent = exponent.get(1..).and_then(|digits| str::from_utf8(digits).ok());
@@ -464,7 +580,7 @@ mod tests {
         );
         assert_eq!(error("time_s,x,x\n"), "line 1: column `x` appears twice");
         assert_eq!(
-            error("time_s;current_a\n0;1\n"),
+            error("time_s;current_a\n"),
             "line 1: cells are separated by ';', expected commas"
         );
         assert_eq!(error("time_s,x\n0,1\n1\n"), "line 3 has 1 cells, the header has 2");
@@ -510,6 +626,75 @@ mod tests {
             let message = read(text).unwrap_err().to_string();
             assert_eq!(message, "line 2 is not UTF-8 text");
         }
+    }
+
+    #[test]
+    fn other_dialects_give_what_their_plain_twin_gives() {
+        let twin = read(b"time_s,current_a\n0,1.5\n0.001,2.5\n0.002,-1e-3\n").unwrap();
+        let map = ColumnMap::new(["time_s=t", "current_a=Strom"]).unwrap();
+        for text in [
+            "t;Strom\n0,000;1,5\n0,001;2,5\n0,002;-1E-3\n",
+            "Bench 3\r\nrun;7\r\n\r\nt\tStrom\r\ns\tA\r\n0\t1.5\r\n0.001\t2.5\r\n0.002\t-1e-3\r\n",
+            "\"t\";\"Strom\"\n\"ms\";\"mA\"\n0;1500\n1;2500\n2;-1\n",
+            "# t Strom\n0.000 1.5\n  0.001   2.5\n0.002 -1e-3\n",
+            "t,Strom\n[ms],[mA]\n0,1500\n1,2500\n2,-1\n",
+            "t,Strom\n2026-11-21 09:30:00.000,1.5\n2026-11-21 09:30:00.001,2.5\n\
+             2026-11-21 09:30:00.002,-0.001\n",
+            "t;Strom\n23:59:59,999;1,5\n00:00:00,000;2,5\n00:00:00,001;-0,001\n",
+        ] {
+            for bytes in [text.as_bytes().to_vec(), utf16(text)] {
+                let read = parse("r".to_owned(), &bytes, &map).unwrap();
+                let [own, twin] = [&read, &twin].map(|one| &one.channels()[0]);
+                assert_eq!(own.values().len(), 3, "{text}");
+                for (own, twin) in own.times_s().iter().zip(twin.times_s()) {
+                    approx::assert_abs_diff_eq!(own, twin, epsilon = 1e-15);
+                }
+                for (own, twin) in own.values().iter().zip(twin.values()) {
+                    approx::assert_abs_diff_eq!(own, twin, epsilon = 1e-15);
+                }
+            }
+        }
+    }
+
+    fn utf16(text: &str) -> Vec<u8> {
+        [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect()
+    }
+
+    #[test]
+    fn dialects_are_refused_with_their_line_and_column() {
+        let map = ColumnMap::new(["time_s=t", "current_a=Strom"]).unwrap();
+        let told =
+            |text: &str| parse("r".to_owned(), text.as_bytes(), &map).unwrap_err().to_string();
+        let rows = "Bench 3\nt;Strom\n0,0;1,5\n0,1;1,5\n0,2;1,5\n";
+        assert_eq!(
+            told(&format!("{rows}0,3;off\n")),
+            "line 6, column `Strom`: expected a number, found `off`"
+        );
+        assert_eq!(
+            told(&format!("{rows}0,3;1.000,5\n")),
+            "line 6, column `Strom`: expected a number, found `1.000,5`"
+        );
+        let unit = told("t;Strom\ns;bar\n0;1\n1;1\n2;1\n");
+        assert!(unit.starts_with("column `Strom` is in `bar` as the file says"), "{unit}");
+        assert_eq!(
+            told("t;Strom\n09:30:00;1\n09:30:01;1\n09:30:02;1\nnoon;1\n"),
+            "line 5, column `t`: expected a number, found `noon`"
+        );
+    }
+
+    #[test]
+    fn lines_are_skipped_where_that_is_asked_for() {
+        let map = ColumnMap::default().with_skipped_lines(2);
+        let text =
+            "# exported by hand\n# on bench 3\n# noise-a = 0.5\ntime_s,current_a\n0,1\n1,off\n";
+        let read = |text: &str, map| parse("r".to_owned(), text.as_bytes(), map);
+        let recording = read(&text.replace("off", "2"), &map).unwrap();
+        assert_eq!(recording.metadata.noise_a, Some(0.5));
+        let told = read(text, &map).unwrap_err().to_string();
+        assert_eq!(told, "line 6, column `current_a`: expected a number, found `off`");
+        let told = read(text, &ColumnMap::default()).unwrap_err().to_string();
+        assert!(told.starts_with("line 1: metadata"), "{told}");
+        assert!(told.ends_with("`--skip-lines N` leaves out the first N lines)"), "{told}");
     }
 
     #[test]

@@ -29,11 +29,33 @@ fn a_folder_gives_its_recordings_in_name_order() {
 }
 
 #[test]
+fn folders_in_a_folder_and_patterns_give_their_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["b.csv", "day 1/a.csv", "day 1/note.txt", "day 1/deep/c.csv", ".git/d.csv"] {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, "").unwrap();
+    }
+    let list = |path: &str| {
+        let found = list_recordings(&folder.path().join(path))?;
+        let inside = |path: &std::path::PathBuf| {
+            path.strip_prefix(folder.path()).unwrap().display().to_string()
+        };
+        Ok::<Vec<String>, recordings::RecordError>(found.iter().map(inside).collect())
+    };
+    assert_eq!(list("").unwrap(), ["b.csv", "day 1/a.csv", "day 1/deep/c.csv"]);
+    assert_eq!(list("day*").unwrap(), ["day 1/a.csv", "day 1/deep/c.csv"]);
+    assert_eq!(list("**/?.csv").unwrap(), ["b.csv", "day 1/a.csv", "day 1/deep/c.csv"]);
+    assert_eq!(list("day*/*.txt").unwrap(), ["day 1/note.txt"]);
+    assert_eq!(list("x*.csv").unwrap_err().to_string(), "no file matches the pattern");
+}
+
+#[test]
 fn a_file_stands_for_itself_and_an_empty_folder_for_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let message = list_recordings(folder.path()).unwrap_err().to_string();
     assert!(message.starts_with("holds no recordings: expected `.csv`"), "{message}");
-    assert!(message.ends_with(" files directly in the folder"), "{message}");
+    assert!(message.ends_with(" files in the folder"), "{message}");
     let missing = folder.path().join("no.csv");
     assert_eq!(list_recordings(&missing).unwrap_err().to_string(), "no such file or folder");
     fs::write(&missing, "").unwrap();
@@ -67,8 +89,8 @@ fn damaged_files_have_one_clear_line() {
     let path = |name: &str| folder.path().join(name);
     assert_eq!(read_error(&path("none.csv")), "no such file or folder");
     assert_eq!(read_error(&path("none.mat")), "no such file or folder");
-    fs::write(path("r.txt"), "time_s,current_a\n").unwrap();
-    assert!(read_error(&path("r.txt")).starts_with("not a recording: expected `.csv`"));
+    fs::write(path("r.doc"), "time_s,current_a\n").unwrap();
+    assert!(read_error(&path("r.doc")).starts_with("not a recording: expected `.csv`"));
     fs::write(path("plain.csv.gz"), "time_s,current_a\n").unwrap();
     assert!(read_error(&path("plain.csv.gz")).starts_with("damaged gzip data: "));
     let whole = recording().to_csv_gz(CsvFormat::default()).unwrap();

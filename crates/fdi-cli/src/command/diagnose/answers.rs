@@ -12,11 +12,12 @@ use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL, unit_file};
 
 /// Options of `diagnose` that change no answer: which recordings, and what is made of the answers.
 #[cfg(test)]
-const OF_NO_ANSWER: [&str; 16] = [
+const OF_NO_ANSWER: [&str; 17] = [
     "color",
     "config",
     "exit-code",
     "figures",
+    "files-from",
     "jobs",
     "output",
     "output-format",
@@ -53,6 +54,7 @@ pub(super) fn head(
         ("fidelity", Some(args.fidelity.word().to_owned())),
         ("free-start", switch(args.free_start)),
         ("id-from", args.fleet.names.id_from.as_ref().and_then(|one| word(one))),
+        ("gaps", Some(args.map.gaps.word().to_owned())),
         ("map", several(&args.map.map)),
         ("max-delay-s", args.max_delay_s.and_then(|one| word(&one))),
         ("max-evaluations", args.max_evaluations.and_then(|one| word(&one))),
@@ -60,6 +62,7 @@ pub(super) fn head(
         ("noise-a", args.noise_a.and_then(|one| word(&one))),
         ("reference", several(&references)),
         ("seed", word(&global.seed)),
+        ("skip-lines", word(&args.map.skip_lines)),
         ("stable", switch(global.stable)),
         ("tolerance", Some(args.tolerance.word().to_owned())),
         ("unit", several(&units)),

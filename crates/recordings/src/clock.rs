@@ -1,0 +1,511 @@
+//! The clock behind the stamps of a channel: a robust line, and the place of each sample on it.
+
+/// Fewest samples that tell a clock from steps of chance, whose sum strays.
+const LEAST_SAMPLES: usize = 100;
+/// Samples that the first estimate of the period spans.
+const SPAN_SAMPLES: usize = 64;
+/// Standard deviations that half a period has to be, for a shift of one period to be seen.
+const SHIFT_STDS: f64 = 6.0;
+/// Variance of a median over that of a mean, normal deviates.
+const MEDIAN_VARIANCE_RATIO: f64 = 1.6;
+/// Standard deviation over median absolute deviation, normal deviates.
+const STD_PER_MAD: f64 = 1.482_6;
+/// Fewest samples that show a shift: one or two late stamps are none.
+const LEAST_WINDOW: usize = 5;
+/// Share of a period that stamps may be off the clock, root mean square, for it to be one.
+const MOST_JITTER: f64 = 0.4;
+/// Share of a period below which the stamps of even samples may be off their clock.
+const EVEN_WITHIN: f64 = 1e-3;
+/// Share of the places of a clock that may lack their sample.
+const MOST_LOST_SHARE: f64 = 0.5;
+/// Rows by which a sample may be late.
+const MOST_LATE_ROWS: usize = 64;
+/// Share of the samples that may be late or doubled.
+const MOST_DISORDER_SHARE: f64 = 0.1;
+/// Share of a period from which rounded stamps do not tell steps of one from steps of two periods.
+const COARSE_QUANTUM: f64 = 0.25;
+/// Share of a period that the level of rounded stamps may scatter for a shift to be read off it.
+const SETTLED_STD: f64 = 0.1;
+/// Standard errors that the rate of a clock may be off a round number.
+const RATE_STD_ERRORS: f64 = 3.0;
+
+/// Even clock that stamps were written by, and the place of each sample on it.
+///
+/// ```text
+/// s_i = t_0 + p·n_i + e_i
+/// ```
+///
+/// with stamps `s_i`, the period `p`, whole numbers `n_i` (places) that increase, and errors `e_i`
+/// from rounding and jitter. A lost sample is a place that no `n_i` has.
+///
+/// # Method
+///
+/// The period is the mean step over 64 samples where steps are near their median. `n_i − i` is
+/// constant between losses: it rises by `c` where the mean or median of the next `w` residuals
+/// `s_i − i·p` is at least half a period above those before. `w` is the least number for which half
+/// a period is six standard deviations of that difference. Then `t_0` and `p` are the least squares
+/// of all stamps on their places.
+///
+/// # Valid for
+///
+/// Stamps with errors of up to 0.4 periods, root mean square, rounded to any number of decimals.
+/// Where they are rounded to a period or more, a lost sample and a slower clock write the same
+/// stamps; a round rate with losses is preferred.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Clock {
+    /// Time of place 0, s.
+    pub(crate) start_s: f64,
+    /// Places per second.
+    pub(crate) rate_hz: f64,
+    /// Samples in the order of time, as indices of the stamps, without doubled ones.
+    pub(crate) kept: Vec<usize>,
+    /// Place of each kept sample, from 0.
+    pub(crate) places: Vec<usize>,
+    /// Samples whose stamp another has too, as indices of the stamps: the one that is kept and the
+    /// one that is not.
+    pub(crate) doubled: Vec<(usize, usize)>,
+    /// Samples that stand after one of a later time.
+    pub(crate) late: usize,
+    /// Root mean square distance of the stamps from the clock, s.
+    pub(crate) error_s: f64,
+    /// True where the stamps are farther off the clock than rounding explains.
+    pub(crate) is_jittered: bool,
+}
+
+impl Clock {
+    /// The clock of stamps that are written to a multiple of `quantum_s`, in the order of the file;
+    /// `None` where they show none.
+    pub(crate) fn of(stamps_s: &[f64], quantum_s: f64) -> Option<Self> {
+        if stamps_s.len() < LEAST_SAMPLES {
+            return None;
+        }
+        let order = Order::of(stamps_s, quantum_s)?;
+        let sorted: Vec<f64> = order.kept.iter().map(|&index| stamps_s[index]).collect();
+        let rough = RoughClock::of(&sorted, quantum_s)?;
+        let places = rough.places()?;
+        let line = Line::of(&places, &sorted);
+        let period_s = line.step_s_per_place;
+        let last = *places.last()?;
+        let is_understood = period_s > 0.0
+            && line.error_s <= MOST_JITTER * period_s + quantum_s
+            && (last + 1 - places.len()) as f64 <= MOST_LOST_SHARE * (last + 1) as f64;
+        if !is_understood {
+            return None;
+        }
+        let std_error_s = line.error_s * (12.0 / (places.len() as f64).powi(3)).sqrt();
+        let tolerance_s =
+            RATE_STD_ERRORS * std_error_s + rounding_s(quantum_s, &sorted) / last as f64;
+        let rate_hz = roundest(period_s.recip(), tolerance_s / (period_s * period_s));
+        let most_s = rounding_s(quantum_s, &sorted) + EVEN_WITHIN * period_s;
+        let is_jittered = quantum_s < 0.5 * period_s && line.most_s > most_s;
+        let Order { kept, doubled, late } = order;
+        // rounding moves the first stamp by up to half its quantum
+        let start_s =
+            if (line.start_s - sorted[0]).abs() <= most_s { sorted[0] } else { line.start_s };
+        let error_s = line.error_s;
+        Some(Self { start_s, rate_hz, kept, places, doubled, late, error_s, is_jittered })
+    }
+
+    /// Places that lack their sample.
+    pub(crate) fn lost(&self) -> usize {
+        self.places.last().map_or(0, |last| last + 1 - self.places.len())
+    }
+
+    /// Tells whether the samples stand in the order of time, none twice.
+    pub(crate) fn is_in_order(&self) -> bool {
+        self.late == 0 && self.doubled.is_empty()
+    }
+
+    /// The first sample after which places are empty, as an index of the stamps, and how many.
+    pub(crate) fn first_gap(&self) -> Option<(usize, usize)> {
+        let at = self.places.windows(2).position(|pair| pair[1] > pair[0] + 1)?;
+        Some((self.kept[at], self.places[at + 1] - self.places[at] - 1))
+    }
+}
+
+/// Distance of two stamps that rounding alone explains, s.
+fn rounding_s(quantum_s: f64, sorted: &[f64]) -> f64 {
+    let largest_s = sorted[0].abs().max(sorted[sorted.len() - 1].abs());
+    // sums of steps lose a unit in the last place each
+    quantum_s + 4.0 * f64::EPSILON * largest_s * (sorted.len() as f64).sqrt()
+}
+
+/// The samples in the order of their stamps.
+struct Order {
+    kept: Vec<usize>,
+    doubled: Vec<(usize, usize)>,
+    late: usize,
+}
+
+impl Order {
+    fn of(stamps_s: &[f64], quantum_s: f64) -> Option<Self> {
+        let count = stamps_s.len();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| stamps_s[a].total_cmp(&stamps_s[b]));
+        let mut latest_s = f64::NEG_INFINITY;
+        let late = stamps_s.iter().filter(|stamp_s| {
+            latest_s = latest_s.max(**stamp_s);
+            **stamp_s < latest_s
+        });
+        let late = late.count();
+        let is_near =
+            order.iter().enumerate().all(|(row, &from)| row.abs_diff(from) <= MOST_LATE_ROWS);
+        let span_s = stamps_s[order[count - 1]] - stamps_s[order[0]];
+        // stamps that are coarser than the samples are equal without being doubled
+        let is_coarse = quantum_s >= 0.5 * span_s / (count - 1) as f64;
+        let mut doubled = Vec::new();
+        let mut kept: Vec<usize> = Vec::with_capacity(count);
+        for index in order {
+            match kept.last() {
+                Some(&before) if !is_coarse && stamps_s[before] == stamps_s[index] => {
+                    doubled.push((before, index));
+                }
+                _ => kept.push(index),
+            }
+        }
+        let most = MOST_DISORDER_SHARE * count as f64;
+        let is_order =
+            is_near && (late + doubled.len()) as f64 <= most && kept.len() >= LEAST_SAMPLES;
+        is_order.then_some(Self { kept, doubled, late })
+    }
+}
+
+/// A period near enough to find shifts of whole periods with.
+struct RoughClock<'a> {
+    stamps_s: &'a [f64],
+    quantum_s: f64,
+    period_s: f64,
+    /// Standard deviation of a residual, s.
+    std_s: f64,
+    is_coarse: bool,
+    /// Samples that residuals are means of: those that have one stamp.
+    alike: usize,
+    residuals_s: Vec<f64>,
+}
+
+impl<'a> RoughClock<'a> {
+    fn of(sorted: &'a [f64], quantum_s: f64) -> Option<Self> {
+        let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let intervals = steps.len();
+        let counted_s = (sorted[intervals] - sorted[0]) / intervals as f64;
+        let is_coarse = quantum_s >= COARSE_QUANTUM * counted_s;
+        let coarseness = (4.0 * quantum_s / counted_s).max(1.0);
+        let span = ((SPAN_SAMPLES as f64 * coarseness) as usize).clamp(1, intervals.div_ceil(2));
+        let mut spans: Vec<f64> = sorted.windows(span + 1).map(|all| all[span] - all[0]).collect();
+        let middle_s = median(&mut spans);
+        let median_step_s = median(&mut steps);
+        for step_s in &mut steps {
+            *step_s = (*step_s - median_step_s).abs();
+        }
+        let spread_s = STD_PER_MAD * median(&mut steps) / 2f64.sqrt();
+        let near = |span_s: &&f64| (*span_s - middle_s).abs() <= quantum_s.max(4.0 * spread_s);
+        let near: Vec<f64> = spans.iter().filter(near).copied().collect();
+        let mut period_s = near.iter().sum::<f64>() / (near.len() * span) as f64;
+        if is_coarse {
+            let rate_hz = period_s.recip();
+            period_s = roundest(rate_hz, rate_hz * quantum_s / (span as f64 * period_s)).recip();
+        }
+        if !(period_s > 0.0 && period_s.is_finite()) {
+            return None;
+        }
+        let alike = ((quantum_s / period_s).round() as usize).clamp(1, sorted.len() / 4);
+        let residual_s = |index: usize| sorted[index] - sorted[0] - index as f64 * period_s;
+        let residuals_s =
+            moving_means(&(0..sorted.len()).map(residual_s).collect::<Vec<_>>(), alike);
+        let block = (SPAN_SAMPLES * alike).min(sorted.len() / 4).max(2);
+        let std_s = if is_coarse { std_in_blocks(&residuals_s, block) } else { spread_s };
+        Some(Self { stamps_s: sorted, quantum_s, period_s, std_s, is_coarse, alike, residuals_s })
+    }
+
+    /// Samples that show a shift of one period.
+    fn window(&self, count: usize) -> usize {
+        let variances = (2.0 * SHIFT_STDS * self.std_s / self.period_s).powi(2);
+        let samples = (2.0 * variances * MEDIAN_VARIANCE_RATIO).ceil() as usize * self.alike;
+        // a tie that is rounded the other way moves as many means as samples are alike
+        let least = LEAST_WINDOW.max(2 * self.alike + 3);
+        samples.clamp(least, (count / 4).max(least))
+    }
+
+    /// The places of samples in the order of time; `None` where a shift is backwards.
+    fn places(&self) -> Option<Vec<usize>> {
+        let is_settled = !self.is_coarse || self.std_s <= SETTLED_STD * self.period_s;
+        let by_level = is_settled.then(|| self.places_by_level());
+        by_level.flatten().or_else(|| self.is_coarse.then(|| self.places_by_range())?)
+    }
+
+    /// Places by the range of stamps that rounding leaves them: residuals lie within one quantum,
+    /// until a sample is lost.
+    fn places_by_range(&self) -> Option<Vec<usize>> {
+        let most_s = self.quantum_s + COARSE_QUANTUM * self.period_s;
+        let (mut least_s, mut greatest_s) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut shift = 0;
+        let place = |(index, stamp_s): (usize, &f64)| {
+            let residual_s = stamp_s - (index + shift) as f64 * self.period_s;
+            let above_s = residual_s - least_s - most_s;
+            if residual_s < greatest_s - most_s {
+                return None;
+            }
+            let periods = (above_s / self.period_s).ceil().max(0.0);
+            shift += periods as usize;
+            let residual_s = residual_s - periods * self.period_s;
+            (least_s, greatest_s) = (residual_s.min(least_s), residual_s.max(greatest_s));
+            Some(index + shift)
+        };
+        self.stamps_s.iter().enumerate().map(place).collect()
+    }
+
+    /// Places by the level of the residuals.
+    fn places_by_level(&self) -> Option<Vec<usize>> {
+        let residuals_s = &self.residuals_s;
+        let count = residuals_s.len();
+        let window = self.window(count);
+        let mut places = Vec::with_capacity(count);
+        let mut shift = 0;
+        // the residuals since the last shift begin here
+        let mut since = 0;
+        while places.len() < count {
+            let at = places.len();
+            let before = &residuals_s[since.max(at.saturating_sub(window))..at];
+            let ahead = &residuals_s[at..(at + window).min(count)];
+            if before.is_empty() || !self.is_shift(before, ahead) {
+                places.push(at + shift);
+                continue;
+            }
+            let level_s = self.level(before);
+            let (from, periods) = self.shift(at, window, level_s)?;
+            if periods == 0 {
+                places.push(at + shift);
+                continue;
+            }
+            places.extend((at..from).map(|index| index + shift));
+            shift += periods;
+            since = from;
+            places.push(from + shift);
+        }
+        Some(places)
+    }
+
+    /// Tells whether residuals are half a period off those before, and that is no chance.
+    fn is_shift(&self, before: &[f64], ahead: &[f64]) -> bool {
+        let step_s = (self.level(ahead) - self.level(before)).abs();
+        let independent = |residuals_s: &[f64]| residuals_s.len() as f64 / self.alike as f64;
+        let variance = independent(before).recip() + independent(ahead).recip();
+        let chance_s = SHIFT_STDS * self.std_s * (MEDIAN_VARIANCE_RATIO * variance).sqrt();
+        step_s >= (0.5 * self.period_s).max(chance_s * (1.0 - 1e-9))
+    }
+
+    /// Where a shift that the samples after `at` show begins, and its periods: 0 where it does not
+    /// stay.
+    fn shift(&self, at: usize, window: usize, level_s: f64) -> Option<(usize, usize)> {
+        let residuals_s = &self.residuals_s;
+        let end = (at + 2 * window).min(residuals_s.len());
+        let after = &residuals_s[(at + window).min(end - (window / 2).max(1)).max(at)..end];
+        let periods = ((self.level(after) - level_s) / self.period_s).round();
+        if periods < 0.0 {
+            return None;
+        }
+        let shifted_s = level_s + periods * self.period_s;
+        // least squares: the sum over what is before less what it would be after
+        let excess =
+            |residual_s: f64| (residual_s - level_s).powi(2) - (residual_s - shifted_s).powi(2);
+        let (mut from, mut sum, mut least) = (at, 0.0, 0.0);
+        for (index, &residual_s) in residuals_s[..end].iter().enumerate().skip(at) {
+            sum += excess(residual_s);
+            if sum < least {
+                (least, from) = (sum, index + 1);
+            }
+        }
+        // means over the samples ahead see a shift early
+        let from = from + self.alike / 2;
+        (from < residuals_s.len()).then_some((from, periods as usize))
+    }
+
+    /// Level of residuals: the median, but the mean of those that rounding spreads evenly.
+    fn level(&self, residuals_s: &[f64]) -> f64 {
+        if self.is_coarse && self.alike == 1 {
+            return residuals_s.iter().sum::<f64>() / residuals_s.len() as f64;
+        }
+        median(&mut residuals_s.to_vec())
+    }
+}
+
+/// Means over so many numbers ahead; at the end over the last ones.
+fn moving_means(numbers: &[f64], count: usize) -> Vec<f64> {
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / count as f64;
+    let last = numbers.len() - count;
+    (0..numbers.len()).map(|index| mean(&numbers[index.min(last)..][..count])).collect()
+}
+
+/// Standard deviation of numbers whose level may shift: the median over blocks.
+fn std_in_blocks(numbers: &[f64], block: usize) -> f64 {
+    let of_block = |all: &[f64]| {
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        (all.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
+    };
+    median(&mut numbers.chunks_exact(block).map(of_block).collect::<Vec<_>>())
+}
+
+/// Least squares of stamps on their places.
+struct Line {
+    /// Time of place 0, s.
+    start_s: f64,
+    step_s_per_place: f64,
+    /// Root mean square distance from the line, s.
+    error_s: f64,
+    /// Largest distance from the line, s.
+    most_s: f64,
+}
+
+impl Line {
+    fn of(places: &[usize], stamps_s: &[f64]) -> Self {
+        let count = places.len() as f64;
+        let middle = places.iter().map(|&place| place as f64).sum::<f64>() / count;
+        let first_s = stamps_s[0];
+        let middle_s = stamps_s.iter().map(|stamp_s| stamp_s - first_s).sum::<f64>() / count;
+        let (mut products, mut squares) = (0.0, 0.0);
+        for (&place, stamp_s) in places.iter().zip(stamps_s) {
+            let off = place as f64 - middle;
+            products += off * (stamp_s - first_s - middle_s);
+            squares += off * off;
+        }
+        let step_s_per_place = products / squares;
+        let start_s = first_s + middle_s - step_s_per_place * middle;
+        let distance = |(&place, stamp_s): (&usize, &f64)| {
+            (stamp_s - start_s - place as f64 * step_s_per_place).abs()
+        };
+        let distances = || places.iter().zip(stamps_s).map(distance);
+        let error_s = (distances().map(|off_s| off_s * off_s).sum::<f64>() / count).sqrt();
+        Self { start_s, step_s_per_place, error_s, most_s: distances().fold(0.0, f64::max) }
+    }
+}
+
+/// Median; of an even number the upper of the two in the middle.
+fn median(numbers: &mut [f64]) -> f64 {
+    let middle = numbers.len() / 2;
+    *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The number with the fewest significant digits within `tolerance` of `value`.
+pub(super) fn roundest(value: f64, tolerance: f64) -> f64 {
+    let rounded = |digits: usize| format!("{value:.digits$e}").parse::<f64>();
+    let close = |candidate: &f64| (candidate - value).abs() <= tolerance;
+    (0..17).filter_map(|digits| rounded(digits).ok()).find(close).unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE_HZ: f64 = 10_000.0;
+
+    fn rounded(time_s: f64, decimals: i32) -> f64 {
+        let scale = 10f64.powi(decimals);
+        (time_s * scale).round() / scale
+    }
+
+    /// Stamps at 10 kHz without the samples of these places, rounded.
+    fn stamps(count: usize, without: &[usize], decimals: i32) -> Vec<f64> {
+        let places = (0..count).filter(|place| !without.contains(place));
+        places.map(|place| rounded(place as f64 / RATE_HZ, decimals)).collect()
+    }
+
+    /// A number in ±1 that looks like chance.
+    fn scatter(index: usize) -> f64 {
+        2.0 * ((index as f64 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
+    }
+
+    #[test]
+    fn a_lost_sample_is_found_whatever_the_decimals() {
+        for decimals in 4..=9 {
+            for lost in [3, 700, 2500, 4990] {
+                let stamps = stamps(5000, &[lost], decimals);
+                let clock = Clock::of(&stamps, 10f64.powi(-decimals)).unwrap();
+                assert_eq!((clock.lost(), clock.rate_hz), (1, RATE_HZ), "{decimals} {lost}");
+                let place = clock.first_gap().unwrap().0 + 1;
+                assert!(place.abs_diff(lost) <= 2, "{decimals}: {place} for {lost}");
+            }
+        }
+    }
+
+    #[test]
+    fn three_decimals_show_a_lost_sample_and_refuse_no_clean_clock() {
+        let clean = Clock::of(&stamps(5000, &[], 3), 1e-3).unwrap();
+        assert_eq!((clean.lost(), clean.rate_hz, clean.is_jittered), (0, RATE_HZ, false));
+        for lost in [103, 1858, 2500, 4573, 4900] {
+            let clock = Clock::of(&stamps(5000, &[lost], 3), 1e-3).unwrap();
+            assert_eq!((clock.lost(), clock.rate_hz), (1, RATE_HZ), "{lost}");
+            let place = clock.first_gap().unwrap().0 + 1;
+            assert!(place.abs_diff(lost) <= 10, "{place} for {lost}");
+        }
+    }
+
+    #[test]
+    fn jitter_hides_no_lost_sample_and_is_none() {
+        for size in [0.0005, 0.01, 0.1, 0.3] {
+            let off_s = |(index, time_s): (usize, f64)| time_s + size / RATE_HZ * scatter(index);
+            let off = |without: &[usize]| -> Vec<f64> {
+                stamps(5000, without, 9).into_iter().enumerate().map(off_s).collect()
+            };
+            let clean = Clock::of(&off(&[]), 1e-12).unwrap();
+            assert_eq!((clean.lost(), clean.is_jittered), (0, size > 0.001), "{size}");
+            let lost = Clock::of(&off(&[1000, 3000, 3001]), 1e-12).unwrap();
+            assert_eq!(lost.lost(), 3, "{size}");
+        }
+    }
+
+    /// Normal jitter of 0.3 samples: of 20 recordings with 3 samples lost, none is read otherwise.
+    #[test]
+    fn normal_jitter_hides_no_lost_sample() {
+        let normal = |seed: usize| (0..12).map(|k| 0.5 * scatter(seed * 12 + k)).sum::<f64>();
+        for case in 0..20 {
+            let lost = [200 + 100 * case, 2500 + 7 * case, 4900];
+            let off_s = |(index, time_s): (usize, f64)| {
+                time_s + 0.3 / RATE_HZ * normal(index + 5000 * case)
+            };
+            let off: Vec<f64> = stamps(5000, &lost, 9).into_iter().enumerate().map(off_s).collect();
+            let clock = Clock::of(&off, 1e-12).unwrap();
+            assert_eq!(clock.lost(), 3, "{case}");
+        }
+    }
+
+    #[test]
+    fn sums_of_steps_are_no_jitter() {
+        let mut time_s = 0.0;
+        let sums: Vec<f64> = (0..5000)
+            .map(|_| {
+                time_s += 1e-4;
+                time_s
+            })
+            .collect();
+        let clock = Clock::of(&sums, 1e-12).unwrap();
+        assert_eq!((clock.lost(), clock.rate_hz, clock.is_jittered), (0, RATE_HZ, false));
+    }
+
+    #[test]
+    fn another_rate_is_no_loss() {
+        for rate_hz in [10_001.0, 9999.0, 4800.0] {
+            let stamps: Vec<f64> = (0..5000).map(|i| rounded(f64::from(i) / rate_hz, 6)).collect();
+            let clock = Clock::of(&stamps, 1e-6).unwrap();
+            assert_eq!((clock.lost(), clock.rate_hz), (0, rate_hz));
+        }
+    }
+
+    #[test]
+    fn swapped_and_doubled_samples_are_put_in_order() {
+        let mut mixed = stamps(1000, &[], 6);
+        mixed.swap(400, 401);
+        mixed.insert(700, mixed[699]);
+        let clock = Clock::of(&mixed, 1e-6).unwrap();
+        assert_eq!((clock.late, clock.doubled.as_slice()), (1, &[(699, 700)][..]));
+        assert_eq!((clock.kept[400], clock.kept[401], clock.lost()), (401, 400, 0));
+    }
+
+    #[test]
+    fn what_is_no_clock_is_none() {
+        let wild: Vec<f64> = (0..1000).map(|i| f64::from(i) + 3.0 * scatter(i as usize)).collect();
+        assert_eq!(Clock::of(&wild, 0.0), None);
+        let again: Vec<f64> = [stamps(500, &[], 6), stamps(500, &[], 6)].concat();
+        assert_eq!(Clock::of(&again, 1e-6), None);
+        assert_eq!(Clock::of(&[0.0; 100], 1e-6), None);
+    }
+}

@@ -1,0 +1,3 @@
+//! Text whose cells stand apart by tabs.
+
+pub(super) use super::csv::read;
