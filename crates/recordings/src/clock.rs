@@ -1,17 +1,9 @@
 //! The clock behind the stamps of a channel: a robust line, and the place of each sample on it.
 
+use crate::places::RoughClock;
+
 /// Fewest samples that tell a clock from steps of chance, whose sum strays.
 const LEAST_SAMPLES: usize = 100;
-/// Samples that the first estimate of the period spans.
-const SPAN_SAMPLES: usize = 64;
-/// Standard deviations that half a period has to be, for a shift of one period to be seen.
-const SHIFT_STDS: f64 = 6.0;
-/// Variance of a median over that of a mean, normal deviates.
-const MEDIAN_VARIANCE_RATIO: f64 = 1.6;
-/// Standard deviation over median absolute deviation, normal deviates.
-const STD_PER_MAD: f64 = 1.482_6;
-/// Fewest samples that show a shift: one or two late stamps are none.
-const LEAST_WINDOW: usize = 5;
 /// Share of a period that stamps may be off the clock, root mean square, for it to be one.
 const MOST_JITTER: f64 = 0.4;
 /// Share of a period below which the stamps of even samples may be off their clock.
@@ -22,10 +14,6 @@ const MOST_LOST_SHARE: f64 = 0.5;
 const MOST_LATE_ROWS: usize = 64;
 /// Share of the samples that may be late or doubled.
 const MOST_DISORDER_SHARE: f64 = 0.1;
-/// Share of a period from which rounded stamps do not tell steps of one from steps of two periods.
-const COARSE_QUANTUM: f64 = 0.25;
-/// Share of a period that the level of rounded stamps may scatter for a shift to be read off it.
-const SETTLED_STD: f64 = 0.1;
 /// Standard errors that the rate of a clock may be off a round number.
 const RATE_STD_ERRORS: f64 = 3.0;
 
@@ -40,11 +28,12 @@ const RATE_STD_ERRORS: f64 = 3.0;
 ///
 /// # Method
 ///
-/// The period is the mean step over 64 samples where steps are near their median. `n_i − i` is
-/// constant between losses: it rises by `c` where the mean or median of the next `w` residuals
-/// `s_i − i·p` is at least half a period above those before. `w` is the least number for which half
-/// a period is six standard deviations of that difference. Then `t_0` and `p` are the least squares
-/// of all stamps on their places.
+/// The period is the mean step over 64 samples where no sample lacks. Where each step is near a
+/// whole number of periods, that number is the step of `n_i`. Else `n_i − i` is constant between
+/// losses: it rises by `c` where the mean or median of the next `w` residuals `s_i − i·p` is at least
+/// half a period above those before, and falls at a doubled sample. `w` is the least number for which
+/// half a period is six standard deviations of that difference. Then `t_0` and `p` are the least
+/// squares of all stamps on their places.
 ///
 /// # Valid for
 ///
@@ -66,6 +55,8 @@ pub(crate) struct Clock {
     pub(crate) doubled: Vec<(usize, usize)>,
     /// Samples that stand after one of a later time.
     pub(crate) late: usize,
+    /// Samples by which the place of a loss may be off, where stamps are coarser than samples.
+    pub(crate) misplaced: usize,
     /// Root mean square distance of the stamps from the clock, s.
     pub(crate) error_s: f64,
     /// True where the stamps are farther off the clock than rounding explains.
@@ -76,13 +67,22 @@ impl Clock {
     /// The clock of stamps that are written to a multiple of `quantum_s`, in the order of the file;
     /// `None` where they show none.
     pub(crate) fn of(stamps_s: &[f64], quantum_s: f64) -> Option<Self> {
+        Self::of_rows(stamps_s, quantum_s, &[])
+    }
+
+    /// As [`of`](Self::of), with the rows, in their order, that repeat the one before to the last
+    /// cell: stamps that are coarser than the samples do not tell them.
+    pub(crate) fn of_rows(stamps_s: &[f64], quantum_s: f64, repeated: &[usize]) -> Option<Self> {
         if stamps_s.len() < LEAST_SAMPLES {
             return None;
         }
-        let order = Order::of(stamps_s, quantum_s)?;
+        let mut order = Order::of(stamps_s, quantum_s)?;
         let sorted: Vec<f64> = order.kept.iter().map(|&index| stamps_s[index]).collect();
-        let rough = RoughClock::of(&sorted, quantum_s)?;
-        let places = rough.places()?;
+        let is_repeated: Vec<bool> =
+            order.kept.iter().map(|index| repeated.binary_search(index).is_ok()).collect();
+        let rough = RoughClock::of(&sorted, &is_repeated, quantum_s)?;
+        let (places, misplaced) = (rough.places()?, rough.misplaced());
+        let (places, sorted) = order.keep_placed(&places, &sorted);
         let line = Line::of(&places, &sorted);
         let period_s = line.step_s_per_place;
         let last = *places.last()?;
@@ -103,7 +103,17 @@ impl Clock {
         let start_s =
             if (line.start_s - sorted[0]).abs() <= most_s { sorted[0] } else { line.start_s };
         let error_s = line.error_s;
-        Some(Self { start_s, rate_hz, kept, places, doubled, late, error_s, is_jittered })
+        Some(Self {
+            start_s,
+            rate_hz,
+            kept,
+            places,
+            doubled,
+            late,
+            misplaced,
+            error_s,
+            is_jittered,
+        })
     }
 
     /// Places that lack their sample.
@@ -116,6 +126,14 @@ impl Clock {
         self.late == 0 && self.doubled.is_empty()
     }
 
+    /// The first sample that stands after a later one, or is another's double, as an index of the
+    /// stamps.
+    pub(crate) fn first_out_of_order(&self, stamps_s: &[f64]) -> Option<usize> {
+        let late = stamps_s.windows(2).position(|pair| pair[1] < pair[0]).map(|before| before + 1);
+        let doubled = self.doubled.iter().map(|&(_, double)| double);
+        doubled.chain(late).min()
+    }
+
     /// The first sample after which places are empty, as an index of the stamps, and how many.
     pub(crate) fn first_gap(&self) -> Option<(usize, usize)> {
         let at = self.places.windows(2).position(|pair| pair[1] > pair[0] + 1)?;
@@ -125,9 +143,10 @@ impl Clock {
 
 /// Distance of two stamps that rounding alone explains, s.
 fn rounding_s(quantum_s: f64, sorted: &[f64]) -> f64 {
-    let largest_s = sorted[0].abs().max(sorted[sorted.len() - 1].abs());
-    // sums of steps lose a unit in the last place each
-    quantum_s + 4.0 * f64::EPSILON * largest_s * (sorted.len() as f64).sqrt()
+    let (first_s, last_s) = (sorted[0], sorted[sorted.len() - 1]);
+    // sums of steps are off by as much a step, with one sign
+    let summed_s = f64::EPSILON * (last_s - first_s) * sorted.len() as f64;
+    quantum_s + 4.0 * f64::EPSILON * first_s.abs().max(last_s.abs()) + summed_s
 }
 
 /// The samples in the order of their stamps.
@@ -168,181 +187,24 @@ impl Order {
             is_near && (late + doubled.len()) as f64 <= most && kept.len() >= LEAST_SAMPLES;
         is_order.then_some(Self { kept, doubled, late })
     }
-}
 
-/// A period near enough to find shifts of whole periods with.
-struct RoughClock<'a> {
-    stamps_s: &'a [f64],
-    quantum_s: f64,
-    period_s: f64,
-    /// Standard deviation of a residual, s.
-    std_s: f64,
-    is_coarse: bool,
-    /// Samples that residuals are means of: those that have one stamp.
-    alike: usize,
-    residuals_s: Vec<f64>,
-}
-
-impl<'a> RoughClock<'a> {
-    fn of(sorted: &'a [f64], quantum_s: f64) -> Option<Self> {
-        let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let intervals = steps.len();
-        let counted_s = (sorted[intervals] - sorted[0]) / intervals as f64;
-        let is_coarse = quantum_s >= COARSE_QUANTUM * counted_s;
-        let coarseness = (4.0 * quantum_s / counted_s).max(1.0);
-        let span = ((SPAN_SAMPLES as f64 * coarseness) as usize).clamp(1, intervals.div_ceil(2));
-        let mut spans: Vec<f64> = sorted.windows(span + 1).map(|all| all[span] - all[0]).collect();
-        let middle_s = median(&mut spans);
-        let median_step_s = median(&mut steps);
-        for step_s in &mut steps {
-            *step_s = (*step_s - median_step_s).abs();
-        }
-        let spread_s = STD_PER_MAD * median(&mut steps) / 2f64.sqrt();
-        let near = |span_s: &&f64| (*span_s - middle_s).abs() <= quantum_s.max(4.0 * spread_s);
-        let near: Vec<f64> = spans.iter().filter(near).copied().collect();
-        let mut period_s = near.iter().sum::<f64>() / (near.len() * span) as f64;
-        if is_coarse {
-            let rate_hz = period_s.recip();
-            period_s = roundest(rate_hz, rate_hz * quantum_s / (span as f64 * period_s)).recip();
-        }
-        if !(period_s > 0.0 && period_s.is_finite()) {
-            return None;
-        }
-        let alike = ((quantum_s / period_s).round() as usize).clamp(1, sorted.len() / 4);
-        let residual_s = |index: usize| sorted[index] - sorted[0] - index as f64 * period_s;
-        let residuals_s =
-            moving_means(&(0..sorted.len()).map(residual_s).collect::<Vec<_>>(), alike);
-        let block = (SPAN_SAMPLES * alike).min(sorted.len() / 4).max(2);
-        let std_s = if is_coarse { std_in_blocks(&residuals_s, block) } else { spread_s };
-        Some(Self { stamps_s: sorted, quantum_s, period_s, std_s, is_coarse, alike, residuals_s })
-    }
-
-    /// Samples that show a shift of one period.
-    fn window(&self, count: usize) -> usize {
-        let variances = (2.0 * SHIFT_STDS * self.std_s / self.period_s).powi(2);
-        let samples = (2.0 * variances * MEDIAN_VARIANCE_RATIO).ceil() as usize * self.alike;
-        // a tie that is rounded the other way moves as many means as samples are alike
-        let least = LEAST_WINDOW.max(2 * self.alike + 3);
-        samples.clamp(least, (count / 4).max(least))
-    }
-
-    /// The places of samples in the order of time; `None` where a shift is backwards.
-    fn places(&self) -> Option<Vec<usize>> {
-        let is_settled = !self.is_coarse || self.std_s <= SETTLED_STD * self.period_s;
-        let by_level = is_settled.then(|| self.places_by_level());
-        by_level.flatten().or_else(|| self.is_coarse.then(|| self.places_by_range())?)
-    }
-
-    /// Places by the range of stamps that rounding leaves them: residuals lie within one quantum,
-    /// until a sample is lost.
-    fn places_by_range(&self) -> Option<Vec<usize>> {
-        let most_s = self.quantum_s + COARSE_QUANTUM * self.period_s;
-        let (mut least_s, mut greatest_s) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut shift = 0;
-        let place = |(index, stamp_s): (usize, &f64)| {
-            let residual_s = stamp_s - (index + shift) as f64 * self.period_s;
-            let above_s = residual_s - least_s - most_s;
-            if residual_s < greatest_s - most_s {
-                return None;
-            }
-            let periods = (above_s / self.period_s).ceil().max(0.0);
-            shift += periods as usize;
-            let residual_s = residual_s - periods * self.period_s;
-            (least_s, greatest_s) = (residual_s.min(least_s), residual_s.max(greatest_s));
-            Some(index + shift)
-        };
-        self.stamps_s.iter().enumerate().map(place).collect()
-    }
-
-    /// Places by the level of the residuals.
-    fn places_by_level(&self) -> Option<Vec<usize>> {
-        let residuals_s = &self.residuals_s;
-        let count = residuals_s.len();
-        let window = self.window(count);
-        let mut places = Vec::with_capacity(count);
-        let mut shift = 0;
-        // the residuals since the last shift begin here
-        let mut since = 0;
-        while places.len() < count {
-            let at = places.len();
-            let before = &residuals_s[since.max(at.saturating_sub(window))..at];
-            let ahead = &residuals_s[at..(at + window).min(count)];
-            if before.is_empty() || !self.is_shift(before, ahead) {
-                places.push(at + shift);
-                continue;
-            }
-            let level_s = self.level(before);
-            let (from, periods) = self.shift(at, window, level_s)?;
-            if periods == 0 {
-                places.push(at + shift);
-                continue;
-            }
-            places.extend((at..from).map(|index| index + shift));
-            shift += periods;
-            since = from;
-            places.push(from + shift);
-        }
-        Some(places)
-    }
-
-    /// Tells whether residuals are half a period off those before, and that is no chance.
-    fn is_shift(&self, before: &[f64], ahead: &[f64]) -> bool {
-        let step_s = (self.level(ahead) - self.level(before)).abs();
-        let independent = |residuals_s: &[f64]| residuals_s.len() as f64 / self.alike as f64;
-        let variance = independent(before).recip() + independent(ahead).recip();
-        let chance_s = SHIFT_STDS * self.std_s * (MEDIAN_VARIANCE_RATIO * variance).sqrt();
-        step_s >= (0.5 * self.period_s).max(chance_s * (1.0 - 1e-9))
-    }
-
-    /// Where a shift that the samples after `at` show begins, and its periods: 0 where it does not
-    /// stay.
-    fn shift(&self, at: usize, window: usize, level_s: f64) -> Option<(usize, usize)> {
-        let residuals_s = &self.residuals_s;
-        let end = (at + 2 * window).min(residuals_s.len());
-        let after = &residuals_s[(at + window).min(end - (window / 2).max(1)).max(at)..end];
-        let periods = ((self.level(after) - level_s) / self.period_s).round();
-        if periods < 0.0 {
-            return None;
-        }
-        let shifted_s = level_s + periods * self.period_s;
-        // least squares: the sum over what is before less what it would be after
-        let excess =
-            |residual_s: f64| (residual_s - level_s).powi(2) - (residual_s - shifted_s).powi(2);
-        let (mut from, mut sum, mut least) = (at, 0.0, 0.0);
-        for (index, &residual_s) in residuals_s[..end].iter().enumerate().skip(at) {
-            sum += excess(residual_s);
-            if sum < least {
-                (least, from) = (sum, index + 1);
+    /// Drops the samples without a place; places and stamps of the others.
+    fn keep_placed(&mut self, places: &[Option<usize>], sorted: &[f64]) -> (Vec<usize>, Vec<f64>) {
+        let mut kept = Vec::with_capacity(self.kept.len());
+        let (mut own_places, mut own_stamps_s) = (Vec::new(), Vec::new());
+        for ((&index, place), &stamp_s) in self.kept.iter().zip(places).zip(sorted) {
+            if let Some(place) = place {
+                kept.push(index);
+                own_places.push(*place);
+                own_stamps_s.push(stamp_s);
+            } else if let Some(&before) = kept.last() {
+                self.doubled.push((before, index));
             }
         }
-        // means over the samples ahead see a shift early
-        let from = from + self.alike / 2;
-        (from < residuals_s.len()).then_some((from, periods as usize))
+        self.doubled.sort_unstable();
+        self.kept = kept;
+        (own_places, own_stamps_s)
     }
-
-    /// Level of residuals: the median, but the mean of those that rounding spreads evenly.
-    fn level(&self, residuals_s: &[f64]) -> f64 {
-        if self.is_coarse && self.alike == 1 {
-            return residuals_s.iter().sum::<f64>() / residuals_s.len() as f64;
-        }
-        median(&mut residuals_s.to_vec())
-    }
-}
-
-/// Means over so many numbers ahead; at the end over the last ones.
-fn moving_means(numbers: &[f64], count: usize) -> Vec<f64> {
-    let mean = |all: &[f64]| all.iter().sum::<f64>() / count as f64;
-    let last = numbers.len() - count;
-    (0..numbers.len()).map(|index| mean(&numbers[index.min(last)..][..count])).collect()
-}
-
-/// Standard deviation of numbers whose level may shift: the median over blocks.
-fn std_in_blocks(numbers: &[f64], block: usize) -> f64 {
-    let of_block = |all: &[f64]| {
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
-        (all.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
-    };
-    median(&mut numbers.chunks_exact(block).map(of_block).collect::<Vec<_>>())
 }
 
 /// Least squares of stamps on their places.
@@ -380,7 +242,7 @@ impl Line {
 }
 
 /// Median; of an even number the upper of the two in the middle.
-fn median(numbers: &mut [f64]) -> f64 {
+pub(super) fn median(numbers: &mut [f64]) -> f64 {
     let middle = numbers.len() / 2;
     *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
 }
@@ -498,6 +360,65 @@ mod tests {
         let clock = Clock::of(&mixed, 1e-6).unwrap();
         assert_eq!((clock.late, clock.doubled.as_slice()), (1, &[(699, 700)][..]));
         assert_eq!((clock.kept[400], clock.kept[401], clock.lost()), (401, 400, 0));
+    }
+
+    /// Of 20 recordings with 1 % of the samples lost by chance, each loss is found.
+    #[test]
+    fn many_lost_samples_are_found() {
+        for case in 0..20 {
+            let lost: Vec<usize> = (1..51)
+                .map(|k| 100 * k - 50 + (45.0 * scatter(k + 100 * case)) as usize)
+                .chain([2000 + case, 2001 + case, 2003 + case])
+                .collect();
+            let stamps = stamps(5000, &lost, 6);
+            let clock = Clock::of(&stamps, 1e-6).unwrap();
+            assert_eq!((clock.lost(), clock.rate_hz), (5000 - stamps.len(), RATE_HZ), "{case}");
+            assert!(!clock.is_jittered, "{case}");
+        }
+    }
+
+    #[test]
+    fn many_lost_samples_are_found_where_stamps_are_as_coarse_as_samples() {
+        let lost: Vec<usize> = (1..25).map(|k| 200 * k + (95.0 * scatter(k)) as usize).collect();
+        let stamps = stamps(5000, &lost, 4);
+        let clock = Clock::of(&stamps, 1e-4).unwrap();
+        assert_eq!((clock.lost(), clock.rate_hz), (24, RATE_HZ));
+        // the long steps of a slower clock are evenly apart
+        let slower: Vec<f64> = (0..5000).map(|i| rounded(f64::from(i) / 9600.0, 4)).collect();
+        let clock = Clock::of(&slower, 1e-4).unwrap();
+        assert_eq!((clock.lost(), clock.rate_hz), (0, 9600.0));
+    }
+
+    #[test]
+    fn a_repeated_row_is_found_where_stamps_are_coarse() {
+        for (decimals, within) in [(4, 0), (3, 10)] {
+            for at in [103, 1858, 4900] {
+                let mut twice = stamps(5000, &[], decimals);
+                twice.insert(at, twice[at - 1]);
+                let quantum_s = 10f64.powi(-decimals);
+                let clock = Clock::of_rows(&twice, quantum_s, &[at]).unwrap();
+                assert_eq!((clock.lost(), clock.rate_hz), (0, RATE_HZ), "{decimals} {at}");
+                assert_eq!(clock.doubled, [(at - 1, at)], "{decimals}");
+                // a row that only looks like the one before is no doubled sample
+                let clean = stamps(5000, &[], decimals);
+                let clock = Clock::of_rows(&clean, quantum_s, &[at, at + within]).unwrap();
+                assert_eq!((clock.doubled.len(), clock.lost()), (0, 0), "{decimals}");
+            }
+        }
+    }
+
+    #[test]
+    fn sums_of_steps_that_lack_a_sample_have_a_round_rate() {
+        let mut time_s = 1.0;
+        let mut sums: Vec<f64> = (0..5000)
+            .map(|_| {
+                time_s += 1e-4;
+                time_s
+            })
+            .collect();
+        sums.remove(2222);
+        let clock = Clock::of(&sums, 1e-12).unwrap();
+        assert_eq!((clock.lost(), clock.rate_hz, clock.is_jittered), (1, RATE_HZ, false));
     }
 
     #[test]

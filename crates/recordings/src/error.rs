@@ -477,9 +477,10 @@ impl RecordError {
     ///
     /// False for any other error, and where no rate is expected.
     pub fn is_of_another_rate(&self, expected_hz: &[f64]) -> bool {
-        let Self::TimeNotIncreasing { rate_before_hz: Some(found_hz), .. } = self else {
+        let Self::TimeNotIncreasing { rate_before_hz, can_be_bridged: false, .. } = self else {
             return false;
         };
+        let Some(found_hz) = rate_before_hz else { return false };
         let near = |rate_hz: &f64| (rate_hz / found_hz - 1.0).abs() < SAME_CLOCK_FRAC;
         !expected_hz.is_empty() && !expected_hz.iter().any(near)
     }

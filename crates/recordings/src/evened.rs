@@ -1,9 +1,9 @@
 //! Channels brought onto the even clock behind their stamps, and what was done for it.
 
-use std::fmt;
+use std::{f64::consts::TAU, fmt};
 
 use crate::{
-    Channel, ChannelName, Sampling, SharedNumbers,
+    Channel, ChannelName, RecordError, Sampling, SharedNumbers,
     clock::Clock,
     kernel::{Between, Nodes},
 };
@@ -40,12 +40,28 @@ pub struct ClockNote {
     /// Root mean square distance of the stamps from the clock where the values were resampled for
     /// it, s; else 0.
     pub jitter_s: f64,
-    /// Rate that the file states in place of that of its stamps, Hz.
-    pub stated_hz: Option<f64>,
+    /// Rate that times are taken at in place of that of the stamps.
+    pub taken: Option<TakenRate>,
+}
+
+/// Rate that the times of a recording are taken at in place of that of its stamps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TakenRate {
+    /// The one that the file states, Hz.
+    Stated(f64),
+    /// The round number that is near that of the stamps, Hz.
+    Round(f64),
+}
+
+impl TakenRate {
+    pub(crate) fn hz(self) -> f64 {
+        let (Self::Stated(rate_hz) | Self::Round(rate_hz)) = self;
+        rate_hz
+    }
 }
 
 impl ClockNote {
-    pub(crate) fn of_stated_rate(name: ChannelName, rate_hz: f64, stated_hz: f64) -> Self {
+    pub(crate) fn of_rate(name: ChannelName, rate_hz: f64, taken: TakenRate) -> Self {
         Self {
             channels: vec![name],
             rate_hz,
@@ -54,7 +70,7 @@ impl ClockNote {
             doubled: 0,
             late: 0,
             jitter_s: 0.0,
-            stated_hz: Some(stated_hz),
+            taken: Some(taken),
         }
     }
 }
@@ -74,17 +90,25 @@ impl fmt::Display for ClockNote {
         if self.late > 0 {
             write!(f, "; {} {} out of order", self.late, samples(self.late))?;
         }
-        if let Some(stated_hz) = self.stated_hz {
-            write!(
+        match self.taken {
+            None => {}
+            Some(TakenRate::Stated(stated_hz)) => write!(
                 f,
                 " by its stamps; the file states {stated_hz} Hz, and times are at that rate"
-            )?;
+            )?,
+            Some(TakenRate::Round(round_hz)) => write!(
+                f,
+                " by its stamps, {:.0} ppm off {round_hz} Hz, and times are at {round_hz} Hz; where the \
+                 stamps are right, state `rate-hz = {}`",
+                1e6 * (self.rate_hz / round_hz - 1.0).abs(),
+                self.rate_hz
+            )?,
         }
         if self.jitter_s > 0.0 {
             let share = self.jitter_s * self.rate_hz;
             write!(
                 f,
-                "; samples are {:.1e} s (rms) off it, {share:.3} of a sample, and resampled",
+                "; samples are {:.1e} s (rms) off it, {share:.4} of a sample, and resampled",
                 self.jitter_s
             )?;
         }
@@ -92,13 +116,66 @@ impl fmt::Display for ClockNote {
     }
 }
 
-/// Why stamps are no time axis.
+/// Why the stamps of a channel are no time axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Untimely {
+    NotAfter(OutOfOrder),
+    Lacking(Lacking),
+}
+
+/// A sample that is not after the one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OutOfOrder {
-    /// The first sample that is not after the one before.
-    pub(crate) index: usize,
+    /// Index of the sample.
+    pub(crate) at: usize,
     /// True where [`Gaps::Bridge`] would read it.
     pub(crate) can_be_bridged: bool,
+}
+
+/// Places of a clock that lack their sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lacking {
+    /// Index of the sample before.
+    pub(crate) before: usize,
+    after_s: f64,
+    next_s: f64,
+    /// Time between places, s.
+    step_s: f64,
+    /// True where [`Gaps::Bridge`] would read it.
+    can_be_bridged: bool,
+}
+
+impl Lacking {
+    /// The first places that lack their sample, in a channel on a clock.
+    pub(crate) fn first(clock: &Clock, stamps_s: &[f64], values: &[f64]) -> Option<Self> {
+        let (before, _) = clock.first_gap()?;
+        Some(Self {
+            before,
+            after_s: stamps_s[before],
+            next_s: stamps_s[before + 1],
+            step_s: clock.rate_hz.recip(),
+            can_be_bridged: can_be_bridged(clock, values),
+        })
+    }
+
+    /// What lacks after a sample, where no clock tells how many there should be.
+    pub(crate) fn between(stamps_s: &[f64], before: usize, step_s: f64) -> Self {
+        let (after_s, next_s) = (stamps_s[before], stamps_s[before + 1]);
+        Self { before, after_s, next_s, step_s, can_be_bridged: false }
+    }
+
+    /// The error of a channel, at a line where the file is text.
+    pub(crate) fn error(self, channel: ChannelName, line: Option<u64>) -> RecordError {
+        let Self { after_s, next_s, step_s, can_be_bridged, .. } = self;
+        // as the times are written, not as they are computed
+        let step_s = as_written(step_s);
+        RecordError::Gap { line, channel, after_s, next_s, step_s, can_be_bridged }
+    }
+}
+
+/// A time without the digits that computing it has made, s.
+fn as_written(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
 }
 
 /// The channels of a file, brought onto their clocks one by one; an axis that several share is
@@ -135,20 +212,29 @@ impl Evener {
         stamps_s: SharedNumbers,
         values: SharedNumbers,
         quantum_s: f64,
-    ) -> Result<Channel, OutOfOrder> {
+    ) -> Result<Channel, Untimely> {
         let disorder = first_out_of_order(&stamps_s);
         if disorder.is_none() && is_plainly_even(&stamps_s, quantum_s) {
             return Ok(Channel::from_rows(name, stamps_s, values, quantum_s));
         }
-        let at = self.axis(&stamps_s, quantum_s);
+        let at = self.axis(&stamps_s, quantum_s, &[]);
         let axis = &self.axes[at];
         let Some(clock) = axis.clock.as_ref().filter(|clock| self.is_taken(clock, &values)) else {
-            let Some(index) = disorder else {
+            let Some(first) = disorder else {
                 return Ok(Channel::from_rows(name, stamps_s, values, quantum_s));
             };
-            let clock = axis.clock.as_ref();
-            let can_be_bridged = clock.is_some_and(|clock| can_be_bridged(clock, &values));
-            return Err(OutOfOrder { index, can_be_bridged });
+            let Some(clock) = &axis.clock else {
+                return Err(Untimely::NotAfter(OutOfOrder { at: first, can_be_bridged: false }));
+            };
+            // stamps coarser than the samples are equal, and lack samples all the same
+            let lacking = Lacking::first(clock, &stamps_s, &values);
+            return Err(match lacking.filter(|_| clock.is_in_order()) {
+                Some(lacking) => Untimely::Lacking(lacking),
+                None => Untimely::NotAfter(OutOfOrder {
+                    at: clock.first_out_of_order(&stamps_s).unwrap_or(first),
+                    can_be_bridged: can_be_bridged(clock, &values),
+                }),
+            });
         };
         let sampling = Sampling::of(&stamps_s, quantum_s);
         let is_even = sampling.is_some_and(|sampling| sampling.is_uniform());
@@ -161,23 +247,26 @@ impl Evener {
         Ok(channel)
     }
 
-    /// Refuses stamps that do not increase, of rows that may hold samples of several channels.
+    /// Refuses stamps that do not increase, of rows that may hold samples of several channels, some
+    /// of which repeat the row before.
     pub(crate) fn check(
         &mut self,
         stamps_s: &SharedNumbers,
         quantum_s: f64,
+        repeated: &[usize],
     ) -> Result<(), OutOfOrder> {
-        let Some(index) = first_out_of_order(stamps_s) else { return Ok(()) };
-        let at = self.axis(stamps_s, quantum_s);
-        let clock = self.axes[at].clock.as_ref();
-        // what doubled samples hold, each channel looks at
-        let is_short = |clock: &Clock| longest_gap(clock) <= MOST_BRIDGED;
-        let can_be_bridged = clock.is_some_and(is_short);
-        let is_whole = clock.is_some_and(|clock| clock.is_in_order() && clock.lost() == 0);
-        if is_whole || can_be_bridged && self.gaps == Gaps::Bridge {
+        let Some(first) = first_out_of_order(stamps_s) else { return Ok(()) };
+        let at = self.axis(stamps_s, quantum_s, repeated);
+        let Some(clock) = &self.axes[at].clock else {
+            return Err(OutOfOrder { at: first, can_be_bridged: false });
+        };
+        // what doubled samples hold, and which channel lacks some, each channel looks at
+        let can_be_bridged = longest_gap(clock) <= MOST_BRIDGED;
+        if clock.is_in_order() || can_be_bridged && self.gaps == Gaps::Bridge {
             return Ok(());
         }
-        Err(OutOfOrder { index, can_be_bridged })
+        let at = clock.first_out_of_order(stamps_s).unwrap_or(first);
+        Err(OutOfOrder { at, can_be_bridged })
     }
 
     /// Tells whether samples are brought onto a clock.
@@ -187,7 +276,7 @@ impl Evener {
     }
 
     /// The axis of these stamps, made at first sight.
-    fn axis(&mut self, stamps_s: &SharedNumbers, quantum_s: f64) -> usize {
+    fn axis(&mut self, stamps_s: &SharedNumbers, quantum_s: f64, repeated: &[usize]) -> usize {
         let is_same = |axis: &SharedAxis| {
             let (own, other): (&[f64], &[f64]) = (&axis.stamps_s, stamps_s);
             own.as_ptr() == other.as_ptr() && own.len() == other.len() || own == other
@@ -195,7 +284,7 @@ impl Evener {
         if let Some(at) = self.axes.iter().position(is_same) {
             return at;
         }
-        let clock = Clock::of(stamps_s, quantum_s);
+        let clock = Clock::of_rows(stamps_s, quantum_s, repeated);
         let times = clock.as_ref().map(|clock| {
             let count = clock.places.last().map_or(0, |last| last + 1);
             let time_s = |place: usize| clock.start_s + place as f64 / clock.rate_hz;
@@ -222,11 +311,11 @@ impl Evener {
             channels: vec![name],
             rate_hz: clock.rate_hz,
             lost: clock.lost(),
-            lost_after_s: clock.first_gap().map(|(index, _)| axis.stamps_s[index]),
+            lost_after_s: clock.first_gap().map(|(index, _)| as_written(axis.stamps_s[index])),
             doubled: clock.doubled.len(),
             late: clock.late,
             jitter_s: if clock.is_jittered { clock.error_s } else { 0.0 },
-            stated_hz: None,
+            taken: None,
         });
     }
 }
@@ -273,6 +362,63 @@ fn on_clock(
     let at: Vec<f64> = clock.kept.iter().zip(&clock.places).map(place).collect();
     let between = if name == ChannelName::HallState { Between::Held } else { Between::Kernel };
     let last = clock.places.last().copied().unwrap_or(0);
+    let kept = if name == ChannelName::MotorAngle { of_many_turns(kept) } else { kept };
     let on = Nodes { at: &at, values: &kept }.on_places(last, between);
-    (on.values.into(), on.error)
+    let error = on.error.hypot(misplacement_error(clock, &kept));
+    (on.values.into(), error)
+}
+
+/// Angles within one turn, whose jumps by a turn are none of the shaft; others as they are.
+fn of_many_turns(angles_rad: Vec<f64>) -> Vec<f64> {
+    let least_rad = angles_rad.iter().copied().fold(f64::INFINITY, f64::min);
+    let greatest_rad = angles_rad.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if greatest_rad - least_rad > TAU {
+        return angles_rad;
+    }
+    let mut turns = 0.0;
+    let mut last_rad = angles_rad[0];
+    let unrolled_rad = |angle_rad: f64| {
+        turns -= ((angle_rad - last_rad) / TAU).round();
+        last_rad = angle_rad;
+        angle_rad + turns * TAU
+    };
+    angles_rad.into_iter().map(unrolled_rad).collect()
+}
+
+/// Root mean square error of values beside losses whose place is known to some samples only, over
+/// all values.
+///
+/// A loss of `c` samples that is `m` places off puts `m` samples `c` places off. With a slope `s` for
+/// each place their errors add up to `c·m·s`; `m` is anything from `−b` to `b`, of variance `b²/3`.
+fn misplacement_error(clock: &Clock, values: &[f64]) -> f64 {
+    let (by, last) = (clock.misplaced, values.len() - 1);
+    let of_loss = |(before, pair): (usize, &[usize])| {
+        let lost = (pair[1] - pair[0] - 1) as f64;
+        let rise = values[(before + by).min(last)] - values[before.saturating_sub(by)];
+        (lost * rise).powi(2) / 12.0
+    };
+    let squares: f64 = clock.places.windows(2).enumerate().map(of_loss).sum();
+    (squares / (last + 1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A loss where the angle jumps from a turn to 0: between lie angles of neither side.
+    #[test]
+    fn angles_of_one_turn_are_filled_across_their_jump() {
+        let turned: Vec<f64> = (0..200).map(|n| 0.1 * f64::from(n)).collect();
+        let rolled: Vec<f64> = turned.iter().map(|angle_rad| angle_rad.rem_euclid(TAU)).collect();
+        assert!(rolled[62] > 6.0 && rolled[63] < 0.1);
+        let kept = |all: &[f64]| [&all[..63], &all[64..]].concat();
+        let stamps_s: Vec<f64> = (0..200).map(|n| f64::from(n) / 1e3).collect();
+        let mut evener = Evener::new(Gaps::Bridge);
+        let (stamps_s, values) = (kept(&stamps_s), kept(&rolled));
+        let channel =
+            evener.channel(ChannelName::MotorAngle, stamps_s.into(), values.into(), 1e-3).unwrap();
+        for (got_rad, want_rad) in channel.values().iter().zip(&turned) {
+            approx::assert_abs_diff_eq!(got_rad, want_rad, epsilon = 1e-9);
+        }
+    }
 }

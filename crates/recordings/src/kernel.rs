@@ -127,20 +127,23 @@ impl Nodes<'_> {
     }
 
     /// Mean square of the misses of samples that are predicted from so many on either side, over that
-    /// of the remainder's product.
+    /// of the remainder's product, where none of those are nearer than half a place.
     fn left_out(self, reach: usize) -> f64 {
-        let (mut squares, mut tried) = (0.0, 0);
+        let (mut squares, mut remainders) = (0.0, 0.0);
         for middle in reach..self.at.len().saturating_sub(reach) {
             let outside = |all: &[f64]| {
                 [&all[middle - reach..middle], &all[middle + 1..=middle + reach]].concat()
             };
             let (at, values) = (outside(self.at), outside(self.values));
             let (others, all) = (Nodes { at: &at, values: &values }, (0, 2 * reach));
+            if at.windows(2).any(|pair| pair[1] - pair[0] < CUBIC_SPACING) {
+                continue;
+            }
             let miss = others.lagrange(all, self.at[middle]) - self.values[middle];
-            squares += (miss / others.remainder(all, self.at[middle])).powi(2);
-            tried += 1;
+            squares += miss.powi(2);
+            remainders += others.remainder(all, self.at[middle]).powi(2);
         }
-        if tried == 0 { 0.0 } else { squares / f64::from(tried) }
+        if remainders == 0.0 { 0.0 } else { squares / remainders }
     }
 
     /// Mean square of the summed misses of bridges over gaps of so many places, opened in steps
@@ -173,7 +176,7 @@ impl Nodes<'_> {
 
 /// By how much samples miss what their neighbours predict.
 struct Misses {
-    /// Mean squares over the square of the remainder's product, of a cubic and of a straight line.
+    /// Mean squares over that of the remainder's product, of a cubic and of a straight line.
     per_remainder2: [f64; 2],
     /// Mean squares in gaps of each length that there is, by the number of lacking places.
     gaps: Vec<(usize, f64)>,

@@ -5,6 +5,7 @@
 mod dialect;
 mod guarded;
 mod stamp;
+mod text_encoding;
 
 pub use dialect::Dialect;
 pub use guarded::is_decoding;

@@ -2,12 +2,18 @@
 
 use crate::{
     Channel, ChannelName, ClockNote, Dialect, Metadata, OtherColumn, RecordError, SharedNumbers,
-    StatedUnit, evened::can_be_bridged, lines::Lines,
+    StatedUnit, TakenRate, evened::Lacking, lines::Lines,
 };
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
 /// for three years.
 pub(crate) const MOST_PLAUSIBLE: f64 = 1e12;
+
+/// Largest share by which a rate is taken for a round number: two clocks of quartz, each within the
+/// 100 ppm that cheap ones are sold with.
+const ROUND_WITHIN: f64 = 2e-4;
+/// Digits of round numbers after their first.
+const ROUND_DIGITS: usize = 1;
 
 /// One recording: named channels, each with its own time axis, and metadata.
 ///
@@ -114,39 +120,23 @@ impl Recording {
         }
         let times_s = channel.times_s();
         if let Some(clock) = channel.clock() {
-            let Some((before, _)) = clock.first_gap() else { return Ok(()) };
-            let can_be_bridged = can_be_bridged(&clock, channel.values());
-            return Err(self.gap(channel, before, clock.rate_hz.recip(), can_be_bridged));
+            let lacking = Lacking::first(&clock, times_s, channel.values());
+            return lacking.map_or(Ok(()), |lacking| {
+                let line = self.line_at(times_s[lacking.before]).map(|line| line + 1);
+                Err(lacking.error(channel.name(), line))
+            });
         }
         let step = |pair: &[f64]| pair[1] - pair[0];
         let mut steps: Vec<f64> = times_s.windows(2).map(step).collect();
         let middle = steps.len() / 2;
         let median_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let longest_s = 1.5 * median_s + 2.0 * sampling.tolerance_s;
-        match times_s.windows(2).position(|pair| step(pair) > longest_s) {
-            Some(before) => Err(self.gap(channel, before, median_s, false)),
-            None => Ok(()),
-        }
-    }
-
-    /// The error of a gap after a sample.
-    fn gap(
-        &self,
-        channel: &Channel,
-        before: usize,
-        step_s: f64,
-        can_be_bridged: bool,
-    ) -> RecordError {
-        let [after_s, next_s] = [channel.times_s()[before], channel.times_s()[before + 1]];
-        RecordError::Gap {
-            line: self.line_at(after_s).map(|line| line + 1),
-            channel: channel.name(),
-            after_s,
-            next_s,
-            // as the times are written, not as they are computed
-            step_s: (step_s * 1e9).round() / 1e9,
-            can_be_bridged,
-        }
+        let Some(before) = times_s.windows(2).position(|pair| step(pair) > longest_s) else {
+            return Ok(());
+        };
+        let lacking = Lacking::between(times_s, before, median_s);
+        let line = self.line_at(times_s[before]).map(|line| line + 1);
+        Err(lacking.error(channel.name(), line))
     }
 
     /// The current to diagnose from: the three phases where all are there, else
@@ -183,9 +173,8 @@ impl Recording {
 
     /// Refuses a `rate-hz` that the time axis of the current contradicts. Where the two differ by
     /// less, the stamps are of a clock that runs a little fast or slow: times become those of the
-    /// stated rate.
-    pub(crate) fn settle_stated_rate(&mut self) -> Result<(), RecordError> {
-        let Some(stated_hz) = self.metadata.rate_hz else { return Ok(()) };
+    /// stated rate. Without one they become those of a round rate that is as near as clocks are.
+    pub(crate) fn settle_rate(&mut self) -> Result<(), RecordError> {
         let Ok(current) = self.require_current() else { return Ok(()) };
         let channel = match current {
             Current::Phases([a, ..]) => a,
@@ -193,16 +182,27 @@ impl Recording {
         };
         let Ok(sampling) = channel.sampling() else { return Ok(()) };
         let found_hz = sampling.rate_hz;
-        if !sampling.agrees_with(stated_hz) {
+        let taken = match self.metadata.rate_hz {
+            Some(stated_hz) => TakenRate::Stated(stated_hz),
+            None => TakenRate::Round(round(found_hz)),
+        };
+        let taken_hz = taken.hz();
+        if let TakenRate::Stated(stated_hz) = taken
+            && !sampling.agrees_with(stated_hz)
+        {
             self.require_no_gap(channel)?;
             let channel = channel.name();
             return Err(RecordError::RateContradiction { stated_hz, found_hz, channel });
         }
-        let is_off = (found_hz - stated_hz).abs() > sampling.rate_tolerance_hz;
-        if is_off && self.require_no_gap(channel).is_ok() {
+        let is_near = match taken {
+            TakenRate::Stated(_) => true,
+            TakenRate::Round(_) => (found_hz / taken_hz - 1.0).abs() <= ROUND_WITHIN,
+        };
+        let is_off = (found_hz - taken_hz).abs() > sampling.rate_tolerance_hz;
+        if is_near && is_off && self.require_no_gap(channel).is_ok() {
             let (name, start_s) = (channel.name(), channel.times_s()[0]);
-            self.stretch_times(start_s, found_hz / stated_hz);
-            self.clock_notes.push(ClockNote::of_stated_rate(name, found_hz, stated_hz));
+            self.stretch_times(start_s, found_hz / taken_hz);
+            self.clock_notes.push(ClockNote::of_rate(name, found_hz, taken));
         }
         Ok(())
     }
@@ -221,6 +221,11 @@ impl Recording {
             channel.take_times(times_s);
         }
     }
+}
+
+/// The round number nearest to a rate.
+fn round(rate_hz: f64) -> f64 {
+    format!("{rate_hz:.ROUND_DIGITS$e}").parse().unwrap_or(rate_hz)
 }
 
 #[cfg(test)]
@@ -293,5 +298,24 @@ mod tests {
             error.to_string(),
             "metadata say `rate-hz` 4800, the times of `current_a` are at 2000 Hz"
         );
+    }
+
+    #[test]
+    fn a_rate_beside_a_round_one_is_taken_for_it_unless_it_is_stated() {
+        let rows = |rate_hz: f64| -> String {
+            let row = |row: i32| format!("{:.9},1\n", f64::from(row) / rate_hz);
+            (0..500).map(row).collect::<Vec<_>>().concat()
+        };
+        let read = |head: &str, rate_hz: f64| {
+            let recording = parse(&format!("{head}time_s,current_a\n{}", rows(rate_hz)));
+            let rate_hz = recording.channels()[0].sampling().unwrap().rate_hz;
+            (rate_hz, recording.clock_notes().iter().map(|note| note.taken).collect::<Vec<_>>())
+        };
+        assert_eq!(read("", 10_000.0), (10_000.0, vec![]));
+        assert_eq!(read("", 9999.0), (10_000.0, vec![Some(TakenRate::Round(10_000.0))]));
+        assert_eq!(read("# rate-hz = 9999\n", 9999.0), (9999.0, vec![]));
+        let stated = vec![Some(TakenRate::Stated(10_000.0))];
+        assert_eq!(read("# rate-hz = 10000\n", 9999.0), (10_000.0, stated));
+        assert_eq!(read("", 9990.0), (9990.0, vec![]));
     }
 }

@@ -20,8 +20,8 @@ const MOST_FOLDERS_DEEP: usize = 32;
 /// the folder and the folders in it, or, where there is no such file, those that match a pattern
 /// with `*`, `?`, `[a-z]` or `**` (folders of any depth).
 ///
-/// `truth.csv`, trends beside a report, text files without the ending of a table (`.txt`), hidden files, hidden folders and
-/// links to folders are left out of folders.
+/// `truth.csv`, trends beside a report, `.txt` files, hidden files, hidden folders and links to
+/// folders are left out of folders.
 ///
 /// # Errors
 /// [`RecordError::NotFound`], [`RecordError::Unreadable`], [`RecordError::NoRecordings`] for a folder

@@ -51,6 +51,11 @@ pub(super) fn factor(stated: &str, si: &str) -> Option<f64> {
     alike.clone().find(|(name, _)| same(name)).map(|(_, factor)| *factor)
 }
 
+/// Tells whether a text is a unit of some kind.
+pub(super) fn is_known(stated: &str) -> bool {
+    UNITS.iter().any(|(si, _)| factor(stated, si).is_some())
+}
+
 /// Factor that makes SI of a column, and the notice of a unit that is not the SI unit or whose
 /// factor a map replaces.
 ///

@@ -114,7 +114,7 @@ fn inside(rows: &Rows, rng: &mut ChaCha8Rng) -> usize {
 }
 
 /// Axes that give the very samples of the twin.
-const WHOLE: [Case; 7] = [
+const WHOLE: [Case; 8] = [
     ("3 decimals", |_, _| {}, 3),
     ("4 decimals", |_, _| {}, 4),
     ("9 decimals", |_, _| {}, 9),
@@ -140,6 +140,15 @@ const WHOLE: [Case; 7] = [
         6,
     ),
     (
+        "doubled, 4 decimals",
+        |rows, rng| {
+            let row = inside(rows, rng);
+            rows.times_s.insert(row, rows.times_s[row]);
+            rows.values.insert(row, rows.values[row].clone());
+        },
+        4,
+    ),
+    (
         "swapped",
         |rows, rng| {
             let row = inside(rows, rng);
@@ -151,7 +160,7 @@ const WHOLE: [Case; 7] = [
 ];
 
 /// Axes whose samples follow from others.
-const MENDED: [Case; 6] = [
+const MENDED: [Case; 7] = [
     (
         "one lost, 4 decimals",
         |rows, rng| {
@@ -164,6 +173,16 @@ const MENDED: [Case; 6] = [
         "five lost, 6 decimals",
         |rows, rng| {
             for _ in 0..5 {
+                let row = inside(rows, rng);
+                rows.remove(row, 1);
+            }
+        },
+        6,
+    ),
+    (
+        "50 lost, 6 decimals",
+        |rows, rng| {
+            for _ in 0..50 {
                 let row = inside(rows, rng);
                 rows.remove(row, 1);
             }
@@ -213,7 +232,7 @@ fn an_axis_that_lacks_nothing_gives_the_answer_of_its_twin() {
     }
 }
 
-/// 36 recordings of 6 levels each, from one seed. A level is known to its standard deviation; what
+/// 42 recordings of 6 levels each, from one seed. A level is known to its standard deviation; what
 /// mending moves is less, in 95 % of the levels.
 #[test]
 fn mended_samples_move_no_verdict_and_are_told() {
@@ -234,6 +253,47 @@ fn mended_samples_move_no_verdict_and_are_told() {
     moved.sort_by(f64::total_cmp);
     let most = moved[moved.len() * 95 / 100];
     assert!(most < 1.0, "{most}");
+}
+
+#[test]
+fn a_clock_100_ppm_off_a_round_rate_is_taken_for_it_and_told() {
+    let off = |name: &&str| {
+        let mut rows = Rows::of(name);
+        rows.head = rows.head.replace("# rate-hz = 10000\n", "");
+        rows.times_s.iter_mut().for_each(|time_s| *time_s *= 1.0001);
+        rows.text(9)
+    };
+    let found = answers(&RECORDINGS.iter().map(off).collect::<Vec<_>>(), "refuse");
+    for (record, twin) in found.records.iter().zip(&twins()) {
+        assert_eq!(record.faults, twin.faults, "{}", record.recording);
+        let told = record.notices.iter().find(|one| one.code == NoticeCode::SamplesMended).unwrap();
+        let expected = "the clock of `phase_a_current_a` is 9999.0001 Hz by its stamps, 100 ppm off \
+                        10000 Hz, and times are at 10000 Hz; where the stamps are right, state \
+                        `rate-hz = 9999.0001`";
+        assert_eq!(told.message, expected);
+    }
+}
+
+/// A phase alone lacks two cells of a recording that begins at 12.345678 s: its clock is filled to
+/// other bits than the stamps of the other phases have.
+#[test]
+fn cells_that_one_phase_lacks_are_filled() {
+    let mut rows = Rows::of("r12");
+    rows.times_s.iter_mut().for_each(|time_s| *time_s += 12.345_678);
+    let text = rows.text(6);
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for line in [1000, 3000] {
+        let cells: Vec<_> = lines[line].split(',').collect();
+        lines[line] = [cells[0], "", cells[2], cells[3], cells[4]].join(",");
+    }
+    let found = answers(&[lines.join("\n")], "bridge");
+    assert!(found.failed.is_empty(), "{:?}", found.failed);
+    let (record, twin) = (&found.records[0], &twins()[3]);
+    assert_eq!(record.verdict, twin.verdict);
+    for (fault, of_twin) in record.faults.iter().zip(&twin.faults).take(6) {
+        let moved = (fault.value.unwrap() - of_twin.value.unwrap()).abs();
+        assert!(moved < 0.5 * fault.std.unwrap(), "{fault:?}");
+    }
 }
 
 #[test]

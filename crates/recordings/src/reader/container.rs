@@ -7,7 +7,7 @@ use crate::{
     Channel, ChannelName, ColumnMap, METADATA_KEYS, Metadata, MetadataKey, OtherColumn,
     RecordError, Recording, RecordingDate, SharedNumbers,
     column_map::{Entry, Target},
-    evened::{Evener, OutOfOrder},
+    evened::{Evener, OutOfOrder, Untimely},
     property::Property,
     recording::MOST_PLAUSIBLE,
     unit::{self, StatedUnit},
@@ -171,7 +171,7 @@ pub(super) fn assemble_with(
         clock_notes: evener.into_notes(),
         dialect: None,
     };
-    recording.settle_stated_rate()?;
+    recording.settle_rate()?;
     Ok(recording)
 }
 
@@ -463,11 +463,12 @@ fn evened(
         return Err(RecordError::ChannelNotFinite { channel: name, index });
     }
     let channel = evener.channel(name, times_s, values, quantum_s);
-    let out_of_order = |problem: OutOfOrder| {
-        let OutOfOrder { index, can_be_bridged } = problem;
-        RecordError::ChannelTime { channel: name, index, can_be_bridged }
-    };
-    channel.map(Some).map_err(out_of_order)
+    channel.map(Some).map_err(|problem| match problem {
+        Untimely::NotAfter(OutOfOrder { at, can_be_bridged }) => {
+            RecordError::ChannelTime { channel: name, index: at, can_be_bridged }
+        }
+        Untimely::Lacking(gap) => gap.error(name, None),
+    })
 }
 
 #[cfg(test)]

@@ -6,12 +6,13 @@ use crate::{
     Channel, ChannelName, ClockNote, ColumnMap, Gaps, Metadata, OtherColumn, RecordError,
     Recording, Sampling, SharedNumbers,
     column_map::Target,
-    evened::{Evener, OutOfOrder},
+    evened::{Evener, Untimely},
     lines::Lines,
     reader::{
         csv_gz,
         dialect::{self, Dialect, Found},
         stamp::{Stamp, StampClock},
+        text_encoding::TextEncoding,
     },
     recording::MOST_PLAUSIBLE,
     source::LIMIT_BYTES,
@@ -44,7 +45,7 @@ pub(super) fn check_size(bytes: &[u8], limit_bytes: u64) -> Result<(), RecordErr
 
 /// Reads the text of a recording.
 pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
-    let (bytes, is_utf16) = dialect::decoded(bytes).ok_or(RecordError::NotUtf16)?;
+    let (bytes, encoding) = TextEncoding::decoded(bytes).ok_or(RecordError::NotUtf16)?;
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);
     }
@@ -57,7 +58,7 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
     let bytes = dialect::separated(bytes, header, &dialect);
     let Rows { channels, other_columns, lines, clock_notes, stated_units } =
         rows(&bytes, header, &dialect, map)?;
-    let dialect = Dialect { is_utf16, ..dialect };
+    let dialect = Dialect { encoding, ..dialect };
     let mut recording = Recording {
         name,
         metadata,
@@ -68,7 +69,7 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
         clock_notes,
         dialect: (dialect != Dialect::default()).then_some(dialect),
     };
-    recording.settle_stated_rate()?;
+    recording.settle_rate()?;
     Ok(recording)
 }
 
@@ -226,6 +227,7 @@ struct Table {
     stated_units: Vec<StatedUnit>,
     times_s: Vec<f64>,
     time_decimals: i32,
+    single: SinglePrecision,
     line_runs: Vec<(usize, u64)>,
 }
 
@@ -331,6 +333,7 @@ impl Table {
             stated_units,
             times_s: Vec::new(),
             time_decimals: 0,
+            single: SinglePrecision::default(),
             line_runs: Vec::new(),
         })
     }
@@ -381,29 +384,46 @@ impl Table {
         if self.stamps.is_some() {
             return Err(RowProblem::NotANumber { column: self.time_column, cell: shown(cell) });
         }
-        let found_s = number(cell, self.time_column, self.has_decimal_comma)? * self.time_factor;
+        let found = number(cell, self.time_column, self.has_decimal_comma)?;
         self.time_decimals = self.time_decimals.max(decimals(cell));
-        Ok(found_s)
+        self.single.look_at(found);
+        Ok(found * self.time_factor)
     }
 
-    /// The unit of the last decimal place that the time column uses, s.
+    /// The unit of the last decimal place that the time column uses, or that of single precision, s.
     fn time_quantum_s(&self) -> f64 {
-        let factor = if self.stamps.is_some() { 1.0 } else { self.time_factor.abs() };
-        10f64.powi(-self.time_decimals) * factor
+        let of_decimals = 10f64.powi(-self.time_decimals);
+        if self.stamps.is_some() {
+            return of_decimals;
+        }
+        of_decimals.max(self.single.quantum()) * self.time_factor.abs()
+    }
+
+    /// Rows that have the time and the samples of the row before.
+    fn repeated_rows(&self) -> Vec<usize> {
+        let known = || self.roles.iter().filter_map(Role::known);
+        let is_repeated = |&row: &usize| {
+            self.times_s[row - 1] == self.times_s[row]
+                && known().all(|known| known.is_repeated(row))
+                && known().next().is_some()
+        };
+        (1..self.times_s.len()).filter(is_repeated).collect()
     }
 
     fn finish(self, header_line: u64, gaps: Gaps) -> Result<Rows, RecordError> {
         if self.times_s.is_empty() {
             return Err(RecordError::HeaderOnly { line: header_line });
         }
-        let quantum_s = self.time_quantum_s();
+        let (quantum_s, repeated) = (self.time_quantum_s(), self.repeated_rows());
         let stated_units = self.stated_units;
         let times_s = SharedNumbers::from(self.times_s);
         let lines = Lines::new(times_s.clone(), self.line_runs);
         let mut evener = Evener::new(gaps);
-        let out_of_order = |problem| not_increasing(problem, &times_s, &lines, quantum_s);
+        let axis = TextAxis { times_s: &times_s, lines: &lines, quantum_s };
         // rows without a sample of any channel have times too
-        evener.check(&times_s, quantum_s).map_err(out_of_order)?;
+        evener
+            .check(&times_s, quantum_s, &repeated)
+            .map_err(|problem| axis.error(problem.at, problem.can_be_bridged))?;
         let (mut channels, mut others) = (Vec::new(), Vec::new());
         for role in self.roles {
             match role {
@@ -418,8 +438,12 @@ impl Table {
                     );
                     let channel = evener.channel(name, own_s, values.into(), quantum_s);
                     let row = |index: usize| own_rows.as_ref().map_or(index, |rows| rows[index]);
-                    channels.push(channel.map_err(|problem| {
-                        out_of_order(OutOfOrder { index: row(problem.index), ..problem })
+                    channels.push(channel.map_err(|problem| match problem {
+                        Untimely::NotAfter(order) => axis.error(row(order.at), order.can_be_bridged),
+                        Untimely::Lacking(gap) => {
+                            let line = lines.of_row(row(gap.before)) + 1;
+                            gap.error(name, Some(line))
+                        }
                     })?);
                 }
             }
@@ -429,21 +453,58 @@ impl Table {
     }
 }
 
-/// The error of a row whose time is not after that of the row before.
-fn not_increasing(
-    problem: OutOfOrder,
-    times_s: &[f64],
-    lines: &Lines,
+/// Times of the rows of a text.
+struct TextAxis<'a> {
+    times_s: &'a [f64],
+    lines: &'a Lines,
     quantum_s: f64,
-) -> RecordError {
-    let OutOfOrder { index, can_be_bridged } = problem;
-    let before = &times_s[..index];
-    RecordError::TimeNotIncreasing {
-        line: lines.of_row(index),
-        previous_s: times_s[index - 1],
-        found_s: times_s[index],
-        rate_before_hz: Sampling::of(before, quantum_s).map(|sampling| sampling.rate_hz),
-        can_be_bridged,
+}
+
+impl TextAxis<'_> {
+    /// The error of a row whose time is not after that of the row before.
+    fn error(&self, row: usize, can_be_bridged: bool) -> RecordError {
+        let before = Sampling::of(&self.times_s[..row], self.quantum_s);
+        RecordError::TimeNotIncreasing {
+            line: self.lines.of_row(row),
+            previous_s: self.times_s[row - 1],
+            found_s: self.times_s[row],
+            rate_before_hz: before.map(|sampling| sampling.rate_hz),
+            can_be_bridged,
+        }
+    }
+}
+
+/// Numbers that may all be of single precision.
+struct SinglePrecision {
+    are_all: bool,
+    largest: f64,
+}
+
+impl Default for SinglePrecision {
+    fn default() -> Self {
+        Self { are_all: true, largest: 0.0 }
+    }
+}
+
+impl SinglePrecision {
+    #[expect(clippy::cast_possible_truncation, reason = "what does not come back is of double precision")]
+    fn look_at(&mut self, number: f64) {
+        self.are_all &= f64::from(number as f32) == number;
+        self.largest = self.largest.max(number.abs());
+    }
+
+    /// A unit in the last place of the largest, or 0.
+    fn quantum(&self) -> f64 {
+        if self.are_all { f64::from(f32::EPSILON) * self.largest } else { 0.0 }
+    }
+}
+
+impl Role {
+    fn known(&self) -> Option<&KnownColumn> {
+        match self {
+            Self::Known(known) => Some(known),
+            _ => None,
+        }
     }
 }
 
@@ -465,6 +526,11 @@ impl KnownColumn {
             own.push(row);
         }
         Ok(())
+    }
+
+    /// Tells whether a row has the sample of the row before.
+    fn is_repeated(&self, row: usize) -> bool {
+        self.own_rows.is_none() && self.values.get(row - 1) == self.values.get(row)
     }
 
     /// Notes that a row has no sample of this channel.
@@ -619,12 +685,27 @@ mod tests {
     #[test]
     fn bytes_that_are_not_text_are_refused_with_their_line() {
         for text in [
-            &b"# a\n# actuator-id = \"\xff\"\ntime_s\n"[..],
-            &b"# noise-a = 1\nload \xb0,time_s\n"[..],
-            &b"time_s,unit\n1,\xb0\n"[..],
+            &b"# a\n# actuator-id = \"\x81\"\ntime_s\n"[..],
+            &b"# noise-a = 1\nload \x81,time_s\n"[..],
+            &b"time_s,unit\n1,\x81\n"[..],
         ] {
             let message = read(text).unwrap_err().to_string();
             assert_eq!(message, "line 2 is not UTF-8 text");
+        }
+    }
+
+    #[test]
+    fn times_of_single_precision_are_even() {
+        let rows = |start_s: f64| -> String {
+            let time_s = |row: u16| f64::from((start_s + f64::from(row) / 1e4) as f32);
+            (0..500).map(|row| format!("{},1\n", time_s(row))).collect::<Vec<_>>().concat()
+        };
+        for start_s in [0.0, 100.0] {
+            let recording = read(format!("time_s,current_a\n{}", rows(start_s)).as_bytes()).unwrap();
+            let channel = &recording.channels()[0];
+            assert_eq!(channel.sampling().unwrap().rate_hz, 10_000.0, "{start_s}");
+            assert!(recording.require_no_gap(channel).is_ok());
+            assert_eq!(recording.clock_notes(), [], "{start_s}");
         }
     }
 

@@ -4,8 +4,9 @@ use std::{borrow::Cow, fmt};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-/// UTF-8 byte-order mark, which spreadsheets put before the text.
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+use super::{stamp::Stamp, text_encoding::TextEncoding};
+use crate::unit;
+
 /// Lines within which the header of a table is looked for.
 const LOOKED_AT_LINES: usize = 400;
 /// Rows after a header that have to be numbers.
@@ -15,7 +16,6 @@ const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
 
 /// Way in which a text writes a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a habit of its own")]
 pub struct Dialect {
     /// Byte between cells; a blank stands for any number of them.
     pub(super) separator: u8,
@@ -27,8 +27,7 @@ pub struct Dialect {
     pub(super) has_units: bool,
     /// True where the header stands behind a `#`.
     pub(super) has_marked_header: bool,
-    /// True where the text is UTF-16.
-    pub(super) is_utf16: bool,
+    pub(super) encoding: TextEncoding,
 }
 
 impl Default for Dialect {
@@ -39,7 +38,7 @@ impl Default for Dialect {
             skipped: 0,
             has_units: false,
             has_marked_header: false,
-            is_utf16: false,
+            encoding: TextEncoding::Utf8,
         }
     }
 }
@@ -67,30 +66,12 @@ impl fmt::Display for Dialect {
         if self.has_units {
             f.write_str(", the line after the header has the units")?;
         }
-        if self.is_utf16 {
-            f.write_str(", the text is UTF-16")?;
+        match self.encoding {
+            TextEncoding::Utf8 => Ok(()),
+            TextEncoding::Utf16 => f.write_str(", the text is UTF-16"),
+            TextEncoding::Windows1252 => f.write_str(", the text is Windows-1252"),
         }
-        Ok(())
     }
-}
-
-/// The text in UTF-8, and whether it was UTF-16; `None` where it says to be that and is not.
-pub(super) fn decoded(bytes: &[u8]) -> Option<(Cow<'_, [u8]>, bool)> {
-    let little = |pair: &[u8]| u16::from_le_bytes([pair[0], pair[1]]);
-    let big = |pair: &[u8]| u16::from_be_bytes([pair[0], pair[1]]);
-    let (units, is_little) = match bytes {
-        [0xff, 0xfe, rest @ ..] => (rest, true),
-        [0xfe, 0xff, rest @ ..] => (rest, false),
-        // without a mark: the high bytes of Latin letters
-        [first, 0, second, 0, ..] if *first != 0 && *second != 0 => (bytes, true),
-        [0, first, 0, second, ..] if *first != 0 && *second != 0 => (bytes, false),
-        _ => return Some((bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).into(), false)),
-    };
-    let pairs = units.chunks_exact(2);
-    let units: Vec<u16> =
-        pairs.map(|pair| if is_little { little(pair) } else { big(pair) }).collect();
-    let text = String::from_utf16(&units).ok()?;
-    Some((text.into_bytes().into(), true))
 }
 
 /// A table in a text.
@@ -114,10 +95,11 @@ pub(super) fn find(
     let lines = Line::all(bytes, body);
     let first = lines.first()?;
     if is_header(&first.cells(bytes, b',')?) {
-        let has_units = Table::of(bytes, &lines, b',')
-            .is_some_and(|table| table.has_units && table.header == first.start);
+        let table = Table::of(bytes, &lines, b',').filter(|table| table.header == first.start);
+        let (has_units, has_decimal_comma) =
+            table.map_or((false, false), |table| (table.has_units, table.has_decimal_comma));
         return Some(Found {
-            dialect: Dialect { has_units, ..Dialect::default() },
+            dialect: Dialect { has_decimal_comma, has_units, ..Dialect::default() },
             header: first.start,
         });
     }
@@ -133,7 +115,7 @@ pub(super) fn find(
         skipped,
         has_units: table.has_units,
         has_marked_header: table.is_marked,
-        is_utf16: false,
+        encoding: TextEncoding::Utf8,
     };
     Some(Found { dialect, header: table.header })
 }
@@ -253,7 +235,7 @@ impl NumberRows {
     fn of(bytes: &[u8], lines: &[Line], separator: u8) -> Option<Self> {
         let rows: Vec<_> = lines
             .iter()
-            .map(|line| line.cells(bytes, separator).filter(|cells| is_numbers(cells, separator)))
+            .map(|line| line.cells(bytes, separator).filter(|cells| is_numbers(cells)))
             .collect();
         let width = |row: &Option<Vec<String>>| row.as_ref().map_or(0, Vec::len);
         let is_start = |&at: &usize| {
@@ -263,9 +245,12 @@ impl NumberRows {
         };
         let first = (0..rows.len()).find(is_start)?;
         let all = || rows[first..].iter().flatten().flatten();
+        // between commas a number with one is quoted, and may be of thousands
+        let are_thousands = separator == b','
+            && all().filter(|cell| cell.contains(',')).all(|cell| is_of_thousands(cell));
         let has_point = all().any(|cell| cell.contains('.') && is_number(cell, false));
         let has_comma = all().any(|cell| cell.contains(',') && is_number(cell, true));
-        if has_point && has_comma {
+        if has_comma && (has_point || are_thousands) {
             return None;
         }
         Some(Self { first, width: width(&rows[first]), has_decimal_comma: has_comma })
@@ -278,13 +263,19 @@ impl Table {
             NumberRows::of(bytes, lines, separator)?;
         let words = |at: usize| {
             let cells = lines[at].cells(bytes, separator)?;
-            (cells.len() == width && !is_numbers(&cells, separator)).then_some(cells)
+            (cells.len() == width && !is_numbers(&cells)).then_some(cells)
         };
         let above = words(first.checked_sub(1)?)?;
         let higher = first.checked_sub(2).and_then(words);
         let is_named = |cells: &Vec<String>| {
-            let alike = |(at, cell): (usize, &String)| cells[..at].contains(cell);
-            cells.iter().all(|cell| !cell.is_empty()) && !cells.iter().enumerate().any(alike)
+            // after a separator at the end of each line there is no name
+            let named = cells.strip_suffix(&[String::new()]).unwrap_or(cells);
+            let alike = |(at, cell): (usize, &String)| named[..at].contains(cell);
+            // a row with a remark is none of names
+            let numbers = named.iter().filter(|cell| is_number(cell, false)).count();
+            2 * numbers < named.len()
+                && named.iter().all(|cell| !cell.is_empty())
+                && !named.iter().enumerate().any(alike)
         };
         // under names, words that are no names are units; so are they if they are known
         let has_units = higher.as_ref().is_some_and(is_named) && is_units(&above);
@@ -319,23 +310,33 @@ impl Table {
     }
 }
 
-/// Tells whether cells under a header are units: in brackets, a dash, empty, or short.
+/// Tells whether cells under a header are units: at least one that is known, and no numbers but
+/// those of pure numbers.
 fn is_units(cells: &[String]) -> bool {
     const LONGEST: usize = 8;
-    cells.iter().any(|cell| !cell.is_empty())
-        && cells.iter().all(|cell| {
-            let is_bracketed = cell.starts_with(['[', '(']) && cell.ends_with([']', ')']);
-            is_bracketed || cell.chars().count() <= LONGEST && !cell.contains(['_', '='])
-        })
+    let is_bracketed = |cell: &str| cell.starts_with(['[', '(']) && cell.ends_with([']', ')']);
+    let is_short = |cell: &str| cell.chars().count() <= LONGEST && !cell.contains(['_', '=']);
+    let is_pure = |cell: &str| cell == "1" || !is_number(cell, false) && !is_number(cell, true);
+    cells.iter().any(|cell| unit::is_known(cell) || is_bracketed(cell))
+        && cells.iter().all(|cell| is_bracketed(cell) || is_short(cell) && is_pure(cell))
+}
+
+/// Tells whether a number with a comma may be one of thousands: three digits follow a first digit
+/// that is not 0.
+fn is_of_thousands(cell: &str) -> bool {
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let Some((whole, rest)) = cell.trim_start_matches(['-', '+']).split_once(',') else {
+        return false;
+    };
+    rest.len() == 3 && digits(rest) && digits(whole) && !whole.is_empty() && !whole.starts_with('0')
 }
 
 /// Tells whether a row is one of samples: numbers or nothing, after a number or a point in time.
-fn is_numbers(cells: &[String], separator: u8) -> bool {
-    let number =
-        |cell: &String| is_number(cell, false) || separator != b',' && is_number(cell, true);
+fn is_numbers(cells: &[String]) -> bool {
+    let number = |cell: &String| is_number(cell, false) || is_number(cell, true);
     let numbers = cells.iter().filter(|cell| number(cell)).count();
     let others = cells.iter().filter(|cell| !cell.is_empty() && !number(cell));
-    let are_times = others.clone().all(|cell| super::stamp::Stamp::parse(cell).is_some());
+    let are_times = others.clone().all(|cell| Stamp::parse(cell).is_some());
     numbers >= 1 && others.count() <= 1 && are_times
 }
 
@@ -378,22 +379,33 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_none() {
-        assert_eq!(found("a,b\nc,d\ne,f\n"), None);
-        assert_eq!(found("t;x\n0,5;1.5\n0,6;1.5\n"), None);
-        assert_eq!(found("1;2\n3;4\n5;6\n"), None);
+    fn a_row_of_samples_is_no_row_of_units() {
+        let (dialect, _) = found("time_s,x,rem\n0,1.5,start\n1,2,\n2,3,\n3,4,\n").unwrap();
+        assert!(!dialect.has_units);
+        let (dialect, _) = found("time_s,x,n\ns,A,1\n1,2,0\n2,3,0\n3,4,0\n").unwrap();
+        assert!(dialect.has_units);
     }
 
     #[test]
-    fn utf_16_is_known_by_its_mark_or_its_zeros() {
-        for (mark, big) in [(true, false), (true, true), (false, false), (false, true)] {
-            let text = if mark { "\u{feff}t;°C\n" } else { "t;°C\n" };
-            let bytes = |unit: u16| if big { unit.to_be_bytes() } else { unit.to_le_bytes() };
-            let bytes: Vec<u8> = text.encode_utf16().flat_map(bytes).collect();
-            let (decoded, is_utf16) = decoded(&bytes).unwrap();
-            assert_eq!((&*decoded, is_utf16), ("t;°C\n".as_bytes(), true), "{mark} {big}");
-        }
-        assert_eq!(decoded(b"\xef\xbb\xbft,x").unwrap(), (b"t,x".as_slice().into(), false));
-        assert_eq!(decoded(b"\xff\xfe\x00\xd8"), None);
+    fn quoted_numbers_may_have_a_decimal_comma() {
+        let text = |rows: &str| format!("time_s,x\n{rows}");
+        let rows = "\"0,000\",\"1,500\"\n\"0,001\",\"2,500\"\n\"0,002\",\"3,5\"\n";
+        assert!(found(&text(rows)).unwrap().0.has_decimal_comma);
+        let thousands = "0,\"1,500\"\n1,\"2,500\"\n2,\"3,500\"\n";
+        assert!(!found(&text(thousands)).unwrap().0.has_decimal_comma);
+    }
+
+    #[test]
+    fn separators_at_the_end_of_lines_are_no_column() {
+        let (dialect, header) = found("t;ia;\n0;1,5;\n1;2,5;\n2;3;\n").unwrap();
+        assert_eq!((dialect.separator, header), (b';', "t;ia;"));
+    }
+
+    #[test]
+    fn what_is_no_table_is_none() {
+        assert_eq!(found("a,b\nc,d\ne,f\n"), None);
+        assert_eq!(found("t,x,rem\n0,1,start\n1,2,\n"), None);
+        assert_eq!(found("t;x\n0,5;1.5\n0,6;1.5\n"), None);
+        assert_eq!(found("1;2\n3;4\n5;6\n"), None);
     }
 }

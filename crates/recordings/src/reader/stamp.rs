@@ -1,4 +1,5 @@
-//! Points in time that are written as text: `2026-11-21 09:30:00.0001`, `09:30:00,5`.
+//! Points in time that are written as text: `2026-11-21 09:30:00.0001`, `09:30:00,5`,
+//! `11/21/2026 9:30:00.5 AM`.
 
 /// Nanoseconds of a day.
 const DAY_NS: i64 = 86_400_000_000_000;
@@ -17,11 +18,12 @@ pub(super) struct Stamp {
 }
 
 impl Stamp {
-    /// Reads `[DAY ]HH:MM:SS[.frac][zone]`, with `T` or a blank after the day and a point or a
-    /// comma before decimals. A day is year, month, day with `-` or `/`, or day, month, year with
-    /// points.
+    /// Reads `[DAY ]HH:MM:SS[.frac][zone]`, with `T` or a blank after the day, a point or a comma
+    /// before decimals, and `AM` or `PM` behind them. A day is year, month, day with `-` or `/`; day,
+    /// month, year with points; or month, day, year with `/`, day before month where no month is that
+    /// large.
     pub(super) fn parse(text: &str) -> Option<Self> {
-        let text = text.trim();
+        let (text, half) = Half::split(text.trim());
         let (day, clock) = match text.split_once(['T', ' ']) {
             Some((day, clock)) => (Some(days_since_1970(day)?), clock.trim()),
             None => (None, text),
@@ -34,6 +36,7 @@ impl Stamp {
             return None;
         }
         let (hours, minutes, seconds) = (whole(hours)?, whole(minutes)?, whole(seconds)?);
+        let hours = half.map_or(Some(hours), |half| half.hours(hours))?;
         // a leap second is written as 60
         if hours > 23 || minutes > 59 || seconds > 60 {
             return None;
@@ -43,6 +46,35 @@ impl Stamp {
         let of_day = ((hours * 60 + minutes) * 60 + seconds - zone_s) * 1_000_000_000 + nanos;
         let ns = day.unwrap_or(0).checked_mul(DAY_NS)?.checked_add(of_day)?;
         Some(Self { ns, has_day: day.is_some(), decimals: decimals.len() as i32 })
+    }
+}
+
+/// Half of the day that a time is in.
+#[derive(Clone, Copy)]
+enum Half {
+    Am,
+    Pm,
+}
+
+impl Half {
+    /// A text without `AM` or `PM` at its end, and which it was.
+    fn split(text: &str) -> (&str, Option<Self>) {
+        for (ending, half) in [("AM", Self::Am), ("PM", Self::Pm)] {
+            let Some(at) = text.len().checked_sub(ending.len()) else { continue };
+            if text.is_char_boundary(at) && text[at..].eq_ignore_ascii_case(ending) {
+                return (text[..at].trim_end(), Some(half));
+            }
+        }
+        (text, None)
+    }
+
+    /// Hours since midnight of those that a clock of twelve shows.
+    fn hours(self, shown: i64) -> Option<i64> {
+        let since_twelve = (1..=12).contains(&shown).then_some(shown % 12)?;
+        Some(match self {
+            Self::Am => since_twelve,
+            Self::Pm => since_twelve + 12,
+        })
     }
 }
 
@@ -100,7 +132,12 @@ fn days_since_1970(text: &str) -> Option<i64> {
     };
     let [year, month, day] = match apart('.') {
         Some([day, month, year]) => [year, month, day],
-        None => apart('-').or_else(|| apart('/'))?,
+        None => match apart('-').or_else(|| apart('/'))? {
+            [day, month, year] if year.len() == 4 && whole(month)? > 12 => [year, day, month],
+            [month, day, year] if year.len() == 4 && whole(month)? > 12 => [year, day, month],
+            [month, day, year] if year.len() == 4 => [year, month, day],
+            as_is => as_is,
+        },
     };
     if year.len() != 4 {
         return None;
@@ -130,6 +167,11 @@ mod tests {
         assert_eq!(ns("21.11.2026 09:30:00"), ns("2026/11/21 09:30:00"));
         assert_eq!(ns("2026-11-21T10:30:00.5+01:00"), Some(1_795_253_400_500_000_000));
         assert_eq!(ns("00:00:01,0001"), Some(1_000_100_000));
+        assert_eq!(ns("11/21/2026 9:30:00 AM"), ns("2026-11-21 09:30:00"));
+        assert_eq!(ns("21/11/2026 09:30:00"), ns("2026-11-21 09:30:00"));
+        assert_eq!(ns("12:00:00.5 am"), Some(500_000_000));
+        assert_eq!(ns("12:00:00PM"), ns("12:00:00"));
+        assert_eq!(ns("13:00:00 PM"), None);
         let text = ["1.5", "12:30", "25:00:00", "2026-13-01 00:00:00", "a:b:c", "", "21.11.2026"];
         for no_stamp in text {
             assert_eq!(Stamp::parse(no_stamp), None, "{no_stamp}");
