@@ -56,6 +56,11 @@ impl ReadingOptions {
         Self::of(path, given).filter(|options| options.column_map().is_some_and(shows_current))
     }
 
+    /// What has to hold for the options to be right, before the sentence that names them.
+    pub(crate) fn condition(&self) -> &'static str {
+        if self.maps.is_empty() { "" } else { "if the names mean what they seem to, " }
+    }
+
     /// The options as words of a command line.
     pub(crate) fn words(&self) -> String {
         let maps = self.maps.iter().map(|entry| format!("--map {}", quoted(entry)));

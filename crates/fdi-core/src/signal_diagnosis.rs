@@ -34,6 +34,7 @@ impl EnvelopeSignal {
                 noise_beside_gains_a: None,
                 sensor_shares: None,
                 stated_noise_a: Some(noise_a),
+                resampling_error_a: 0.0,
                 session: None,
                 winding_temperature_k: None,
                 notices: Vec::new(),

@@ -79,6 +79,15 @@ impl Channel {
         Self { resampling_error, ..Self::from_rows(name, times_s, values, 0.0) }
     }
 
+    /// The current of a star's phase by those of the others, which have the same times.
+    pub(super) fn third_of_star(name: ChannelName, one: &Self, two: &Self) -> Self {
+        let values = one.values.iter().zip(two.values.iter()).map(|(one, two)| -(one + two));
+        Self {
+            resampling_error: one.resampling_error.hypot(two.resampling_error),
+            ..Self::from_rows(name, one.times_s.clone(), values.collect(), one.time_quantum_s)
+        }
+    }
+
     /// Puts as many increasing times in place of its own.
     pub(super) fn take_times(&mut self, times_s: SharedNumbers) {
         debug_assert_eq!(times_s.len(), self.values.len());

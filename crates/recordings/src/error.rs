@@ -381,7 +381,11 @@ pub enum RecordError {
         columns: Vec<String>,
     },
     /// One or two phase currents without the others.
-    #[error("{} without {}: the envelope needs all three", list(found), list(missing))]
+    #[error(
+        "{} without {}: the envelope needs all three, or two on the same times",
+        list(found),
+        list(missing)
+    )]
     PhaseMissing {
         /// The phases that are there.
         found: Vec<ChannelName>,

@@ -43,6 +43,7 @@ mod sampling;
 mod sha256;
 mod shared_numbers;
 mod source;
+mod star;
 mod unit;
 mod writer;
 

@@ -32,6 +32,7 @@ pub struct Recording {
     pub(crate) stated_units: Vec<StatedUnit>,
     pub(crate) clock_notes: Vec<ClockNote>,
     pub(crate) dialect: Option<Dialect>,
+    pub(crate) computed_phase: Option<ChannelName>,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -67,6 +68,7 @@ impl Recording {
             stated_units: Vec::new(),
             clock_notes: Vec::new(),
             dialect: None,
+            computed_phase: None,
         })
     }
 
@@ -94,6 +96,11 @@ impl Recording {
     /// How a text writes its table, where it is not as this crate would.
     pub fn dialect(&self) -> Option<&Dialect> {
         self.dialect.as_ref()
+    }
+
+    /// The phase whose current is not recorded and follows from the two others.
+    pub fn computed_phase(&self) -> Option<ChannelName> {
+        self.computed_phase
     }
 
     /// Time axes that were brought onto an even clock, and what was done for it.
@@ -257,11 +264,11 @@ mod tests {
              `phase_c_current_a`, or `current_a`; the columns are `load_n_m`, `amps` \
              (`--map current_a=COLUMN` names one)",
         );
-        let two = parse("time_s,phase_a_current_a,phase_c_current_a\n0,1,2\n");
+        let one = parse("time_s,phase_a_current_a\n0,1\n");
         assert_same(
-            &two.require_current().unwrap_err().to_string(),
-            "`phase_a_current_a`, `phase_c_current_a` without `phase_b_current_a`: \
-             the envelope needs all three",
+            &one.require_current().unwrap_err().to_string(),
+            "`phase_a_current_a` without `phase_b_current_a`, `phase_c_current_a`: the envelope \
+             needs all three, or two on the same times",
         );
     }
 

@@ -106,9 +106,9 @@ const LOOKED_AT: usize = 3;
 fn reading_hint(tally: &Tally, args: &DiagnoseArgs) -> Option<String> {
     tally.failures.iter().take(LOOKED_AT).find_map(|failure| {
         let path = Path::new(&failure.recording);
-        let options = ReadingOptions::of_failure(path, &args.map)?.words();
-        let file = path.display();
-        Some(format!("if the names mean what they seem to, `{options}` reads `{file}`"))
+        let options = ReadingOptions::of_failure(path, &args.map)?;
+        let (condition, words, file) = (options.condition(), options.words(), path.display());
+        Some(format!("{condition}`{words}` reads `{file}`"))
     })
 }
 

@@ -65,9 +65,10 @@ fn settings(global: &GlobalArgs) -> Result<String> {
 
 /// The command that reads the file as its columns seem to be meant, if any does.
 fn advice(args: &InspectArgs) -> Option<String> {
-    let options = ReadingOptions::of(&args.file, &args.map)?.words();
-    let command = format!("fdi inspect {options} {}", file_word(&args.file.display().to_string()));
-    Some(format!("if the names mean what they seem to, `{command}`"))
+    let options = ReadingOptions::of(&args.file, &args.map)?;
+    let file = file_word(&args.file.display().to_string());
+    let (condition, words) = (options.condition(), options.words());
+    Some(format!("{condition}`fdi inspect {words} {file}`"))
 }
 
 fn describe(recording: &Recording) -> Result<String> {
@@ -85,6 +86,9 @@ fn describe(recording: &Recording) -> Result<String> {
     }
     for note in recording.clock_notes() {
         writeln!(text, "\n{note}")?;
+    }
+    if let Some(phase) = recording.computed_phase() {
+        writeln!(text, "\n`{phase}` is not recorded: it is minus the sum of the other phases")?;
     }
     let metadata = recording.metadata.to_toml();
     if !metadata.is_empty() {

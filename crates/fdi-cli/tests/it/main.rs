@@ -27,4 +27,5 @@ mod report;
 mod schema;
 mod servo_axis;
 mod stand_in;
+mod two_phases;
 mod unit;

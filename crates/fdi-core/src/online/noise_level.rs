@@ -97,14 +97,18 @@ impl Run<'_> {
     }
 
     /// The noise level that is known without a fit: of the option, else of the metadata, else read
-    /// off the recording.
+    /// off the recording. What filling and resampling samples have missed is added.
     pub(crate) fn told_noise(&self, measured_a: Option<f64>) -> Option<Noise> {
         let told = [
             (self.plan.noise_a, NoiseSource::Flag),
             (self.observation.stated_noise_a, NoiseSource::Metadata),
             (measured_a, NoiseSource::OutOfBand),
         ];
-        told.into_iter().find_map(|(level, source)| Some(Noise { level_a: level?, source }))
+        let missed_a = self.observation.resampling_error_a;
+        let with_missed = |(level, source): (Option<f64>, NoiseSource)| {
+            Some(Noise { level_a: level?.hypot(missed_a), source })
+        };
+        told.into_iter().find_map(with_missed)
     }
 
     /// The noise level of least cost, `-2·ln` of the likelihood, with the bundle's level as a prior,

@@ -46,6 +46,9 @@ pub(crate) struct Observation {
     pub(crate) sensor_shares: Option<SensorShares>,
     /// Noise on each phase sample by the metadata, A.
     pub(crate) stated_noise_a: Option<f64>,
+    /// Root mean square error of a sample that filling gaps and resampling have made, A: part of the
+    /// noise, and not seen in the sum of the phases, which is zero before and after.
+    pub(crate) resampling_error_a: f64,
     /// Session that the recording states, else its day.
     pub(crate) session: Option<String>,
     /// Temperature of the winding with its standard deviation, where it was read, K.
@@ -208,6 +211,7 @@ impl Observation {
         max_delay_s: f64,
     ) -> Result<Self, ObservationError> {
         let mut notices = mended(recording);
+        notices.extend(computed(recording));
         match recording.require_current()? {
             Current::Phases(phases) => {
                 let mut observation = of_phases(recording, phases, experiment)?;
@@ -326,9 +330,6 @@ fn of_phases(
         }
     }
     let views = phases.map(Channel::values);
-    // the sum of the phases does not show what resampling missed: they sum to zero before and after
-    let missed_a = root_mean_square(phases.map(Channel::resampling_error));
-    let with_missed = |noise_a: f64| noise_a.hypot(missed_a);
     let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
     let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
     // the filters cost as much as the signal itself, and only tolerances need them
@@ -343,10 +344,11 @@ fn of_phases(
         start_angle_rad: rotor.start_angle_rad,
         commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
-        measured_noise_a: zero_sequence_noise_a(views).map(with_missed),
-        noise_beside_gains_a: noise_beside_gains_a(views).map(with_missed),
+        measured_noise_a: zero_sequence_noise_a(views),
+        noise_beside_gains_a: noise_beside_gains_a(views),
         sensor_shares: shares,
-        stated_noise_a: recording.metadata.noise_a.map(with_missed),
+        stated_noise_a: recording.metadata.noise_a,
+        resampling_error_a: root_mean_square(phases.map(Channel::resampling_error)),
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
         notices: Vec::new(),
@@ -359,6 +361,16 @@ fn mended(recording: &Recording) -> Vec<Notice> {
     let notice =
         |note: &ClockNote| Notice { code: NoticeCode::SamplesMended, message: note.to_string() };
     notes.map(notice).collect()
+}
+
+/// Notice of a phase that was not recorded.
+fn computed(recording: &Recording) -> Option<Notice> {
+    let name = recording.computed_phase()?;
+    let message = format!(
+        "`{name}` is not recorded and taken for what brings the sum of the phases to zero: right for a \
+         winding without a neutral conductor"
+    );
+    Some(Notice { code: NoticeCode::PhaseComputed, message })
 }
 
 fn root_mean_square(of: [f64; 3]) -> f64 {
@@ -497,6 +509,7 @@ fn of_envelope(
         noise_beside_gains_a: None,
         sensor_shares: None,
         stated_noise_a: metadata.noise_a,
+        resampling_error_a: channel.resampling_error(),
         session: session_of(metadata),
         winding_temperature_k: winding_temperature_k(metadata),
         notices: Vec::new(),

@@ -92,7 +92,7 @@ impl Learnt {
     /// Noise on the phases of a reference, A: the recording's own, else what the bundle expects.
     fn level_of(&self, reference: &Observation) -> f64 {
         let told = reference.stated_noise_a.or(reference.measured_noise_a);
-        told.unwrap_or(self.bundle.noise_a)
+        told.unwrap_or(self.bundle.noise_a).hypot(reference.resampling_error_a)
     }
 
     /// Refuses what the references say nothing of; else the notice that they were used.

@@ -60,11 +60,13 @@ pub enum NoticeCode {
     TemperatureUnused,
     /// Samples were put in order, filled, or brought onto an even clock.
     SamplesMended,
+    /// The current of a phase is not recorded and follows from the two others.
+    PhaseComputed,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -85,6 +87,7 @@ impl NoticeCode {
         Self::UnmodelledPhysics,
         Self::TemperatureUnused,
         Self::SamplesMended,
+        Self::PhaseComputed,
     ];
 
     /// The code as JSON has it.
@@ -110,6 +113,7 @@ impl NoticeCode {
             Self::UnmodelledPhysics => "unmodelled-physics",
             Self::TemperatureUnused => "temperature-unused",
             Self::SamplesMended => "samples-mended",
+            Self::PhaseComputed => "phase-computed",
         }
     }
 }

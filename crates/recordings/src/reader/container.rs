@@ -170,7 +170,9 @@ pub(super) fn assemble_with(
         stated_units: plan.units.clone(),
         clock_notes: evener.into_notes(),
         dialect: None,
+        computed_phase: None,
     };
+    recording.complete_star();
     recording.settle_rate()?;
     Ok(recording)
 }

@@ -68,7 +68,9 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
         stated_units,
         clock_notes,
         dialect: (dialect != Dialect::default()).then_some(dialect),
+        computed_phase: None,
     };
+    recording.complete_star();
     recording.settle_rate()?;
     Ok(recording)
 }
