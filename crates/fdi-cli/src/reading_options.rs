@@ -56,7 +56,7 @@ impl ReadingOptions {
         Self::of(path, given).filter(|options| options.column_map().is_some_and(shows_current))
     }
 
-    /// What has to hold for the options to be right, before the sentence that names them.
+    /// Words before the options that say on what condition they are right.
     pub(crate) fn condition(&self) -> &'static str {
         if self.maps.is_empty() { "" } else { "if the names mean what they seem to, " }
     }

@@ -158,7 +158,7 @@ impl Lacking {
         })
     }
 
-    /// What lacks after a sample, where no clock tells how many there should be.
+    /// Places that lack their sample after one, where no clock tells how many there should be.
     pub(crate) fn between(stamps_s: &[f64], before: usize, step_s: f64) -> Self {
         let (after_s, next_s) = (stamps_s[before], stamps_s[before + 1]);
         Self { before, after_s, next_s, step_s, can_be_bridged: false }

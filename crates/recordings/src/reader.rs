@@ -4,6 +4,7 @@
 
 mod dialect;
 mod guarded;
+mod single_precision;
 mod stamp;
 mod text_encoding;
 

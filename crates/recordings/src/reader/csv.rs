@@ -11,6 +11,7 @@ use crate::{
     reader::{
         csv_gz,
         dialect::{self, Dialect, Found},
+        single_precision::SinglePrecision,
         stamp::{Stamp, StampClock},
         text_encoding::TextEncoding,
     },
@@ -441,7 +442,9 @@ impl Table {
                     let channel = evener.channel(name, own_s, values.into(), quantum_s);
                     let row = |index: usize| own_rows.as_ref().map_or(index, |rows| rows[index]);
                     channels.push(channel.map_err(|problem| match problem {
-                        Untimely::NotAfter(order) => axis.error(row(order.at), order.can_be_bridged),
+                        Untimely::NotAfter(order) => {
+                            axis.error(row(order.at), order.can_be_bridged)
+                        }
                         Untimely::Lacking(gap) => {
                             let line = lines.of_row(row(gap.before)) + 1;
                             gap.error(name, Some(line))
@@ -473,31 +476,6 @@ impl TextAxis<'_> {
             rate_before_hz: before.map(|sampling| sampling.rate_hz),
             can_be_bridged,
         }
-    }
-}
-
-/// Numbers that may all be of single precision.
-struct SinglePrecision {
-    are_all: bool,
-    largest: f64,
-}
-
-impl Default for SinglePrecision {
-    fn default() -> Self {
-        Self { are_all: true, largest: 0.0 }
-    }
-}
-
-impl SinglePrecision {
-    #[expect(clippy::cast_possible_truncation, reason = "what does not come back is of double precision")]
-    fn look_at(&mut self, number: f64) {
-        self.are_all &= f64::from(number as f32) == number;
-        self.largest = self.largest.max(number.abs());
-    }
-
-    /// A unit in the last place of the largest, or 0.
-    fn quantum(&self) -> f64 {
-        if self.are_all { f64::from(f32::EPSILON) * self.largest } else { 0.0 }
     }
 }
 
@@ -703,7 +681,8 @@ mod tests {
             (0..500).map(|row| format!("{},1\n", time_s(row))).collect::<Vec<_>>().concat()
         };
         for start_s in [0.0, 100.0] {
-            let recording = read(format!("time_s,current_a\n{}", rows(start_s)).as_bytes()).unwrap();
+            let recording =
+                read(format!("time_s,current_a\n{}", rows(start_s)).as_bytes()).unwrap();
             let channel = &recording.channels()[0];
             assert_eq!(channel.sampling().unwrap().rate_hz, 10_000.0, "{start_s}");
             assert!(recording.require_no_gap(channel).is_ok());

@@ -13,7 +13,7 @@ pub(super) enum TextEncoding {
     #[default]
     Utf8,
     Utf16,
-    /// Of European spreadsheets: Latin-1 with more signs.
+    /// Latin-1 with more signs, as European spreadsheets write it.
     Windows1252,
 }
 
