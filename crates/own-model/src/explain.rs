@@ -1,7 +1,7 @@
 //! From recordings to the causes that a model leaves out, with their probabilities.
 
 use ema_sim::Geometry;
-use inference::rms;
+use inference::{Whitener, rms};
 
 use crate::{
     cause::{Cause, CausePort, menu},
@@ -173,12 +173,12 @@ pub fn explain(
     let problem = Problem::new(model, recordings)?;
     let menu = menu(model, geometry, &problem.scales)?;
     let sets = search(&problem, &menu)?;
-    let best = &sets[0];
+    let best = answer(&sets);
     let none = sets.iter().find(|set| set.fitted.causes.is_empty());
     let none = none.map_or(&best.fitted, |rated| &rated.fitted);
     let signals = signal_fits(&problem, none, &best.fitted)?;
-    let causes = named(&problem, &sets);
-    let left = left(&best.fitted.residuals, &best.fitted) > LEFT;
+    let causes = named(&problem, &sets, best);
+    let left = left(&best.fitted) > LEFT;
     let mut told = OwnExplanation {
         verdict: OwnVerdict::Inconclusive,
         numbers: estimates(&problem, &best.fitted, 0, problem.rough.len()),
@@ -209,9 +209,52 @@ fn verdict(told: &OwnExplanation, sets: &[Rated], left: bool) -> OwnVerdict {
     if told.causes.iter().all(sure) { OwnVerdict::OneOf } else { OwnVerdict::Inconclusive }
 }
 
-/// The causes of the most probable set.
-fn named(problem: &Problem<'_>, sets: &[Rated]) -> Vec<NamedCause> {
-    let best = &sets[0];
+/// The most probable set, without causes that explain less than what it leaves. Where something is
+/// left, the evidence of a small cause is that of a model which is known to be wrong.
+fn answer(sets: &[Rated]) -> &Rated {
+    let mut best = &sets[0];
+    while left(&best.fitted) > LEFT {
+        let without = |out: &Cause| {
+            let is_less = |set: &&Rated| {
+                let causes = &set.fitted.causes;
+                let kept = |cause: &Cause| causes.iter().any(|other| other.is(cause));
+                causes.len() + 1 == best.fitted.causes.len()
+                    && best.fitted.causes.iter().all(|cause| cause.is(out) != kept(cause))
+            };
+            sets.iter().find(is_less)
+        };
+        let smaller = best.fitted.causes.iter().filter_map(without);
+        let explains =
+            |set: &&Rated| squares(&set.fitted, &best.fitted) - squares(&best.fitted, &best.fitted);
+        let smaller = smaller.min_by(|a, b| explains(a).total_cmp(&explains(b)));
+        match smaller.filter(|set| explains(set) < with_memory(&best.fitted)) {
+            Some(set) => best = set,
+            None => break,
+        }
+    }
+    best
+}
+
+/// Mean squares of residuals over all signals, in units of the noise of a fit.
+fn squares(of: &Fitted, noise: &Fitted) -> f64 {
+    let each = of.residuals.iter().zip(&noise.noise);
+    each.map(|(of_signal, noise)| (rms(&of_signal.concat()) / noise.std()).powi(2)).sum()
+}
+
+/// Mean squares of what is left and has a memory, likewise.
+fn with_memory(fitted: &Fitted) -> f64 {
+    let of = |(of_signal, noise): (&Vec<Vec<f64>>, &Whitener)| {
+        if noise.order() == 0 {
+            0.0
+        } else {
+            (rms(&of_signal.concat()) / noise.std()).powi(2) - 1.0
+        }
+    };
+    fitted.residuals.iter().zip(&fitted.noise).map(of).sum()
+}
+
+/// The causes of the answer.
+fn named(problem: &Problem<'_>, sets: &[Rated], best: &Rated) -> Vec<NamedCause> {
     let mut from = problem.rough.len();
     let mut causes = Vec::new();
     for cause in &best.fitted.causes {
@@ -223,7 +266,7 @@ fn named(problem: &Problem<'_>, sets: &[Rated]) -> Vec<NamedCause> {
             sizes: estimates(problem, &best.fitted, from, from + cause.sizes.len()),
             shape: cause.shape.clone(),
             probability: with.map(|set| set.probability).sum(),
-            tied_with: tied(sets, cause),
+            tied_with: tied(sets, best, cause),
         });
         from += cause.sizes.len();
     }
@@ -231,13 +274,12 @@ fn named(problem: &Problem<'_>, sets: &[Rated]) -> Vec<NamedCause> {
     causes
 }
 
-/// Causes that take the place of one in the best set at odds of at most 20 to 1.
-fn tied(sets: &[Rated], cause: &Cause) -> Vec<String> {
-    let best = &sets[0];
+/// Causes that take the place of one in the answer at odds of at most 20 to 1.
+fn tied(sets: &[Rated], best: &Rated, cause: &Cause) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for set in sets {
         let others = &set.fitted.causes;
-        let close = best.ln_weight - set.ln_weight <= TIED;
+        let close = (best.ln_weight - set.ln_weight).abs() <= TIED;
         if !close || others.len() != best.fitted.causes.len() || set.has(&cause.name) {
             continue;
         }
@@ -296,13 +338,13 @@ pub(crate) fn signal_fits(
 }
 
 /// Gain of likelihood by noise that remembers over noise that does not, nats.
-fn left(residuals: &Residuals, fitted: &Fitted) -> f64 {
-    let of = |(of_signal, noise): (&Vec<Vec<f64>>, &inference::Whitener)| {
+fn left(fitted: &Fitted) -> f64 {
+    let of = |(of_signal, noise): (&Vec<Vec<f64>>, &Whitener)| {
         let all = of_signal.concat();
         let n = all.len() as f64;
         let ratio = rms(&all) / noise.std();
         let gain = n * libm::log(ratio.max(1.0)) - 0.5 * noise.order() as f64 * libm::log(n);
         if noise.order() > 0 { gain } else { 0.0 }
     };
-    residuals.iter().zip(&fitted.noise).map(of).sum()
+    fitted.residuals.iter().zip(&fitted.noise).map(of).sum()
 }

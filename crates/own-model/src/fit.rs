@@ -22,8 +22,15 @@ use crate::{
     problem::{Problem, Residuals},
 };
 
-/// Times that noise and sizes are fitted in turns; the first time with white noise.
-const TURNS: usize = 3;
+/// Times that noise and sizes are fitted in turns: with white noise while it falls, then with the
+/// noise that the residuals show.
+const WHITE_TURNS: usize = 6;
+const COLOURED_TURNS: usize = 2;
+/// Fall of white noise in a turn below which it has come to its end.
+const FALL: f64 = 0.05;
+/// Samples of a recording by which the memory of noise is judged, where there are such: what the
+/// largest order needs.
+const LONG: usize = 300;
 /// Step of a derivative in standard deviations: of the prior at first, then of the posterior.
 pub(crate) const FIRST_STEP: f64 = 0.02;
 const STEP_OVER_STD: f64 = 0.3;
@@ -127,7 +134,8 @@ pub(crate) fn fit(
     let mut residuals = problem.residuals(problem.train, causes, &values(&sizes, &units))?;
     let mut noise = white_noise(problem, &residuals);
     let mut found: Option<MostProbable> = None;
-    for _ in 0..TURNS {
+    let (mut white_turns, mut coloured_turns) = (0, 0);
+    while coloured_turns <= COLOURED_TURNS {
         let last = None;
         let mut white = White { problem, causes, sizes: &sizes, noise: &noise, steps, last };
         found = most_probable(&mut white, &unknowns, &units)?;
@@ -140,7 +148,14 @@ pub(crate) fn fit(
             }
         }
         residuals = problem.residuals(problem.train, causes, &values(&sizes, &units))?;
-        noise = coloured_noise(problem, &residuals);
+        let calmer = white_noise(problem, &residuals);
+        white_turns += 1;
+        if coloured_turns == 0 && white_turns < WHITE_TURNS && falls(&noise, &calmer) {
+            noise = calmer;
+        } else {
+            noise = coloured_noise(problem, &residuals);
+            coloured_turns += 1;
+        }
     }
     let correlations = found.as_ref().map_or_else(Vec::new, correlations);
     let std = |(place, size): (usize, &Size)| {
@@ -165,12 +180,21 @@ pub(crate) fn white_noise(problem: &Problem<'_>, residuals: &Residuals) -> Vec<W
     residuals.iter().zip(&problem.floors).map(of).collect()
 }
 
+/// True where the noise of some signal fell.
+fn falls(before: &[Whitener], after: &[Whitener]) -> bool {
+    before.iter().zip(after).any(|(before, after)| after.std() < (1.0 - FALL) * before.std())
+}
+
 /// Noise with the memory that the residuals show.
 fn coloured_noise(problem: &Problem<'_>, residuals: &Residuals) -> Vec<Whitener> {
     let of = |(of_signal, floor): (&Vec<Vec<f64>>, &f64)| {
-        let stretches: Vec<&[f64]> = of_signal.iter().map(Vec::as_slice).collect();
+        // a short recording would keep the memory of the others out of sight
+        let longest = of_signal.iter().map(Vec::len).max().unwrap_or(0);
+        let long = of_signal.iter().filter(|e| e.len() >= longest.min(LONG));
+        let stretches: Vec<&[f64]> = long.map(Vec::as_slice).collect();
         let noise = Whitener::fit(&stretches, 0);
-        if noise.std() < *floor { Whitener::white(*floor) } else { noise }
+        // what is below the floor keeps its memory
+        if noise.std() < *floor { noise.scaled(floor / noise.std()) } else { noise }
     };
     residuals.iter().zip(&problem.floors).map(of).collect()
 }

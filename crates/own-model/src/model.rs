@@ -33,6 +33,29 @@ impl Number {
         Self { tolerance: Some(tolerance), ..Self::exact(key, value) }
     }
 
+    /// Refuses bounds and tolerances that no number has.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::Number`].
+    pub(crate) fn check(&self) -> Result<(), ModelError> {
+        let Self { key, value, tolerance, scale, least, most } = self;
+        let refused = |expected: &str| {
+            Err(ModelError::Number { key: key.clone(), expected: expected.to_owned() })
+        };
+        if !value.is_finite() {
+            return refused("a finite value");
+        }
+        if !(least <= value && value <= most && least < most) {
+            return refused(&format!("least {least} and most {most} on either side of {value}"));
+        }
+        let is_positive = |std: &Option<f64>| std.is_none_or(|std| std > 0.0 && std.is_finite());
+        if !is_positive(tolerance) || !is_positive(scale) {
+            return refused("a tolerance and a scale above zero");
+        }
+        Ok(())
+    }
+
     /// Standard deviation of a change of a number that is wrong.
     ///
     /// # Errors
@@ -206,6 +229,14 @@ pub enum ModelError {
         record: String,
         /// The signal.
         signal: String,
+    },
+    /// A number that none can be.
+    #[error("number `{key}`: expected {expected}")]
+    Number {
+        /// The number.
+        key: String,
+        /// What it has to be.
+        expected: String,
     },
     /// A number without a scale.
     #[error("number `{key}` is zero: expected a tolerance or a scale for it")]

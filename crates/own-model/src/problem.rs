@@ -19,6 +19,9 @@ const FLOOR_OVER_SIGNAL: f64 = 1e-4;
 /// Residuals: for each signal those of each recording.
 pub(crate) type Residuals = Vec<Vec<Vec<f64>>>;
 
+/// Least noise of any signal; its square is a number.
+const LEAST_FLOOR: f64 = 1e-100;
+
 /// A model and the recordings that it is compared with.
 pub(crate) struct Problem<'a> {
     model: &'a dyn OwnModel,
@@ -43,10 +46,13 @@ impl<'a> Problem<'a> {
             check(record, model.signals())?;
         }
         let samples: usize = train.iter().map(|record| record.test.command.len()).sum();
-        let Some(first) = train.first().filter(|_| samples >= LEAST_SAMPLES) else {
+        if samples < LEAST_SAMPLES {
             return Err(ModelError::TooShort { given: samples, least: LEAST_SAMPLES });
-        };
-        let scales = Scales::of(model, first)?;
+        }
+        for number in model.numbers() {
+            number.check()?;
+        }
+        let scales = Scales::of_most_moving(model, train)?;
         let numbers = model.numbers().iter().enumerate();
         let rough = numbers.filter_map(|(n, number)| Some((n, rough(number)?))).collect();
         let floors = (0..model.signals().len()).map(|signal| floor(train, signal)).collect();
@@ -86,7 +92,7 @@ impl<'a> Problem<'a> {
     ) -> Result<Residuals, ModelError> {
         let mut residuals = vec![Vec::new(); self.signals().len()];
         for record in records {
-            let predicted = self.predict(record, causes, values)?;
+            let predicted = self.try_predict(record, causes, values)?;
             for ((residuals, predicted), measured) in
                 residuals.iter_mut().zip(predicted).zip(&record.signals)
             {
@@ -124,6 +130,22 @@ impl<'a> Problem<'a> {
         Ok(signals)
     }
 
+    /// Signals at values that a search tries: not finite where the model cannot be run with them.
+    fn try_predict(
+        &self,
+        record: &Record,
+        causes: &[Cause],
+        values: &[f64],
+    ) -> Result<Vec<Vec<f64>>, ModelError> {
+        match self.predict(record, causes, values) {
+            // the model ran as its owner wrote it: it is the trial that it cannot bear
+            Err(ModelError::Run(_)) => {
+                Ok(vec![vec![f64::NAN; record.test.command.len()]; self.signals().len()])
+            }
+            other => other,
+        }
+    }
+
     fn check_nominal(&self) -> Result<(), ModelError> {
         let values: Vec<f64> = self.rough.iter().map(|(_, size)| size.base).collect();
         for record in self.train.iter().chain(self.holdout) {
@@ -151,9 +173,21 @@ impl<'a> Problem<'a> {
 }
 
 /// Refuses a recording whose signals are incomplete.
-fn check(record: &Record, signals: &[String]) -> Result<(), ModelError> {
+pub(crate) fn check(record: &Record, signals: &[String]) -> Result<(), ModelError> {
     let expected = record.test.command.len();
+    if expected == 0 {
+        return Err(ModelError::TooShort { given: 0, least: 1 });
+    }
     let command = ("command".to_owned(), &record.test.command);
+    let load = &record.test.load;
+    if !load.is_empty() && load.len() != expected {
+        let (record, signal, given) = (record.name.clone(), "load".to_owned(), load.len());
+        return Err(ModelError::Length { record, signal, given, expected });
+    }
+    if let Some(sample) = load.iter().position(|x| !x.is_finite()) {
+        let (record, signal) = (record.name.clone(), "load".to_owned());
+        return Err(ModelError::NotFinite { record, signal, sample });
+    }
     let none = Vec::new();
     let measured = signals
         .iter()
@@ -182,5 +216,6 @@ fn floor(train: &[Record], signal: usize) -> f64 {
     let step = values.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     // of a signal without steps it is the least distance by chance, far below its noise
     let of_steps = if step.is_finite() { step / libm::sqrt(12.0) } else { 0.0 };
-    of_steps.max(FLOOR_OVER_SIGNAL * size).max(f64::MIN_POSITIVE)
+    // a signal that is zero throughout: whatever the model makes of it is all there is to compare
+    of_steps.max(FLOOR_OVER_SIGNAL * size).max(LEAST_FLOOR)
 }

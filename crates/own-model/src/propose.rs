@@ -16,7 +16,7 @@ use crate::{
     cause::menu,
     fit::{Fitted, whitened},
     model::{ModelError, OwnModel, Record, Recordings, Test},
-    problem::Problem,
+    problem::{Problem, check},
     search::search,
 };
 
@@ -82,23 +82,31 @@ pub fn propose(
     let open = sets.iter().filter(|set| most - set.ln_weight <= OPEN).take(MOST_SETS);
     let open: Vec<&Fitted> = open.map(|set| &set.fitted).collect();
     let mut proposed = Vec::new();
-    for (name, test) in tests {
-        proposed.push(proposal(&problem, &open, name, test)?);
+    let tests: Vec<Record> =
+        tests.iter().map(|(name, test)| unmeasured(&problem, name, test)).collect();
+    for test in &tests {
+        check(test, problem.signals())?;
+    }
+    for test in &tests {
+        proposed.push(proposal(&problem, &open, test)?);
     }
     let least = |test: &ProposedTest| test.least().unwrap_or(0.0);
     proposed.sort_by(|a, b| least(b).total_cmp(&least(a)));
     Ok(OwnProposal { tests: proposed, runs: problem.runs() })
 }
 
+/// A test as a recording whose signals are not known.
+fn unmeasured(problem: &Problem<'_>, name: &str, test: &Test) -> Record {
+    let signals = vec![vec![0.0; test.command.len()]; problem.signals().len()];
+    Record { name: name.to_owned(), test: test.clone(), signals }
+}
+
 fn proposal(
     problem: &Problem<'_>,
     open: &[&Fitted],
-    name: &str,
-    test: &Test,
+    record: &Record,
 ) -> Result<ProposedTest, ModelError> {
-    let silent = vec![vec![0.0; test.command.len()]; problem.signals().len()];
-    let record = Record { name: name.to_owned(), test: test.clone(), signals: silent };
-    let seen = open.iter().map(|set| Seen::new(problem, &record, set));
+    let seen = open.iter().map(|set| Seen::new(problem, record, set));
     let seen = seen.collect::<Result<Vec<Seen<'_>>, ModelError>>()?;
     let mut pairs = Vec::new();
     for (n, first) in seen.iter().enumerate() {
@@ -108,7 +116,7 @@ fn proposal(
             pairs.push(SetSeparation { causes: [names(first), names(second)], separation });
         }
     }
-    Ok(ProposedTest { name: name.to_owned(), pairs })
+    Ok(ProposedTest { name: record.name.clone(), pairs })
 }
 
 /// True where one set has all causes of the other: a small cause more is no question between two.

@@ -31,8 +31,24 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
+    /// The scales of a model in that test of several in which it moves fastest.
+    pub(crate) fn of_most_moving(
+        model: &dyn OwnModel,
+        records: &[Record],
+    ) -> Result<Self, ModelError> {
+        let mut scales: Option<Self> = None;
+        for record in records {
+            let these = Self::of(model, record)?;
+            let rank = |of: &Self| (of.speed, of.torque);
+            if scales.as_ref().is_none_or(|known| rank(known) < rank(&these)) {
+                scales = Some(these);
+            }
+        }
+        scales.ok_or(ModelError::TooShort { given: 0, least: 1 })
+    }
+
     /// The scales of a model in the test of a recording.
-    pub(crate) fn of(model: &dyn OwnModel, record: &Record) -> Result<Self, ModelError> {
+    fn of(model: &dyn OwnModel, record: &Record) -> Result<Self, ModelError> {
         let numbers: Vec<f64> = model.numbers().iter().map(|number| number.value).collect();
         let test = &record.test;
         let mut ports = PortsInUse::none(test);

@@ -42,6 +42,10 @@ def fmu(
     file = os.fspath(path)
     if isinstance(signals, str):
         signals = [signals]
+    if isinstance(numbers, str):
+        numbers = [numbers]
+    if not float(rate_hz) > 0:
+        raise FdiError(f"`rate_hz` is {rate_hz}, expected more than 0", file=file)
     unit = _Unit(fmpy, file)
     wanted = numbers if isinstance(numbers, Mapping) else {name: unit.start(name) for name in numbers}
     ports = {"load": load, "position": position, "speed": speed}

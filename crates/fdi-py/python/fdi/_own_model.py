@@ -53,7 +53,8 @@ class OwnModel:
     ``sensor(sample, position)``
         the position that the controller sees.
 
-    ``samples`` count from zero; a stage of an integrator may ask again.
+    ``samples`` count from zero. Ask once a sample, and hold the answer over the steps within it: a
+    stage of an integrator may ask again, but dry friction then knows the last answer alone.
 
     ``command`` and ``load`` name the columns of recordings; without ``load`` no load is known, and
     without ``command`` the model is told zeros.
@@ -77,12 +78,16 @@ class OwnModel:
         if isinstance(signals, str):
             signals = [signals]
         self.run = run
-        self.numbers = {
-            key: given if isinstance(given, Number) else Number(float(given))
-            for key, given in numbers.items()
-        }
+        try:
+            self.numbers = {
+                key: given if isinstance(given, Number) else Number(float(given))
+                for key, given in numbers.items()
+            }
+            self.rate_hz = float(rate_hz)
+        except (AttributeError, TypeError, ValueError) as error:
+            message = f"`numbers` is a mapping from names to numbers, `rate_hz` a number: {error}"
+            raise FdiError(message) from error
         self.signals = list(signals)
-        self.rate_hz = float(rate_hz)
         self.command = command
         self.load = load
         self.linear = linear
@@ -90,8 +95,10 @@ class OwnModel:
         self.ports = _ports(run)
         if not self.signals:
             raise FdiError("a model needs at least one signal to compare", remedy="name its signals")
-        if not self.rate_hz > 0:
+        if not 0 < self.rate_hz < inf:
             raise FdiError(f"`rate_hz` is {rate_hz}, expected more than 0")
+        if load is not None and "load" not in self.ports:
+            raise FdiError(f"`load` names a column, and {self.name} has no parameter `load`")
 
     def __repr__(self) -> str:
         ports = ", ".join(self.ports) or "none"
@@ -138,6 +145,9 @@ def of_own_model(
 def _records(model: OwnModel, recordings: Any, role: str) -> list[Any]:
     if hasattr(recordings, "keys") or hasattr(recordings, "columns"):
         recordings = [recordings]
+    if recordings is None or isinstance(recordings, (str, bytes)):
+        message = f"`{role}` is no table: expected one or several with the columns of the model"
+        raise FdiError(message)
     return [_record(model, one, f"{role} {place}") for place, one in enumerate(recordings)]
 
 

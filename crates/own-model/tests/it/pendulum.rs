@@ -269,3 +269,106 @@ fn bad_recordings_are_refused_by_name() {
         "recording 1: signal `torque_n_m` has 1600 samples, expected 50 as in the command"
     );
 }
+
+/// A pendulum that also tells a flag, fails at trials that it cannot bear, or both.
+struct Fussy(Pendulum);
+
+impl OwnModel for Fussy {
+    fn numbers(&self) -> &[Number] {
+        self.0.numbers()
+    }
+
+    fn signals(&self) -> &[String] {
+        self.0.signals()
+    }
+
+    fn ports(&self) -> Ports {
+        self.0.ports()
+    }
+
+    fn run(
+        &self,
+        numbers: &[f64],
+        test: &Test,
+        ports: &mut PortsInUse,
+    ) -> Result<Vec<Vec<f64>>, ModelError> {
+        let mut signals = self.0.run(numbers, test, ports)?;
+        if signals.concat().iter().any(|x| x.abs() > 100.0) {
+            return Err(ModelError::Run("too far".to_owned()));
+        }
+        if self.signals().len() > signals.len() {
+            signals.push(vec![0.0; test.command.len()]);
+        }
+        Ok(signals)
+    }
+}
+
+fn names(told: &OwnExplanation) -> Vec<&str> {
+    told.causes.iter().map(|cause| cause.name.as_str()).collect()
+}
+
+#[test]
+fn a_flag_that_is_always_zero_and_trials_that_fail_hide_no_cause() {
+    let machine = Pendulum::new(Hidden { friction: 0.05, ..Hidden::default() });
+    let mut train = [record(&machine, 1), record(&machine, 2)];
+    let mut model = Fussy(Pendulum::new(Hidden::default()));
+    model.0.signals.push("flag".to_owned());
+    for record in &mut train {
+        record.signals.push(vec![0.0; record.test.command.len()]);
+    }
+    let recordings = Recordings { train: &train, holdout: &[] };
+    let told = explain(&model, Geometry::Rotary, recordings).expect("an answer");
+    assert_eq!(names(&told), ["dry friction"], "{}", sentence(&told));
+    assert!(told.sets.iter().all(|set| set.probability.is_finite()), "{}", sentence(&told));
+}
+
+#[test]
+fn a_standstill_first_changes_no_name() {
+    let machine = Pendulum::new(Hidden { friction: 0.05, ..Hidden::default() });
+    let mut still = record(&Pendulum::new(Hidden::default()), 1);
+    still.test.command.fill(0.0);
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    for (signal, noise) in still.signals.iter_mut().zip([0.02, 5e-4]) {
+        signal.fill_with(|| noise * normal(&mut random));
+    }
+    let train = [still, record(&machine, 1)];
+    let recordings = Recordings { train: &train, holdout: &[] };
+    let model = Pendulum::new(Hidden::default());
+    let told = explain(&model, Geometry::Rotary, recordings).expect("an answer");
+    assert_eq!(names(&told), ["dry friction"], "{}", sentence(&told));
+}
+
+#[test]
+fn noise_with_a_memory_is_no_cause_beside_a_short_recording() {
+    let machine = Pendulum::new(Hidden::default());
+    for seed in [1, 2, 3] {
+        let mut train = [record(&machine, seed), record(&machine, seed + 50)];
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        for record in &mut train {
+            for (signal, size) in record.signals.iter_mut().zip([0.02, 5e-4]) {
+                let mut last = 0.0;
+                for x in signal {
+                    last = 0.9 * last + size * normal(&mut random);
+                    *x += last;
+                }
+            }
+        }
+        train[1].test.command.truncate(15);
+        for signal in &mut train[1].signals {
+            signal.truncate(15);
+        }
+        let recordings = Recordings { train: &train, holdout: &[] };
+        let told = explain(&machine, Geometry::Rotary, recordings).expect("an answer");
+        assert_eq!(told.verdict, OwnVerdict::Unknown, "{}", sentence(&told));
+    }
+}
+
+#[test]
+fn a_number_that_is_three_times_too_large_is_found() {
+    for seed in [1, 11, 21] {
+        let told = told(Hidden { inertia_ratio: 2.0, ..Hidden::default() }, seed);
+        assert_eq!(names(&told), ["number inertia_kg_m2"], "{}", sentence(&told));
+        let size = &told.causes[0].sizes[0];
+        assert!((size.value - 0.06).abs() < 4.0 * size.std + 1e-5, "{}", sentence(&told));
+    }
+}
