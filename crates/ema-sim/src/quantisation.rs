@@ -6,7 +6,7 @@ pub(crate) fn quantised(value: f64, step: f64) -> f64 {
     if step > 0.0 { nearest(value, step) } else { value }
 }
 
-/// The same as [`quantised`] to the bit, without a branch.
+/// The nearest multiple of a step, without a branch and with the bits of [`quantised`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "inlined into the lanes' loop, which must not call")]
 pub(crate) fn quantised_in_lane(value: f64, step: f64) -> f64 {
