@@ -235,7 +235,7 @@ pub enum ModelError {
     Number {
         /// The number.
         key: String,
-        /// What it has to be.
+        /// Requirement on it.
         expected: String,
     },
     /// A number without a scale.
