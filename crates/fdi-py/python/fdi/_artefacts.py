@@ -51,6 +51,10 @@ class _Artefact:
         """A file with the content, which goes with this process."""
         return _kept.file_of(self._content, self._ENDING)
 
+    def __fspath__(self) -> str:
+        """The place of such a file, so that an artefact stands wherever a path may."""
+        return os.fspath(self.path)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the content into a file."""
         Path(path).write_bytes(self._content)
@@ -82,7 +86,7 @@ class Bundle(_Artefact):
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What `fdi bundle show` says of it."""
-        given = ["show", os.fspath(self.path), *everywhere(0, 1, stable=True)]
+        given = ["show", os.fspath(self), *everywhere(0, 1, stable=True)]
         told: dict[str, Any] = json.loads(run("bundle", given)[1])
         return told
 
@@ -129,7 +133,7 @@ class Unit(_Artefact):
         """Learns a unit from recordings of it as new."""
         made = _kept.folder() / f"learnt-{os.getpid()}{cls._ENDING}"
         options = {
-            "bundle": None if bundle is None else bundle.path,
+            "bundle": bundle,
             "map": column_words(columns),
             "output": made,
         }
@@ -139,7 +143,7 @@ class Unit(_Artefact):
 
     def summary(self, *, bundle: Bundle | None = None) -> dict[str, Any]:
         """What is known of the unit."""
-        given = ["show", os.fspath(self.path)]
-        given += words({"bundle": None if bundle is None else bundle.path})
+        given = ["show", os.fspath(self)]
+        given += words({"bundle": bundle})
         told: dict[str, Any] = json.loads(run("unit", [*given, *everywhere(0, 1, stable=True)])[1])
         return told

@@ -9,13 +9,13 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal, Union
 
 from . import _fdi
-from ._artefacts import Bundle, Unit
 from ._error import FdiError
 from ._recording import Recording, plain_table
 from ._table import Table
 from ._words import column_words, everywhere, words
 
 if TYPE_CHECKING:
+    from ._artefacts import Bundle, Unit
     from ._words import Columns
 
 #: Hears of each answer: the name of the recording, how many are done, of how many.
@@ -52,9 +52,9 @@ def _options(
 ) -> list[str]:
     options = {
         "map": column_words(columns),
-        "bundle": bundle.path if isinstance(bundle, Bundle) else bundle,
-        "unit": unit.path if isinstance(unit, Unit) else unit,
-        "reference": [os.fspath(one) for one in reference],
+        "bundle": bundle,
+        "unit": unit,
+        "reference": reference,
         "method": method,
         "fidelity": fidelity,
         "encoding": encoding,

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _kept
-from ._artefacts import Bundle, Unit, run
+from ._artefacts import run
 from ._error import FdiError
 from ._own_model import Columns as Table
 from ._own_model import OwnModel, of_own_model
@@ -18,6 +18,7 @@ from ._recording import Recording
 from ._words import column_words, everywhere, words
 
 if TYPE_CHECKING:
+    from ._artefacts import Bundle, Unit
     from ._words import Columns
 
 #: A recording: its file, or in memory; for a model of one's own a table.
@@ -96,38 +97,45 @@ def _file(one: Any, place: int) -> str:
     return os.fspath(_kept.file_of(text.encode(), f"-{place}.csv"))
 
 
+#: A model: its file, or a simulation of one's own.
+Model = Union[str, "os.PathLike[str]", OwnModel]
+
+
 def _run(
-    name: str,
-    options: dict[str, Any],
+    task: str,
+    model: Model | None,
     recordings: Mapping[str, Recordings],
+    options: Mapping[str, Any],
+    *,
     columns: Columns | None,
     seed: int,
     jobs: int | None,
     stable: bool,
-    writes_model: bool,
+    tests: Mapping[str, Any] | None = None,
+    writes_model: bool = True,
 ) -> Document:
-    given = words({**options, "map": column_words(columns)})
-    given += everywhere(seed, jobs, stable=stable)
+    """The document of a task; ``options`` are those that read model files."""
+    if isinstance(model, OwnModel):
+        given = {**options, "repeat": recordings["repeat"], "columns": columns}
+        for option, value in given.items():
+            if value not in (None, (), False):
+                raise FdiError(f"`{option}` has no meaning for a model of your own")
+        return Document(of_own_model(task, model, recordings["train"], recordings["holdout"], tests))
+    asked = words({"model": model, **options, "map": column_words(columns)})
+    asked += everywhere(seed, jobs, stable=stable)
     for option, several in recordings.items():
         files = _files(several)
         if files:
-            given += [f"--{option}", *files]
+            asked += [f"--{option}", *files]
     if not writes_model:
-        return Document(run(name, given)[1].decode())
-    place = _kept.folder() / f"{name}-{os.urandom(8).hex()}.toml"
+        return Document(run(task, asked)[1].decode())
+    place = _kept.folder() / f"{task}-{os.urandom(8).hex()}.toml"
     try:
-        text = run(name, [*given, "--output", os.fspath(place)])[1].decode()
+        text = run(task, [*asked, "--output", os.fspath(place)])[1].decode()
         extended = place.read_text(encoding="utf-8") if place.exists() else None
     finally:
         place.unlink(missing_ok=True)
     return Document(text, extended)
-
-
-def _refuse_beside_own_model(**given: Any) -> None:
-    """Options that read model files have no meaning for a model of one's own."""
-    for option, value in given.items():
-        if value not in (None, (), False):
-            raise FdiError(f"`{option}` has no meaning for a model of your own")
 
 
 def explain(
@@ -135,7 +143,7 @@ def explain(
     *,
     holdout: Recordings = (),
     repeat: Recordings = (),
-    model: str | os.PathLike[str] | OwnModel | None = None,
+    model: Model | None = None,
     command: str | os.PathLike[str] | None = None,
     inverse_dynamics: bool = False,
     fidelity: str | None = None,
@@ -155,30 +163,25 @@ def explain(
     ``"high"``; ``bundle`` knows the learnt error, by default the embedded one. ``model`` may be a
     simulation of your own; recordings are then tables with its columns.
     """
-    if isinstance(model, OwnModel):
-        _refuse_beside_own_model(
-            repeat=repeat, command=command, inverse_dynamics=inverse_dynamics, fidelity=fidelity,
-            unit=unit, bundle=bundle, without=without, report=report, columns=columns,
-        )
-        return Document(of_own_model("explain", model, train, holdout))
     options = {
-        "model": None if model is None else os.fspath(model),
-        "command": None if command is None else os.fspath(command),
+        "command": command,
         "inverse_dynamics": inverse_dynamics,
         "fidelity": fidelity,
-        "unit": unit.path if isinstance(unit, Unit) else unit,
-        "bundle": bundle.path if isinstance(bundle, Bundle) else bundle,
-        "without": list(without),
+        "unit": unit,
+        "bundle": bundle,
+        "without": without,
         "report": report,
     }
-    given = {"train": train, "holdout": holdout, "repeat": repeat}
-    return _run("explain", options, given, columns, seed, jobs, stable, True)
+    recordings = {"train": train, "holdout": holdout, "repeat": repeat}
+    return _run(
+        "explain", model, recordings, options, columns=columns, seed=seed, jobs=jobs, stable=stable
+    )
 
 
 def calibrate(
     train: Recordings,
     *,
-    model: str | os.PathLike[str] | OwnModel,
+    model: Model,
     holdout: Recordings = (),
     repeat: Recordings = (),
     command: str | os.PathLike[str] | None = None,
@@ -193,20 +196,11 @@ def calibrate(
 
     ``model`` may be a simulation of your own.
     """
-    if isinstance(model, OwnModel):
-        _refuse_beside_own_model(
-            repeat=repeat, command=command, inverse_dynamics=inverse_dynamics, bundle=bundle,
-            columns=columns,
-        )
-        return Document(of_own_model("calibrate", model, train, holdout))
-    options = {
-        "model": os.fspath(model),
-        "command": None if command is None else os.fspath(command),
-        "inverse_dynamics": inverse_dynamics,
-        "bundle": bundle.path if isinstance(bundle, Bundle) else bundle,
-    }
-    given = {"train": train, "holdout": holdout, "repeat": repeat}
-    return _run("calibrate", options, given, columns, seed, jobs, stable, True)
+    options = {"command": command, "inverse_dynamics": inverse_dynamics, "bundle": bundle}
+    recordings = {"train": train, "holdout": holdout, "repeat": repeat}
+    return _run(
+        "calibrate", model, recordings, options, columns=columns, seed=seed, jobs=jobs, stable=stable
+    )
 
 
 def propose(
@@ -214,7 +208,7 @@ def propose(
     *,
     holdout: Recordings = (),
     repeat: Recordings = (),
-    model: str | os.PathLike[str] | OwnModel | None = None,
+    model: Model | None = None,
     command: str | os.PathLike[str] | None = None,
     inverse_dynamics: bool = False,
     fidelity: str | None = None,
@@ -230,20 +224,16 @@ def propose(
     ``model`` may be a simulation of your own; ``commands`` are then the tests to choose from, by
     name.
     """
-    if isinstance(model, OwnModel):
-        _refuse_beside_own_model(
-            repeat=repeat, command=command, inverse_dynamics=inverse_dynamics, fidelity=fidelity,
-            without=without, columns=columns,
-        )
-        return Document(of_own_model("propose", model, train, holdout, commands))
-    if commands is not None:
+    if commands is not None and not isinstance(model, OwnModel):
         raise FdiError("`commands` are for a model of your own; `command` names a file")
     options = {
-        "model": None if model is None else os.fspath(model),
-        "command": None if command is None else os.fspath(command),
+        "command": command,
         "inverse_dynamics": inverse_dynamics,
         "fidelity": fidelity,
-        "without": list(without),
+        "without": without,
     }
-    given = {"train": train, "holdout": holdout, "repeat": repeat}
-    return _run("propose", options, given, columns, seed, jobs, stable, False)
+    recordings = {"train": train, "holdout": holdout, "repeat": repeat}
+    return _run(
+        "propose", model, recordings, options, columns=columns, seed=seed, jobs=jobs, stable=stable,
+        tests=commands, writes_model=False,
+    )
