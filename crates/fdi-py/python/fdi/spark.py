@@ -1,8 +1,8 @@
 """Diagnoses on Apache Spark, and on Sail, which runs the same frames without Java.
 
 >>> from fdi.spark import diagnose                                        # doctest: +SKIP
->>> files = spark.read.format("binaryFile").load("fleet/*.csv.gz")        # doctest: +SKIP
->>> diagnose(files.repartition(200)).write.parquet("diagnosis.parquet")   # doctest: +SKIP
+>>> files = spark.read.format("binaryFile").load("fleet")                 # doctest: +SKIP
+>>> diagnose(files).write.parquet("diagnosis.parquet")                    # doctest: +SKIP
 """
 
 from __future__ import annotations
