@@ -28,6 +28,8 @@ WORDS = ["--method", "emulator", "--tolerance", "none", "--stable", "--output-fo
 SEED = 37
 #: Bytes of one task, where Spark counts 4 MiB for each file that it opens: some 250 recordings.
 A_TASK = "1g"
+#: Java reads and writes, and little else: its second compiler costs more than it saves.
+JAVA = "-XX:+UseSerialGC -XX:TieredStopAtLevel=1"
 #: Part of the fleet that is diagnosed by itself too, which tells what a start takes.
 SMALLER = 4
 #: Different recordings; the fleet has each under many names.
@@ -183,6 +185,7 @@ def spark(folder: Path, fleet: str, first: str, kills: bool) -> None:
     os.environ["PYSPARK_PYTHON"] = sys.executable
     builder = SparkSession.builder.master("local[2,4]").config("spark.ui.enabled", "false")
     builder = builder.config("spark.driver.memory", "2g").config("spark.ui.showConsoleProgress", "false")
+    builder = builder.config("spark.driver.extraJavaOptions", JAVA)
     session = builder.config("spark.sql.files.maxPartitionBytes", A_TASK).getOrCreate()
     session.sparkContext.setLogLevel("OFF")
     start = time.monotonic()
@@ -322,8 +325,9 @@ recordings can be asked for; without one it is 20 000.
 - {count} recordings by name: {DIFFERENT} simulated chirps of the committed recordings' kind (six levels log-uniform from 0.001 to 0.05, 20 mA of noise, 12 bits,
   seeds from 0), each under many names. {found['unreadable']} of the {count} are unreadable: cut, without a sample, or with a word for a number.
 - Options: `{' '.join(WORDS[:5])}`. Seed of the fleet: {SEED}. Machine: {found['machine']}.
-- Spark {found['versions']['pyspark']}, master `local[2,4]`, `binaryFile`, `spark.sql.files.maxPartitionBytes` of `{A_TASK}`: {on_spark['tasks']} tasks. In {on_spark['killed']} of them (1 in 100, at least {LEAST_KILLED},
-  drawn with seed {SEED + 1}) the worker killed itself with SIGKILL after half of its first rows had left it.
+- Spark {found['versions']['pyspark']}, master `local[2,4]`, `binaryFile`, `spark.sql.files.maxPartitionBytes` of `{A_TASK}`, Java with `{JAVA}`:
+  {on_spark['tasks']} tasks. In {on_spark['killed']} of them (1 in 100, at least {LEAST_KILLED}, drawn with seed {SEED + 1}) the worker killed itself with SIGKILL after half of its
+  first rows had left it.
 - A smaller fleet, {found['smaller']} of these recordings, with the command line and on Spark without kills: what a start takes.
 - Sail {found['versions']['pysail']} on a table of the same paths, without kills.
 - {SHARDS} parts with `--shard` and `--resume`, of which 2 were killed with SIGKILL after a third of their recordings and run again, then `fdi merge`.

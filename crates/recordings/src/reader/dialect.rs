@@ -150,6 +150,16 @@ fn cells(line: &[u8], separator: u8) -> Option<Vec<String>> {
     } else {
         line
     };
+    if is_plain(line) { split_cells(line, separator) } else { read_cells(line, separator) }
+}
+
+/// The cells of a line in which nothing is quoted.
+fn split_cells(line: &[u8], separator: u8) -> Option<Vec<String>> {
+    line.split(|&byte| byte == separator).map(text_of).collect()
+}
+
+/// The cells of a line, by a reader of CSV.
+fn read_cells(line: &[u8], separator: u8) -> Option<Vec<String>> {
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -157,8 +167,19 @@ fn cells(line: &[u8], separator: u8) -> Option<Vec<String>> {
         .from_reader(line);
     let mut record = ByteRecord::new();
     reader.read_byte_record(&mut record).ok()?;
-    let text = |cell: &[u8]| Some(str::from_utf8(cell).ok()?.trim().to_owned());
-    record.iter().map(text).collect()
+    record.iter().map(text_of).collect()
+}
+
+fn text_of(cell: &[u8]) -> Option<String> {
+    Some(str::from_utf8(cell).ok()?.trim().to_owned())
+}
+
+/// Tells whether every separator of a line parts two cells: nothing is quoted, no mark stands
+/// before the text, and it is one line. A reader of CSV, whose tables take longer to make than a
+/// line to read, gives such cells too.
+fn is_plain(line: &[u8]) -> bool {
+    let is_special = |byte: &u8| matches!(byte, b'"' | b'\r' | b'\n');
+    !line.is_empty() && !line.starts_with(b"\xef\xbb\xbf") && !line.iter().any(is_special)
 }
 
 /// A text whose cells stand apart by any number of blanks, with one between them.
@@ -360,6 +381,23 @@ mod tests {
         let is_header = |cells: &[String]| cells.iter().any(|cell| cell == "time_s");
         let found = find(text.as_bytes(), 0, is_header)?;
         Some((found.dialect, text[found.header..].lines().next()?))
+    }
+
+    #[test]
+    fn plain_lines_have_the_cells_that_a_reader_finds() {
+        let lines: [&[u8]; 8] =
+            [b"a", b"a,b", b"a,,b,", b",", b" a ; b,c ", b"1 2 3", b"1\t2", b"a,\xff"];
+        for line in lines {
+            assert!(is_plain(line));
+            for separator in SEPARATORS {
+                assert_eq!(split_cells(line, separator), read_cells(line, separator), "{line:?}");
+            }
+        }
+        // where they would differ, the reader is asked
+        for line in [b"\"a,b\",c".as_slice(), b"\xef\xbb\xbfa,b", b"a\rb,c", b""] {
+            assert!(!is_plain(line));
+            assert_ne!(split_cells(line, b','), read_cells(line, b','), "{line:?}");
+        }
     }
 
     #[test]
