@@ -7,6 +7,7 @@
 mod actuator;
 mod axis;
 mod follow;
+mod replay;
 mod run;
 
 pub use follow::{resolved_hz, shown_while_followed};
@@ -78,6 +79,8 @@ pub struct LoopGains {
     pub position_per_s: f64,
     /// Drive signal asked for over error of the speed: A·s/rad, V·s/m and the like.
     pub speed: f64,
+    /// Drive signal asked for over the integral of the speed's error: A/rad, V/m and the like.
+    pub speed_integral: f64,
 }
 
 /// Model in which a machine is run with its electronics.
@@ -187,6 +190,23 @@ pub trait MachineKind {
         effects: &[Effect],
     ) -> Result<Box<dyn MachineRun>, MachineTestError>;
 
+    /// Drive signal that its controller makes of the command of a test and a recorded position of
+    /// motor or axis, one value for each sample of the test, A or V: the controller replay on
+    /// recorded signals alone. Integral parts begin at zero.
+    ///
+    /// `None` where no controller that the model knows makes the drive signal: of a followed motion,
+    /// of a winding, and of an actuator, whose loop sees more than these two signals.
+    ///
+    /// # Errors
+    ///
+    /// [`MachineTestError`] for a test that it cannot be run on.
+    fn replayed(
+        &self,
+        test: &MachineTest<'_>,
+        position: &[f64],
+        effects: &[Effect],
+    ) -> Result<Option<Vec<f64>>, MachineTestError>;
+
     /// Models in which its electronics can be run, the finest last; none where its model file
     /// describes no electronics.
     fn electronics(&self) -> &'static [ModelFidelity];
@@ -242,7 +262,7 @@ pub trait MachineKind {
 ///
 /// Two first-order loops, one within the other; a choice of this project, `docs/models/greybox.md`.
 pub fn bandwidth_hz(machine: &dyn MachineKind) -> f64 {
-    let LoopGains { position_per_s, speed } = machine.loop_gains();
+    let LoopGains { position_per_s, speed, .. } = machine.loop_gains();
     let of_speed = speed * machine.torque_per_drive() / machine.moved_inertia();
     position_per_s.max(of_speed) / core::f64::consts::TAU
 }

@@ -17,6 +17,7 @@ mod fleet;
 mod notice;
 mod prediction;
 mod proposal;
+mod signal;
 mod tolerance_use;
 mod unit;
 
@@ -47,6 +48,7 @@ pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, Trend
 pub use notice::{Notice, NoticeCode};
 pub use prediction::Prediction;
 pub use proposal::{Proposal, ProposedRecording, Separation};
+pub use signal::{SignalCode, SignalFinding};
 pub use tolerance_use::ToleranceUse;
 pub use unit::{LearntFrom, UnitNumber, UnitSummary};
 

@@ -36,8 +36,8 @@ pub use document::{
     Fidelity, Finding, FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit,
     LearntFrom, LeftOut, Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode,
     Prediction, Proposal, ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder,
-    ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation, Slope, Standing, Status,
-    ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
+    ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation, SignalCode, SignalFinding,
+    Slope, Standing, Status, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
 };
 pub use figure::{
     CompressionCurve, CompressionPanel, DrawnMode, compression_figure_svg, convergence_figure_svg,

@@ -4,13 +4,13 @@ use ema_sim::model_file::MachineModel;
 use inference::{Whitener, rms};
 
 use crate::{
-    clipping::refuse_clipped,
     error::GreyboxError,
     fit::{Fitted, fit, sandwich},
     floor::{Floor, NoiseFloor, pairs},
     machine::{Machine, State},
     problem::Problem,
     record::{Record, Recordings},
+    signal_chain::first_clipped,
     structure::Structure,
 };
 
@@ -87,7 +87,9 @@ pub fn calibrate(
 ) -> Result<Calibrated, GreyboxError> {
     recordings.check()?;
     let machine = Machine::new(model).to_calibrate();
-    refuse_clipped(&machine, recordings)?;
+    if let Some(cut) = first_clipped(&machine, recordings)? {
+        return Err((&cut).into());
+    }
     let problem = |records| Problem::new(&machine, records, jobs);
     let (train, repeat) = (problem(&recordings.train), problem(&recordings.repeat));
     let (torque, speed) = scales(&recordings.train, machine.constant());

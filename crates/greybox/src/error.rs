@@ -2,6 +2,8 @@
 
 use ema_sim::SimulationError;
 
+use crate::signal_chain::{SignalCode, SignalFind};
+
 /// Why recordings could not be compared with a model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -16,6 +18,14 @@ pub enum GreyboxError {
         record: String,
         /// Reason, and what was expected.
         reason: String,
+    },
+    /// Recordings whose signal chain is not sound.
+    #[error("{code}: {told}", code = code.word())]
+    Signal {
+        /// Lack in a word.
+        code: SignalCode,
+        /// Lack and remedy in words.
+        told: String,
     },
     /// A recording too short to be compared.
     #[error("{record}: lasts {duration_s:.3} s, expected {least_s} s at least")]
@@ -61,6 +71,12 @@ pub enum GreyboxError {
         /// Which recording.
         record: String,
     },
+}
+
+impl From<&SignalFind> for GreyboxError {
+    fn from(find: &SignalFind) -> Self {
+        Self::Signal { code: find.code, told: find.sentence() }
+    }
 }
 
 /// Nothing where the machine cannot be run so: at such numbers it explains nothing, and that is no

@@ -7,7 +7,6 @@ use inference::{Whitener, rms};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
-    clipping::first_clipped,
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
@@ -28,6 +27,7 @@ use crate::{
     scan::Scored,
     search::{Found, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
+    signal_chain::{Signals, sound, standing},
     structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
     trial::Trial,
@@ -60,6 +60,8 @@ pub struct Options {
     pub without: Vec<EffectId>,
     /// Model that predicts what recordings show; `None`: the one under which they are likeliest.
     pub observation: Option<Observation>,
+    /// Use that is made of the signal chain.
+    pub signals: Signals,
 }
 
 impl Default for Options {
@@ -76,6 +78,7 @@ impl Default for Options {
             tie_nats: 5.0,
             without: Vec::new(),
             observation: None,
+            signals: Signals::default(),
         }
     }
 }
@@ -93,35 +96,36 @@ pub fn explain(
     recordings.check()?;
     let machine = Machine::new(model);
     let recordings = with_holdout(recordings);
-    if let Some(reason) = insufficient(&machine, &recordings)? {
+    if let Some(reason) = insufficient(&recordings) {
         return Ok(Explained::inconclusive(reason));
     }
-    Session::new(&machine, &recordings, options).run()
+    let (recordings, finds) = sound(&machine, recordings, options.signals, options.jobs)?;
+    if standing(&finds).is_some() {
+        return Ok(Explained::unsound(finds));
+    }
+    let mut explained = Session::new(&machine, &recordings, options).run()?;
+    explained.signals = finds;
+    Ok(explained)
 }
 
 /// Lack of the recordings, where they cannot answer.
-fn insufficient(
-    machine: &Machine,
-    recordings: &Recordings,
-) -> Result<Option<String>, GreyboxError> {
+fn insufficient(recordings: &Recordings) -> Option<String> {
     if recordings.holdout.is_empty() {
-        return Ok(Some(
+        return Some(
             "one recording alone cannot be fitted and judged on: give a second one, of another \
              command, with `--holdout`"
                 .to_owned(),
-        ));
+        );
     }
-    let blind = recordings.all().find(|record| record.position.is_none());
-    Ok(match blind {
-        Some(Record { name, .. }) => Some(format!(
-            "{name}: no position of the motor: causes cannot be told apart by the current alone"
-        )),
-        None => first_clipped(machine, recordings)?.map(|reason| reason.to_string()),
-    })
+    let blind = recordings.all().find(|record| record.position.is_none())?;
+    Some(format!(
+        "{}: no position of the motor: causes cannot be told apart by the current alone",
+        blind.name
+    ))
 }
 
-/// Without a recording held out the last of several is.
-pub(crate) fn with_holdout(recordings: &Recordings) -> Recordings {
+/// Recordings of which the last of several to fit is held out where none is.
+pub fn with_holdout(recordings: &Recordings) -> Recordings {
     let mut recordings = recordings.clone();
     if recordings.holdout.is_empty() && recordings.train.len() > 1 {
         recordings.holdout.extend(recordings.train.pop());
@@ -298,6 +302,7 @@ impl<'a> Session<'a> {
             remainder,
             hypotheses: tried,
             curves: self.curves(&nominal, &now)?,
+            signals: Vec::new(),
             log,
         })
     }

@@ -11,6 +11,7 @@ use crate::{
     machine::Machine,
     observation::Observation,
     show::{RecordFit, Remainder},
+    signal_chain::{SignalFind, standing},
     unexplained::unexplained_block,
 };
 
@@ -169,6 +170,9 @@ pub struct Explained {
     pub hypotheses: Vec<Hypothesis>,
     /// The residual over each coordinate, before and after.
     pub curves: Vec<ResidualCurve>,
+    /// Finds of the signal chain: those that were corrected, then those that stand, for which there
+    /// is no conclusion.
+    pub signals: Vec<SignalFind>,
     /// Trace of the rounds, for who wants to know.
     pub log: Vec<String>,
 }
@@ -193,8 +197,15 @@ impl Explained {
             remainder: None,
             hypotheses: Vec::new(),
             curves: Vec::new(),
+            signals: Vec::new(),
             log: Vec::new(),
         }
+    }
+
+    /// No answer of recordings whose signal chain is not sound.
+    pub fn unsound(signals: Vec<SignalFind>) -> Self {
+        let reason = standing(&signals).map(SignalFind::sentence).unwrap_or_default();
+        Self { signals, ..Self::inconclusive(reason) }
     }
 
     /// The model with the effects found and the rough numbers fitted beside them, to which their

@@ -1,9 +1,9 @@
 //! Effects that a simulation of a servo machine leaves out, found from recordings in closed loop.
 //!
 //! ```text
-//! recordings ─▶ Problem ─▶ fit ─▶ scan ─▶ rivals ─▶ verdict
-//!                 ▲         │ noise   ▲ catalogue of ema-sim
-//!                 └─ Machine (model, rough numbers, damage, effects)
+//! recordings ─▶ signal chain ─▶ Problem ─▶ fit ─▶ scan ─▶ rivals ─▶ verdict
+//!                                ▲         │ noise   ▲ catalogue of ema-sim
+//!                                └─ Machine (model, rough numbers, damage, effects)
 //! ```
 //!
 //! The steps are in `docs/models/greybox.md`; [`explain`] is the whole chain.
@@ -14,7 +14,6 @@ struct Readme;
 
 mod anchor;
 mod calibrate;
-mod clipping;
 mod curve;
 mod elsewhere;
 mod error;
@@ -42,6 +41,7 @@ mod rival;
 mod scan;
 mod search;
 mod show;
+mod signal_chain;
 mod structure;
 mod through_plant;
 mod trial;
@@ -50,10 +50,9 @@ mod unexplained;
 pub use ema_sim::CommandKind;
 
 pub use calibrate::{Calibrated, CalibratedNumber, Tie, calibrate};
-pub use clipping::clipped;
 pub use curve::{CurveBin, Hypothesis, Refit, ResidualCurve};
 pub use error::GreyboxError;
-pub use explain::{Options, explain};
+pub use explain::{Options, explain, with_holdout};
 pub use explained::{
     Explained, FaultChange, FaultLevel, Finding, NumberFit, NumberInterval, RecordChange,
     SmallestNamed, Use, Verdict,
@@ -64,3 +63,7 @@ pub use observation::Observation;
 pub use propose::{Proposal, Proposed, Separation, propose};
 pub use record::{Record, Recordings};
 pub use show::{CoordinateShare, RecordFit, Remainder};
+pub use signal_chain::{
+    FALSE_ALARM, SignalChannel, SignalCode, SignalEquation, SignalFind, SignalSize, Signals,
+    check_signals, correct_signals,
+};

@@ -2,9 +2,9 @@
 
 use ema_sim::{
     CommandKind, DriveRun, Effect, EffectId, Electronics, FaultCoordinates, FaultId, Geometry,
-    MachineKind, MachineNumber, MachineRun, MachineSignals, MachineTest, MachineTestError,
-    ModelFidelity, MotionTerm, NumberValue, PhysicalFaults, PreparedTest, bandwidth_hz,
-    model_file::MachineModel, resolved_hz, shown_while_followed,
+    LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals, MachineTest,
+    MachineTestError, ModelFidelity, MotionTerm, NumberValue, PhysicalFaults, PreparedTest,
+    bandwidth_hz, model_file::MachineModel, resolved_hz, shown_while_followed,
 };
 
 use crate::{error::GreyboxError, record::Record};
@@ -260,6 +260,56 @@ impl Machine {
         let less = |moved: &[f64]| position.iter().zip(moved).map(|(x, by)| x - by).collect();
         let position: Vec<f64> = moved.map_or_else(|| position.clone(), less);
         Ok(Some(run.replayed_drive_change(&position)))
+    }
+
+    /// Drive signal that its controller makes of a command and a position in the place of those of a
+    /// recording; `None` where no controller that is known makes it.
+    pub(crate) fn replayed(
+        &self,
+        record: &Record,
+        command: &[f64],
+        position: &[f64],
+    ) -> Result<Option<Vec<f64>>, GreyboxError> {
+        let test = MachineTest { command, ..record.test() };
+        let replay = self.kind().replayed(&test, position, &self.built_in);
+        replay.map_err(|reason| refused(record, reason))
+    }
+
+    /// Tells whether the drive signal is shown as the controller asks for it: not where the model
+    /// file has a sensor's error in it, or a controller that acts late.
+    pub(crate) fn shows_its_controller(&self) -> bool {
+        let hides = |effect: &Effect| match effect.id() {
+            EffectId::CurrentSensor => true,
+            EffectId::ControllerMismatch => effect.get("delay_s").is_some_and(|delay| delay > 0.0),
+            _ => false,
+        };
+        !self.built_in.iter().any(hides)
+    }
+
+    /// Gains of its loops.
+    pub(crate) fn loop_gains(&self) -> LoopGains {
+        self.kind().loop_gains()
+    }
+
+    /// Value of the number that sets a term of the equation of motion.
+    pub(crate) fn motion_number(&self, term: MotionTerm) -> Option<f64> {
+        let numbers = self.kind().numbers();
+        let place = numbers.iter().position(|number| number.motion_term == Some(term))?;
+        Some(self.kind().number(place))
+    }
+
+    /// Factor by which inertia over motor constant may be off within the tolerances of the file.
+    pub(crate) fn motion_room(&self) -> f64 {
+        let sets = |term| matches!(term, Some(MotionTerm::Inertia | MotionTerm::TorqueConstant));
+        let rough = self.rough.iter().filter(|rough| sets(rough.motion_term));
+        rough
+            .map(|rough| 1.0 + rough.half_width / rough.value.abs().max(f64::MIN_POSITIVE))
+            .product()
+    }
+
+    /// Tells whether it moves along a line.
+    pub(crate) fn is_linear(&self) -> bool {
+        self.geometry() == Geometry::Linear
     }
 
     /// Models in which its electronics can be run, the finest last.

@@ -7,7 +7,6 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::{
-    clipping::refuse_clipped,
     error::{GreyboxError, if_run},
     explain::{Options, Session, with_holdout},
     fit::whitened,
@@ -17,6 +16,7 @@ use crate::{
     menu::{Offer, PaceLimit, menu},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
+    signal_chain::{sound, standing},
     structure::Free,
 };
 
@@ -137,8 +137,11 @@ pub fn propose(
 ) -> Result<Proposal, GreyboxError> {
     recordings.check()?;
     let machine = Machine::new(model);
-    refuse_clipped(&machine, recordings)?;
     let recordings = with_holdout(recordings);
+    let (recordings, finds) = sound(&machine, recordings, options.signals, options.jobs)?;
+    if let Some(find) = standing(&finds) {
+        return Err(find.into());
+    }
     let (open, whitener) = Session::new(&machine, &recordings, options).open()?;
     let first = recordings.train.first().ok_or(GreyboxError::NoTraining)?;
     let mut proposal = Proposal {

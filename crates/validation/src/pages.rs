@@ -19,6 +19,7 @@ mod plot;
 mod real_recordings;
 mod reduction;
 mod section;
+mod signal_chain;
 mod simulator;
 mod units;
 
@@ -81,6 +82,11 @@ const PAGES: &[Page] = &[
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "units", quick: units::quick, text: |_| units::text() },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
+    Page {
+        name: "signal-chain",
+        quick: signal_chain::quick,
+        text: |_| signal_chain::text().map(Into::into),
+    },
     Page {
         name: "cranfield",
         quick: cranfield::quick,
@@ -179,7 +185,7 @@ fn write_drawings(folder: &Path, drawings: Vec<(String, String)>) -> Result<()> 
 
 /// Data that a page needs and does not have here.
 fn lacks(page: &Page) -> Option<&'static str> {
-    (["measured", "cranfield"].contains(&page.name) && measured::is_without_data())
+    (["measured", "signal-chain", "cranfield"].contains(&page.name) && measured::is_without_data())
         .then_some("`FDI_MEASURED_DATA` does not name the folder of measured recordings")
 }
 

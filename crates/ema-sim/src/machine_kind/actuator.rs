@@ -75,6 +75,7 @@ impl MachineKind for Model {
         LoopGains {
             position_per_s: controller.position_gain_per_s,
             speed: controller.speed_gain_a_s_per_rad,
+            speed_integral: controller.speed_integral_a_per_rad,
         }
     }
 
@@ -152,6 +153,15 @@ impl MachineKind for Model {
 
     fn electronics(&self) -> &'static [ModelFidelity] {
         &[ModelFidelity::Low, ModelFidelity::High]
+    }
+
+    fn replayed(
+        &self,
+        _test: &MachineTest<'_>,
+        _position: &[f64],
+        _effects: &[Effect],
+    ) -> Result<Option<Vec<f64>>, MachineTestError> {
+        Ok(None)
     }
 
     fn run_with_electronics(

@@ -5,6 +5,7 @@ use super::{
     MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
     NumberValue, PreparedTest, add_tolerance,
     follow::{follower, motion},
+    replay::{at_samples, at_ticks, rates},
     run::{BySteps, Departure, delayed, difference, every},
     static_friction,
 };
@@ -72,7 +73,11 @@ impl MachineKind for AxisModel {
 
     fn loop_gains(&self) -> LoopGains {
         let controller = &self.axis.controller;
-        LoopGains { position_per_s: controller.position_gain_per_s, speed: controller.speed_gain }
+        LoopGains {
+            position_per_s: controller.position_gain_per_s,
+            speed: controller.speed_gain,
+            speed_integral: controller.speed_integral,
+        }
     }
 
     fn speed_limit(&self) -> Option<f64> {
@@ -148,6 +153,38 @@ impl MachineKind for AxisModel {
         let (trace, samples) = (simulation.simulate(faults), test.command.len());
         let drive = self.axis.drive;
         Ok(Box::new(AxisRun { simulation, trace, ticks_per_sample, samples, drive }))
+    }
+
+    fn replayed(
+        &self,
+        test: &MachineTest<'_>,
+        position: &[f64],
+        effects: &[Effect],
+    ) -> Result<Option<Vec<f64>>, MachineTestError> {
+        let asks = match test.asks_for {
+            CommandKind::Position => AxisInput::Position,
+            CommandKind::Speed => AxisInput::Speed,
+            CommandKind::Motion => return Ok(None),
+        };
+        if self.axis.drive == Drive::Winding || position.is_empty() {
+            return Ok(None);
+        }
+        let tick_hz = self.axis.controller.sample_hz;
+        let seen = at_ticks(position, test.rate_hz, tick_hz);
+        let speed = rates(&seen, tick_hz);
+        let values_rad = at_ticks(test.command, test.rate_hz, tick_hz);
+        let scenario = AxisScenario {
+            input: asks(Command::Recorded { values_rad, rate_hz: tick_hz }),
+            load: 0.0,
+            duration_s: seen.len() as f64 / tick_hz,
+            start: AxisStart { position: seen[0], speed: speed[0], ..AxisStart::default() },
+        };
+        let simulation = ServoAxisSimulation::new(&self.axis, &scenario)?.with_effects(effects)?;
+        let trace = AxisTrace { rate_hz: tick_hz, position: seen, speed, ..AxisTrace::default() };
+        let output = simulation.replayed_output(&trace);
+        // a current is seen a tick after it was asked for
+        let shown = if self.axis.drive == Drive::Amplifier { output } else { delayed(output) };
+        Ok(Some(at_samples(&shown, tick_hz, test.rate_hz, position.len())))
     }
 
     /// Nothing: an axis has no test that costs more than its run.

@@ -26,6 +26,10 @@ pub struct RecordArgs {
     /// Compare with what the measured motion asks for: for a servo axis under a controller that the model file does not describe
     #[arg(long, conflicts_with = "command")]
     pub inverse_dynamics: bool,
+    /// Set right what the signal chain shows of a servo axis: shifts, signs and factors of channels,
+    /// and inputs behind the controller, which become a load
+    #[arg(long)]
+    pub correct: bool,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub map: MapArgs,

@@ -12,7 +12,7 @@ use fdi_core::{
 use greybox::{Calibrated, CalibratedNumber};
 
 use super::{
-    explain::{holdout, in_form, rounded, stage, whole_recordings},
+    explain::{holdout, in_form, rounded, sound, stage, whole_recordings},
     unit::warning,
 };
 use crate::{
@@ -47,6 +47,7 @@ pub(crate) fn calibrate(
         MachineModel::ServoAxis(_) => {}
     }
     let recordings = whole_recordings(&args.records, &model)?;
+    let recordings = sound(recordings, &args.records, &model, global, streams)?;
     let what = stage("fitting", &recordings);
     let calibrated = watched(streams, global.quiet, &what, || {
         greybox::calibrate(&model, &recordings, global.threads())

@@ -5,9 +5,11 @@ mod document;
 mod evidence;
 mod learnt;
 mod sentences;
+mod signals;
 
 pub(super) use document::{holdout, observation};
 pub(crate) use sentences::rounded;
+pub(super) use signals::sound;
 
 use std::{path::PathBuf, sync::Arc, time::Instant};
 
@@ -19,7 +21,7 @@ use fdi_core::{
     report::{ExplanationVerdict, Prediction},
 };
 use fdi_report::Page;
-use greybox::{Explained, Options, Record, Recordings};
+use greybox::{Explained, Options, Record, Recordings, SignalFind, Signals};
 use serde::Serialize;
 
 use super::{effects::causes, unit::LearntMachine};
@@ -105,13 +107,15 @@ fn of_machine(
 ) -> Result<Explained> {
     let recordings = match recordings(records, &args.records, model)? {
         Ok(recordings) => recordings,
-        Err(missing) => return Ok(Explained::inconclusive(missing)),
+        Err(Missing::Signal(reason)) => return Ok(Explained::inconclusive(reason)),
+        Err(Missing::Samples(gap)) => return Ok(Explained::unsound(vec![*gap])),
     };
     let options = Options {
         seed: global.seed,
         jobs: global.threads(),
         without: effects(&args.without)?,
         observation: args.fidelity.and_then(observation),
+        signals: if args.records.correct { Signals::Corrected } else { Signals::Checked },
         ..Options::default()
     };
     let what = stage("explaining", &recordings);
@@ -157,7 +161,10 @@ pub(super) fn in_form<T: Serialize>(
 
 /// The recordings by their use; an error where one lacks what is compared.
 pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Result<Recordings> {
-    recordings(&Records::read(args)?, args, model)?.map_err(|missing| anyhow!("{missing}"))
+    recordings(&Records::read(args)?, args, model)?.map_err(|missing| match missing {
+        Missing::Signal(reason) => anyhow!("{reason}"),
+        Missing::Samples(gap) => anyhow!("{}: {}", gap.code.word(), gap.sentence()),
+    })
 }
 
 /// Recordings as they were read, by their use.
@@ -181,12 +188,28 @@ impl Records {
     }
 }
 
+/// Lack of recordings for which there is no conclusion.
+#[derive(Debug)]
+enum Missing {
+    /// A signal, in words.
+    Signal(String),
+    /// Samples.
+    Samples(Box<SignalFind>),
+}
+
+impl Missing {
+    /// Lack of a recording in words.
+    fn signal(recording: &Recording, lack: &str) -> Self {
+        Self::Signal(format!("{}: {lack}", recording.name))
+    }
+}
+
 /// The recordings as a model is compared with them, or what they lack.
 fn recordings(
     records: &Records,
     args: &RecordArgs,
     model: &MachineModel,
-) -> Result<Result<Recordings, String>> {
+) -> Result<Result<Recordings, Missing>> {
     let given = match args.command.as_deref() {
         _ if args.inverse_dynamics => Some(GivenCommand::Motion),
         Some(text) => Some(compared::given_command(text, model)?),
@@ -199,7 +222,7 @@ fn recordings(
             let named = || recording.name.clone();
             match compared::compared(recording, model, given.as_ref()).with_context(named)? {
                 Ok(record) => compared.push(record),
-                Err(reason) => missing = missing.take().or(Some(format!("{}: {reason}", named()))),
+                Err(lack) => missing = missing.take().or(Some(lack)),
             }
         }
         Ok(compared)

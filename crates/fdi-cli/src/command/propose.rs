@@ -9,9 +9,9 @@ use fdi_core::{
     load_channel, read_machine,
     report::{Prediction, Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
 };
-use greybox::{Options, Proposed};
+use greybox::{Options, Proposed, with_holdout};
 
-use super::explain::{effects, in_form, rounded, stage, whole_recordings};
+use super::explain::{effects, in_form, rounded, sound, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
 
 /// Looks for the recording that tells open causes apart, and writes its command.
@@ -26,7 +26,8 @@ pub(crate) fn propose(
         bail!("`--fidelity learnt`: proposals predict with `ideal`, `low` or `high`");
     }
     let model = read_machine(&args.model)?;
-    let recordings = whole_recordings(&args.records, &model)?;
+    let recordings = with_holdout(&whole_recordings(&args.records, &model)?);
+    let recordings = sound(recordings, &args.records, &model, global, streams)?;
     let options = Options {
         seed: global.seed,
         jobs: global.threads(),

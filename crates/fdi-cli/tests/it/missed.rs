@@ -4,7 +4,7 @@ use std::{fs, process::Output};
 
 use fdi_core::{
     Schema,
-    report::{Calibration, Explanation, ExplanationVerdict, Proposal},
+    report::{Calibration, Explanation, ExplanationVerdict, Proposal, SignalCode},
 };
 use tempfile::TempDir;
 
@@ -198,4 +198,77 @@ fn recordings_of_no_use_are_refused() {
     );
     let nowhere = refused(&["--train", swing, "--holdout", "short.csv", "-o", "no/e.toml"]);
     assert_eq!(nowhere, "error: `--output no/e.toml`: there is no folder `no`\n");
+}
+
+/// Rewrites the rows of `axis/swing.csv` into another recording.
+fn rewritten(folder: &TempDir, name: &str, change: impl Fn(&mut Vec<Vec<String>>)) {
+    let text = fs::read_to_string(folder.path().join("axis/swing.csv")).unwrap();
+    let head = text.lines().take_while(|line| !line.starts_with(char::is_numeric));
+    let head: Vec<&str> = head.collect();
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+    let mut rows: Vec<Vec<String>> = text.lines().skip(head.len()).map(cells).collect();
+    change(&mut rows);
+    let body = rows.iter().map(|row| row.join(",")).collect::<Vec<_>>().join("\n");
+    let written = format!("{}\n{body}\n", head.join("\n"));
+    fs::write(folder.path().join(name), written).unwrap();
+}
+
+/// Ten samples of 2 kHz.
+fn late(rows: &mut [Vec<String>]) {
+    let current: Vec<String> = rows.iter().map(|row| row.last().unwrap().clone()).collect();
+    for (n, row) in rows.iter_mut().enumerate() {
+        row.last_mut().unwrap().clone_from(&current[n.saturating_sub(10)]);
+    }
+}
+
+/// Asks a command for JSON of the late recording beside two others.
+fn asked_of_late(folder: &TempDir, command: &str, more: &[&str]) -> Output {
+    let model = fixture("models/axis.toml");
+    let set = ["--train", "axis/late.csv", "axis/stairs.csv", "--holdout", "axis/ramps.csv"];
+    let form = ["--output-format", "json", "--stable", "-q"];
+    let asked = [&[command, "--model", &model], &set[..], &form, more].concat();
+    output(folder.path(), &asked)
+}
+
+/// What the guide says of a current that is 5 ms late.
+#[test]
+fn a_late_channel_is_told_and_set_right() {
+    let folder = bench();
+    rewritten(&folder, "axis/late.csv", |rows| late(rows));
+    let told: Explanation = answer(&asked_of_late(&folder, "explain", &[]), Schema::Explanation);
+    let signal = told.signal.as_ref().expect("a find");
+    assert_eq!((told.verdict, signal.code), (ExplanationVerdict::Inconclusive, SignalCode::Late));
+    assert!(told.effects.is_empty() && signal.correctable && !signal.corrected);
+    // the period of the recording is half a millisecond
+    assert!((signal.value - 5e-3).abs() < 2.5e-4, "{signal:?}");
+    let sentence = "No conclusion: axis/late.csv: the current channel is 5.0 ms late";
+    assert!(told.sentence.starts_with(sentence), "{}", told.sentence);
+
+    let right = asked_of_late(&folder, "explain", &["--correct"]);
+    let right: Explanation = answer(&right, Schema::Explanation);
+    assert_eq!(right.effects[0].id, "E11");
+    assert!(right.signals.iter().all(|signal| signal.corrected) && right.signals.len() == 1);
+
+    for command in ["calibrate", "propose"] {
+        let refused = asked_of_late(&folder, command, &[]);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains("late: axis/late.csv: the current channel is 5.0 ms"), "{said}");
+    }
+    let calibrated = asked_of_late(&folder, "calibrate", &["--correct"]);
+    let said = String::from_utf8_lossy(&calibrated.stderr).into_owned();
+    assert!(calibrated.status.success() && said.starts_with("set right: "), "{said}");
+}
+
+#[test]
+fn stamps_with_a_gap_are_no_conclusion() {
+    let folder = bench();
+    rewritten(&folder, "axis/late.csv", |rows| {
+        rows.drain(4000..4040);
+    });
+    let told: Explanation = answer(&asked_of_late(&folder, "explain", &[]), Schema::Explanation);
+    let signal = told.signal.expect("a find");
+    assert_eq!((told.verdict, signal.code), (ExplanationVerdict::Inconclusive, SignalCode::Gap));
+    // 40 samples of 2 kHz
+    assert!((signal.value - 0.02).abs() < 1e-9, "{}", signal.value);
 }

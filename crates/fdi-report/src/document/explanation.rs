@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Prediction;
+use super::{Prediction, signal::SignalFinding};
 
 /// Effects that a model misses in recordings of one machine, and their cost in its fault levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -28,6 +28,13 @@ pub struct Explanation {
     pub verdict: ExplanationVerdict,
     /// The answer in a sentence.
     pub sentence: String,
+    /// Find of the signal chain that decides: the first that stands, for which there is no conclusion,
+    /// else the first that `--correct` set right.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<SignalFinding>,
+    /// All finds of the signal chain: those set right, then those that stand.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub signals: Vec<SignalFinding>,
     /// Effects that were found, strongest first, but for one in doubt before the others.
     pub effects: Vec<EffectFinding>,
     /// Effects that explain the recordings as well as one of `effects`.

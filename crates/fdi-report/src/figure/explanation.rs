@@ -408,6 +408,8 @@ mod tests {
             prediction: None,
             verdict: ExplanationVerdict::Named,
             sentence: String::new(),
+            signal: None,
+            signals: Vec::new(),
             effects: Vec::new(),
             alternatives: Vec::new(),
             absorbed: Vec::new(),

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
-    NominalChange, RecordFit, Sensitivity, Standing, fault_change_figure_svg,
+    NominalChange, RecordFit, Sensitivity, SignalFinding, Standing, fault_change_figure_svg,
     figure::four_digits as rounded, held_out_figure_svg, residual_curve_figure_svg,
     residual_curves_figure_svg,
 };
@@ -19,6 +19,7 @@ const NOT_WHITE: f64 = 0.01;
 /// The page of an answer.
 pub(super) fn page(answer: &Explanation) -> Page {
     let sections = [
+        signals(answer),
         found(answer),
         residual(answer),
         faults(answer),
@@ -67,6 +68,23 @@ fn source(answer: &Explanation, roles: &[&str]) -> String {
     };
     let wanted = ROLES.into_iter().filter(|(role, _)| roles.contains(role));
     wanted.filter_map(of).collect::<Vec<_>>().join("; ")
+}
+
+/// Finds of the signal chain.
+fn signals(answer: &Explanation) -> Option<Section> {
+    if answer.signals.is_empty() {
+        return None;
+    }
+    let row = |signal: &SignalFinding| {
+        let done = if signal.corrected { "set right by `--correct`" } else { &signal.remedy };
+        vec![Cell::text(capitalised(&signal.told)), Cell::text(done.to_owned())]
+    };
+    let table = Table {
+        caption: "What controller, motion and samples say before any physics.".to_owned(),
+        columns: vec![Column::text("recording and lack"), Column::text("remedy")],
+        rows: answer.signals.iter().map(row).collect(),
+    };
+    section("The signal chain", vec![Block::Table(table)])
 }
 
 /// Effects found, in numbers, and their worth on recordings that were not fitted.

@@ -5,4 +5,5 @@ mod bench_top;
 mod calibrate;
 mod explain;
 mod propose;
+mod signal_chain;
 mod sound;

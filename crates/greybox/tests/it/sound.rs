@@ -13,7 +13,7 @@ fn effect(id: EffectId, numbers: &[(&str, f64)]) -> Effect {
 }
 
 /// One of each effect that the bench top can have, well visible.
-fn examples() -> Vec<Effect> {
+pub(crate) fn examples() -> Vec<Effect> {
     use EffectId::*;
     vec![
         effect(Stribeck, &[("stribeck_n_m", 0.008), ("stribeck_speed_rad_per_s", 1.0)]),

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    ComparedSignals, ComparedSignalsError, GivenCommand, Recording,
+    ComparedSignals, ComparedSignalsError, GivenCommand, RecordError, Recording,
     ema_sim::model_file::MachineModel,
 };
 use greybox::Record;
 
+use super::{Missing, signals};
 use crate::experiment::recording_of;
 
 /// The signals, or what the recording lacks for a conclusion.
@@ -16,16 +17,25 @@ pub(super) fn compared(
     recording: &Recording,
     model: &MachineModel,
     given: Option<&GivenCommand>,
-) -> Result<Result<Record, String>> {
+) -> Result<Result<Record, Missing>> {
     let signals = match ComparedSignals::of_recording(recording, model, given) {
         Ok(signals) => signals,
         Err(error @ ComparedSignalsError::NoCommand) => {
-            return Ok(Err(format!(
-                "{error}: what the controller was asked for is not known (`--command` names it; \
+            return Ok(Err(Missing::signal(
+                recording,
+                &format!(
+                    "{error}: what the controller was asked for is not known (`--command` names it; \
                  of a servo axis `--inverse-dynamics` does without it)"
+                ),
             )));
         }
-        Err(error) if error.lacks_a_signal() => return Ok(Err(error.to_string())),
+        Err(error) if error.lacks_a_signal() => {
+            return Ok(Err(Missing::signal(recording, &error.to_string())));
+        }
+        Err(ComparedSignalsError::Record(error @ RecordError::OffGrid { channel, .. })) => {
+            let gap = recording.channel(channel).and_then(|of| signals::gap(&recording.name, of));
+            return gap.map(|gap| Err(Missing::Samples(Box::new(gap)))).ok_or(error.into());
+        }
         Err(error) => return Err(error.into()),
     };
     Ok(Ok(Record {

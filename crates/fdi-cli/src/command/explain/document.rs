@@ -15,7 +15,7 @@ use greybox::{
     SmallestNamed, Use, Verdict,
 };
 
-use super::{evidence, sentences};
+use super::{evidence, sentences, signals};
 use crate::{GlobalArgs, stamp};
 
 pub(super) fn document(
@@ -35,6 +35,7 @@ pub(super) fn document(
         Verdict::Inconclusive => ExplanationVerdict::Inconclusive,
     };
     let judged = |(rms, floor): ([f64; 2], NoiseFloor)| holdout(rms, &floor, explained.drive_unit);
+    let signals = signals::findings(&explained.signals);
     let mut answer = Explanation {
         schema_version: SCHEMA_VERSION,
         tool: format!("fdi {}", env!("CARGO_PKG_VERSION")),
@@ -44,6 +45,8 @@ pub(super) fn document(
         prediction,
         verdict,
         sentence: String::new(),
+        signal: signals::decisive(&signals),
+        signals,
         effects: explained.effects.iter().map(finding).collect(),
         alternatives: explained.alternatives.iter().map(finding).collect(),
         absorbed: absorbed(explained),

@@ -14,7 +14,7 @@ use greybox::{
     NumberInterval, RecordChange, RecordFit, Refit, SmallestNamed, Use, Verdict,
 };
 
-use super::{Records, described, effects};
+use super::{Missing, Records, described, effects};
 use crate::{
     GlobalArgs, Streams, args::ExplainArgs, diagnoser::diagnoser_of_model, progress::watched,
 };
@@ -58,12 +58,15 @@ pub(super) fn explained(
         MachineModel::Actuator(model) => {
             match super::recordings(records, &args.records, &compared.model)? {
                 Ok(recordings) => {
-                    if let Some(reason) = greybox::clipped(&compared.model, &recordings)? {
-                        return Ok(Ok(Explained::inconclusive(reason)));
+                    let jobs = global.threads();
+                    let finds = greybox::check_signals(&compared.model, &recordings, jobs)?;
+                    if !finds.is_empty() {
+                        return Ok(Ok(Explained::unsound(finds)));
                     }
                     of_actuator(compared, model, &split, args, global, streams)?
                 }
-                Err(reason) => Err(reason),
+                Err(Missing::Signal(reason)) => Err(reason),
+                Err(Missing::Samples(gap)) => return Ok(Ok(Explained::unsound(vec![*gap]))),
             }
         }
     };

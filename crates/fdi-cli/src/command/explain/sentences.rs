@@ -7,6 +7,8 @@ use fdi_core::report::{
     Remainder,
 };
 
+use super::signals;
+
 /// The answer in one sentence.
 pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
     let gain = answer.holdout.as_ref().map_or_else(String::new, |holdout| {
@@ -154,6 +156,10 @@ pub(super) fn human(answer: &Explanation) -> String {
         text.push_str(&content);
         text.push('\n');
     };
+    let is_conclusive = answer.verdict != ExplanationVerdict::Inconclusive;
+    for told in signals::lines(&answer.signals, is_conclusive) {
+        line(told);
+    }
     if let Some(predicted) = answer.prediction.and_then(predicted) {
         line(format!("Recordings are predicted by {predicted}."));
     }

@@ -6,7 +6,7 @@ use ema_sim::{
     ServoAxisSimulation,
     model_file::{AxisModel, MachineModel, parse_machine},
 };
-use greybox::{CommandKind, Explained, Options, Record, Recordings, explain, rms};
+use greybox::{CommandKind, Explained, Options, Record, Recordings, Signals, explain, rms};
 
 use super::{
     JOBS,
@@ -23,7 +23,7 @@ const SETTLED: usize = 300;
 pub(super) const DELAY_S: f64 = 5e-4;
 
 /// The published structure without its offset.
-pub(super) fn model() -> Result<AxisModel> {
+pub(crate) fn model() -> Result<AxisModel> {
     let text = include_str!("../../../../../fixtures/models/emps.toml");
     let MachineModel::ServoAxis(mut model) = parse_machine(text)? else {
         bail!("`emps.toml` is a servo axis");
@@ -71,7 +71,8 @@ impl Data {
             holdout: vec![self.record("second half", HALF + later..self.train[0].len())],
             repeat: Vec::new(),
         };
-        let options = Options { jobs: JOBS, ..Options::default() };
+        // both halves are of the one motion that there is
+        let options = Options { jobs: JOBS, signals: Signals::Trusted, ..Options::default() };
         Ok(explain(&MachineModel::ServoAxis(model()?), &recordings, &options)?)
     }
 

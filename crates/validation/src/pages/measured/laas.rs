@@ -27,7 +27,7 @@ const PACE_SWINGS: f64 = 2.0;
 /// Bins of a turn.
 const BINS: usize = 1440;
 
-pub(super) fn model() -> Result<MachineModel> {
+pub(crate) fn model() -> Result<MachineModel> {
     Ok(parse_machine(include_str!("../../../../../fixtures/models/laas.toml"))?)
 }
 
@@ -98,7 +98,7 @@ fn at_equal_times(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// The recordings to learn from.
-pub(super) struct Data {
+pub(crate) struct Data {
     up: Record,
     down: Record,
     first: Record,
@@ -106,7 +106,7 @@ pub(super) struct Data {
 }
 
 impl Data {
-    pub(super) fn read() -> Result<Self> {
+    pub(crate) fn read() -> Result<Self> {
         let map = columns("laas_cogging/stopped_data.csv.gz")?;
         let (angle, current) = (&map[1], &map[3]);
         let top = (0..angle.len()).fold(0, |top, n| if angle[n] > angle[top] { n } else { top });
@@ -144,12 +144,16 @@ impl Data {
 
     /// One way over the map and half of the run fitted, the others held out.
     pub(super) fn explained(&self, model: &MachineModel, options: &Options) -> Result<Explained> {
-        let recordings = Recordings {
+        Ok(explain(model, &self.recordings(), options)?)
+    }
+
+    /// One way over the map and half of the run to fit, the others held out.
+    pub(crate) fn recordings(&self) -> Recordings {
+        Recordings {
             train: vec![self.up.clone(), self.first.clone()],
             holdout: vec![self.down.clone(), self.second.clone()],
             repeat: Vec::new(),
-        };
-        Ok(explain(model, &recordings, options)?)
+        }
     }
 }
 

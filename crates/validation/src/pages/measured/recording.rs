@@ -22,7 +22,7 @@ pub(crate) fn rows(path: &str) -> Result<Vec<Vec<String>>> {
 }
 
 /// The columns of a compressed table.
-pub(super) fn columns(path: &str) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn columns(path: &str) -> Result<Vec<Vec<f64>>> {
     let mut columns: Vec<Vec<f64>> = Vec::new();
     for row in rows(path)? {
         for (place, cell) in row.iter().enumerate() {

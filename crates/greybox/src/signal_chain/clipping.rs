@@ -1,9 +1,9 @@
 //! Recordings cut at a level: the drive signal stands at an end of its range while the model's goes
 //! on.
 
-use ema_sim::model_file::MachineModel;
 use inference::{EqualRuns, Standing, ends, rms};
 
+use super::find::{SignalChannel, SignalCode, SignalEquation, SignalFind, SignalSize};
 use crate::{
     error::{GreyboxError, if_run},
     machine::Machine,
@@ -11,34 +11,12 @@ use crate::{
     structure::Structure,
 };
 
-/// The first recording whose drive signal was cut at a level, told in a sentence: the signal stands
-/// at an end of its range, below the limit of the controller, while that of the machine as its file
-/// says goes on.
-///
-/// # Errors
-///
-/// [`GreyboxError`] where the machine cannot be run on the command of a recording.
-pub fn clipped(
-    model: &MachineModel,
-    recordings: &Recordings,
-) -> Result<Option<String>, GreyboxError> {
-    let refused = first_clipped(&Machine::new(model), recordings)?;
-    Ok(refused.map(|reason| reason.to_string()))
-}
-
-/// Refuses recordings of which one was cut at a level.
-pub(crate) fn refuse_clipped(
-    machine: &Machine,
-    recordings: &Recordings,
-) -> Result<(), GreyboxError> {
-    first_clipped(machine, recordings)?.map_or(Ok(()), Err)
-}
-
-/// Why the first recording that was cut at a level is of no use.
+/// The first recording whose drive signal was cut at a level: the signal stands at an end of its
+/// range, below the limit of the controller, while that of the machine as its file says goes on.
 pub(crate) fn first_clipped(
     machine: &Machine,
     recordings: &Recordings,
-) -> Result<Option<GreyboxError>, GreyboxError> {
+) -> Result<Option<SignalFind>, GreyboxError> {
     let nominal = Structure::nominal(machine);
     let state = nominal.state(machine, &nominal.starts());
     for (place, record) in recordings.all().enumerate() {
@@ -47,12 +25,24 @@ pub(crate) fn first_clipped(
         let cut = cut(&record.drive, &predicted.drive, machine.drive_limit());
         if let Some(Standing { level, share, .. }) = cut {
             let (percent, unit) = (100.0 * share, machine.drive_unit().to_uppercase());
-            let reason = format!(
-                "the signal is clipped: {percent:.1} % of the samples stand at {level} {unit} \
-                 while the model's signal goes on; record it with a wider range, or, where the \
-                 drive limits it there, give the model file that limit"
+            let told = format!(
+                "{}: the signal is clipped: {percent:.1} % of the samples stand at {level} {unit} \
+                 while the model's signal goes on",
+                record.name
             );
-            return Ok(Some(GreyboxError::Record { record: record.name.clone(), reason }));
+            let remedy = "record it with a wider range, or, where the drive limits it there, give \
+                          the model file that limit";
+            return Ok(Some(SignalFind {
+                code: SignalCode::Saturated,
+                equation: SignalEquation::Samples,
+                record: record.name.clone(),
+                channel: Some(SignalChannel::Drive),
+                size: SignalSize { value: level, std: None, unit: machine.drive_unit() },
+                told,
+                remedy: remedy.to_owned(),
+                corrected: false,
+                correction: None,
+            }));
         }
     }
     Ok(None)
