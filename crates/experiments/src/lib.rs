@@ -10,6 +10,7 @@
 struct Readme;
 
 mod ablation;
+mod as_recorded;
 mod contender;
 mod convergence;
 mod evaluation;
@@ -28,6 +29,9 @@ mod trials;
 mod units;
 
 pub use ablation::{AblationRequest, AblationScore, Compression, evaluate_compressions};
+pub use as_recorded::{
+    AsRecordedRequest, AsRecordedScore, BenchColumn, BenchForm, evaluate_as_recorded,
+};
 pub use contender::Contender;
 pub use convergence::SearchPoint;
 pub use evaluation::evaluate;

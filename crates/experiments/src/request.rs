@@ -4,7 +4,8 @@ use std::fmt;
 
 use fdi_core::{
     BundleError, Condition, Dataset, DatasetError, DatasetRequest, DiagnoseError, Experiment,
-    ExperimentError, RecordError, ReferenceDesign, ema_sim::SimulationError,
+    ExperimentError, RecordError, ReferenceDesign, SimulatedRecordingError,
+    ema_sim::SimulationError,
 };
 
 use crate::{contender::Contender, protocol::Protocol, setting::EvaluationSetting};
@@ -65,6 +66,9 @@ pub enum EvaluationError {
     /// A simulated recording is none.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// A recording cannot be simulated.
+    #[error(transparent)]
+    Simulated(#[from] SimulatedRecordingError),
     /// A diagnosis failed.
     #[error(transparent)]
     Diagnose(#[from] DiagnoseError),

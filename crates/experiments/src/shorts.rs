@@ -2,7 +2,7 @@
 
 use fdi_core::{
     Bundle, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Experiment, Purpose, RecordedContent,
-    RootSeed, SimulatedRecording, SimulatedRecordingError, ToleranceUse,
+    RootSeed, SimulatedRecording, ToleranceUse,
     ema_sim::{
         Converter, FaultId, FaultLevel, HealthState, HighFidelityTrace, Imperfections,
         PhaseSensors, PhysicalFaults, ShortedTurns,
@@ -185,11 +185,7 @@ impl Short {
             sensor_seed: seed.derive(Purpose::SensorNoise, index),
             content: RecordedContent::Phases,
         };
-        let recording = recording.record(machine, "short").map_err(|error| match error {
-            SimulatedRecordingError::Simulation(error) => EvaluationError::from(error),
-            SimulatedRecordingError::Record(error) => error.into(),
-            other => EvaluationError::Search { reason: other.to_string() },
-        })?;
+        let recording = recording.record(machine, "short")?;
         let answer = |tolerance| {
             let options = DiagnoseOptions { tolerance, ..DiagnoseOptions::default() };
             diagnoser.diagnose(&recording, &options)

@@ -8,8 +8,8 @@ use std::{
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, FileFormat, Metadata, RecordError, Recording,
-    report::{Failure, RecordDiagnosis},
+    ColumnMap, FileFormat, Metadata, RecordError, Recording, decide,
+    report::{ActionLevels, Failure, RecordDiagnosis},
 };
 
 use crate::{Diagnoser, args::NameArgs, identity::Identity, output::Answer};
@@ -76,6 +76,8 @@ pub(crate) struct Batch<'a> {
     pub(crate) one_a_line: bool,
     /// True where the answers are gone on with later.
     pub(crate) is_kept: bool,
+    /// Levels that decisions are made by, where any are asked for.
+    pub(crate) levels: Option<ActionLevels>,
 }
 
 impl Batch<'_> {
@@ -117,6 +119,7 @@ impl Batch<'_> {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
         }
+        record.action = self.levels.as_ref().map(|levels| decide(&record, levels));
         record.recording_sha256 = sha256;
         record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
         if let Some(name) = record.not_finite() {

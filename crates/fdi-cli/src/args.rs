@@ -14,7 +14,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use fdi_core::{
     ColumnMap, ColumnMapError, Encoding, FileFormat, Gaps, RootSeed, Schema,
     ema_sim::PhaseSensors,
-    report::{Fidelity, Method, ToleranceUse},
+    report::{ActionLevels, FaultId, Fidelity, Method, ToleranceUse},
 };
 
 use crate::setting::ResolvedSetting;
@@ -316,15 +316,77 @@ pub struct DiagnoseArgs {
     /// Diagnose only every N-th recording, beginning with the I-th (from 1)
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Exit with 1 when a fault or a model error is found, with 3 when on some recording there is no conclusion
+    /// Say what to do about each machine: how probable it is that each fault is above levels, and the next step
     #[arg(long)]
-    pub exit_code: bool,
+    pub decide: bool,
+    /// Levels from which a fault is to be watched, as `k1=0.1,k2=0.02`, with `--decide` [default: friction 20 % above nominal, play 3 times nominal, 2 % of the turns of a phase, 5 % of the air gap]
+    #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
+    pub watch: Vec<(FaultId, f64)>,
+    /// Levels from which a fault is to be acted on, with `--decide` [default: 40 %, 10 times, 5 % and 15 %]
+    #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
+    pub act: Vec<(FaultId, f64)>,
+    /// Exit by what is found. Alone: with 1 when a fault or a model error is found, with 3 when on some recording there is no conclusion; `=decision`: with 1 when a machine is to be acted on, with 3 when nothing is decided of one, with 0 else
+    #[arg(long, value_name = "BY", num_args = 0..=1, require_equals = true, default_missing_value = "verdict")]
+    pub exit_code: Option<ExitBy>,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub report: ReportArgs,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub fleet: FleetArgs,
+}
+
+impl DiagnoseArgs {
+    /// Levels that decisions are made by, where any are asked for.
+    ///
+    /// # Errors
+    /// A level for acting that is below the one for watching.
+    pub fn action_levels(&self) -> anyhow::Result<Option<ActionLevels>> {
+        let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
+        if !is_asked {
+            anyhow::ensure!(
+                self.watch.is_empty() && self.act.is_empty(),
+                "`--watch` and `--act` are levels of a decision: add `--decide`"
+            );
+            return Ok(None);
+        }
+        let mut levels = ActionLevels::default();
+        for (given, known) in [(&self.watch, &mut levels.watch), (&self.act, &mut levels.act)] {
+            for &(fault, level) in given {
+                known[fault as usize] = level;
+            }
+        }
+        for (place, (watch, act)) in levels.watch.iter().zip(&levels.act).enumerate() {
+            let fault = FaultId::ALL[place];
+            anyhow::ensure!(
+                watch <= act,
+                "{fault} is watched from {watch} and acted on from {act}, expected no less"
+            );
+        }
+        Ok(Some(levels))
+    }
+}
+
+/// Ending that the exit code tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ExitBy {
+    /// The verdict.
+    Verdict,
+    /// The decision.
+    Decision,
+}
+
+/// A level of k1 to k6.
+fn action_level(text: &str) -> Result<(FaultId, f64), String> {
+    let expected = || format!("`{text}`, expected a fault and a level such as `k1=0.1`");
+    let (name, level) = text.split_once('=').ok_or_else(expected)?;
+    let fault = FaultId::ALL[..6].iter().find(|fault| fault.id() == name.trim());
+    let fault = *fault.ok_or_else(|| format!("`{name}`, expected k1 to k6"))?;
+    let level: f64 = level.trim().parse().map_err(|_| expected())?;
+    if level > 0.0 && level <= 1.0 {
+        return Ok((fault, level));
+    }
+    Err(format!("a level of {level} for {fault}, expected above 0 and at most 1"))
 }
 
 /// Help that lists the endings of the recordings that this build reads.

@@ -28,7 +28,7 @@ mod streams;
 mod unit_file;
 
 pub use answering::Source;
-pub use args::{Cli, DiagnoseArgs, GlobalArgs, OutputFormat};
+pub use args::{Cli, DiagnoseArgs, ExitBy, GlobalArgs, OutputFormat};
 pub use command::diagnose_with;
 pub use config::{LoadError, config_reference, load};
 pub use diagnoser::Diagnoser;

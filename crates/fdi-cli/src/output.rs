@@ -9,9 +9,9 @@ mod json;
 mod parquet;
 mod table;
 
-use std::io::Write;
+use std::{collections::BTreeMap, io::Write};
 
-use fdi_core::report::{Failure, RecordDiagnosis, Verdict};
+use fdi_core::report::{Failure, RecordDiagnosis, Severity, Verdict};
 
 use crate::OutputFormat;
 pub(crate) use answer::AnswerWriter;
@@ -48,6 +48,8 @@ pub(crate) struct Tally {
     pub(crate) failures: Vec<Failure>,
     /// Recordings that the model does not explain.
     pub(crate) unexplained: Vec<String>,
+    /// Recordings by what is to be done about their machines.
+    decided: BTreeMap<Severity, Vec<String>>,
 }
 
 /// Tells whether an answer says neither that the actuator is healthy nor what is wrong with it.
@@ -70,6 +72,10 @@ impl Tally {
                 let of = VERDICTS.iter().position(|&verdict| verdict == record.verdict);
                 self.verdicts[of.expect("the list holds every verdict")] += 1;
                 self.without_conclusion += usize::from(is_open(record));
+                if let Some(action) = &record.action {
+                    let of = self.decided.entry(action.severity).or_default();
+                    of.push(record.recording.clone());
+                }
                 if record.verdict == Verdict::ModelInadequate {
                     self.unexplained.push(record.recording.clone());
                 }
@@ -87,6 +93,11 @@ impl Tally {
     /// Tells whether no recording could be diagnosed.
     pub(crate) fn is_empty(&self) -> bool {
         self.verdicts == [0; 4]
+    }
+
+    /// Recordings about whose machines so much is to be done.
+    pub(crate) fn decided(&self, severity: Severity) -> &[String] {
+        self.decided.get(&severity).map_or(&[], Vec::as_slice)
     }
 
     pub(crate) fn of(&self, verdict: Verdict) -> usize {

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use fdi_core::{
     ColumnMap, FitSignals, Recording,
-    report::{Failure, RecordDiagnosis},
+    report::{ActionLevels, Failure, RecordDiagnosis},
 };
 
 use crate::{
@@ -29,6 +29,8 @@ pub struct Session {
     global: GlobalArgs,
     map: ColumnMap,
     one_a_line: bool,
+    /// Levels that decisions are made by, where any are asked for.
+    levels: Option<ActionLevels>,
 }
 
 impl std::fmt::Debug for Session {
@@ -55,7 +57,8 @@ impl Session {
         let diagnoser = diagnoser::diagnoser(&args, global.root_seed())?;
         let map = args.map.column_map()?;
         let one_a_line = global.output_format == OutputFormat::Jsonl;
-        Ok(Self { diagnoser, args, global, map, one_a_line })
+        let levels = args.action_levels()?;
+        Ok(Self { diagnoser, args, global, map, one_a_line, levels })
     }
 
     /// Recordings that paths stand for: files, those in folders, and those that match patterns.
@@ -105,6 +108,7 @@ impl Session {
             stable: self.global.stable,
             one_a_line: self.one_a_line,
             is_kept: false,
+            levels: self.levels,
         }
     }
 }

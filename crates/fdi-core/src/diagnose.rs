@@ -13,6 +13,7 @@ use crate::{
     },
     online::{
         cache::ErrorId,
+        command_start::CommandStart,
         commutation::Commutation,
         error::DiagnoseError,
         learnt::Learnt,
@@ -25,11 +26,15 @@ use crate::{
         watch::Watch,
     },
     report::{Encoding, Notice, NoticeCode, RecordDiagnosis},
-    unit::answer::beyond_incipient,
+    unit::answer::{Within, beyond_incipient},
 };
 
 /// Most rounds in which faults and the start angle that commutation shows settle.
 const COMMUTATION_ROUNDS: usize = 4;
+/// Most rounds in which faults and the start of the command settle.
+const START_ROUNDS: usize = 5;
+/// Share of its standard deviation by which a start of the command may still be off.
+const START_TOLERANCE: f64 = 0.1;
 /// Start angles tried in one sector when the angle is not known.
 const UNKNOWN_ANGLES: usize = 8;
 
@@ -41,6 +46,29 @@ pub struct Diagnoser {
 
 /// An answer and the posterior that it was made from.
 type Answered = (RecordDiagnosis, Posterior);
+
+/// The answer to a recording from a start of the command on.
+struct Begun {
+    answer: RecordDiagnosis,
+    posterior: Posterior,
+    /// Time by which the command begins later than that, and its standard deviation, s; `None` where
+    /// it was not looked for on the way to this answer, or was with the faults.
+    late_s: Option<(f64, f64)>,
+}
+
+impl Begun {
+    /// True where the command begins so much later or earlier that the answer may change.
+    fn is_late(&self) -> bool {
+        self.late_s.is_some_and(|(late_s, std_s)| late_s.abs() > START_TOLERANCE * std_s)
+    }
+
+    /// The answer to a recording, on which so many evaluations were spent before.
+    fn answered(mut self, recording: &Recording, spent: u64) -> Answered {
+        self.answer.evaluations += spent;
+        self.answer.recording.clone_from(&recording.name);
+        (self.answer, self.posterior)
+    }
+}
 
 impl Diagnoser {
     /// Prepares a bundle: runs the low-fidelity model at its conditions and learns its error.
@@ -139,16 +167,47 @@ impl Diagnoser {
         if let Some(unit) = &options.unit {
             unit.check_basis(self.bundle(), &self.learnt.quantities())?;
         }
-        let mut observation = Observation::of(recording, experiment, options.max_delay_s)?;
-        let plan = Plan::of(options, experiment)?;
-        let notices = std::mem::take(&mut observation.notices);
-        let (mut answer, posterior) = match observation.commutation.take() {
+        let mut start = CommandStart::of(recording, experiment);
+        let mut spent = 0;
+        for _ in 1..START_ROUNDS {
+            let begun = self.diagnose_begun(recording, start, true, options, watch)?;
+            let late_s = begun.late_s.filter(|_| begun.is_late());
+            let (Some(found), Some((late_s, _))) = (&mut start, late_s) else {
+                return Ok(begun.answered(recording, spent));
+            };
+            spent += begun.answer.evaluations;
+            *found = found.later(late_s);
+        }
+        let begun = self.diagnose_begun(recording, start, false, options, watch)?;
+        Ok(begun.answered(recording, spent))
+    }
+
+    /// Diagnoses a recording from a start of the command on, which may yet be moved.
+    fn diagnose_begun(
+        &self,
+        recording: &Recording,
+        start: Option<CommandStart>,
+        moves_start: bool,
+        options: &DiagnoseOptions,
+        watch: &Watch<'_>,
+    ) -> Result<Begun, DiagnoseError> {
+        let experiment = &self.bundle().experiment;
+        let mut observation =
+            Observation::begun(recording, experiment, start, options.max_delay_s)?;
+        let std_s = observation.start_std_s();
+        let plan = Plan::of(options, experiment)?.with_start(std_s, moves_start, experiment)?;
+        let mut notices = std::mem::take(&mut observation.notices);
+        let mut begun = match observation.commutation.take() {
             Some(seen) => self.with_commutation(&mut observation, &seen, &plan, watch)?,
             None => self.diagnose_run(&observation, &plan, watch)?,
         };
-        answer.notices.splice(0..0, notices);
-        answer.recording.clone_from(&recording.name);
-        Ok((answer, posterior))
+        if let (Some(start), Some((_, std_s))) = (start, begun.late_s) {
+            let seen = start.known_to(std_s).notice(recording);
+            notices.retain(|notice| notice.code != seen.code);
+            notices.push(seen);
+        }
+        begun.answer.notices.splice(0..0, notices);
+        Ok(begun)
     }
 
     /// Diagnoses with a start angle read off the commutation: how the rotor turns, and so where it
@@ -159,12 +218,13 @@ impl Diagnoser {
         seen: &Commutation,
         plan: &Plan,
         watch: &Watch<'_>,
-    ) -> Result<Answered, DiagnoseError> {
+    ) -> Result<Begun, DiagnoseError> {
         let experiment = &self.bundle().experiment;
-        let (mut answer, mut posterior) = self.diagnose_run(observation, plan, watch)?;
+        let mut begun = self.diagnose_run(observation, plan, watch)?;
         for _ in 0..COMMUTATION_ROUNDS {
             let mut damage = [0.0; FAULT_COUNT];
-            for (&index, &value) in posterior.indices.iter().zip(&posterior.estimate) {
+            let Posterior { indices, estimate, .. } = &begun.posterior;
+            for (&index, &value) in indices.iter().zip(estimate) {
                 damage[index] = value;
             }
             let start_rad = seen.start_angle_rad(experiment, &damage).map_err(BundleError::from)?;
@@ -173,12 +233,12 @@ impl Diagnoser {
                 break;
             }
             observation.start_angle_rad = Some(start_rad);
-            let spent = answer.evaluations;
-            (answer, posterior) = self.diagnose_run(observation, plan, watch)?;
-            answer.evaluations += spent + 1;
+            let spent = begun.answer.evaluations;
+            begun = self.diagnose_run(observation, plan, watch)?;
+            begun.answer.evaluations += spent + 1;
         }
-        forget_direction(&mut answer, experiment.actuator.motor.pole_pairs);
-        Ok((answer, posterior))
+        forget_direction(&mut begun.answer, experiment.actuator.motor.pole_pairs);
+        Ok(begun)
     }
 
     /// Diagnoses what was read off a recording, showing the residual of every evaluation of the
@@ -190,7 +250,9 @@ impl Diagnoser {
         residual: &dyn Fn(&[f64]),
     ) -> Result<Answered, DiagnoseError> {
         let plan = Plan::of(options, &self.bundle().experiment)?;
-        self.diagnose_run(observation, &plan, &Watch { residual, ..Watch::NOTHING })
+        let watch = Watch { residual, ..Watch::NOTHING };
+        let Begun { answer, posterior, .. } = self.diagnose_run(observation, &plan, &watch)?;
+        Ok((answer, posterior))
     }
 
     fn diagnose_run(
@@ -198,17 +260,20 @@ impl Diagnoser {
         observation: &Observation,
         plan: &Plan,
         watch: &Watch<'_>,
-    ) -> Result<Answered, DiagnoseError> {
+    ) -> Result<Begun, DiagnoseError> {
         let run = Run { learnt: &self.learnt, observation, plan, watch };
         let referred = self.learnt.reference_notice(observation.start_angle_rad, plan)?;
         let mut within = None;
         let unused = match run.within_tolerances() {
             Ok((error, angle_rad)) => {
                 match run.diagnose_unit(error, angle_rad) {
-                    Ok(found) if found.is_to_the_noise => {
-                        return Ok((found.answer, found.posterior));
+                    Ok(Within { answer, posterior, is_to_the_noise, late_s }) => {
+                        let begun = Begun { answer, posterior, late_s };
+                        if is_to_the_noise || (plan.moves_start && begun.is_late()) {
+                            return Ok(begun);
+                        }
+                        within = Some(begun);
                     }
-                    Ok(found) => within = Some((found.answer, found.posterior)),
                     // damage far beyond the incipient: a search from the machine as new runs away
                     Err(DiagnoseError::Unit(_)) => {}
                     Err(error) => return Err(error),
@@ -235,7 +300,7 @@ impl Diagnoser {
             code: NoticeCode::TolerancesUnused,
             message: format!("the machine is taken to be exactly its model file: {reason}"),
         }));
-        Ok((answer, posterior))
+        Ok(Begun { answer, posterior, late_s: None })
     }
 
     fn with_known_angle(&self, run: &Run<'_>, angle_rad: f64) -> Result<Answered, DiagnoseError> {

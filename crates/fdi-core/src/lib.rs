@@ -27,6 +27,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod action;
 mod diagnose;
 mod offline;
 mod online;
@@ -37,6 +38,7 @@ mod simulation;
 mod statistics;
 mod unit;
 
+pub use action::{ABOVE_WATCH, decide};
 pub use diagnose::Diagnoser;
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;

@@ -35,6 +35,7 @@ impl EnvelopeSignal {
                 sensor_shares: None,
                 stated_noise_a: Some(noise_a),
                 resampling_error_a: 0.0,
+                start: None,
                 session: None,
                 winding_temperature_k: None,
                 notices: Vec::new(),

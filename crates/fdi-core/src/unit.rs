@@ -25,3 +25,4 @@ mod tests;
 pub(crate) mod together;
 pub(crate) mod unmodelled;
 pub(crate) mod variants;
+pub(crate) mod weight;

@@ -4,6 +4,7 @@
 //! compute are free to change and are converted into these. Numbers are always
 //! finite; what is not determined is `null`.
 
+mod action;
 mod bundle;
 mod calibration;
 mod diagnosis;
@@ -21,6 +22,7 @@ mod signal;
 mod tolerance_use;
 mod unit;
 
+pub use action::{Action, ActionLevels, FaultAction, Limits, Severity};
 pub use bundle::{BundleSummary, DatasetSummary, EncodingSummary};
 pub use calibration::{CalibratedParameter, Calibration};
 #[cfg(test)]

@@ -94,6 +94,16 @@ impl Channel {
         self.times_s = times_s;
     }
 
+    /// The samples from a time on; `None` where there are none.
+    pub(super) fn since(&self, start_s: f64) -> Option<Self> {
+        let first = self.times_s.partition_point(|time_s| *time_s < start_s);
+        if first == self.times_s.len() {
+            return None;
+        }
+        let (times_s, values) = (self.times_s[first..].into(), self.values[first..].into());
+        Some(Self { times_s, values, ..self.clone() })
+    }
+
     /// Which channel it is.
     pub fn name(&self) -> ChannelName {
         self.name

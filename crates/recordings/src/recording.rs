@@ -77,6 +77,25 @@ impl Recording {
         self.channels.iter().find(|channel| channel.name() == name)
     }
 
+    /// The recording without the samples before a time, s. Channels that have none since are left
+    /// out; columns that are no channel stay whole.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use recordings::{ColumnMap, Recording};
+    ///
+    /// let text = "time_s,current_a\n-0.1,0\n0,1\n0.1,2\n";
+    /// let whole = Recording::parse("r", text.as_bytes(), &ColumnMap::default())?;
+    /// assert_eq!(whole.since(-0.05).channels()[0].values(), [1.0, 2.0]);
+    /// # Ok::<_, recordings::RecordError>(())
+    /// ```
+    #[must_use]
+    pub fn since(&self, start_s: f64) -> Self {
+        let channels = self.channels.iter().filter_map(|channel| channel.since(start_s)).collect();
+        Self { channels, ..self.clone() }
+    }
+
     /// All known channels, in the order of the file.
     pub fn channels(&self) -> &[Channel] {
         &self.channels

@@ -4,6 +4,7 @@
 //! anyone can recompute in seconds (deterministic, compared by `--check`), and
 //! `text`, the whole page as Markdown.
 
+mod as_recorded;
 mod bar;
 mod bayesopt;
 mod cranfield;
@@ -73,6 +74,11 @@ const PAGES: &[Page] = &[
         name: "real-recordings",
         quick: real_recordings::quick,
         text: |f| real_recordings::text(f).map(Into::into),
+    },
+    Page {
+        name: "as-recorded",
+        quick: as_recorded::quick,
+        text: |_| as_recorded::text().map(Into::into),
     },
     Page {
         name: "explaining",

@@ -13,12 +13,12 @@ use std::{
 use anyhow::{Context, Result, bail};
 use fdi_core::{
     list_recordings, recording_sha256,
-    report::{BatchShard, RecordDiagnosis, Verdict},
+    report::{BatchShard, RecordDiagnosis, Severity, Verdict},
 };
 use recordings::sha256_hex;
 
 use crate::{
-    DiagnoseArgs, Diagnoser, ExitStatus, GlobalArgs, OutputFormat, Streams,
+    DiagnoseArgs, Diagnoser, ExitBy, ExitStatus, GlobalArgs, OutputFormat, Streams,
     answering::{Batch, STANDARD_INPUT, Source, failure},
     batch::in_order,
     files::Files,
@@ -57,7 +57,8 @@ pub(crate) fn diagnose(
     let map = args.map.column_map()?;
     let is_kept = args.resume.is_some();
     let (names, stable) = (&args.fleet.names, global.stable);
-    let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept };
+    let levels = args.action_levels()?;
+    let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept, levels };
     let (inputs, shard) = inputs(args)?;
     let part = match shard {
         Some(shard) => {
@@ -94,6 +95,10 @@ pub(crate) fn diagnose(
             streams.say(format_args!("\nhint: {hint}"));
         }
         streams.say(format_args!("{}", tally.sentence()));
+    }
+    let watched = tally.decided(Severity::Watch);
+    if args.exit_code == Some(ExitBy::Decision) && !watched.is_empty() {
+        streams.say(format_args!("warning: to be watched: {}", watched.join(", ")));
     }
     after::batch(&batch, args, global, &tally, records.as_deref(), streams)?;
     Ok(status(&tally, args.exit_code))
@@ -200,12 +205,20 @@ struct Done {
     line: Option<Line>,
 }
 
-fn status(tally: &Tally, exit_code: bool) -> ExitStatus {
+fn status(tally: &Tally, exit_by: Option<ExitBy>) -> ExitStatus {
+    let (is_found, is_open) = match exit_by {
+        None => (false, false),
+        Some(ExitBy::Verdict) => (tally.found(), tally.without_conclusion > 0),
+        Some(ExitBy::Decision) => {
+            let of = |severity| !tally.decided(severity).is_empty();
+            (of(Severity::Act), of(Severity::Undecided))
+        }
+    };
     if !tally.failures.is_empty() {
         ExitStatus::Failed
-    } else if exit_code && tally.found() {
+    } else if is_found {
         ExitStatus::Found
-    } else if exit_code && tally.without_conclusion > 0 {
+    } else if is_open {
         ExitStatus::Open
     } else {
         ExitStatus::Done

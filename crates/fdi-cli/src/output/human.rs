@@ -37,6 +37,8 @@ struct Row {
     cells: Vec<String>,
     sentence: Option<String>,
     detected: bool,
+    /// Severity and next step.
+    action: Option<String>,
 }
 
 impl<'a> Human<'a> {
@@ -74,6 +76,10 @@ impl<'a> Human<'a> {
             row.sentence.as_ref().map(|sentence| format!("{name}: {sentence}\n"))
         };
         let sentences: Vec<_> = names.iter().zip(&self.rows).filter_map(sentence).collect();
+        let action = |(name, row): (&&str, &Row)| {
+            row.action.as_ref().map(|action| format!("{name}: {action}\n"))
+        };
+        let actions: Vec<_> = names.iter().zip(&self.rows).filter_map(action).collect();
         let notice = |((code, message), of): (&(NoticeCode, String), &Vec<usize>)| {
             format!("{}: {message} ({})\n", code.code(), listed(of, &names))
         };
@@ -85,7 +91,7 @@ impl<'a> Human<'a> {
         findings.extend(open.iter().map(|(line, of)| (line.as_str(), *of)));
         let finding = |(line, of): (&str, &[usize])| format!("{line} ({})\n", listed(of, &names));
         let findings: Vec<_> = findings.into_iter().map(finding).collect();
-        for block in [sentences, findings, notices] {
+        for block in [actions, sentences, findings, notices] {
             if !block.is_empty() {
                 write!(text, "\n{}", block.concat())?;
             }
@@ -115,6 +121,7 @@ impl AnswerWriter for Human<'_> {
             cells: cells(record),
             sentence: sentence(record),
             detected: record.any_detected(),
+            action: record.action.as_ref().map(|one| format!("{}: {}", one.severity, one.next)),
         });
         Ok(())
     }

@@ -2,6 +2,7 @@
 //! experiment.
 
 use core::f64::consts::PI;
+use std::borrow::Cow;
 
 use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector, SimulationError};
 
@@ -12,7 +13,10 @@ use recordings::{
 };
 
 use crate::{
-    online::commutation::{Commutation, MOST_DEVIATION_RAD},
+    online::{
+        command_start::CommandStart,
+        commutation::{Commutation, MOST_DEVIATION_RAD},
+    },
     report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
     simulation::{
         envelope::{envelope_kind, filtered},
@@ -49,6 +53,8 @@ pub(crate) struct Observation {
     /// Root mean square error of a sample that filling gaps and resampling have made, A: part of the
     /// noise, and not seen in the sum of the phases, which is zero before and after.
     pub(crate) resampling_error_a: f64,
+    /// Where the command begins, where the recording was running before it.
+    pub(crate) start: Option<CommandStart>,
     /// Session that the recording states, else its day.
     pub(crate) session: Option<String>,
     /// Temperature of the winding with its standard deviation, where it was read, K.
@@ -136,6 +142,16 @@ pub enum ObservationError {
         /// The bundle's.
         expected: String,
     },
+    /// The recording was running before a command that it does not hold.
+    #[error(
+        "the recording begins about {:.0} ms before the command, which only `command_rad` shows well \
+         enough here: record it, or cut the recording where the command begins",
+        1e3 * after_s
+    )]
+    StartUnknown {
+        /// Time from the first sample to the command, s.
+        after_s: f64,
+    },
     /// The recorded command is not the bundle's.
     #[error(
         "`command_rad` is {found_rad} rad at {time_s} s, the bundle's command `{command}` \
@@ -203,29 +219,54 @@ const SAME_TIME_SAMPLES: f64 = 0.02;
 const COMMAND_TOLERANCE: f64 = 0.01;
 
 impl Observation {
-    /// Reads the signal of an experiment off a recording that may begin before or after the
-    /// command.
+    /// Reads the signal of an experiment off a recording, from where the command begins on, which has to
+    /// be known.
     pub(crate) fn of(
         recording: &Recording,
         experiment: &Experiment,
         max_delay_s: f64,
     ) -> Result<Self, ObservationError> {
+        let start = CommandStart::of(recording, experiment);
+        if let Some(start) = start.filter(|start| start.std_s() > 0.0) {
+            return Err(ObservationError::StartUnknown { after_s: start.after_s(recording) });
+        }
+        Self::begun(recording, experiment, start, max_delay_s)
+    }
+
+    /// Reads the signal of an experiment off a recording, from a start of the command on, else from its
+    /// first sample.
+    pub(crate) fn begun(
+        recording: &Recording,
+        experiment: &Experiment,
+        start: Option<CommandStart>,
+        max_delay_s: f64,
+    ) -> Result<Self, ObservationError> {
         let mut notices = mended(recording);
         notices.extend(computed(recording));
-        match recording.require_current()? {
-            Current::Phases(phases) => {
-                let mut observation = of_phases(recording, phases, experiment)?;
-                check_command(recording, experiment, max_delay_s, &mut notices)?;
-                observation.notices = notices;
-                Ok(observation)
+        notices.extend(start.map(|start| start.notice(recording)));
+        let (cut, late_s) = match start {
+            Some(start) => {
+                let (cut, late_s) = start.cut(recording)?;
+                (Cow::Owned(cut), late_s)
             }
-            Current::Envelope(channel) => {
-                let mut observation = of_envelope(recording, channel, experiment)?;
-                check_command(recording, experiment, max_delay_s, &mut notices)?;
-                observation.notices = notices;
-                Ok(observation)
-            }
+            None => (Cow::Borrowed(recording), 0.0),
+        };
+        let recording = cut.as_ref();
+        let mut observation = match recording.require_current()? {
+            Current::Phases(phases) => of_phases(recording, phases, experiment)?,
+            Current::Envelope(channel) => of_envelope(recording, channel, experiment)?,
+        };
+        check_command(recording, experiment, late_s, max_delay_s, &mut notices)?;
+        if late_s != 0.0 {
+            observation.signal_a = observation.advanced(late_s, experiment);
         }
+        (observation.notices, observation.start) = (notices, start);
+        Ok(observation)
+    }
+
+    /// Standard deviation of the time at which the command begins, s; zero where it is known.
+    pub(crate) fn start_std_s(&self) -> f64 {
+        self.start.map_or(0.0, |start| start.std_s())
     }
 }
 
@@ -349,6 +390,7 @@ fn of_phases(
         sensor_shares: shares,
         stated_noise_a: recording.metadata.noise_a,
         resampling_error_a: root_mean_square(phases.map(Channel::resampling_error)),
+        start: None,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
         notices: Vec::new(),
@@ -510,6 +552,7 @@ fn of_envelope(
         sensor_shares: None,
         stated_noise_a: metadata.noise_a,
         resampling_error_a: channel.resampling_error(),
+        start: None,
         session: session_of(metadata),
         winding_temperature_k: winding_temperature_k(metadata),
         notices: Vec::new(),
@@ -573,10 +616,12 @@ fn noise_beside_gains_a(phases: [&[f64]; 3]) -> Option<f64> {
     (noise_a > COMPUTED_SUM_A).then_some(noise_a)
 }
 
-/// Compares the recording's command with the bundle's, before and after it by some delay.
+/// Compares the recording's command with the bundle's, which begins late by a part of a sample,
+/// before and after it by some delay.
 fn check_command(
     recording: &Recording,
     experiment: &Experiment,
+    late_s: f64,
     max_delay_s: f64,
     notices: &mut Vec<Notice>,
 ) -> Result<(), ObservationError> {
@@ -599,10 +644,10 @@ fn check_command(
         return Ok(());
     };
     let command = |t: f64| experiment.scenario.command.at(t);
-    let start_s = channel.times_s().first().copied().unwrap_or(0.0);
+    let start_s = channel.times_s().first().copied().unwrap_or(0.0) + late_s;
     let (mut range, mut worst) = (0.0f64, (0.0f64, 0.0, 0.0, 0.0));
     for (&time_s, &found_rad) in channel.times_s().iter().zip(channel.values()) {
-        let since_s = time_s - start_s;
+        let since_s = (time_s - start_s).max(0.0);
         if since_s > experiment.scenario.duration_s {
             break;
         }

@@ -67,6 +67,8 @@ pub(crate) struct Plan {
     pub(crate) tolerance: Result<(), Option<&'static str>>,
     /// Parts of the start that are estimated; `None`: the test begins as the bundle has it.
     pub(crate) freedom: Option<Freedom>,
+    /// True where the start of the command may be moved, and the recording diagnosed again.
+    pub(crate) moves_start: bool,
     /// The unit that the recording is of, where it was learnt.
     pub(crate) unit: Option<Arc<LearntUnit>>,
     pub(crate) seed: u64,
@@ -105,7 +107,41 @@ impl Plan {
         let freedom = Freedom::of(options, experiment);
         let tolerance = tolerance(options, freedom.is_some());
         let unit = options.unit.clone();
-        Ok(Self { search, method, fidelity, budget, noise_a, tolerance, freedom, unit, seed })
+        let moves_start = false;
+        Ok(Self {
+            search,
+            method,
+            fidelity,
+            budget,
+            noise_a,
+            tolerance,
+            freedom,
+            moves_start,
+            unit,
+            seed,
+        })
+    }
+
+    /// The plan for a recording whose command begins at a time that is known to a standard deviation, s:
+    /// where the machine is exactly its model file, it is looked for with the faults.
+    ///
+    /// # Errors
+    ///
+    /// [`DiagnoseError::StartMethod`] for a method that cannot look for it.
+    pub(crate) fn with_start(
+        self,
+        std_s: f64,
+        moves_start: bool,
+        experiment: &Experiment,
+    ) -> Result<Self, DiagnoseError> {
+        if std_s == 0.0 || self.freedom.is_some() {
+            return Ok(self);
+        }
+        if self.method != Method::Gls || self.fidelity != Fidelity::Low {
+            return Err(DiagnoseError::StartMethod);
+        }
+        let options = DiagnoseOptions { max_delay_s: 2.0 * std_s, ..DiagnoseOptions::default() };
+        Ok(Self { freedom: Freedom::of(&options, experiment), moves_start, ..self })
     }
 
     /// True where the answer may be the emulator's.

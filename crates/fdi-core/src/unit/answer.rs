@@ -52,6 +52,9 @@ pub(crate) struct Within {
     pub(crate) posterior: Posterior,
     /// True where noise and learnt error explain the residual's size, whatever its form is.
     pub(crate) is_to_the_noise: bool,
+    /// Time by which the command begins later than it was taken to, and its standard deviation, s;
+    /// `None` where it was known.
+    pub(crate) late_s: Option<(f64, f64)>,
 }
 
 impl<'a> Run<'a> {
@@ -116,6 +119,7 @@ impl<'a> Run<'a> {
                     shares: self.observation.sensor_shares.as_ref(),
                     noise: &noise,
                     temperature,
+                    start_std_s: self.observation.start_std_s(),
                 },
                 &effects,
                 self.plan.budget.unit,
@@ -137,7 +141,8 @@ impl<'a> Run<'a> {
             fit.evidence.unmodelled.clear();
         }
         let (answer, posterior) = self.unit_answer(error, &quantities, noise, &fit)?;
-        Ok(Within { is_to_the_noise: is_adequate(error, &fit), answer, posterior })
+        let (is_to_the_noise, late_s) = (is_adequate(error, &fit), fit.late_s);
+        Ok(Within { answer, posterior, is_to_the_noise, late_s })
     }
 
     /// The noise level that makes a residual most likely, with the bundle's level as a prior, A.
@@ -230,6 +235,7 @@ impl<'a> Run<'a> {
             },
             faults,
             findings: findings.all,
+            action: None,
             covariance: posterior.report_covariance(),
             notices,
         };

@@ -300,6 +300,7 @@ fn observed<'a>(
         shares: observation.sensor_shares.as_ref(),
         noise,
         temperature: diagnoser.learnt.temperature_reading(observation),
+        start_std_s: 0.0,
     }
 }
 

@@ -2,8 +2,8 @@
 
 use ema_sim::{EffectId, SimulationError};
 use inference::{
-    BandedCholesky, BandedMatrix, MostProbable, NotPositiveDefinite, SymmetricMatrix, Unknown,
-    Whitened, dot, most_probable,
+    BandedMatrix, MostProbable, NotPositiveDefinite, SymmetricMatrix, Unknown, Whitened, dot,
+    most_probable,
 };
 use nalgebra::DMatrix;
 
@@ -18,6 +18,7 @@ use crate::{
         quantities::Quantities,
         sensors::SensorShares,
         unmodelled::{EffectSlopes, Explanation, unmodelled},
+        weight::Weight,
     },
 };
 
@@ -59,6 +60,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) noise: &'a BandedMatrix,
     /// Temperature of the winding, where it was read.
     pub(crate) temperature: Option<TemperatureReading>,
+    /// Standard deviation of the time at which the command begins, s; zero where it is known.
+    pub(crate) start_std_s: f64,
 }
 
 /// Explanation of a recording.
@@ -81,6 +84,9 @@ pub(crate) struct UnitFit {
     pub(crate) converged: bool,
     /// True where the evaluations were spent before it converged.
     pub(crate) cut_short: bool,
+    /// Time by which the command begins later than it was taken to, and its standard deviation, s;
+    /// `None` where it was known.
+    pub(crate) late_s: Option<(f64, f64)>,
     /// Simulations of the low-fidelity model.
     pub(crate) evaluations: u64,
 }
@@ -101,12 +107,16 @@ pub(crate) fn explain(
         modelled: Modelled::new(experiment, quantities, error, observed),
         effects,
         floor_a: whole.mean_diagonal().sqrt(),
-        cholesky: whole.cholesky()?,
+        weight: Weight::new(whole)?,
+        rate_hz: experiment.filter.output_hz,
         wideness: 0.0,
         white_slopes: Vec::new(),
         most_evaluations,
     };
     let mut start = vec![0.0; layout.len()];
+    if observed.start_std_s > 0.0 {
+        compared.use_covariance(0.0, &start)?;
+    }
     for _ in 0..COVARIANCES {
         let found = most_probable(&mut compared, &unknowns(layout), &start)?;
         let found = found.ok_or(UnitSearchError::Undetermined)?;
@@ -114,8 +124,8 @@ pub(crate) fn explain(
         if (wideness - compared.wideness).abs() < SAME_WIDENESS || compared.is_spent() {
             return compared.fit(found);
         }
-        compared.use_covariance(wideness)?;
         start = found.numbers;
+        compared.use_covariance(wideness, &start)?;
     }
     let found = most_probable(&mut compared, &unknowns(layout), &start)?;
     compared.fit(found.ok_or(UnitSearchError::Undetermined)?)
@@ -141,7 +151,9 @@ struct Compared<'a> {
     modelled: Modelled<'a>,
     /// Slopes in effects that the model file does not have.
     effects: &'a [EffectSlopes],
-    cholesky: BandedCholesky,
+    weight: Weight,
+    /// Rate of the signal.
+    rate_hz: f64,
     /// Share of the covariance of a wide play.
     wideness: f64,
     floor_a: f64,
@@ -152,18 +164,42 @@ struct Compared<'a> {
 }
 
 impl Compared<'_> {
-    /// Weighs with another covariance of the model's error.
-    fn use_covariance(&mut self, wideness: f64) -> Result<(), NotPositiveDefinite> {
-        let whole =
-            joined(&self.modelled.error.covariance_of(wideness), self.modelled.observed.noise);
+    /// Weighs with the covariance of the model's error for a share of a wide play, and with a start
+    /// of the command that is not known where it is not, at some numbers.
+    fn use_covariance(&mut self, wideness: f64, point: &[f64]) -> Result<(), UnitSearchError> {
+        let observed = self.modelled.observed;
+        let whole = joined(&self.modelled.error.covariance_of(wideness), observed.noise);
         (self.wideness, self.floor_a) = (wideness, whole.mean_diagonal().sqrt());
-        self.cholesky = whole.cholesky()?;
+        let weight = Weight::new(whole)?;
+        if observed.start_std_s == 0.0 {
+            self.weight = weight;
+            return Ok(());
+        }
+        let mut signal_a = self.modelled.residual_a(point)?;
+        for (value, measured) in signal_a.iter_mut().zip(observed.signal_a) {
+            *value = measured - *value;
+        }
+        self.weight = weight.with_shift(&signal_a, self.rate_hz, observed.start_std_s);
         Ok(())
+    }
+
+    /// Time by which the command begins later than it was taken to, and its standard deviation, s.
+    fn late_s(&self, found: &MostProbable) -> Option<(f64, f64)> {
+        let late_s = self.weight.shift_s(&found.white)?;
+        let known_s = self.weight.known_shift_std_s()?;
+        let slopes = self.unknown_slopes(&found.numbers);
+        let by: Vec<f64> =
+            slopes.iter().map(|row| self.weight.shift_s(row)).collect::<Option<_>>()?;
+        let entry = |i: usize, j: usize| by[i] * found.covariance.at(i, j) * by[j];
+        let pairs = (0..by.len()).flat_map(|i| (0..by.len()).map(move |j| (i, j)));
+        let open_s2: f64 = pairs.map(|(i, j)| entry(i, j)).sum();
+        Some((late_s, open_s2.max(0.0).sqrt().hypot(known_s)))
     }
 
     fn fit(&mut self, found: MostProbable) -> Result<UnitFit, UnitSearchError> {
         let residual_a = self.modelled.residual_a(&found.numbers)?;
         let unmodelled = self.unmodelled(&found);
+        let late_s = self.late_s(&found);
         let samples = self.modelled.observed.signal_a.len();
         let white = &found.white[..samples];
         let rows = &self.white_slopes;
@@ -189,6 +225,7 @@ impl Compared<'_> {
             wideness: self.wideness,
             cut_short: !found.converged && self.is_spent(),
             converged: found.converged,
+            late_s,
             evaluations: self.modelled.evaluations,
         })
     }
@@ -203,7 +240,7 @@ impl Compared<'_> {
             .iter()
             .map(|row| {
                 let mut weighted = row.clone();
-                self.cholesky.whiten_transposed(&mut weighted);
+                self.weight.whiten_transposed(&mut weighted);
                 weighted
             })
             .collect();
@@ -234,7 +271,7 @@ impl Compared<'_> {
         let white = |effect: &EffectSlopes| {
             let mut rows = effect.rows.clone();
             for row in &mut rows {
-                self.cholesky.whiten(row);
+                self.weight.whiten(row);
                 // an effect moves no thermometer
                 row.resize(found.white.len(), 0.0);
             }
@@ -255,7 +292,7 @@ impl Whitened for Compared<'_> {
 
     fn residual(&mut self, point: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let mut residual = self.modelled.residual_a(point)?;
-        self.cholesky.whiten(&mut residual);
+        self.weight.whiten(&mut residual);
         residual.extend(
             self.modelled
                 .temperature()
@@ -267,7 +304,7 @@ impl Whitened for Compared<'_> {
     fn slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
         self.white_slopes = self.modelled.shown_slopes(point)?;
         for row in &mut self.white_slopes {
-            self.cholesky.whiten(row);
+            self.weight.whiten(row);
         }
         Ok(self.unknown_slopes(point))
     }

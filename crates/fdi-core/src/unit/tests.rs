@@ -77,6 +77,7 @@ impl Chirp {
             signal_a,
             start_angle_rad: 0.0,
             shares: None,
+            start_std_s: 0.0,
             noise: &self.noise,
             temperature: None,
         };

@@ -2,7 +2,7 @@
 
 use fdi_core::{
     Bundle, Channel, ChannelName, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Encoding,
-    Experiment, RecordedContent, Recording, SimulatedRecording,
+    Experiment, RecordedContent, Recording, SimulatedRecording, ToleranceUse,
     ema_sim::{HealthState, Imperfections, PhaseSensors},
     report::{NoticeCode, RecordDiagnosis},
 };
@@ -77,6 +77,83 @@ fn a_delay_is_told_and_estimated_where_it_may_be() {
         diagnoser.diagnose(&recording, &refused).unwrap_err().to_string(),
         "a largest delay of 0.1 s, expected 0 to 0.05 s"
     );
+}
+
+/// The recording after some samples of rest, with its command where that was recorded.
+fn after_a_rest(
+    recording: &Recording,
+    experiment: &Experiment,
+    rest: usize,
+    command: bool,
+) -> Recording {
+    let names = [
+        ChannelName::PhaseACurrent,
+        ChannelName::PhaseBCurrent,
+        ChannelName::PhaseCCurrent,
+        ChannelName::MotorAngle,
+    ];
+    let mut channels: Vec<Channel> = names
+        .into_iter()
+        .map(|name| {
+            let values = recording.channel(name).unwrap().values();
+            // the noise of the first samples, over and over
+            let noise = values[..16].iter().copied().cycle().take(rest);
+            let whole = noise.chain(values.iter().copied()).collect();
+            Channel::uniform(name, -0.05, 10_000.0, whole).unwrap()
+        })
+        .collect();
+    if command {
+        let test = &experiment.scenario.command;
+        let samples = channels[0].values().len() as i32;
+        let at = |n: i32| test.at((f64::from(n - rest as i32) / 10e3).max(0.0));
+        let values = (0..samples).map(at).collect();
+        channels.push(Channel::uniform(ChannelName::Command, -0.05, 10_000.0, values).unwrap());
+    }
+    Recording::new("r", recording.metadata.clone(), channels).unwrap()
+}
+
+#[test]
+fn what_is_before_the_command_is_left_out() {
+    let bundle = chirp();
+    let plain = recorded(&bundle.experiment, LEVELS, 13);
+    let experiment = bundle.experiment.clone();
+    let diagnoser = Diagnoser::new(bundle).unwrap();
+    let answer = |recording: &Recording, tolerance| {
+        let options = DiagnoseOptions { tolerance, ..DiagnoseOptions::default() };
+        diagnoser.diagnose(recording, &options).unwrap()
+    };
+    for tolerance in [ToleranceUse::None, ToleranceUse::Model] {
+        let twin = answer(&plain, tolerance);
+        for rest in [73, 20_000] {
+            let known = answer(&after_a_rest(&plain, &experiment, rest, true), tolerance);
+            assert_eq!(known.faults, twin.faults, "{rest}");
+            let words = format!("begins {:.2} ms after the first sample", 0.1 * rest as f64);
+            assert!(tells(&known, NoticeCode::BeginsBeforeCommand, &words), "{:?}", known.notices);
+            let found = answer(&after_a_rest(&plain, &experiment, rest, false), tolerance);
+            assert_eq!(found.verdict, twin.verdict);
+            for (found, twin) in found.faults.iter().zip(&twin.faults).take(6) {
+                let (std, off) = (found.std.unwrap(), found.value.unwrap() - twin.value.unwrap());
+                // half a sample of the clock is within what the start leaves open
+                assert!(off.abs() < std && std < 1.5 * twin.std.unwrap(), "{found:?} {twin:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_recording_that_goes_on_after_the_test_is_not_moved() {
+    let bundle = chirp();
+    let plain = recorded(&bundle.experiment, LEVELS, 14);
+    let diagnoser = Diagnoser::new(bundle).unwrap();
+    let longer = plain.channels().iter().map(|channel| {
+        let rest = channel.values()[..16].iter().copied().cycle().take(3000);
+        let values = channel.values().iter().copied().chain(rest).collect();
+        Channel::uniform(channel.name(), 0.0, 10_000.0, values).unwrap()
+    });
+    let longer = Recording::new("r", plain.metadata.clone(), longer.collect()).unwrap();
+    let options = DiagnoseOptions::default();
+    let [plain, longer] = [plain, longer].map(|one| diagnoser.diagnose(&one, &options).unwrap());
+    assert_eq!(plain, longer);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Covariance, Fault, FaultId, Finding, Notice, NoticeCode, words};
+use super::{Action, Covariance, Fault, FaultId, Finding, Notice, NoticeCode, words};
 
 /// The answer to a batch of recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -122,6 +122,9 @@ pub struct RecordDiagnosis {
     /// them; left out where the machine is taken to be exactly its model file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
+    /// Decision about the machine; only with `--decide`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub action: Option<Action>,
     /// Joint uncertainty of what is determined.
     pub covariance: Covariance,
     /// Things that the reader of the answer should know.
@@ -320,6 +323,7 @@ pub(crate) mod tests {
             },
             faults,
             findings: Vec::new(),
+            action: None,
             covariance: Covariance {
                 parameters: vec!["k1".to_owned()],
                 estimate: vec![0.021],

@@ -40,6 +40,8 @@ pub enum NoticeCode {
     NoiseAboveBundle,
     /// Noise on the phases could hide a level beyond the incipient ones where nothing is detected.
     NoiseHidesLevels,
+    /// The recording begins before the command; what is before it is left out.
+    BeginsBeforeCommand,
     /// The start of the test was estimated with the faults.
     StartEstimated,
     /// Another start of the test would explain the recording better.
@@ -66,7 +68,7 @@ pub enum NoticeCode {
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -77,6 +79,7 @@ impl NoticeCode {
         Self::PhasesSampledSlowly,
         Self::NoiseAboveBundle,
         Self::NoiseHidesLevels,
+        Self::BeginsBeforeCommand,
         Self::StartEstimated,
         Self::StartSuspected,
         Self::ReferenceUsed,
@@ -103,6 +106,7 @@ impl NoticeCode {
             Self::PhasesSampledSlowly => "phases-sampled-slowly",
             Self::NoiseAboveBundle => "noise-above-bundle",
             Self::NoiseHidesLevels => "noise-hides-levels",
+            Self::BeginsBeforeCommand => "begins-before-command",
             Self::StartEstimated => "start-estimated",
             Self::StartSuspected => "start-suspected",
             Self::ReferenceUsed => "reference-used",

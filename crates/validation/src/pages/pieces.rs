@@ -11,7 +11,10 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 25] = [
+const OF_METHOD: [&str; 28] = [
+    "as_recorded/columns.md",
+    "as_recorded/head.md",
+    "as_recorded/limits.md",
     "bayesopt/head.md",
     "bayesopt/limits.md",
     "bayesopt/problems.md",

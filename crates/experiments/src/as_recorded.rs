@@ -1,0 +1,272 @@
+//! Recordings as benches make them, beside the recording that the same machine would give on a bench
+//! that is exactly as the bundle has it.
+//!
+//! Each machine is simulated once, its phases at a rate ten times that of the recording: a recording
+//! may then begin at any tenth of a sample before the command. Both recordings of a machine have noise
+//! of their own, so that their answers differ by that too.
+
+use std::fmt::Write as _;
+
+use fdi_core::{
+    Bundle, ColumnMap, Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser,
+    EMBEDDED_BUNDLES, Purpose, RecordedContent, Recording, ReferenceDesign, RootSeed,
+    SimulatedRecording, ToleranceUse,
+    ema_sim::{Converter, FAULT_COUNT, Imperfections, PhaseSensors},
+    in_parallel,
+    report::{RecordDiagnosis, Verdict},
+};
+
+use crate::{request::EvaluationError, score::median};
+
+/// Rate of the phases in the recordings, Hz.
+const RATE_HZ: f64 = 10e3;
+/// Simulated samples for each recorded one.
+const FINE: usize = 10;
+/// Sensors of the bench.
+const SENSORS: PhaseSensors = PhaseSensors { noise_a: 0.020, converter: Some(Converter::DEFAULT) };
+/// Levels that are scored: k1 to k5; the eccentricity has none where it is absent.
+const SCORED: usize = 5;
+
+/// How a bench makes its recordings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BenchForm {
+    /// In words.
+    pub name: &'static str,
+    /// Longest time that a recording runs before its command, s; each recording has a part of it.
+    pub most_before_s: f64,
+    /// True where the command begins between two samples.
+    pub between_samples: bool,
+    /// Columns beside the first two phases.
+    pub columns: &'static [BenchColumn],
+}
+
+/// Column that a bench may record beside two phases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BenchColumn {
+    /// The third phase.
+    Phase,
+    /// The rotor's angle.
+    Angle,
+    /// The command.
+    Command,
+}
+
+impl BenchForm {
+    fn has(&self, column: BenchColumn) -> bool {
+        self.columns.contains(&column)
+    }
+}
+
+/// As the bundle has it.
+const TWIN: BenchForm = BenchForm {
+    name: "twin",
+    most_before_s: 0.0,
+    between_samples: false,
+    columns: &[BenchColumn::Phase, BenchColumn::Angle],
+};
+
+/// Forms of recordings to score.
+#[derive(Clone, Copy, Debug)]
+pub struct AsRecordedRequest<'a> {
+    /// Forms.
+    pub forms: &'a [BenchForm],
+    /// Machines without damage, and as many with some.
+    pub machines: usize,
+    /// Use of the machine's tolerances.
+    pub tolerance: ToleranceUse,
+    /// Root seed.
+    pub seed: u64,
+    /// Threads.
+    pub jobs: usize,
+}
+
+/// Answers to recordings of one form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AsRecordedScore {
+    /// Name of the form, `twin` for recordings as the bundle has them.
+    pub name: &'static str,
+    /// Machines without damage that are called faulty.
+    pub false_alarms: usize,
+    /// Machines without damage that are called healthy.
+    pub healthy: usize,
+    /// Damaged machines that are called faulty.
+    pub faulty: usize,
+    /// Recordings that are called inadequate.
+    pub inadequate: usize,
+    /// Recordings that are refused.
+    pub refused: usize,
+    /// Intervals of 95 % of k1 to k5 that hold the truth, and all of them.
+    pub held: (usize, usize),
+    /// Standard deviation of k1 to k5 over that of the twin: median and largest.
+    pub width: (f64, f64),
+}
+
+/// Answer to one recording, and what was true of its machine.
+struct Answered {
+    truth: [f64; FAULT_COUNT],
+    answer: Option<RecordDiagnosis>,
+}
+
+/// Scores forms of recordings of the embedded chirp's machine, after their twins.
+///
+/// # Errors
+///
+/// [`EvaluationError`] when a machine cannot be simulated or the recording is none.
+pub fn evaluate_as_recorded(
+    request: &AsRecordedRequest<'_>,
+) -> Result<Vec<AsRecordedScore>, EvaluationError> {
+    let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
+    let experiment = bundle.experiment.clone();
+    let damaged = Dataset::conditions(
+        &experiment,
+        &DatasetRequest {
+            design: ReferenceDesign::Test,
+            conditions: request.machines,
+            seed: request.seed,
+            imperfections: Imperfections::REAL,
+            jobs: request.jobs,
+        },
+    )?;
+    let sound = damaged.iter().map(|one| Condition { levels: SOUND, ..*one });
+    let conditions: Vec<(usize, Condition)> =
+        sound.chain(damaged.iter().copied()).enumerate().collect();
+    let diagnoser = Diagnoser::new(bundle)?;
+    let forms: Vec<BenchForm> = [TWIN].into_iter().chain(request.forms.iter().copied()).collect();
+    let options = DiagnoseOptions { tolerance: request.tolerance, ..DiagnoseOptions::default() };
+    let answered = in_parallel(&conditions, request.jobs, |_, (index, condition)| {
+        let machine = Machine::simulated(&experiment, condition)?;
+        let of_form = |(place, form): (usize, &BenchForm)| {
+            let root = RootSeed(request.seed);
+            let seed = root.derive(Purpose::SensorNoise, (index * forms.len() + place) as u64);
+            let start = root.derive(Purpose::Fixture, *index as u64);
+            let text = machine.written(&experiment, form, start, seed);
+            let recording = Recording::parse("r.csv", text.as_bytes(), &ColumnMap::default())?;
+            let answer = diagnoser.diagnose(&recording, &options).ok();
+            Ok::<_, EvaluationError>(Answered { truth: condition.levels, answer })
+        };
+        forms.iter().enumerate().map(of_form).collect::<Result<Vec<_>, _>>()
+    })?;
+    let scored = |(place, form): (usize, &BenchForm)| {
+        let of_form = answered.iter().map(|all| (&all[place], &all[0]));
+        score(form.name, &of_form.collect::<Vec<_>>())
+    };
+    Ok(forms.iter().enumerate().map(scored).collect())
+}
+
+/// No damage; the direction of no eccentricity means nothing.
+const SOUND: [f64; FAULT_COUNT] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5];
+
+fn score(name: &'static str, answered: &[(&Answered, &Answered)]) -> AsRecordedScore {
+    let is_sound = |one: &Answered| one.truth == SOUND;
+    let count = |holds: &dyn Fn(&Answered, &RecordDiagnosis) -> bool| {
+        let answers = answered.iter().filter_map(|(one, _)| Some((one, one.answer.as_ref()?)));
+        answers.filter(|(one, answer)| holds(one, answer)).count()
+    };
+    let of = |verdict: Verdict, sound: bool| {
+        count(&|one, answer| answer.verdict == verdict && is_sound(one) == sound)
+    };
+    let (mut held, mut all, mut widths) = (0, 0, Vec::new());
+    for (one, twin) in answered {
+        let (Some(answer), Some(twin)) = (&one.answer, &twin.answer) else { continue };
+        for fault in 0..SCORED {
+            let (found, as_bundled) = (&answer.faults[fault], &twin.faults[fault]);
+            let Some([low, high]) = found.interval_95 else { continue };
+            all += 1;
+            held += usize::from((low..=high).contains(&one.truth[fault]));
+            widths.extend(found.std.zip(as_bundled.std).map(|(own, twin)| own / twin));
+        }
+    }
+    AsRecordedScore {
+        name,
+        false_alarms: of(Verdict::Faulty, true),
+        healthy: of(Verdict::Healthy, true),
+        faulty: of(Verdict::Faulty, false),
+        inadequate: count(&|_, answer| answer.verdict == Verdict::ModelInadequate),
+        refused: answered.iter().filter(|(one, _)| one.answer.is_none()).count(),
+        held: (held, all),
+        width: (
+            median(widths.iter().copied()),
+            widths.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        ),
+    }
+}
+
+/// A machine in the test, its phases and angle without noise of the sensors, at `FINE` times the rate
+/// of the recordings.
+struct Machine {
+    phases_a: [Vec<f64>; 3],
+    angle_rad: Vec<f64>,
+}
+
+impl Machine {
+    fn simulated(
+        experiment: &fdi_core::Experiment,
+        condition: &Condition,
+    ) -> Result<Self, EvaluationError> {
+        let recorded = SimulatedRecording {
+            faults: condition.coordinates(),
+            start_angle_rad: condition.start_angle_rad,
+            imperfections: Imperfections::REAL,
+            controller_seed: condition.noise_seed,
+            sensors: PhaseSensors { noise_a: 0.0, converter: None },
+            phase_rate_hz: Some(FINE as f64 * RATE_HZ),
+            sensor_seed: 0,
+            content: RecordedContent::Phases,
+        };
+        let recording = recorded.record(experiment, "r")?;
+        let values = |place: usize| recording.channels()[place].values().to_vec();
+        Ok(Self { phases_a: [0, 1, 2].map(values), angle_rad: values(3) })
+    }
+
+    /// The text of a recording in a form. Before its command all stands as at its start.
+    fn written(
+        &self,
+        experiment: &fdi_core::Experiment,
+        form: &BenchForm,
+        start: u64,
+        sensor_seed: u64,
+    ) -> String {
+        let share = start as f64 / u64::MAX as f64;
+        let rest = (share * form.most_before_s * RATE_HZ).round() as i64;
+        let offset = if form.between_samples { (start % FINE as u64) as i64 } else { 0 };
+        let last = self.angle_rad.len() as i64 - 1;
+        let places: Vec<i64> = (-rest..=last / FINE as i64)
+            .map(|n| n * FINE as i64 + offset)
+            .filter(|at| *at <= last)
+            .collect();
+        let taken = |fine: &[f64], before: f64| -> Vec<f64> {
+            places.iter().map(|&at| if at < 0 { before } else { fine[at as usize] }).collect()
+        };
+        let [a, b, c] = self.phases_a.each_ref().map(|phase| taken(phase, 0.0));
+        let phases_a = SENSORS.measure([&a, &b, &c], sensor_seed);
+        let angle_rad = taken(&self.angle_rad, self.angle_rad[0]);
+        let mut text = String::new();
+        if !form.has(BenchColumn::Command) {
+            text.push_str("# command = \"chirp\"\n");
+        }
+        text.push_str("time_s,phase_a_current_a,phase_b_current_a");
+        for (is_there, column) in [
+            (form.has(BenchColumn::Phase), ",phase_c_current_a"),
+            (form.has(BenchColumn::Angle), ",motor_angle_rad"),
+            (form.has(BenchColumn::Command), ",command_rad"),
+        ] {
+            text.push_str(if is_there { column } else { "" });
+        }
+        for (n, &at) in places.iter().enumerate() {
+            let [a, b, c] = phases_a.each_ref().map(|phase| phase[n]);
+            let _ = write!(text, "\n{:.4},{a:.6},{b:.6}", n as f64 / RATE_HZ);
+            if form.has(BenchColumn::Phase) {
+                let _ = write!(text, ",{c:.6}");
+            }
+            if form.has(BenchColumn::Angle) {
+                let _ = write!(text, ",{:.6}", angle_rad[n]);
+            }
+            if form.has(BenchColumn::Command) {
+                let since_s = (at as f64 / (FINE as f64 * RATE_HZ)).max(0.0);
+                let _ = write!(text, ",{:.7}", experiment.scenario.command.at(since_s));
+            }
+        }
+        text.push('\n');
+        text
+    }
+}
