@@ -20,7 +20,7 @@ pub enum GreyboxError {
         reason: String,
     },
     /// Recordings whose signal chain is not sound.
-    #[error("{code}: {told}", code = code.word())]
+    #[error("{told}")]
     Signal {
         /// Lack in a word.
         code: SignalCode,

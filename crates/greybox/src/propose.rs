@@ -16,7 +16,7 @@ use crate::{
     menu::{Offer, PaceLimit, menu},
     problem::{PerRecord, Problem},
     record::{Record, Recordings},
-    signal_chain::{sound, standing},
+    signal_chain::{SignalCode, SignalFind, sound, standing},
     structure::Free,
 };
 
@@ -139,6 +139,9 @@ pub fn propose(
     let machine = Machine::new(model);
     let recordings = with_holdout(recordings);
     let (recordings, finds) = sound(&machine, recordings, options.signals, options.jobs)?;
+    // another motion is what is looked for
+    let finds: Vec<SignalFind> =
+        finds.into_iter().filter(|find| find.code != SignalCode::SameMotion).collect();
     if let Some(find) = standing(&finds) {
         return Err(find.into());
     }

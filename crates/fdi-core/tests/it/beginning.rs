@@ -153,7 +153,13 @@ fn a_recording_that_goes_on_after_the_test_is_not_moved() {
     let longer = Recording::new("r", plain.metadata.clone(), longer.collect()).unwrap();
     let options = DiagnoseOptions::default();
     let [plain, longer] = [plain, longer].map(|one| diagnoser.diagnose(&one, &options).unwrap());
-    assert_eq!(plain, longer);
+    let is_moved = longer.notices.iter().any(|one| one.code == NoticeCode::BeginsBeforeCommand);
+    assert!(!is_moved && longer.fit.adequate, "{:?}", longer.notices);
+    for (longer, plain) in longer.faults.iter().zip(&plain.faults).take(6) {
+        // the noise is read off all samples
+        let off = (longer.value.unwrap() - plain.value.unwrap()).abs();
+        assert!(off < 0.05 * plain.std.unwrap(), "{longer:?} {plain:?}");
+    }
 }
 
 #[test]

@@ -17,7 +17,7 @@ const LEAST_OWN: f64 = 1e-9;
 ///
 /// # Source
 ///
-/// Liang and Zeger, Biometrika 73, 1986; Bell and McCaffrey, Survey Methodology 28, 2002.
+/// Liang and Zeger, Biometrika 73, 1986; Bell and `McCaffrey`, Survey Methodology 28, 2002.
 #[derive(Clone, Debug)]
 pub(super) struct Regression {
     pub(super) coefficients: Vec<f64>,

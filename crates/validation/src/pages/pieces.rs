@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 28] = [
+const OF_METHOD: [&str; 32] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -39,6 +39,10 @@ const OF_METHOD: [&str; 28] = [
     "measured/speed.md",
     "real_recordings/head.md",
     "real_recordings/references.md",
+    "signal_chain/emps.md",
+    "signal_chain/head.md",
+    "signal_chain/laas.md",
+    "signal_chain/limits.md",
     "simulator/limits.md",
 ];
 
