@@ -13,6 +13,7 @@ mod bundle;
 mod clocks;
 mod commands;
 mod config;
+mod decisions;
 mod diagnosis;
 mod effects;
 mod explain;
