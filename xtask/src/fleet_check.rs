@@ -12,8 +12,10 @@ use crate::python::{build, environment, finished, install};
 const RECORDINGS: &str = "20000";
 /// Page with what came of it.
 const PAGE: &str = "docs/validation/fleet.md";
-/// Packages beside Spark, which needs Java 17.
-const OF_SPARK: [&str; 3] = ["maturin", "pyspark>=4.1,<5", "pyarrow"];
+/// Packages beside the wheel's own for Spark, which needs Java 17.
+const OF_SPARK: [&str; 1] = ["maturin"];
+/// The wheel's own packages for Spark.
+const SPARK: &str = "[spark]";
 /// Packages beside Sail, which takes clients below 4.2.
 const OF_SAIL: [&str; 3] = ["pysail", "pyspark-client<4.2", "pyarrow"];
 
@@ -33,6 +35,11 @@ pub(crate) fn run(root: &Path, recordings: Option<&str>) -> Result<()> {
     for python in [&spark, &sail] {
         install(python, &wheel)?;
     }
+    // as a user installs it, so that a package that the wheel forgets is missed here
+    let mut with_spark = wheel.into_os_string();
+    with_spark.push(SPARK);
+    let words = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    finished(Command::new(&spark).args(words).arg(with_spark))?;
     let folder = root.join("target").join("fleet-check");
     let mut check = Command::new(&spark);
     check.arg(root.join("crates/fdi-py/fleet_check.py")).args(["--recordings", recordings]);

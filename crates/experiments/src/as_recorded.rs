@@ -13,7 +13,7 @@ use fdi_core::{
     SimulatedRecording, ToleranceUse,
     ema_sim::{Converter, FAULT_COUNT, Imperfections, PhaseSensors},
     in_parallel,
-    report::{RecordDiagnosis, Verdict},
+    report::{NoticeCode, RecordDiagnosis, Verdict},
 };
 
 use crate::{request::EvaluationError, score::median};
@@ -38,6 +38,8 @@ pub struct BenchForm {
     pub between_samples: bool,
     /// Columns beside the first two phases.
     pub columns: &'static [BenchColumn],
+    /// True where the columns of the phases are in any of six orders, all the other way round or not.
+    pub any_wiring: bool,
 }
 
 /// Column that a bench may record beside two phases.
@@ -63,6 +65,7 @@ const TWIN: BenchForm = BenchForm {
     most_before_s: 0.0,
     between_samples: false,
     columns: &[BenchColumn::Phase, BenchColumn::Angle],
+    any_wiring: false,
 };
 
 /// Forms of recordings to score.
@@ -95,6 +98,8 @@ pub struct AsRecordedScore {
     pub inadequate: usize,
     /// Recordings that are refused.
     pub refused: usize,
+    /// Recordings whose wiring is told as it is: another than stated, or none.
+    pub wiring_right: usize,
     /// Intervals of 95 % of k1 to k5 that hold the truth, and all of them.
     pub held: (usize, usize),
     /// Standard deviation of k1 to k5 over that of the twin: median and largest.
@@ -104,6 +109,7 @@ pub struct AsRecordedScore {
 /// Answer to one recording, and what was true of its machine.
 struct Answered {
     truth: [f64; FAULT_COUNT],
+    wiring: Wiring,
     answer: Option<RecordDiagnosis>,
 }
 
@@ -139,10 +145,11 @@ pub fn evaluate_as_recorded(
             let root = RootSeed(request.seed);
             let seed = root.derive(Purpose::SensorNoise, (index * forms.len() + place) as u64);
             let start = root.derive(Purpose::Fixture, *index as u64);
-            let text = machine.written(&experiment, form, start, seed);
+            let wiring = if form.any_wiring { Wiring::drawn(seed) } else { Wiring::STATED };
+            let text = machine.written(&experiment, form, &wiring, start, seed);
             let recording = Recording::parse("r.csv", text.as_bytes(), &ColumnMap::default())?;
             let answer = diagnoser.diagnose(&recording, &options).ok();
-            Ok::<_, EvaluationError>(Answered { truth: condition.levels, answer })
+            Ok::<_, EvaluationError>(Answered { truth: condition.levels, wiring, answer })
         };
         forms.iter().enumerate().map(of_form).collect::<Result<Vec<_>, _>>()
     })?;
@@ -183,11 +190,55 @@ fn score(name: &'static str, answered: &[(&Answered, &Answered)]) -> AsRecordedS
         faulty: of(Verdict::Faulty, false),
         inadequate: count(&|_, answer| answer.verdict == Verdict::ModelInadequate),
         refused: answered.iter().filter(|(one, _)| one.answer.is_none()).count(),
+        wiring_right: count(&|one, answer| one.wiring.is_told_by(answer)),
         held: (held, all),
         width: (
             median(widths.iter().copied()),
             widths.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         ),
+    }
+}
+
+/// Orders of the columns of three phases.
+const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+/// Columns of the phases.
+const PHASES: [&str; 3] = ["phase_a_current_a", "phase_b_current_a", "phase_c_current_a"];
+
+/// How a bench has connected the sensors of the phases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wiring {
+    /// Phase behind each column.
+    phases: [usize; 3],
+    /// True where all sensors sit the other way round.
+    is_reversed: bool,
+}
+
+impl Wiring {
+    /// Every column has its phase.
+    const STATED: Self = Self { phases: ORDERS[0], is_reversed: false };
+
+    /// Any of twelve.
+    fn drawn(seed: u64) -> Self {
+        let of_twelve = RootSeed(seed).derive(Purpose::Fixture, 0) % 12;
+        Self { phases: ORDERS[of_twelve as usize / 2], is_reversed: of_twelve % 2 == 1 }
+    }
+
+    fn connected(&self, phases_a: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
+        let sign = if self.is_reversed { -1.0 } else { 1.0 };
+        self.phases.map(|phase| phases_a[phase].iter().map(|i| sign * i).collect())
+    }
+
+    /// Tells whether the answer says where two of the phases are; the third is what is left.
+    fn is_told_by(&self, answer: &RecordDiagnosis) -> bool {
+        let told = answer.notices.iter().find(|one| one.code == NoticeCode::PhasesRewired);
+        let Some(told) = told else { return *self == Self::STATED };
+        let factor = if self.is_reversed { "*-1" } else { "" };
+        let is_told = |column: usize| {
+            let read = format!("{}={}{factor}", PHASES[self.phases[column]], PHASES[column]);
+            let parts = told.message.split([' ', ',', '`']);
+            parts.filter(|part| *part == read).count() == 1
+        };
+        *self != Self::STATED && is_told(0) && is_told(1)
     }
 }
 
@@ -223,6 +274,7 @@ impl Machine {
         &self,
         experiment: &fdi_core::Experiment,
         form: &BenchForm,
+        wiring: &Wiring,
         start: u64,
         sensor_seed: u64,
     ) -> String {
@@ -237,7 +289,7 @@ impl Machine {
         let taken = |fine: &[f64], before: f64| -> Vec<f64> {
             places.iter().map(|&at| if at < 0 { before } else { fine[at as usize] }).collect()
         };
-        let [a, b, c] = self.phases_a.each_ref().map(|phase| taken(phase, 0.0));
+        let [a, b, c] = wiring.connected(&self.phases_a.each_ref().map(|phase| taken(phase, 0.0)));
         let phases_a = SENSORS.measure([&a, &b, &c], sensor_seed);
         let angle_rad = taken(&self.angle_rad, self.angle_rad[0]);
         let mut text = String::new();

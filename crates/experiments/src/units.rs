@@ -4,6 +4,7 @@
 //! high-fidelity model itself, sensors included, with scatter written down here.
 
 mod bound;
+mod decisions;
 mod effects;
 mod hidden;
 mod learnt;
@@ -12,6 +13,7 @@ mod score;
 mod symmetry;
 
 pub use bound::{BoundCase, NumberBound, number_bounds, unit_bounds};
+pub use decisions::{DecisionsLine, DecisionsResult, Stated, evaluate_decisions};
 pub use effects::{EffectLine, HiddenEffect, evaluate_effects};
 pub use hidden::HiddenDamage;
 pub use learnt::{

@@ -67,6 +67,20 @@ pub(crate) fn failure(path: &Path, error: String) -> Failure {
     Failure { recording: path.display().to_string(), actuator_id: None, date: None, error }
 }
 
+/// Answers with their decisions, which reports begin with: those that have none get one.
+pub fn decided(
+    records: impl Iterator<Item = RecordDiagnosis>,
+    levels: &ActionLevels,
+) -> Vec<RecordDiagnosis> {
+    let with_action = |mut record: RecordDiagnosis| {
+        if record.action.is_none() {
+            record.action = Some(decide(&record, levels));
+        }
+        record
+    };
+    records.map(with_action).collect()
+}
+
 /// Values that all recordings of a batch share.
 pub(crate) struct Batch<'a> {
     pub(crate) diagnoser: &'a dyn Diagnoser,

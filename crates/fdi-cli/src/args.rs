@@ -316,13 +316,13 @@ pub struct DiagnoseArgs {
     /// Diagnose only every N-th recording, beginning with the I-th (from 1)
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Say what to do about each machine: how probable it is that each fault is above levels, and the next step
+    /// Say what to do about each machine: how probable it is that each fault is above levels, and the next step; a report always does
     #[arg(long)]
     pub decide: bool,
-    /// Levels from which a fault is to be watched, as `k1=0.1,k2=0.02`, with `--decide` [default: friction 20 % above nominal, play 3 times nominal, 2 % of the turns of a phase, 5 % of the air gap]
+    /// Levels from which a fault is to be watched, as `k1=0.1,k2=0.02`, with `--decide` and in reports [default: friction 20 % above nominal, play 3 times nominal, 2 % of the turns of a phase, 5 % of the air gap]
     #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
     pub watch: Vec<(FaultId, f64)>,
-    /// Levels from which a fault is to be acted on, with `--decide` [default: 40 %, 10 times, 5 % and 15 %]
+    /// Levels from which a fault is to be acted on, with `--decide` and in reports [default: 40 %, 10 times, 5 % and 15 %]
     #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
     pub act: Vec<(FaultId, f64)>,
     /// Exit by what is found. Alone: with 1 when a fault or a model error is found, with 3 when on some recording there is no conclusion; `=decision`: with 1 when a machine is to be acted on, with 3 when nothing is decided of one, with 0 else
@@ -337,19 +337,27 @@ pub struct DiagnoseArgs {
 }
 
 impl DiagnoseArgs {
-    /// Levels that decisions are made by, where any are asked for.
+    /// Levels that decisions are made by in the answers, where any are asked for.
+    ///
+    /// # Errors
+    /// Those of [`report_levels`](Self::report_levels), and levels that nothing is decided by.
+    pub fn action_levels(&self) -> anyhow::Result<Option<ActionLevels>> {
+        let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
+        anyhow::ensure!(
+            is_asked
+                || self.report.report.is_some()
+                || (self.watch.is_empty() && self.act.is_empty()),
+            "`--watch` and `--act` are levels of a decision: add `--decide`"
+        );
+        let levels = self.report_levels()?;
+        Ok(is_asked.then_some(levels))
+    }
+
+    /// Levels that decisions are made by in the report.
     ///
     /// # Errors
     /// A level for acting that is below the one for watching.
-    pub fn action_levels(&self) -> anyhow::Result<Option<ActionLevels>> {
-        let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
-        if !is_asked {
-            anyhow::ensure!(
-                self.watch.is_empty() && self.act.is_empty(),
-                "`--watch` and `--act` are levels of a decision: add `--decide`"
-            );
-            return Ok(None);
-        }
+    pub fn report_levels(&self) -> anyhow::Result<ActionLevels> {
         let mut levels = ActionLevels::default();
         for (given, known) in [(&self.watch, &mut levels.watch), (&self.act, &mut levels.act)] {
             for &(fault, level) in given {
@@ -363,7 +371,7 @@ impl DiagnoseArgs {
                 "{fault} is watched from {watch} and acted on from {act}, expected no less"
             );
         }
-        Ok(Some(levels))
+        Ok(levels)
     }
 }
 

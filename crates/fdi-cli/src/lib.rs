@@ -27,7 +27,7 @@ mod stamp;
 mod streams;
 mod unit_file;
 
-pub use answering::Source;
+pub use answering::{Source, decided};
 pub use args::{Cli, DiagnoseArgs, ExitBy, GlobalArgs, OutputFormat};
 pub use command::diagnose_with;
 pub use config::{LoadError, config_reference, load};

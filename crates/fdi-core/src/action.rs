@@ -1,24 +1,32 @@
 //! From an answer to what to do about the machine.
 //!
 //! ```text
-//! p(k | y) ∝ N(k; k̂, C)·Π e^(−k_i/m_i)·e^(−(x² + y²)/(2s²))       k_i ≥ 0
-//!          ∝ N(k; A⁻¹b, A⁻¹),   A = C⁻¹ + diag(0, …, s⁻², s⁻²),   b = C⁻¹·k̂ − (1/m, 0, 0)
+//! u₁ = ln(1 + 2·k₁),   u₂ = ln(1 + 99·k₂),   uᵢ = kᵢ else
+//! p(u | y) ∝ N(u; û, J·C·J)·Π e^(−k_i/m_i)·dk_i/du_i·e^(−(x² + y²)/(2s²))       k_i ≥ 0
 //! ```
+//!
+//! Friction and play of a worn machine are those of the machine as built times `1 + 2·k₁` and
+//! `1 + 99·k₂`. Tolerances of both are shares, so that what they leave open of the damage is the wider the
+//! more there is: one width in logarithms, `J = du/dk` at the answer.
 //!
 //! Machines in service are taken to have damage of each kind below the level at which it is watched:
 //! sizes of `k1` to `k5` decay exponentially, an eccentricity is normal in both coordinates, and each is
-//! above that level with the same chance, [`ABOVE_WATCH`]. The answer is then a normal cut to sizes that exist, whose
-//! probabilities are those of a lattice of points drawn one coordinate after the other, weighted by
-//! what each step cuts off.
+//! above that level with the same chance, [`ABOVE_WATCH`]. Around the most probable `u` the logarithm of
+//! the prior is a parabola; the probabilities are those of a lattice of points of the normal that
+//! follows, drawn one coordinate after the other, weighted by what each step cuts off and by what the
+//! parabola leaves.
 //!
 //! # Source
 //!
 //! Genz, J. Comput. Graph. Statist. 1, 1992 (separation of variables); Richtmyer's lattice: Niederreiter,
 //! *Random Number Generation and Quasi-Monte Carlo Methods*, 1992, ch. 5.
 
+use std::cmp::Ordering;
+
 use ema_sim::FaultCoordinates;
 use fdi_report::{
     Action, ActionLevels, FaultAction, FaultId, FindingKind, Limits, RecordDiagnosis, Severity,
+    percent, three_digits,
 };
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -31,6 +39,14 @@ const DECIDED: f64 = 0.9;
 const POINTS: usize = 4096;
 /// Square roots of these are the steps of the lattice.
 const PRIMES: [f64; 7] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
+/// Growth of friction and of play with a level (Table 1 of the FREEDOM paper).
+const FRICTION_GAIN: f64 = 2.0;
+const PLAY_GAIN: f64 = 99.0;
+/// Least friction or play that an answer is taken to say, over that as built.
+const LEAST_SHARE: f64 = 0.05;
+/// Most steps of Newton's method, and the step at which it has settled.
+const STEPS: usize = 100;
+const SETTLED: f64 = 1e-9;
 /// Cuts beyond so many standard deviations leave an exponential tail.
 const FAR: f64 = 8.0;
 /// Coordinates of the eccentricity.
@@ -50,39 +66,54 @@ const ECCENTRICITY: [&str; 2] = [FaultCoordinates::NAMES[5], FaultCoordinates::N
 /// }
 /// ```
 pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
-    let open = |next: &str| Action {
+    let open = |reason: &str, next: &str| Action {
         severity: Severity::Undecided,
         fault: None,
         probability_above: None,
+        reason: reason.to_owned(),
         next: next.to_owned(),
         faults: Vec::new(),
     };
+    let shows_none = || open("this test determines no fault", "record one that shows the faults");
     if !answer.is_believed() {
         return open(
-            "find out why the model does not explain the recording: sensors, command and load first, \
-             then `fdi explain`",
+            "the model does not explain the recording",
+            "find out why: sensors, command and load first, then `fdi explain`",
         );
     }
-    let Some(points) = Points::of(answer, levels) else {
-        return open("record a test that shows the faults: this one determines none");
-    };
+    let Some(points) = Points::of(answer, levels) else { return shows_none() };
     let since = Since::of(answer);
-    let faults: Vec<FaultAction> =
+    let judged: Vec<Judged> =
         FaultId::ALL[..6].iter().filter_map(|&id| points.fault(id, levels, since)).collect();
-    let worst = faults.iter().max_by(|a, b| {
-        let rank = |one: &FaultAction| (one.severity, one.probability_above.watch);
-        let ((a, a_above), (b, b_above)) = (rank(a), rank(b));
-        a.cmp(&b).then(a_above.total_cmp(&b_above))
-    });
-    let Some(worst) = worst else {
-        return open("record a test that shows the faults: this one determines none");
-    };
+    let Some(worst) = judged.iter().max_by(|a, b| a.rank(b)) else { return shows_none() };
+    let (reason, next) = told(&worst.action, answer);
     Action {
-        severity: worst.severity,
-        fault: Some(worst.id),
-        probability_above: Some(worst.probability_above),
-        next: next(worst, answer),
-        faults: faults.clone(),
+        severity: worst.action.severity,
+        fault: Some(worst.action.id),
+        probability_above: Some(worst.action.probability_above),
+        reason,
+        next,
+        faults: judged.iter().map(|one| one.action.clone()).collect(),
+    }
+}
+
+/// A fault as a decision sees it.
+struct Judged {
+    action: FaultAction,
+    /// Median level over that for watching.
+    share_of_watch: f64,
+}
+
+impl Judged {
+    /// Which of two is worse.
+    fn rank(&self, other: &Self) -> Ordering {
+        let (a, b) = (&self.action, &other.action);
+        let (own, others) = (a.probability_above, b.probability_above);
+        a.severity
+            .cmp(&b.severity)
+            .then(own.act.total_cmp(&others.act))
+            .then(own.watch.total_cmp(&others.watch))
+            .then(self.share_of_watch.total_cmp(&other.share_of_watch))
     }
 }
 
@@ -124,52 +155,40 @@ fn part(id: FaultId) -> &'static str {
     }
 }
 
-/// The next step for the worst fault.
-fn next(worst: &FaultAction, answer: &RecordDiagnosis) -> String {
+/// Why a decision is what it is, and the next step, by the worst fault.
+fn told(worst: &FaultAction, answer: &RecordDiagnosis) -> (String, String) {
     let FaultAction { id, size, interval_95: [low, high], unit, levels, probability_above, .. } =
         worst;
-    let (name, percent) = (id.name(), |of: f64| (100.0 * of).round());
-    match worst.severity {
-        Severity::Act => format!(
-            "{name} {} {unit}, {} % above {}: take the machine out of service and look at {}",
-            short(*size),
-            percent(probability_above.act),
-            short(levels.act),
-            part(*id),
+    let name = id.name();
+    let above =
+        |share: f64, level: f64| format!("{} above {}", percent(share), three_digits(level));
+    let (watch, act) =
+        (above(probability_above.watch, levels.watch), above(probability_above.act, levels.act));
+    let (reason, next) = match worst.severity {
+        Severity::Act => (
+            format!("{name} {} {unit}, {act}", three_digits(*size)),
+            format!("take the machine out of service and look at {}", part(*id)),
         ),
-        Severity::Watch => format!(
-            "{name} {} {unit}, {} % above {}: record again soon and follow it (`fdi diagnose --report` of all its recordings)",
-            short(*size),
-            percent(probability_above.watch),
-            short(levels.watch),
+        Severity::Watch => (
+            format!("{name} {} {unit}, {watch}", three_digits(*size)),
+            "record again soon and follow it (`fdi diagnose --report` of all its recordings)"
+                .to_owned(),
         ),
         Severity::Undecided => {
             let mut told =
                 answer.findings.iter().filter(|one| one.faults().any(|fault| fault == *id));
             let would = told.find_map(|one| one.would_tell.as_deref());
             let tell = would.unwrap_or("a recording with less noise, or several of one session");
-            format!(
-                "{name} between {} and {} {unit} is not decided by this test ({} % above \
-                 {}): {tell} would decide more",
-                short(*low),
-                short(*high),
-                percent(probability_above.watch),
-                short(levels.watch),
-            )
+            let (low, high) = (three_digits(*low), three_digits(*high));
+            let open = format!("{name} between {low} and {high} {unit} is not decided, {watch}");
+            (open, format!("{tell} would decide more"))
         }
-        _ => "record again when it is due".to_owned(),
-    }
-}
-
-/// A size to three digits.
-fn short(size: f64) -> String {
-    let decimals = (2 - size.abs().max(1e-3).log10().floor() as i32).clamp(0, 3) as usize;
-    let text = format!("{size:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+        _ => (
+            "every fault is below its level for watching".to_owned(),
+            "record again when it is due".to_owned(),
+        ),
+    };
+    (reason, next)
 }
 
 /// Weighted points of the posterior, one row a determined coordinate.
@@ -185,29 +204,24 @@ impl Points {
         let names = answer.covariance.parameters.clone();
         let order = names.len();
         let place = |name: &str| FaultCoordinates::NAMES.iter().position(|one| *one == name);
-        let coordinates: Vec<usize> =
-            names.iter().map(|name| place(name)).collect::<Option<_>>()?;
+        let coordinates: Vec<Coordinate> = names
+            .iter()
+            .map(|name| place(name).map(|index| Coordinate::of(index, levels)))
+            .collect::<Option<_>>()?;
+        let estimate = &answer.covariance.estimate;
+        let slope = |row: usize| coordinates[row].slope(estimate[row]);
         let matrix = &answer.covariance.matrix;
-        let covariance = DMatrix::from_fn(order, order, |i, j| matrix[i][j]);
-        let mut precision = covariance.cholesky()?.inverse();
-        let estimate = DVector::from_column_slice(&answer.covariance.estimate);
-        let mut pull = &precision * estimate;
-        for (row, &coordinate) in coordinates.iter().enumerate() {
-            if coordinate < 5 {
-                pull[row] -= rate(levels.watch[coordinate]);
-            } else {
-                precision[(row, row)] += spread(levels.watch[5]).powi(-2);
-            }
-        }
-        let covariance = precision.cholesky()?.inverse();
-        let mean = &covariance * pull;
-        let lower = covariance.cholesky()?.l();
+        let covariance = DMatrix::from_fn(order, order, |i, j| slope(i) * matrix[i][j] * slope(j));
+        let precision = covariance.cholesky()?.inverse();
+        let found = estimate.iter().zip(&coordinates).map(|(k, of)| of.scaled(*k));
+        let found = DVector::from_iterator(order, found);
+        let proposal = Proposal::of(&precision, &found, &coordinates)?;
         let mut points = Self { names, rows: vec![Vec::new(); order], weights: Vec::new() };
         let mut logarithms = Vec::with_capacity(POINTS);
         for point in 0..POINTS {
-            let (at, logarithm) = drawn(point, &mean, &lower, &coordinates);
-            for (row, value) in points.rows.iter_mut().zip(at) {
-                row.push(value);
+            let (at, logarithm) = proposal.drawn(point, &coordinates);
+            for ((row, u), of) in points.rows.iter_mut().zip(at).zip(&coordinates) {
+                row.push(of.level(u));
             }
             logarithms.push(logarithm);
         }
@@ -233,19 +247,20 @@ impl Points {
         row(id.id()).cloned()
     }
 
-    fn fault(&self, id: FaultId, levels: &ActionLevels, since: Since) -> Option<FaultAction> {
+    fn fault(&self, id: FaultId, levels: &ActionLevels, since: Since) -> Option<Judged> {
         let of_fault = self.levels(id)?;
         let index = id as usize;
         let (watch, act) = (levels.watch[index], levels.act[index]);
         let above = |limit: f64| {
             let at = of_fault.iter().zip(&self.weights).filter(|(level, _)| **level > limit);
-            at.map(|(_, weight)| weight).sum::<f64>().min(1.0)
+            // a sum of nothing is -0
+            at.map(|(_, weight)| weight).sum::<f64>().clamp(0.0, 1.0) + 0.0
         };
         let probability_above = Limits { watch: above(watch), act: above(act) };
         let (offset, scale, unit) = size_of(id, since);
         let sized = |level: f64| offset + scale * level;
         let [low, middle, high] = self.quantiles(&of_fault, [0.025, 0.5, 0.975]);
-        Some(FaultAction {
+        let action = FaultAction {
             id,
             severity: severity(probability_above),
             size: sized(middle),
@@ -254,7 +269,8 @@ impl Points {
             levels: Limits { watch: sized(watch), act: sized(act) },
             probability_above,
             prior_above: prior_above(id, watch, act),
-        })
+        };
+        Some(Judged { action, share_of_watch: middle / watch })
     }
 
     fn quantiles<const N: usize>(&self, values: &[f64], at: [f64; N]) -> [f64; N] {
@@ -272,14 +288,195 @@ impl Points {
     }
 }
 
-/// Decay of an exponential that is above a level with [`ABOVE_WATCH`].
-fn rate(watch: f64) -> f64 {
-    -ABOVE_WATCH.ln() / watch
+/// One coordinate of the damage, as it is drawn, and its prior.
+#[derive(Clone, Copy)]
+enum Coordinate {
+    /// `u = ln(1 + gain·k)`, `k` exponential with a rate.
+    Share { gain: f64, rate: f64 },
+    /// `u = k`, exponential with a rate.
+    Level { rate: f64 },
+    /// `u` a coordinate of the eccentricity, normal with a precision.
+    Eccentricity { precision: f64 },
 }
 
-/// Standard deviation of both coordinates of an eccentricity that is above a size with [`ABOVE_WATCH`].
-fn spread(watch: f64) -> f64 {
-    watch / (-2.0 * ABOVE_WATCH.ln()).sqrt()
+impl Coordinate {
+    fn of(index: usize, levels: &ActionLevels) -> Self {
+        if index >= 5 {
+            let spread = levels.watch[5] / (-2.0 * ABOVE_WATCH.ln()).sqrt();
+            return Self::Eccentricity { precision: spread.powi(-2) };
+        }
+        let rate = -ABOVE_WATCH.ln() / levels.watch[index];
+        match index {
+            0 => Self::Share { gain: FRICTION_GAIN, rate },
+            1 => Self::Share { gain: PLAY_GAIN, rate },
+            _ => Self::Level { rate },
+        }
+    }
+
+    fn scaled(self, level: f64) -> f64 {
+        match self {
+            Self::Share { gain, .. } => (1.0 + gain * level).max(LEAST_SHARE).ln(),
+            _ => level,
+        }
+    }
+
+    /// `du/dk` at a level.
+    fn slope(self, level: f64) -> f64 {
+        match self {
+            Self::Share { gain, .. } => gain / (1.0 + gain * level).max(LEAST_SHARE),
+            _ => 1.0,
+        }
+    }
+
+    fn level(self, u: f64) -> f64 {
+        match self {
+            Self::Share { gain, .. } => u.exp_m1() / gain,
+            _ => u,
+        }
+    }
+
+    /// Logarithm of the prior's density in `u`, up to a constant, with its first two derivatives.
+    fn ln_prior(self, u: f64) -> [f64; 3] {
+        match self {
+            Self::Share { gain, rate } => {
+                let decay = rate / gain * u.exp();
+                [u - decay, 1.0 - decay, -decay]
+            }
+            Self::Level { rate } => [-rate * u, -rate, 0.0],
+            Self::Eccentricity { precision } => {
+                [-0.5 * precision * u * u, -precision * u, -precision]
+            }
+        }
+    }
+
+    /// True where it has no sign.
+    fn is_cut(self) -> bool {
+        !matches!(self, Self::Eccentricity { .. })
+    }
+
+    /// The nearest value that exists.
+    fn existing(self, u: f64) -> f64 {
+        if self.is_cut() { u.max(0.0) } else { u }
+    }
+}
+
+/// A normal near the posterior, from which points are drawn.
+struct Proposal {
+    mean: DVector<f64>,
+    /// Coordinates in the order in which they are drawn, and the factor of their covariance in it.
+    order: Vec<usize>,
+    lower: DMatrix<f64>,
+    /// Where the prior is a parabola.
+    at: Vec<f64>,
+}
+
+impl Proposal {
+    /// The most probable point by Newton's method, each step at most of length one, and the normal of
+    /// its curvature. The posterior has one summit: likelihood and priors are concave.
+    fn of(
+        precision: &DMatrix<f64>,
+        found: &DVector<f64>,
+        coordinates: &[Coordinate],
+    ) -> Option<Self> {
+        let mut at: Vec<f64> =
+            found.iter().zip(coordinates).map(|(u, of)| of.existing(*u)).collect();
+        let mut steps = 0;
+        loop {
+            let (mut whole, mut pull) = (precision.clone(), precision * found);
+            for (row, of) in coordinates.iter().enumerate() {
+                let [_, slope, curvature] = of.ln_prior(at[row]);
+                whole[(row, row)] -= curvature;
+                pull[row] += slope - curvature * at[row];
+            }
+            let factor = whole.cholesky()?;
+            let mean = factor.solve(&pull);
+            let step = |row: usize| coordinates[row].existing(mean[row]) - at[row];
+            let longest = (0..at.len()).map(|row| step(row).abs()).fold(0.0, f64::max);
+            // points are weighted, so that a normal beside the summit only costs some of them
+            if longest < SETTLED || steps == STEPS {
+                let covariance = factor.inverse();
+                let order = most_cut_first(&mean, &covariance, coordinates);
+                let size = order.len();
+                let ordered = DMatrix::from_fn(size, size, |i, j| covariance[(order[i], order[j])]);
+                return Some(Self { mean, order, lower: ordered.cholesky()?.l(), at });
+            }
+            let part = longest.recip().min(1.0);
+            at = (0..at.len()).map(|row| at[row] + part * step(row)).collect();
+            steps += 1;
+        }
+    }
+
+    /// A point of the lattice with the logarithm of its weight.
+    fn drawn(&self, point: usize, coordinates: &[Coordinate]) -> (Vec<f64>, f64) {
+        let Self { mean, order, lower, at } = self;
+        let normal = Normal::standard();
+        let mut white: Vec<f64> = Vec::with_capacity(order.len());
+        let mut drawn = vec![0.0; order.len()];
+        let mut logarithm = 0.0;
+        for (row, &place) in order.iter().enumerate() {
+            let of = coordinates[place];
+            let share =
+                ((point as f64 + 0.5) * PRIMES[row].sqrt()).fract().clamp(1e-12, 1.0 - 1e-12);
+            let before: f64 = (0..row).map(|n| lower[(row, n)] * white[n]).sum();
+            let middle = mean[place] + before;
+            let step = if of.is_cut() {
+                let (step, ln_left) = beyond(-middle / lower[(row, row)], share, &normal);
+                logarithm += ln_left;
+                step
+            } else {
+                normal.inverse_cdf(share)
+            };
+            white.push(step);
+            let (u, near) = (middle + lower[(row, row)] * step, at[place]);
+            let ([prior, ..], [summit, slope, curvature]) = (of.ln_prior(u), of.ln_prior(near));
+            let off = u - near;
+            logarithm += prior - (summit + slope * off + 0.5 * curvature * off * off);
+            drawn[place] = u;
+        }
+        (drawn, logarithm)
+    }
+}
+
+/// Coordinates in the order in which the least of each is left of what was drawn before: what is cut
+/// most is drawn first, so that what follows is drawn where it can be.
+///
+/// # Source
+///
+/// Gibson, Glasbey, Elston, Adv. Appl. Probab. 26, 1994; Genz and Bretz, *Computation of Multivariate
+/// Normal and t Probabilities*, 2009, section 4.1.3.
+fn most_cut_first(
+    mean: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    coordinates: &[Coordinate],
+) -> Vec<usize> {
+    let normal = Normal::standard();
+    let (mut mean, mut covariance) = (mean.clone(), covariance.clone());
+    let mut rest: Vec<usize> = (0..coordinates.len()).collect();
+    let mut order = Vec::with_capacity(rest.len());
+    while !rest.is_empty() {
+        let std = |place: usize| covariance[(place, place)].max(f64::MIN_POSITIVE).sqrt();
+        let cut = |place: usize| {
+            let is_cut = coordinates[place].is_cut();
+            if is_cut { -mean[place] / std(place) } else { f64::NEG_INFINITY }
+        };
+        let Some((at, place)) =
+            rest.iter().copied().enumerate().max_by(|a, b| cut(a.1).total_cmp(&cut(b.1)))
+        else {
+            break;
+        };
+        rest.remove(at);
+        order.push(place);
+        if cut(place).is_finite() {
+            // the middle of what is left of it stands for it
+            let (step, _) = beyond(cut(place), 0.5, &normal);
+            let moved = step * std(place);
+            let variance = covariance[(place, place)].max(f64::MIN_POSITIVE);
+            let gains = covariance.column(place) / variance;
+            mean += &gains * moved;
+            covariance -= &gains * gains.transpose() * variance;
+        }
+    }
+    order
 }
 
 fn prior_above(id: FaultId, watch: f64, act: f64) -> Limits {
@@ -300,35 +497,6 @@ fn severity(above: Limits) -> Severity {
     } else {
         Severity::Undecided
     }
-}
-
-/// A point of the lattice as one of the cut normal, with the logarithm of its weight.
-fn drawn(
-    point: usize,
-    mean: &DVector<f64>,
-    lower: &DMatrix<f64>,
-    coordinates: &[usize],
-) -> (Vec<f64>, f64) {
-    let normal = Normal::standard();
-    let mut white: Vec<f64> = Vec::with_capacity(coordinates.len());
-    let mut at = Vec::with_capacity(coordinates.len());
-    let mut logarithm = 0.0;
-    for (row, &coordinate) in coordinates.iter().enumerate() {
-        let share = ((point as f64 + 0.5) * PRIMES[row].sqrt()).fract().clamp(1e-12, 1.0 - 1e-12);
-        let before: f64 = (0..row).map(|n| lower[(row, n)] * white[n]).sum();
-        let middle = mean[row] + before;
-        let step = if coordinate >= 5 {
-            normal.inverse_cdf(share)
-        } else {
-            let cut = -middle / lower[(row, row)];
-            let (step, ln_left) = beyond(cut, share, &normal);
-            logarithm += ln_left;
-            step
-        };
-        white.push(step);
-        at.push(middle + lower[(row, row)] * step);
-    }
-    (at, logarithm)
 }
 
 /// The quantile of a standard normal beyond a cut, and the logarithm of what is beyond it.
@@ -428,6 +596,58 @@ mod tests {
         assert_abs_diff_eq!(above(3), above(4), epsilon = 0.01);
         // three priors pull at one size: 0.02 − 3·100·1e-4 is below zero
         assert!(above(2) < 0.1, "{}", above(2));
+    }
+
+    /// Against sums over a grid of the three levels.
+    #[test]
+    fn versus_a_grid_a_short_beside_others_with_much_in_common() {
+        const STEP: f64 = 0.002;
+        let (estimate, common, own) = ([0.088, 0.046, 0.031], 0.04f64.powi(2), 0.0035f64.powi(2));
+        let mut shorts = answer(&[0.0, 0.0, 0.088, 0.046, 0.031], &[0.01; 5]);
+        for i in 0..3 {
+            for j in 0..3 {
+                shorts.covariance.matrix[i + 2][j + 2] = common + if i == j { own } else { 0.0 };
+            }
+        }
+        let covariance = nalgebra::Matrix3::from_fn(|i, j| common + if i == j { own } else { 0.0 });
+        let precision = covariance.try_inverse().unwrap();
+        let levels = ActionLevels::default();
+        let rate = -ABOVE_WATCH.ln() / levels.watch[2];
+        let (mut whole, mut above) = (0.0, [0.0; 3]);
+        let at = |n: usize| (n as f64 + 0.5) * STEP;
+        for (i, j, k) in (0..75usize.pow(3)).map(|n| (n / 5625, n / 75 % 75, n % 75)) {
+            let point = [at(i), at(j), at(k)];
+            let off = nalgebra::Vector3::from_fn(|n, _| point[n] - estimate[n]);
+            let density =
+                (-0.5 * off.dot(&(precision * off)) - rate * point.iter().sum::<f64>()).exp();
+            whole += density;
+            for (above, level) in above.iter_mut().zip(point) {
+                *above += if level > levels.act[2] { density } else { 0.0 };
+            }
+        }
+        let action = decide(&shorts, &levels);
+        for (place, above) in above.into_iter().enumerate() {
+            let found = action.faults[2 + place].probability_above.act;
+            assert_abs_diff_eq!(found, above / whole, epsilon = 0.01);
+        }
+        // most of the shorts is in common and may be a torque constant; what the first has beyond is not
+        assert!(action.faults[2].probability_above.act > 0.7);
+    }
+
+    #[test]
+    fn what_tolerances_leave_open_grows_with_the_damage() {
+        // play of 2.2 times nominal, known to 30 %: 3 times is as near as with 30 % of 3
+        let level = 1.2 / PLAY_GAIN;
+        let std = 0.3 * 2.2 / PLAY_GAIN;
+        let mut found = answer(&[0.0, level], &[0.01, std]);
+        let above = |found: &RecordDiagnosis| {
+            decide(found, &ActionLevels::default()).faults[1].probability_above.watch
+        };
+        let share = above(&found);
+        // ln 3 is 1.03 standard deviations of 0.3 above ln 2.2; the prior halves it
+        assert!((0.04..0.16).contains(&share), "{share}");
+        found.covariance.matrix[1][1] = (0.1 * std).powi(2);
+        assert!(above(&found) < 1e-6);
     }
 
     #[test]

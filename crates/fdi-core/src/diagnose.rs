@@ -263,15 +263,18 @@ impl Diagnoser {
     ) -> Result<Begun, DiagnoseError> {
         let run = Run { learnt: &self.learnt, observation, plan, watch };
         let referred = self.learnt.reference_notice(observation.start_angle_rad, plan)?;
+        let asked = run.within_tolerances();
         let mut within = None;
-        let unused = match run.within_tolerances() {
+        let mut spent = 0;
+        let unused = match &asked {
             Ok((error, angle_rad)) => {
-                match run.diagnose_unit(error, angle_rad) {
+                match run.diagnose_unit(error, *angle_rad, &[]) {
                     Ok(Within { answer, posterior, is_to_the_noise, late_s }) => {
                         let begun = Begun { answer, posterior, late_s };
                         if is_to_the_noise || (plan.moves_start && begun.is_late()) {
                             return Ok(begun);
                         }
+                        spent = begun.answer.evaluations;
                         within = Some(begun);
                     }
                     // damage far beyond the incipient: a search from the machine as new runs away
@@ -281,15 +284,27 @@ impl Diagnoser {
                 Some(beyond_incipient(plan.unit.is_some()))
             }
             Err(reason) if plan.unit.is_some() => {
+                let reason = reason.clone();
                 let reason = reason.unwrap_or_else(|| "tolerances are switched off".to_owned());
                 return Err(DiagnoseError::UnitUnused { reason });
             }
-            Err(reason) => reason,
+            Err(reason) => reason.clone(),
         };
         let (mut answer, posterior) = match observation.start_angle_rad {
             Some(angle_rad) => self.with_known_angle(&run, angle_rad)?,
             None => self.with_unknown_angle(&run)?,
         };
+        if let Ok((error, angle_rad)) = asked
+            && posterior.indices == self.bundle().experiment.sought_indices()
+        {
+            // the machine that is exactly its file is nearer to damage far beyond the incipient
+            let near = run.diagnose_unit(error, angle_rad, &posterior.estimate);
+            if let Ok(Within { answer: mut found, posterior, is_to_the_noise: true, late_s }) = near
+            {
+                found.evaluations += answer.evaluations + spent;
+                return Ok(Begun { answer: found, posterior, late_s });
+            }
+        }
         if let Some(within) = within
             && !answer.fit.adequate
         {

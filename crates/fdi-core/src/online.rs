@@ -30,3 +30,4 @@ pub(crate) mod scalar_search;
 pub(crate) mod severe_errors;
 pub(crate) mod suspected_start;
 pub(crate) mod watch;
+pub(crate) mod wiring;

@@ -52,6 +52,17 @@ def test_within_tolerances_too(cli: list[str], root: Path, recordings: Path) -> 
     assert fdi.diagnose(file, stable=True).to_json() == told
 
 
+def test_decisions_are_the_command_lines(cli: list[str], root: Path, recordings: Path) -> None:
+    files = _files(recordings)
+    words = ["--decide", "--watch", "k1=0.05,k4=0.03", "--act", "k4=0.04", "--output-format", "json"]
+    levels = {"watch": {"k1": 0.05, "k4": 0.03}, "act": {"k4": 0.04}}
+    table = fdi.diagnose(files, decide=True, **levels, **OPTIONS)
+    assert table.to_json() == _cli(cli, root, *words, *files)
+    assert table["r12.csv.gz"]["action"]["severity"] == "act"
+    assert table.to_dict()["action_severity"] == [one["action"]["severity"] for one in table]
+    assert fdi.diagnose(files, **OPTIONS).to_dict()["action_severity"] == [None] * len(files)
+
+
 def test_a_folder_and_what_cannot_be_read(
     cli: list[str], root: Path, recordings: Path, tmp_path: Path
 ) -> None:

@@ -46,6 +46,27 @@ impl Fleet {
         }
     }
 
+    /// Places of the latest recording of each actuator, and of each recording without an actuator
+    /// or a date, in the order of the input.
+    pub(crate) fn latest(records: &[RecordDiagnosis]) -> Vec<usize> {
+        let mut latest: BTreeMap<&str, (f64, usize)> = BTreeMap::new();
+        let mut places = Vec::new();
+        for (place, record) in records.iter().enumerate() {
+            match Dated::of(record) {
+                Ok((id, dated)) => {
+                    let known = latest.entry(id).or_insert((dated.day, place));
+                    if dated.day >= known.0 {
+                        *known = (dated.day, place);
+                    }
+                }
+                Err(_) => places.push(place),
+            }
+        }
+        places.extend(latest.into_values().map(|(_, place)| place));
+        places.sort_unstable();
+        places
+    }
+
     /// The trends as CSV: a header, and one row for each level of each recording.
     pub fn to_csv(&self) -> String {
         let mut text = String::from(

@@ -51,4 +51,4 @@ pub use folder::common_folder;
 pub use open_findings::OpenFindings;
 pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
-pub use sentence::{detected_findings, plus_minus, sentence};
+pub use sentence::{detected_findings, percent, plus_minus, sentence, three_digits};

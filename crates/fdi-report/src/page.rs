@@ -4,6 +4,7 @@
 //! has one file that makes its page.
 
 mod content;
+mod decisions;
 mod diagnosis;
 mod evaluation;
 mod explanation;

@@ -123,6 +123,26 @@ pub(crate) fn to_digits_of(value: f64, std: f64) -> String {
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
+/// A number to three digits, without zeros at its end.
+pub fn three_digits(size: f64) -> String {
+    let decimals = (2 - size.abs().max(1e-3).log10().floor() as i32).clamp(0, 3) as usize;
+    let text = format!("{size:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// A probability in words of percent; what is nearly sure is never said to be.
+pub fn percent(probability: f64) -> String {
+    match 100.0 * probability {
+        most if most > 99.0 => "more than 99 %".to_owned(),
+        least if least < 1.0 => "less than 1 %".to_owned(),
+        percent => format!("{percent:.0} %"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -395,6 +395,10 @@ pub enum HiddenDamage {
     Alone(FaultId, f64),
     /// One fault of a level beside one to three of 0.01 to 0.05.
     Among(FaultId, f64),
+    /// Every fault at once, as machines in service are assumed to have them by these levels for
+    /// watching, at most 1: k1 to k5 exponential with half of the level as mean, the eccentricity
+    /// normal in both coordinates with half of it as standard deviation.
+    InService([f64; 6]),
 }
 
 impl HiddenDamage {
@@ -409,6 +413,14 @@ impl HiddenDamage {
                 damage.0[6] = level * angle_rad.sin();
             }
         };
+        if let Self::InService(watch) = self {
+            for (place, watch) in watch.into_iter().enumerate() {
+                let half = 0.5 * watch;
+                let decay = -(1.0 - chance.uniform()).ln();
+                let level = if place < 5 { half * decay } else { half * (2.0 * decay).sqrt() };
+                put(place, level.min(1.0), chance.uniform());
+            }
+        }
         if matches!(self, Self::OneToThree | Self::Among(..)) {
             for _ in 0..=(3.0 * chance.uniform()) as usize {
                 let place = (6.0 * chance.uniform()) as usize;

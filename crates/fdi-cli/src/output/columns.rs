@@ -79,6 +79,12 @@ pub(crate) fn columns() -> Vec<(String, Kind)> {
         ("fidelity", Text),
         ("evaluations", Count),
         ("elapsed_s", Number),
+        ("action_severity", Text),
+        ("action_fault", Text),
+        ("action_above_watch", Number),
+        ("action_above_act", Number),
+        ("action_reason", Text),
+        ("action_next", Text),
         ("error", Text),
     ];
     before.map(named).into_iter().chain(faults).chain(after.map(named)).collect()
@@ -129,6 +135,8 @@ fn diagnosed(record: &RecordDiagnosis) -> Vec<Cell> {
         }
     }
     let fit = record.fit;
+    let action = record.action.as_ref();
+    let above = action.and_then(|action| action.probability_above);
     row.extend([
         Cell::Number(Some(record.discrepancy)),
         Cell::Number(Some(fit.rms_a)),
@@ -140,6 +148,12 @@ fn diagnosed(record: &RecordDiagnosis) -> Vec<Cell> {
         Cell::text(&record.fidelity),
         Cell::Count(Some(record.evaluations)),
         Cell::Number(record.elapsed_s),
+        Cell::Text(action.map(|action| action.severity.to_string())),
+        Cell::Text(action.and_then(|action| action.fault).map(|id| id.to_string())),
+        Cell::Number(above.map(|above| above.watch)),
+        Cell::Number(above.map(|above| above.act)),
+        Cell::Text(action.map(|action| action.reason.clone())),
+        Cell::Text(action.map(|action| action.next.clone())),
         Cell::Text(None),
     ]);
     row

@@ -8,7 +8,7 @@ use std::{
 
 use anstyle::{AnsiColor, Style};
 use fdi_report::{
-    Fault, FaultId, NoticeCode, OpenFindings, RecordDiagnosis, Verdict, common_folder,
+    Action, Fault, FaultId, NoticeCode, OpenFindings, RecordDiagnosis, Verdict, common_folder,
     detected_findings, plus_minus, sentence,
 };
 
@@ -121,7 +121,10 @@ impl AnswerWriter for Human<'_> {
             cells: cells(record),
             sentence: sentence(record),
             detected: record.any_detected(),
-            action: record.action.as_ref().map(|one| format!("{}: {}", one.severity, one.next)),
+            action: record.action.as_ref().map(|one| {
+                let Action { severity, reason, next, .. } = one;
+                format!("{severity}: {reason}: {next}")
+            }),
         });
         Ok(())
     }

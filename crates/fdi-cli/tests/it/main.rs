@@ -30,3 +30,4 @@ mod servo_axis;
 mod stand_in;
 mod two_phases;
 mod unit;
+mod wiring;

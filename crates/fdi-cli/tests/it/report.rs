@@ -38,7 +38,8 @@ fn the_answer_stands_at_the_top() {
     let answer = html.split("class=\"answer\">").nth(1).unwrap().split("</p>").next().unwrap();
     assert_eq!(
         answer,
-        "3 recordings: 1 faulty, 1 healthy, 1 not explained by the model. The largest level is \
+        "3 machines: 1 undecided (strange-1.csv), 2 with nothing to do. 3 recordings: 1 faulty, \
+         1 healthy, 1 not explained by the model. The largest level is \
          short circuit of phase B 0.060 ± 0.002 in faulty-1.csv. 1 recording could not be \
          diagnosed."
     );
@@ -165,10 +166,10 @@ fn shown(browser: &Path, page: &Path, width: u32, script: &str) -> (String, Stri
     (words(output.stdout), words(output.stderr), text(&net_log))
 }
 
-/// Presses the second sortable heading of the first table twice and the fit once, and tells what
+/// Presses the second sortable heading of the table of recordings twice and the fit once, and tells what
 /// is seen: order of the rows, sizes of the drawings, width of the page.
 const PROBE: &str = r#"
-const names = () => [...document.querySelectorAll("table")[0].tBodies[0].rows]
+const names = () => [...document.querySelectorAll("table")[1].tBodies[0].rows]
   .map((row) => row.cells[0].textContent).join(" ");
 const press = (word) => [...document.querySelectorAll("th button")]
   .find((button) => button.textContent === word).click();

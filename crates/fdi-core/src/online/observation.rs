@@ -16,6 +16,7 @@ use crate::{
     online::{
         command_start::CommandStart,
         commutation::{Commutation, MOST_DEVIATION_RAD},
+        wiring::Wiring,
     },
     report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
     simulation::{
@@ -260,6 +261,7 @@ impl Observation {
         if late_s != 0.0 {
             observation.signal_a = observation.advanced(late_s, experiment);
         }
+        notices.append(&mut observation.notices);
         (observation.notices, observation.start) = (notices, start);
         Ok(observation)
     }
@@ -370,8 +372,11 @@ fn of_phases(
             return Err(error);
         }
     }
-    let views = phases.map(Channel::values);
+    let columns = phases.map(Channel::values);
     let rotor = rotor_of(recording, phases, sampling.rate_hz, experiment)?;
+    let wiring = rotor.wiring(columns, sampling.rate_hz, recording.computed_phase(), experiment);
+    let rewired = wiring.map(|wiring| wiring.phases(columns));
+    let views = rewired.as_ref().map_or(columns, |phases| phases.each_ref().map(Vec::as_slice));
     let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
     // the filters cost as much as the signal itself, and only tolerances need them
     let shares = (!experiment.tolerance.is_empty()).then(|| {
@@ -393,7 +398,7 @@ fn of_phases(
         start: None,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
-        notices: Vec::new(),
+        notices: wiring.iter().map(Wiring::notice).collect(),
     })
 }
 
@@ -447,6 +452,23 @@ struct Rotor {
     /// At each sample of the phases.
     electrical_rad: Vec<f64>,
     commutation: Option<Commutation>,
+    /// True where something else than the currents shows it.
+    is_seen_apart: bool,
+}
+
+impl Rotor {
+    /// The wiring of columns of phases, where the rotor's angle shows another than the stated one.
+    fn wiring(
+        &self,
+        columns: [&[f64]; 3],
+        rate_hz: f64,
+        computed: Option<ChannelName>,
+        experiment: &Experiment,
+    ) -> Option<Wiring> {
+        let start_angle_rad = self.start_angle_rad.filter(|_| self.is_seen_apart)?;
+        let electrical_rad = &self.electrical_rad;
+        Wiring::found(columns, electrical_rad, rate_hz, start_angle_rad, computed, experiment)
+    }
 }
 
 /// The rotor's angle: as recorded, else from Hall sensors, else from the currents.
@@ -464,6 +486,7 @@ fn rotor_of(
             start_angle_rad: angle.values().first().copied(),
             electrical_rad: electrical.collect(),
             commutation: None,
+            is_seen_apart: true,
         });
     }
     let hall = recording.channel(ChannelName::HallState);
@@ -486,6 +509,7 @@ fn rotor_of(
                 seen.clone().before_the_tick(experiment).electrical_rad()
             },
             commutation: Some(seen),
+            is_seen_apart: hall.is_some(),
         }),
         _ => Err(ObservationError::NoRotorAngle {
             seen_in,

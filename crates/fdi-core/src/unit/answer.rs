@@ -94,11 +94,13 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Diagnoses a machine within its tolerances.
+    /// Diagnoses a machine within its tolerances, searching from some damage looked for on, else from
+    /// a machine as new.
     pub(crate) fn diagnose_unit(
         &self,
         error: &UnitError,
         start_angle_rad: f64,
+        damage: &[f64],
     ) -> Result<Within, DiagnoseError> {
         let experiment = self.experiment();
         let quantities = self.learnt.quantities();
@@ -120,6 +122,7 @@ impl<'a> Run<'a> {
                     noise: &noise,
                     temperature,
                     start_std_s: self.observation.start_std_s(),
+                    damage,
                 },
                 &effects,
                 self.plan.budget.unit,

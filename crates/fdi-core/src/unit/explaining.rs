@@ -301,6 +301,7 @@ fn observed<'a>(
         noise,
         temperature: diagnoser.learnt.temperature_reading(observation),
         start_std_s: 0.0,
+        damage: &[],
     }
 }
 

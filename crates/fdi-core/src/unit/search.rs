@@ -62,6 +62,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) temperature: Option<TemperatureReading>,
     /// Standard deviation of the time at which the command begins, s; zero where it is known.
     pub(crate) start_std_s: f64,
+    /// Damage looked for from which the search sets out; of a machine as new none.
+    pub(crate) damage: &'a [f64],
 }
 
 /// Explanation of a recording.
@@ -114,6 +116,7 @@ pub(crate) fn explain(
         most_evaluations,
     };
     let mut start = vec![0.0; layout.len()];
+    start[..observed.damage.len()].copy_from_slice(observed.damage);
     if observed.start_std_s > 0.0 {
         compared.use_covariance(0.0, &start)?;
     }

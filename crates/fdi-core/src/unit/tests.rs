@@ -78,6 +78,7 @@ impl Chirp {
             start_angle_rad: 0.0,
             shares: None,
             start_std_s: 0.0,
+            damage: &[],
             noise: &self.noise,
             temperature: None,
         };

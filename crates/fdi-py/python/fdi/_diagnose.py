@@ -46,6 +46,9 @@ def _options(
     free_start: bool = False,
     id_from: str | None = None,
     date_from: str | None = None,
+    decide: bool = False,
+    watch: Mapping[str, float] | None = None,
+    act: Mapping[str, float] | None = None,
     seed: int = 0,
     jobs: int | None = None,
     stable: bool = False,
@@ -65,8 +68,15 @@ def _options(
         "free_start": free_start,
         "id_from": id_from,
         "date_from": date_from,
+        "decide": decide,
+        "watch": _levels(watch),
+        "act": _levels(act),
     }
     return [*words(options), *everywhere(seed, jobs, stable=stable)]
+
+
+def _levels(levels: Mapping[str, float] | None) -> list[str]:
+    return [f"{fault}={level!r}" for fault, level in (levels or {}).items()]
 
 
 def diagnose(
@@ -91,8 +101,8 @@ def diagnose(
     (``{"start_angle_rad": 0.0}``). Numbers in doubles, one after another, are read where they lie;
     do not write into them meanwhile. The other ``options`` are those of ``fdi diagnose``: ``bundle``, ``unit``,
     ``reference``, ``method``, ``fidelity``, ``encoding``, ``tolerance``, ``max_evaluations``,
-    ``noise_a``, ``max_delay_s``, ``free_start``, ``id_from``, ``date_from``, ``seed``, ``jobs``,
-    ``stable``.
+    ``noise_a``, ``max_delay_s``, ``free_start``, ``id_from``, ``date_from``, ``decide``, ``watch``
+    and ``act`` (levels such as ``{"k1": 0.1}``), ``seed``, ``jobs``, ``stable``.
 
     A recording that cannot be diagnosed is a row with its ``error``; with ``on_error="raise"`` it
     is an :class:`FdiError`.

@@ -16,6 +16,8 @@ pub struct Action {
     /// Probability that the worst fault is above its levels; left out with it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability_above: Option<Limits>,
+    /// Why it is so, in words: size of the worst fault, and how sure it is above its level.
+    pub reason: String,
     /// The next step, in words.
     pub next: String,
     /// Each fault that is determined, in the order k1 to k6.

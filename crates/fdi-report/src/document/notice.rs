@@ -64,11 +64,13 @@ pub enum NoticeCode {
     SamplesMended,
     /// The current of a phase is not recorded and follows from the two others.
     PhaseComputed,
+    /// The rotor's angle shows another order or sense of the phases than the columns state.
+    PhasesRewired,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -91,6 +93,7 @@ impl NoticeCode {
         Self::TemperatureUnused,
         Self::SamplesMended,
         Self::PhaseComputed,
+        Self::PhasesRewired,
     ];
 
     /// The code as JSON has it.
@@ -118,6 +121,7 @@ impl NoticeCode {
             Self::TemperatureUnused => "temperature-unused",
             Self::SamplesMended => "samples-mended",
             Self::PhaseComputed => "phase-computed",
+            Self::PhasesRewired => "phases-rewired",
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     content::{Block, Cell, Column, Figure, Page, Section, Table},
-    findings,
+    decisions, findings,
 };
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, Failure, Fault, FaultChange,
@@ -93,7 +93,9 @@ impl DiagnosisPage<'_> {
             [one] => format!("Diagnosis of {}", one.recording),
             records => format!("Diagnosis of {} recordings", records.len()),
         };
-        let mut sections = vec![self.overview(&names)];
+        let mut sections: Vec<Section> =
+            decisions::section(self.records, &names).into_iter().collect();
+        sections.push(self.overview(&names));
         if !self.fleet.actuators.is_empty() {
             sections.push(self.trends());
         }
@@ -118,11 +120,12 @@ impl DiagnosisPage<'_> {
 
     /// The answer in a sentence or two.
     fn answer(&self, names: &[&str]) -> String {
-        let mut told = vec![match (self.records, names) {
+        let mut told: Vec<String> = decisions::sentence(self.records, names).into_iter().collect();
+        told.push(match (self.records, names) {
             ([], _) => "No recording could be diagnosed.".to_owned(),
             ([record], _) => of_one(record),
             (records, names) => of_many(records, names),
-        }];
+        });
         told.extend(self.warned());
         match self.failures.len() {
             0 => {}

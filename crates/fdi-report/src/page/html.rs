@@ -110,12 +110,20 @@ fn push_table(out: &mut String, table: &Table, number: usize) -> fmt::Result {
     Ok(())
 }
 
+/// Longest text of a cell that stands on one line, bytes.
+const LONGEST_WORD: usize = 12;
+
 fn push_cell(out: &mut String, cell: &Cell, numeric: bool) -> fmt::Result {
-    let class = match (numeric, cell.marked) {
-        (true, true) => " class=\"number marked\"",
-        (true, false) => " class=\"number\"",
-        (false, true) => " class=\"marked\"",
-        (false, false) => "",
+    // a date or an identity is broken nowhere
+    let is_word = !numeric && cell.text.len() <= LONGEST_WORD && !cell.text.contains(' ');
+    let classes: Vec<&str> = [(numeric, "number"), (is_word, "word"), (cell.marked, "marked")]
+        .into_iter()
+        .filter_map(|(is_so, class)| is_so.then_some(class))
+        .collect();
+    let class = if classes.is_empty() {
+        String::new()
+    } else {
+        format!(" class=\"{}\"", classes.join(" "))
     };
     let value = match (cell.value, numeric) {
         (Some(value), _) => format!(" data-value=\"{value}\""),

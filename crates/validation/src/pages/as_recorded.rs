@@ -23,6 +23,8 @@ const FEW: usize = 3;
 /// Bars: percent of intervals that hold the truth, standard deviation over the twin's.
 const HOLD_PERCENT: [f64; 2] = [91.0, 98.5];
 const MOST_WIDTH: f64 = 1.3;
+/// Least wirings that are told right, percent.
+const LEAST_WIRING_PERCENT: usize = 99;
 /// False alarms beyond those on the twins, of a hundred machines.
 const MORE_ALARMS: usize = 1;
 /// Searches with a tolerance of their own agree to this.
@@ -33,12 +35,14 @@ const WHOLE: BenchForm = BenchForm {
     most_before_s: 2.0,
     between_samples: false,
     columns: &[Phase, Angle, Command],
+    any_wiring: false,
 };
 const BETWEEN: BenchForm =
     BenchForm { name: "the same, the command between two samples", between_samples: true, ..WHOLE };
 const UNTOLD: BenchForm =
     BenchForm { name: "the same, the command not recorded", columns: &[Phase, Angle], ..BETWEEN };
-const FORMS: [BenchForm; 6] = [
+const WIRED: BenchForm = BenchForm { any_wiring: true, ..WHOLE };
+const FORMS: [BenchForm; 8] = [
     WHOLE,
     BETWEEN,
     UNTOLD,
@@ -48,6 +52,12 @@ const FORMS: [BenchForm; 6] = [
         name: "two phases, up to 2 s before a command between two samples",
         columns: &[Angle, Command],
         ..BETWEEN
+    },
+    BenchForm { name: "phases in any order and sense", most_before_s: 0.0, ..WIRED },
+    BenchForm {
+        name: "two phases in any order and sense, up to 2 s before the command",
+        columns: &[Angle, Command],
+        ..WIRED
     },
 ];
 
@@ -62,7 +72,7 @@ fn scores(
 
 /// Three machines of either kind: seconds.
 pub(super) fn quick() -> Result<Vec<Figure>> {
-    let scores = scores(&[BETWEEN, UNTOLD], FEW, ToleranceUse::None)?;
+    let scores = scores(&[BETWEEN, UNTOLD, WIRED], FEW, ToleranceUse::None)?;
     let of = |(score, name): (&AsRecordedScore, &str)| {
         let figure = |what: &str, value: f64, tolerance_rel: f64| Figure {
             id: format!("{name}-{what}"),
@@ -74,9 +84,10 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
             figure("healthy", score.healthy as f64, 0.0),
             figure("faulty", score.faulty as f64, 0.0),
             figure("width", score.width.0, SEARCHED_REL),
+            figure("wiring", score.wiring_right as f64, 0.0),
         ]
     };
-    Ok(scores.iter().zip(["twin", "command", "current"]).flat_map(of).collect())
+    Ok(scores.iter().zip(["twin", "command", "current", "wired"]).flat_map(of).collect())
 }
 
 pub(super) fn text() -> Result<String> {
@@ -112,7 +123,7 @@ fn row(
     let holds = percent >= least && (tolerance == ToleranceUse::Model || percent <= most);
     writeln!(
         page,
-        "| {} | {} {} | {} | {} | {} | {} | {percent:.1} {} | {:.2}, {:.2} {} |",
+        "| {} | {} {} | {} | {} | {} | {} | {percent:.1} {} | {:.2}, {:.2} {} | {} {} |",
         score.name,
         score.false_alarms,
         met(score.false_alarms <= most_alarms),
@@ -124,6 +135,8 @@ fn row(
         score.width.0,
         score.width.1,
         met(score.width.0 <= MOST_WIDTH),
+        score.wiring_right,
+        met(100 * score.wiring_right >= LEAST_WIRING_PERCENT * 2 * MACHINES),
     )?;
     Ok(())
 }

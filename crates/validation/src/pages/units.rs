@@ -19,6 +19,7 @@ use super::{
 };
 
 mod cost;
+mod decisions;
 mod effects;
 mod learnt;
 mod numbers;
@@ -81,6 +82,7 @@ pub(super) const SECTIONS: &[Section] = &[
     },
     Section { name: "wear", write: |page| put(page, "Slow wear", learnt::wear) },
     Section { name: "severe", write: |page| put(page, "Severe faults", severe) },
+    Section { name: "decisions", write: |page| put(page, "Decisions", decisions::text) },
     Section { name: "cost", write: |page| put(page, "Cost", cost::text) },
 ];
 
