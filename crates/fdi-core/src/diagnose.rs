@@ -297,10 +297,12 @@ impl Diagnoser {
         if let Ok((error, angle_rad)) = asked
             && posterior.indices == self.bundle().experiment.sought_indices()
         {
-            // the machine that is exactly its file is nearer to damage far beyond the incipient
+            // the machine that is exactly its file is nearer to damage far beyond the incipient, and
+            // its covariance has how much the model errs there
             let near = run.diagnose_unit(error, angle_rad, &posterior.estimate);
-            if let Ok(Within { answer: mut found, posterior, is_to_the_noise: true, late_s }) = near
-            {
+            if let Ok(within @ Within { is_to_the_noise: true, .. }) = near {
+                let Within { answer: mut found, posterior, late_s, .. } =
+                    within.widened(&posterior.covariance);
                 found.evaluations += answer.evaluations + spent;
                 return Ok(Begun { answer: found, posterior, late_s });
             }

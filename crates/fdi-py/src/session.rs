@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fdi_cli::{Answer, Answers as InnerAnswers, Head, Session as Inner, Source, Stopped, decided};
-use fdi_core::report::{ActionLevels, Failure, Fleet};
+use fdi_core::report::{ActionLevels, Failure, Fleet, RecordDiagnosis};
 use fdi_report::{DiagnosisPage, fault_figure_svg, fit_figure_svg};
 use pyo3::{
     prelude::*,

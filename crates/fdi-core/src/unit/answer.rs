@@ -2,6 +2,7 @@
 
 use ema_sim::EffectId;
 use inference::{NotPositiveDefinite, dot};
+use nalgebra::DMatrix;
 
 use crate::{
     offline::{bundle::StartAngle, factor::joined},
@@ -55,6 +56,21 @@ pub(crate) struct Within {
     /// Time by which the command begins later than it was taken to, and its standard deviation, s;
     /// `None` where it was known.
     pub(crate) late_s: Option<(f64, f64)>,
+}
+
+impl Within {
+    /// The same answer where the damage is known less well by some covariance, in the same
+    /// coordinates: what is detected stays so.
+    pub(crate) fn widened(mut self, by: &DMatrix<f64>) -> Self {
+        self.posterior.covariance += by;
+        for (fault, wide) in self.answer.faults.iter_mut().zip(self.posterior.faults()) {
+            if fault.value.is_some() {
+                *fault = Fault { detected: fault.detected, ..wide };
+            }
+        }
+        self.answer.covariance = self.posterior.report_covariance();
+        self
+    }
 }
 
 impl<'a> Run<'a> {
