@@ -59,7 +59,7 @@ pub(crate) struct Within {
 }
 
 impl Within {
-    /// The same answer where the damage is known less well by some covariance, in the same
+    /// An answer whose damage is known less well by some covariance, in the same
     /// coordinates: what is detected stays so.
     pub(crate) fn widened(mut self, by: &DMatrix<f64>) -> Self {
         self.posterior.covariance += by;
