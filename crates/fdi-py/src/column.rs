@@ -49,6 +49,11 @@ impl Numbers {
         Self { values: rows.iter().map(|&row| self.values[row]).collect(), present, ..*self }
     }
 
+    /// The first row without a number.
+    pub(crate) fn first_gap(&self) -> Option<usize> {
+        (0..self.values.len()).find(|&row| self.at(row).is_none_or(f64::is_nan))
+    }
+
     /// The number of a row, where it is there.
     pub(crate) fn at(&self, row: usize) -> Option<f64> {
         let is_there = self.present.as_ref().is_none_or(|present| present[row]);
@@ -108,6 +113,17 @@ impl Cells {
             Self::Lists(lists) => lists.len(),
             Self::Files(files) => files.len(),
             Self::Other { rows, .. } => *rows,
+        }
+    }
+
+    /// Kind of the cells, in words.
+    pub(crate) fn what(&self) -> &str {
+        match self {
+            Self::Numbers(_) => "numbers",
+            Self::Texts(_) => "text",
+            Self::Lists(_) => "lists",
+            Self::Files(_) => "files",
+            Self::Other { what, .. } => what,
         }
     }
 

@@ -16,7 +16,10 @@ use crate::{
 pub(crate) fn columns(table: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResult<Vec<Column>> {
     if let Ok(mapping) = table.cast::<PyDict>() {
         let column = |(name, cells): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-            let name: String = name.extract()?;
+            let name: String = name.extract().map_err(|_| {
+                let message = format!("{name:?} is no name of a column, expected a text");
+                raised(table.py(), &message, None, None)
+            })?;
             let cells = self::cells(&name, &cells, nan_is_gap)?;
             Ok(Column { name, cells })
         };
@@ -33,7 +36,9 @@ pub(crate) fn columns(table: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResult<Ve
 
 /// Cells of one column.
 fn cells(name: &str, object: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResult<Cells> {
-    let cells = if let Some(numbers) = array(name, object)? {
+    let cells = if let Some(numbers) = masked(name, object)? {
+        Cells::Numbers(numbers)
+    } else if let Some(numbers) = array(name, object)? {
         Cells::Numbers(numbers)
     } else if let Some(parts) = arrow_in::arrays(object)? {
         Cells::joined(parts.iter().map(arrow_in::cells).collect())
@@ -44,6 +49,19 @@ fn cells(name: &str, object: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResult<Ce
         Cells::Numbers(numbers) if nan_is_gap => Cells::Numbers(numbers.without_nan()),
         other => other,
     })
+}
+
+/// Numbers of a numpy array with a mask, gaps where that is set; `None` for anything else.
+fn masked(name: &str, object: &Bound<'_, PyAny>) -> PyResult<Option<Numbers>> {
+    if !object.hasattr("mask")? || !object.hasattr("__array_interface__")? {
+        return Ok(None);
+    }
+    let of =
+        object.py().import("numpy")?.getattr("ma")?.getattr("getmaskarray")?.call1((object,))?;
+    let mask: Vec<bool> = of.call_method0("ravel")?.call_method0("tolist")?.extract()?;
+    let Some(numbers) = array(name, &object.getattr("data")?)? else { return Ok(None) };
+    let present = mask.contains(&true).then(|| mask.iter().map(|is_masked| !is_masked).collect());
+    Ok(Some(Numbers { present, ..numbers }))
 }
 
 /// Numbers of a numpy array, where they lie; `None` for anything else.
@@ -154,7 +172,13 @@ fn one_by_one(name: &str, object: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResu
     let is_number = |item: &Bound<'_, PyAny>| {
         item.is_instance_of::<PyFloat>()
             || item.is_instance_of::<PyInt>() && !item.is_instance_of::<PyBool>()
-            || item.hasattr("__float__").unwrap_or(false)
+            // an array of numbers has it too, and a length
+            || item.hasattr("__float__").unwrap_or(false) && item.len().is_err()
+    };
+    // no channel: kept, and ignored
+    let other = |row: usize, found: &Bound<'_, PyAny>| {
+        let kind = found.get_type().name().map(|name| name.to_string()).unwrap_or_default();
+        Cells::Other { rows: items.len(), what: format!("{kind} at row {row}") }
     };
     let first = items.iter().find(|item| !is_gap(item) && !is_nan(item));
     match first {
@@ -162,9 +186,10 @@ fn one_by_one(name: &str, object: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResu
             let text = |(row, item): (usize, &Bound<'_, PyAny>)| match item.extract::<String>() {
                 Ok(text) => Ok(Some(text)),
                 Err(_) if is_gap(item) || is_nan(item) => Ok(None),
-                Err(_) => Err(refuse(row, item)),
+                Err(_) => Err(other(row, item)),
             };
-            Ok(Cells::Texts(items.iter().enumerate().map(text).collect::<PyResult<_>>()?))
+            let texts: Result<_, Cells> = items.iter().enumerate().map(text).collect();
+            Ok(texts.map_or_else(|other| other, Cells::Texts))
         }
         Some(first) if first.is_instance_of::<PyBytes>() => {
             let file = |item: &Bound<'_, PyAny>| item.extract::<Vec<u8>>().ok();
@@ -183,17 +208,19 @@ fn one_by_one(name: &str, object: &Bound<'_, PyAny>, nan_is_gap: bool) -> PyResu
             if first.hasattr("__len__")? {
                 return Ok(Cells::Lists(items.iter().map(list).collect::<PyResult<_>>()?));
             }
-            Err(refuse(0, first))
+            Ok(other(0, first))
         }
         _ => {
             let number = |(row, item): (usize, &Bound<'_, PyAny>)| {
                 if is_gap(item) {
                     return Ok(None);
                 }
-                item.extract::<f64>().map(Some).map_err(|_| refuse(row, item))
+                item.extract::<f64>().map(Some).map_err(|_| other(row, item))
             };
-            let cells = items.iter().enumerate().map(number).collect::<PyResult<Vec<_>>>()?;
-            Ok(Cells::Numbers(arrow_in::of_options(cells.into_iter(), false)))
+            let numbers: Result<Vec<_>, Cells> = items.iter().enumerate().map(number).collect();
+            let of =
+                |numbers: Vec<_>| Cells::Numbers(arrow_in::of_options(numbers.into_iter(), false));
+            Ok(numbers.map_or_else(|other| other, of))
         }
     }
 }

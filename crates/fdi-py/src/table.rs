@@ -55,6 +55,12 @@ pub(crate) fn sources(
                 format!("no column `{group}` to group by; the columns are {}", known.join(", "));
             return Err(TableError { message, column: Some(group.to_owned()) });
         };
+        if !matches!(column.cells, Cells::Texts(_) | Cells::Numbers(_)) {
+            let what = column.cells.what();
+            let message =
+                format!("column `{group}` holds {what}, expected texts or numbers to group by");
+            return Err(TableError { message, column: Some(group.to_owned()) });
+        }
         return Ok(of_groups(columns, column, reading));
     }
     if has_lists {
@@ -92,9 +98,14 @@ pub(crate) fn one(
     let mut metadata = reading.metadata.clone();
     let mut channels = Vec::new();
     for column in columns {
-        let is_channel = ChannelName::from_column(&column.name).is_some();
+        let is_read = is_channel(&column.name, reading.map);
         let wrong = match &column.cells {
-            Cells::Numbers(numbers) if is_channel || key(&column.name).is_none() => {
+            Cells::Numbers(numbers) if is_read || key(&column.name).is_none() => {
+                if is_time(&column.name)
+                    && let Some(row) = numbers.first_gap()
+                {
+                    return Err(format!("column `{}` has no number at row {row}", column.name));
+                }
                 let own = rows.map_or_else(|| numbers.clone(), |rows| numbers.of_rows(rows));
                 channels.push(memory(&column.name, own));
                 continue;
@@ -106,22 +117,24 @@ pub(crate) fn one(
                 }
                 continue;
             }
-            Cells::Texts(_) => "text",
-            Cells::Lists(_) => "lists",
-            Cells::Files(_) => "files",
             Cells::Numbers(_) => continue,
-            Cells::Other { what, .. } => what,
+            other => other.what(),
         };
-        if is_channel || is_mapped(&column.name, reading.map) {
+        if is_read {
             return Err(format!("column `{}` holds {wrong}, expected numbers", column.name));
         }
     }
     read(name, metadata, channels, reading.map)
 }
 
-/// Tells whether a map reads the column.
-fn is_mapped(column: &str, map: &ColumnMap) -> bool {
-    column == "time_s" || map.reads(column)
+/// Tells whether a channel, or the time, is read from the column.
+fn is_channel(column: &str, map: &ColumnMap) -> bool {
+    is_time(column) || ChannelName::from_column(column).is_some() || map.reads(column)
+}
+
+/// Tells whether the column has the name of the time.
+fn is_time(column: &str) -> bool {
+    column == "time_s"
 }
 
 fn read(
@@ -160,9 +173,13 @@ fn set(metadata: &mut Metadata, column: &str, cells: &Cells, row: usize) -> Resu
 /// A recording a group of rows, in the order in which the groups begin.
 fn of_groups(columns: &[Column], group: &Column, reading: &Reading<'_>) -> Vec<Source> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut without = Vec::new();
     let mut places = std::collections::BTreeMap::new();
     for row in 0..group.cells.rows() {
-        let Some(name) = group.cells.text(row) else { continue };
+        let Some(name) = group.cells.text(row) else {
+            without.push(row);
+            continue;
+        };
         // rows of one group mostly follow one another
         if let Some((last, rows)) = groups.last_mut().filter(|(last, _)| *last == name) {
             let _ = last;
@@ -179,7 +196,13 @@ fn of_groups(columns: &[Column], group: &Column, reading: &Reading<'_>) -> Vec<S
         columns.iter().filter(|column| column.name != group.name).cloned().collect();
     let recording =
         |(name, rows): &(String, Vec<usize>)| source(name, one(name, &others, Some(rows), reading));
-    groups.iter().map(recording).collect()
+    let mut sources: Vec<Source> = groups.iter().map(recording).collect();
+    if let Some(first) = without.first() {
+        let (name, count) = (&group.name, without.len());
+        let error = format!("column `{name}` is empty in {count} rows, from row {first} on");
+        sources.push(broken(reading.name, error));
+    }
+    sources
 }
 
 /// A recording a row, whose channels are lists.
@@ -206,6 +229,10 @@ fn of_row(
         match &column.cells {
             Cells::Lists(lists) => {
                 channels.extend(lists[row].clone().map(|numbers| memory(&column.name, numbers)));
+            }
+            cells if is_channel(&column.name, reading.map) => {
+                let (name, what) = (&column.name, cells.what());
+                return Err(format!("column `{name}` holds {what}, expected lists of numbers"));
             }
             cells => set(&mut metadata, &column.name, cells, row)?,
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -209,3 +210,102 @@ def test_what_is_wrong_names_the_column(
     assert told.value.column == column, str(told.value)
     assert words in str(told.value)
     assert isinstance(told.value, ValueError)
+
+
+def test_no_row_is_lost_where_groups_are_none(
+    columns: dict[str, Any], metadata: dict[str, Any]
+) -> None:
+    pl = pytest.importorskip("polars")
+    frame = pl.DataFrame(columns)
+    count = len(columns["time_s"])
+    days = frame.with_columns(day=pl.lit(b"x"))
+    with pytest.raises(fdi.FdiError, match="column `day` holds") as told:
+        fdi.diagnose(days, group="day", metadata=metadata, **OPTIONS)
+    assert told.value.column == "day"
+    both = pl.concat([frame.with_columns(unit=pl.lit(name)) for name in ("a", None)])
+    table = fdi.diagnose(both, group="unit", metadata=metadata, **OPTIONS)
+    assert [answer["recording"] for answer in table.records] == ["a"]
+    assert f"column `unit` is empty in {count} rows" in table.failed[0]["error"]
+
+
+def test_lists_of_texts_are_no_phase_that_is_missing(
+    columns: dict[str, Any], metadata: dict[str, Any]
+) -> None:
+    pl = pytest.importorskip("polars")
+    frame = pl.DataFrame({name: [list(values)] for name, values in columns.items()})
+    wrong = frame.with_columns(pl.col("phase_b_current_a").cast(pl.List(pl.String)))
+    with pytest.raises(fdi.FdiError, match="expected lists of numbers") as told:
+        fdi.diagnose(wrong, metadata=metadata, on_error="raise", **OPTIONS)
+    assert told.value.column == "phase_b_current_a"
+
+
+def test_lists_may_be_arrays(
+    columns: dict[str, Any], metadata: dict[str, Any], expected: dict[str, Any]
+) -> None:
+    rows = {name: [values, values] for name, values in columns.items()}
+    for table in (rows, pytest.importorskip("pandas").DataFrame(rows)):
+        answers = fdi.diagnose(table, metadata=metadata, **OPTIONS)
+        assert [_faults(answer) for answer in answers] == [expected, expected]
+
+
+def test_a_mask_is_a_gap(columns: dict[str, Any], metadata: dict[str, Any]) -> None:
+    is_masked = np.arange(len(columns["time_s"])) < 500
+    phase = np.ma.masked_array(np.where(is_masked, 99.0, columns["phase_b_current_a"]), is_masked)
+    masked = {**columns, "phase_b_current_a": phase}
+    with pytest.raises(fdi.FdiError) as told:
+        fdi.diagnose(masked, metadata=metadata, on_error="raise", **OPTIONS)
+    assert told.value.column == "phase_b_current_a"
+
+
+def test_a_time_that_is_no_number_is_told_as_the_time(columns: dict[str, Any]) -> None:
+    times = np.array(columns["time_s"])
+    times[7] = np.nan
+    pandas = pytest.importorskip("pandas")
+    for table in ({**columns, "time_s": times}, pandas.DataFrame({**columns, "time_s": times})):
+        with pytest.raises(fdi.FdiError, match="at row 7") as told:
+            fdi.diagnose(table, on_error="raise", **OPTIONS)
+        assert told.value.column == "time_s"
+
+
+def test_columns_that_are_no_channels_are_nobodys_concern(
+    columns: dict[str, Any], metadata: dict[str, Any], expected: dict[str, Any]
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(columns)
+    frame["note"] = [pandas.Timestamp("2026-01-01").date()] * len(frame)
+    frame["mixed"] = [1, "a"] * (len(frame) // 2)
+    frame["time_s"] = pandas.Timestamp("2026-01-01", tz="Europe/Rome") + pandas.to_timedelta(
+        frame["time_s"], unit="s"
+    )
+    answer = fdi.diagnose(frame, metadata=metadata, **OPTIONS)[0]
+    # times went through whole nanoseconds
+    assert _faults(answer)["k1"] == pytest.approx(expected["k1"], rel=1e-3)
+
+
+def test_numbers_of_numpy_are_numbers(columns: dict[str, Any], metadata: dict[str, Any]) -> None:
+    scaled = {**columns, "phase_b_current_a": columns["phase_b_current_a"] * 1e3}
+    plain = {"noise_a": 0.02, "decide": True, "watch": {"k1": 0.1}}
+    numpy = {"noise_a": np.float64(0.02), "decide": True, "watch": {"k1": np.float32(0.125)}}
+    factor = {"phase_b_current_a": ("phase_b_current_a", np.float64(1e-3))}
+    want = fdi.diagnose(columns, metadata=metadata, **plain, **OPTIONS)[0]
+    found = fdi.diagnose(scaled, metadata=metadata, columns=factor, **numpy, **OPTIONS)
+    assert found[0]["verdict"] == want["verdict"]
+    assert found[0]["fit"]["noise_a"] == 0.02
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"watch": "k1=0.1"}, {"act": [1]}, {"columns": "abc"}, {"columns": {"current_a": 5}}, {"on_error": "no"}],
+)
+def test_arguments_of_another_form_are_told(columns: dict[str, Any], options: dict[str, Any]) -> None:
+    with pytest.raises(fdi.FdiError):
+        fdi.diagnose(columns, **{"decide": True, **options}, **OPTIONS)
+    with pytest.raises(fdi.FdiError):
+        fdi.diagnose({1: columns["time_s"]}, **OPTIONS)
+
+
+def test_metadata_survive_a_pickle(columns: dict[str, Any]) -> None:
+    stated = {"command": "chirp", "actuator-id": 'pump "A"\\1\n'}
+    recording = fdi.Recording(columns, metadata=stated)
+    again = pickle.loads(pickle.dumps(recording))
+    assert again.metadata == recording.metadata == stated

@@ -12,7 +12,7 @@ from . import _fdi
 from ._error import FdiError
 from ._recording import Recording, plain_table
 from ._table import Table
-from ._words import column_words, everywhere, words
+from ._words import column_words, everywhere, level_words, words
 
 if TYPE_CHECKING:
     from ._artefacts import Bundle, Unit
@@ -49,6 +49,8 @@ def _options(
     decide: bool = False,
     watch: Mapping[str, float] | None = None,
     act: Mapping[str, float] | None = None,
+    gaps: str = "refuse",
+    skip_lines: int = 0,
     seed: int = 0,
     jobs: int | None = None,
     stable: bool = False,
@@ -69,14 +71,12 @@ def _options(
         "id_from": id_from,
         "date_from": date_from,
         "decide": decide,
-        "watch": _levels(watch),
-        "act": _levels(act),
+        "watch": level_words("watch", watch),
+        "act": level_words("act", act),
+        "gaps": gaps,
+        "skip_lines": skip_lines,
     }
     return [*words(options), *everywhere(seed, jobs, stable=stable)]
-
-
-def _levels(levels: Mapping[str, float] | None) -> list[str]:
-    return [f"{fault}={level!r}" for fault, level in (levels or {}).items()]
 
 
 def diagnose(
@@ -102,11 +102,14 @@ def diagnose(
     do not write into them meanwhile. The other ``options`` are those of ``fdi diagnose``: ``bundle``, ``unit``,
     ``reference``, ``method``, ``fidelity``, ``encoding``, ``tolerance``, ``max_evaluations``,
     ``noise_a``, ``max_delay_s``, ``free_start``, ``id_from``, ``date_from``, ``decide``, ``watch``
-    and ``act`` (levels such as ``{"k1": 0.1}``), ``seed``, ``jobs``, ``stable``.
+    and ``act`` (levels such as ``{"k1": 0.1}``), ``gaps`` and ``skip_lines`` (of files), ``seed``,
+    ``jobs``, ``stable``.
 
     A recording that cannot be diagnosed is a row with its ``error``; with ``on_error="raise"`` it
     is an :class:`FdiError`.
     """
+    if on_error not in ("row", "raise"):
+        raise FdiError(f"`on_error` is {on_error!r}, expected 'row' or 'raise'")
     given = _options(**options)
     told = _told(progress)
     table = _answers(source, given, group, metadata, name, told)
@@ -181,5 +184,7 @@ def batches(source: Iterable[Any], **options: Any) -> Iterator[Any]:
 
 def fit_figure(recording: Recording, **options: Any) -> str | None:
     """Drawing of a recording beside the model with the levels found, as SVG."""
+    if not isinstance(recording, Recording):
+        raise FdiError(f"{recording!r} is no recording: read it with `fdi.Recording.read`")
     session = _session((*_options(**options), "--", os.devnull))
     return session.fit_figure(recording._inner)

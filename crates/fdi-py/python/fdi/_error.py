@@ -52,7 +52,7 @@ def _in_python(message: str) -> str:
 
 def _column_of(message: str) -> str | None:
     """The column that a message is about: the one that it names first."""
-    named = re.search(r"(?:column|channel|of) `([^`]+)`", message)
+    named = re.search(r"(?:columns?|channel|of) `([^`]+)`", message)
     if named is None:
         named = re.match(r"`(\w+_(?:a|s|v|m|n|k|rad|frac|n_m|m_per_s|rad_per_s|state))`", message)
     return None if named is None else named[1]

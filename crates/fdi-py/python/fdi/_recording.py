@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _fdi
+from ._error import FdiError
 from ._words import column_words
 
 if TYPE_CHECKING:
@@ -67,7 +69,8 @@ class Recording:
         """Metadata, as a file would state them."""
         lines = self._inner.metadata_toml.splitlines()
         pairs = (line.partition(" = ") for line in lines)
-        return {key: value.strip('"') for key, _, value in pairs}
+        # texts of TOML, as they are written here, are texts of JSON
+        return {key: json.loads(value) if value[:1] == '"' else value for key, _, value in pairs}
 
     def __getitem__(self, channel: str) -> Any:
         return _array(self._inner.values(channel))
@@ -130,6 +133,9 @@ def plain_table(table: Any) -> tuple[Any, bool]:
         return dict(table), False
     if hasattr(table, "iloc") and hasattr(table, "columns"):
         # pandas hands over Arrow only with pyarrow; its columns are numpy's
+        twice = [str(name) for name in table.columns[table.columns.duplicated()]]
+        if twice:
+            raise FdiError(f"column `{twice[0]}` is there more than once", column=twice[0])
         return {str(name): _pandas_cells(table[name]) for name in table.columns}, True
     if hasattr(table, "collect") and hasattr(table, "collect_schema"):
         return table.collect(), False
@@ -138,6 +144,9 @@ def plain_table(table: Any) -> tuple[Any, bool]:
 
 def _pandas_cells(column: Any) -> Any:
     kind = getattr(column.dtype, "kind", "O")
+    if getattr(column.dtype, "tz", None) is not None:
+        # points in time: where their clock stands moves none of them
+        return column.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy()
     if not hasattr(column.dtype, "itemsize") or not hasattr(column.dtype, "byteorder"):
         # a type of pandas' own: numbers with gaps become doubles, the rest objects
         return column.to_numpy(dtype="float64", na_value=float("nan")) if kind in "iufb" else list(column)

@@ -9,7 +9,7 @@ from typing import Union
 
 from . import _fdi
 from ._recording import Recording
-from ._words import everywhere, words
+from ._words import everywhere, level_words, words
 
 _LOG = logging.getLogger("fdi")
 
@@ -36,7 +36,7 @@ def simulate(
     options = {
         "model": os.fspath(model),
         "command": os.fspath(command),
-        "faults": ",".join(f"{name}={level!r}" for name, level in (faults or {}).items()),
+        "faults": ",".join(level_words("faults", faults)),
         "noise_a": noise_a,
         "adc_bits": adc_bits,
         "adc_range_a": adc_range_a,

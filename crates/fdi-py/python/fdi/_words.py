@@ -6,6 +6,8 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import Any, Union
 
+from ._error import FdiError
+
 #: Which columns are which channels: ``{"current_a": "i_motor"}``, with a factor
 #: ``{"current_a": ("i_motor", 0.001)}``.
 Columns = Mapping[str, Union[str, tuple[str, float]]]
@@ -14,9 +16,36 @@ Columns = Mapping[str, Union[str, tuple[str, float]]]
 def column_words(columns: Columns | None) -> list[str]:
     """Columns as the command line maps them."""
     return [
-        f"{channel}={column}" if isinstance(column, str) else f"{channel}={column[0]}*{column[1]!r}"
-        for channel, column in (columns or {}).items()
+        f"{channel}={column}" if isinstance(column, str) else f"{channel}={_scaled(channel, column)}"
+        for channel, column in _pairs("columns", columns)
     ]
+
+
+def _pairs(name: str, given: Any) -> Iterable[tuple[Any, Any]]:
+    if given is None:
+        return []
+    if not isinstance(given, Mapping):
+        raise FdiError(f"`{name}` is {given!r}, expected names with what belongs to them: {{...}}")
+    return given.items()
+
+
+def _scaled(channel: Any, column: Any) -> str:
+    try:
+        name, factor = column
+        return f"{name}*{float(factor)!r}"
+    except (TypeError, ValueError):
+        told = f"`columns` has {column!r} for `{channel}`, expected a name, or a name and a factor"
+        raise FdiError(told) from None
+
+
+def level_words(name: str, levels: Mapping[str, float] | None) -> list[str]:
+    """Levels of faults as the command line takes them."""
+    try:
+        return [f"{fault}={float(level)!r}" for fault, level in _pairs(name, levels)]
+    except (TypeError, ValueError) as error:
+        if isinstance(error, FdiError):
+            raise
+        raise FdiError(f"`{name}` is {levels!r}, expected levels such as {{'k1': 0.1}}") from None
 
 
 def words(options: Mapping[str, Any]) -> list[str]:
@@ -37,7 +66,8 @@ def words(options: Mapping[str, Any]) -> list[str]:
 
 def _word(value: Any) -> str:
     if isinstance(value, float):
-        return repr(value)
+        # numbers of numpy are floats that say more of themselves
+        return repr(float(value))
     return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
 
 
