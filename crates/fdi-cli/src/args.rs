@@ -340,7 +340,7 @@ impl DiagnoseArgs {
     /// Levels that decisions are made by in the answers, where any are asked for.
     ///
     /// # Errors
-    /// Those of [`report_levels`](Self::report_levels), and levels that nothing is decided by.
+    /// Levels without a decision, and a level for acting that is below the one for watching.
     pub fn action_levels(&self) -> anyhow::Result<Option<ActionLevels>> {
         let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
         anyhow::ensure!(

@@ -25,8 +25,8 @@ use std::cmp::Ordering;
 
 use ema_sim::FaultCoordinates;
 use fdi_report::{
-    Action, ActionLevels, FaultAction, FaultId, FindingKind, Limits, RecordDiagnosis, Severity,
-    percent, three_digits,
+    Action, ActionLevels, BACKLASH_GAIN, FRICTION_GAIN, FaultAction, FaultId, FindingKind, Limits,
+    RecordDiagnosis, Severity, percent, three_digits,
 };
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -39,9 +39,6 @@ const DECIDED: f64 = 0.9;
 const POINTS: usize = 4096;
 /// Square roots of these are the steps of the lattice.
 const PRIMES: [f64; 7] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
-/// Growth of friction and of play with a level (Table 1 of the FREEDOM paper).
-const FRICTION_GAIN: f64 = 2.0;
-const PLAY_GAIN: f64 = 99.0;
 /// Least friction or play that an answer is taken to say, over that as built.
 const LEAST_SHARE: f64 = 0.05;
 /// Most steps of Newton's method, and the step at which it has settled.
@@ -133,11 +130,12 @@ impl Since {
 
 /// Size of a fault by its level: what is added, what multiplies, and the unit.
 fn size_of(id: FaultId, since: Since) -> (f64, f64, &'static str) {
+    let friction = 100.0 * FRICTION_GAIN;
     match (id, since) {
-        (FaultId::K1, Since::Nominal) => (0.0, 200.0, "% of friction torque above nominal"),
-        (FaultId::K1, Since::New) => (0.0, 200.0, "% of nominal friction torque above new"),
-        (FaultId::K2, Since::Nominal) => (1.0, 99.0, "times nominal play"),
-        (FaultId::K2, Since::New) => (0.0, 99.0, "times nominal play more than new"),
+        (FaultId::K1, Since::Nominal) => (0.0, friction, "% of friction torque above nominal"),
+        (FaultId::K1, Since::New) => (0.0, friction, "% of nominal friction torque above new"),
+        (FaultId::K2, Since::Nominal) => (1.0, BACKLASH_GAIN, "times nominal play"),
+        (FaultId::K2, Since::New) => (0.0, BACKLASH_GAIN, "times nominal play more than new"),
         (FaultId::K6 | FaultId::K7, _) => (0.0, 100.0, "% of the air gap"),
         _ => (0.0, 100.0, "% of the turns shorted"),
     }
@@ -308,7 +306,7 @@ impl Coordinate {
         let rate = -ABOVE_WATCH.ln() / levels.watch[index];
         match index {
             0 => Self::Share { gain: FRICTION_GAIN, rate },
-            1 => Self::Share { gain: PLAY_GAIN, rate },
+            1 => Self::Share { gain: BACKLASH_GAIN, rate },
             _ => Self::Level { rate },
         }
     }
@@ -637,8 +635,8 @@ mod tests {
     #[test]
     fn what_tolerances_leave_open_grows_with_the_damage() {
         // play of 2.2 times nominal, known to 30 %: 3 times is as near as with 30 % of 3
-        let level = 1.2 / PLAY_GAIN;
-        let std = 0.3 * 2.2 / PLAY_GAIN;
+        let level = 1.2 / BACKLASH_GAIN;
+        let std = 0.3 * 2.2 / BACKLASH_GAIN;
         let mut found = answer(&[0.0, level], &[0.01, std]);
         let above = |found: &RecordDiagnosis| {
             decide(found, &ActionLevels::default()).faults[1].probability_above.watch

@@ -51,4 +51,6 @@ pub use folder::common_folder;
 pub use open_findings::OpenFindings;
 pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
-pub use sentence::{detected_findings, percent, plus_minus, sentence, three_digits};
+pub use sentence::{
+    BACKLASH_GAIN, FRICTION_GAIN, detected_findings, percent, plus_minus, sentence, three_digits,
+};

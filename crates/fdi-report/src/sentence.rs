@@ -5,10 +5,10 @@ use crate::{
 };
 
 /// Friction at k1 = 1 is three times nominal: FREEDOM paper, Table 1, read linearly.
-const FRICTION_GAIN: f64 = 2.0;
+pub const FRICTION_GAIN: f64 = 2.0;
 
 /// Backlash at k2 = 1 is a hundred times nominal: FREEDOM paper, Table 1, read linearly.
-const BACKLASH_GAIN: f64 = 99.0;
+pub const BACKLASH_GAIN: f64 = 99.0;
 
 /// Answer where the search ended before the model explained the recording.
 const UNFINISHED: &str = "the search did not finish; nothing is determined";

@@ -6,7 +6,7 @@ use fdi_core::{
     DiagnoseOptions, Diagnoser, Purpose, RootSeed, ToleranceUse, decide,
     ema_sim::FaultCoordinates,
     in_parallel,
-    report::{Action, ActionLevels, FaultId, Severity},
+    report::{Action, ActionLevels, Severity},
 };
 
 use super::{hidden::HiddenDamage, learnt::Owned};
@@ -28,8 +28,6 @@ pub struct DecisionsLine {
 /// A probability that was stated, and what was true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stated {
-    /// The fault.
-    pub fault: FaultId,
     /// Probability that damage is above a level.
     pub probability: f64,
     /// True where it was.
@@ -93,33 +91,26 @@ pub fn evaluate_decisions(
 
 impl DecisionsResult {
     fn count(&mut self, action: &Action, damage: &FaultCoordinates, levels: &ActionLevels) {
-        let place = match action.severity {
+        let severity = match action.severity {
             Severity::Undecided => 1,
             Severity::Watch => 2,
             Severity::Act => 3,
             _ => 0,
         };
-        self.severities[place] += 1;
+        self.severities[severity] += 1;
+        let true_levels = damage.levels();
         self.without_answer += usize::from(action.faults.is_empty());
         for fault in &action.faults {
-            let level = level(damage, fault.id);
-            let (watch, act) = (levels.watch[fault.id as usize], levels.act[fault.id as usize]);
+            let place = fault.id as usize;
+            let (level, watch, act) = (true_levels[place], levels.watch[place], levels.act[place]);
             let above = fault.probability_above;
             for (stated, (probability, limit)) in
                 self.stated.iter_mut().zip([(above.watch, watch), (above.act, act)])
             {
-                stated.push(Stated { fault: fault.id, probability, is_above: level > limit });
+                stated.push(Stated { probability, is_above: level > limit });
             }
-            let is_named = place == 3 && action.fault == Some(fault.id);
+            let is_named = action.severity == Severity::Act && action.fault == Some(fault.id);
             self.right_acts += usize::from(is_named && level > watch);
         }
-    }
-}
-
-/// Level of a fault.
-fn level(damage: &FaultCoordinates, id: FaultId) -> f64 {
-    match id {
-        FaultId::K6 | FaultId::K7 => damage.0[5].hypot(damage.0[6]),
-        other => damage.0[other as usize],
     }
 }

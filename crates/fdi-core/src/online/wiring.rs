@@ -103,12 +103,7 @@ impl Wiring {
 
     /// Norm of all three phases.
     fn norm(&self, gram: &[[f64; 3]; 3]) -> f64 {
-        let square = |column: usize| {
-            let factors = self.factors(column);
-            let row = |a: usize| (0..3).map(move |b| factors[a] * factors[b] * gram[a][b]);
-            (0..3).flat_map(row).sum::<f64>()
-        };
-        (0..3).map(square).sum::<f64>().sqrt()
+        (0..3).map(|column| square(&self.factors(column), gram)).sum::<f64>().sqrt()
     }
 
     /// The currents of the phases A, B and C.
@@ -141,6 +136,12 @@ impl Wiring {
     }
 }
 
+/// Sum of squares of the columns times factors, by their products with one another.
+fn square(factors: &[f64; 3], gram: &[[f64; 3]; 3]) -> f64 {
+    let row = |a: usize| (0..3).map(move |b| factors[a] * factors[b] * gram[a][b]);
+    (0..3).flat_map(row).sum()
+}
+
 /// Senses of the columns that may be: of three recorded ones those with the least sum, of two all.
 fn senses(gram: &[[f64; 3]; 3], computed: Option<usize>) -> Vec<[f64; 3]> {
     let both = |signs: [f64; 3]| [signs, signs.map(|sign| -sign)];
@@ -153,12 +154,8 @@ fn senses(gram: &[[f64; 3]; 3], computed: Option<usize>) -> Vec<[f64; 3]> {
         // the computed column follows, whatever its own sign
         return [[1.0; 3], flipped((column + 1) % 3)].into_iter().flat_map(both).collect();
     }
-    let sum = |signs: &[f64; 3]| {
-        let row = |a: usize| (0..3).map(move |b| signs[a] * signs[b] * gram[a][b]);
-        (0..3).flat_map(row).sum::<f64>()
-    };
     let patterns = [[1.0; 3], flipped(0), flipped(1), flipped(2)];
-    let least = patterns.into_iter().min_by(|a, b| sum(a).total_cmp(&sum(b)));
+    let least = patterns.into_iter().min_by(|a, b| square(a, gram).total_cmp(&square(b, gram)));
     least.into_iter().flat_map(both).collect()
 }
 

@@ -40,11 +40,10 @@ def _scaled(channel: Any, column: Any) -> str:
 
 def level_words(name: str, levels: Mapping[str, float] | None) -> list[str]:
     """Levels of faults as the command line takes them."""
+    pairs = _pairs(name, levels)
     try:
-        return [f"{fault}={float(level)!r}" for fault, level in _pairs(name, levels)]
-    except (TypeError, ValueError) as error:
-        if isinstance(error, FdiError):
-            raise
+        return [f"{fault}={float(level)!r}" for fault, level in pairs]
+    except (TypeError, ValueError):
         raise FdiError(f"`{name}` is {levels!r}, expected levels such as {{'k1': 0.1}}") from None
 
 
