@@ -10,6 +10,7 @@ mod hidden;
 mod learnt;
 mod numbers;
 mod score;
+mod setups;
 mod symmetry;
 
 pub use bound::{BoundCase, NumberBound, number_bounds, unit_bounds};
@@ -22,6 +23,7 @@ pub use learnt::{
 };
 pub use numbers::{NumberScore, NumbersLine, NumbersResult, evaluate_numbers};
 pub use score::UnitsScore;
+pub use setups::{SetupsLine, SetupsResult, Unfit, evaluate_setups, evaluate_unfit};
 pub use symmetry::{
     Symmetry, SymmetryResult, bundle_of_scaled_torques, difference_of_diagnosers,
     evaluate_symmetries,

@@ -6,6 +6,7 @@ mod experiment;
 mod explain;
 mod published;
 mod report;
+mod setup;
 mod unit;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
@@ -25,6 +26,7 @@ pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
 pub use explain::{CalibrateArgs, ExplainArgs, ProposeArgs, RecordArgs};
 pub use report::{FleetArgs, NameArgs, ReportArgs};
+pub use setup::SetupArgs;
 pub use unit::{
     LearnArgs, ReadingArgs, ReplacedArg, ResetArgs, ShowUnitArgs, UnitCommand, UpdateArgs,
 };
@@ -105,6 +107,9 @@ pub struct GlobalArgs {
     /// Settings of this run with their origins
     #[arg(skip)]
     pub settings: Vec<ResolvedSetting>,
+    /// True where the file of settings was found beside the recordings
+    #[arg(skip)]
+    pub is_config_found: bool,
 }
 
 impl GlobalArgs {
@@ -175,6 +180,13 @@ impl Color {
 /// A command.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Everything that diagnoses of one machine need, from recordings of it as new
+    ///
+    /// Checks the test and the recordings, finds how the phases are wired and where the command begins,
+    /// builds the bundle if there is none, learns the unit, and tries it out in simulated tests. The
+    /// folder then holds unit, bundle, settings and a report of one page: `fdi diagnose FOLDER/…` needs
+    /// no options. What cannot be set up is refused with the reason.
+    Setup(SetupArgs),
     /// Fault levels with uncertainty, verdict and fit for each recording
     Diagnose(DiagnoseArgs),
     /// One answer of the parts of a batch, which `fdi diagnose --shard` made

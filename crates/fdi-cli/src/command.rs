@@ -12,6 +12,7 @@ mod inspect;
 mod merge;
 mod propose;
 mod schema;
+mod setup;
 mod simulate;
 mod unit;
 
@@ -28,5 +29,6 @@ pub(crate) use inspect::inspect;
 pub(crate) use merge::merge;
 pub(crate) use propose::propose;
 pub(crate) use schema::schema;
+pub(crate) use setup::setup;
 pub(crate) use simulate::simulate;
 pub(crate) use unit::{learn, reset, show_unit, update, write_model};

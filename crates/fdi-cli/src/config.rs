@@ -6,6 +6,7 @@
 mod file;
 
 use std::{
+    any::TypeId,
     ffi::OsString,
     fmt::Write,
     path::{Path, PathBuf},
@@ -67,6 +68,11 @@ impl Setting {
         format!("FDI_{}", self.path()).replace(['-', '.'], "_").to_uppercase()
     }
 
+    /// True where its values are files or folders.
+    fn is_path(&self) -> bool {
+        self.arg.get_value_parser().type_id() == TypeId::of::<PathBuf>()
+    }
+
     /// Why these values are none for it.
     fn refuses(&self, values: &[String]) -> Option<String> {
         // what it needs and excludes is for the whole command line to check
@@ -111,7 +117,12 @@ fn settings() -> Vec<Setting> {
 pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError> {
     let words: Vec<OsString> = words.into_iter().collect();
     let settings = settings();
-    let file = named_file(&words, &settings).map_err(LoadError::Settings)?;
+    let beside = beside_recordings(&words);
+    let file = match &beside {
+        Some(path) => read_file(Some(path), &settings),
+        None => named_file(&words, &settings),
+    };
+    let file = file.map_err(LoadError::Settings)?;
     let command = with_defaults(Cli::command(), &settings, &file).color(color(&words, &file));
     let parsed = command.try_get_matches_from(words.iter().cloned());
     let matches = parsed.map_err(|error| match blamed_variable(&error, &words, &settings) {
@@ -123,6 +134,9 @@ pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError>
     }
     let mut cli = Cli::from_arg_matches(&matches).map_err(LoadError::Usage)?;
     cli.global.settings = resolved(&matches, &settings, &file);
+    if beside.is_some() {
+        (cli.global.config, cli.global.is_config_found) = (beside, true);
+    }
     Ok(cli)
 }
 
@@ -195,6 +209,21 @@ fn unknown_variable(settings: &[Setting]) -> Option<String> {
         None => "`docs/config.md` lists them".to_owned(),
     };
     Some(format!("`{name}` in the environment is no setting; {hint}"))
+}
+
+/// The file of settings in the folder of the first recording that is to be diagnosed, where none is named
+/// and none lies here.
+fn beside_recordings(words: &[OsString]) -> Option<PathBuf> {
+    let is_named =
+        value_of(words, "--config").is_some() || std::env::var_os("FDI_CONFIG").is_some();
+    if is_named || Path::new(HERE).is_file() {
+        return None;
+    }
+    let matches = Cli::command().try_get_matches_from(words).ok()?;
+    let ("diagnose", own) = matches.subcommand()? else { return None };
+    let first: &PathBuf = own.get_many("paths")?.next()?;
+    let folder = if first.is_dir() { first } else { first.parent()? };
+    Some(folder.join(HERE)).filter(|path| path.is_file())
 }
 
 /// The settings of the file that the command line names, or the environment, or that lies here.
@@ -347,7 +376,7 @@ Every option below can stand in a file, in the environment or on the command lin
 environment, that before the file, that before the default. The file is `fdi.toml` in the folder in which `fdi` runs, or the
 one that `--config FILE` or `FDI_CONFIG` names. It is TOML: a key has the name of its option, and the unit with it; a key that
 is not known is refused, and so is a variable `FDI_…`; the nearest one is named. Values are checked before anything runs. Paths count from the
-folder in which `fdi` runs. `fdi inspect config` shows every setting with where it is from.
+folder of the file. `fdi diagnose` without any of these takes the `fdi.toml` in the folder of the first recording, as `fdi setup` writes it. `fdi inspect config` shows every setting with where it is from.
 
 ```toml
 jobs = 4

@@ -89,21 +89,26 @@ pub(crate) struct ToLearn {
 
 /// Reads recordings to learn from, with the bundle that fits the first of them.
 pub(crate) fn diagnoser_of_first(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ToLearn> {
-    let ReadingArgs { bundle, map, names } = reading;
-    let map = map.column_map()?;
-    let mut recordings = Vec::new();
-    for path in paths {
-        let named = || path.display().to_string();
-        for file in list_recordings(path).with_context(named)? {
-            let read = read_named(&file, &map, names);
-            recordings.push(read.with_context(|| file.display().to_string())?);
-        }
-    }
-    let mut bundles = read_bundles(bundle.as_ref())?;
+    let recordings = read_all(paths, reading)?;
+    let mut bundles = read_bundles(reading.bundle.as_ref())?;
     let experiments: Vec<_> = bundles.iter().map(|one| &one.experiment).collect();
     let fitting = recordings.first().map_or(0, |first| fitting_experiment(&experiments, first));
     let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).into_bundle()?)?;
     Ok(ToLearn { recordings, diagnoser })
+}
+
+/// Reads recordings, each with the actuator and the day that its name or itself states.
+pub(crate) fn read_all(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Vec<Recording>> {
+    let map = reading.map.column_map()?;
+    let mut recordings = Vec::new();
+    for path in paths {
+        let named = || path.display().to_string();
+        for file in list_recordings(path).with_context(named)? {
+            let read = read_named(&file, &map, &reading.names);
+            recordings.push(read.with_context(|| file.display().to_string())?);
+        }
+    }
+    Ok(recordings)
 }
 
 /// The bundle that a unit was learnt with, of a file or the embedded ones; `None` where none is.

@@ -44,6 +44,11 @@ impl Files {
         let mut files = Self::of_every_command(global);
         match command {
             Command::Diagnose(args) => files.diagnosis(args),
+            Command::Setup(args) => {
+                files.test(&args.test);
+                files.read("the bundle", args.reading.bundle.clone());
+                files.read("a recording", args.recordings.iter().cloned());
+            }
             Command::Merge(args) => files.read("a part", args.parts.iter().cloned()),
             Command::Simulate(args) => files.test(&args.test),
             Command::Dataset(args) => files.test(&args.test),

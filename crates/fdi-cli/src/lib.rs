@@ -49,11 +49,17 @@ use files::Files;
 /// recordings of a batch from being done is in the answer.
 pub fn run(cli: &Cli, streams: &mut Streams<'_>) -> anyhow::Result<ExitStatus> {
     Files::of(&cli.command, &cli.global).check()?;
+    if let (true, false, Some(path)) =
+        (cli.global.is_config_found, cli.global.quiet, &cli.global.config)
+    {
+        streams.say(format_args!("settings of {}", path.display()));
+    }
     match &cli.command {
         Command::Diagnose(args) => {
             let diagnoser = diagnoser::diagnoser(args, cli.global.root_seed())?;
             command::diagnose(diagnoser.as_ref(), args, &cli.global, streams)
         }
+        Command::Setup(args) => command::setup(args, &cli.global, streams),
         Command::Merge(args) => command::merge(args, &cli.global, streams),
         Command::Simulate(args) => command::simulate(args, &cli.global, streams),
         Command::Dataset(args) => command::dataset(args, &cli.global, streams),

@@ -32,6 +32,7 @@ mod diagnose;
 mod offline;
 mod online;
 mod seed;
+mod setup;
 mod signal_diagnosis;
 mod signals;
 mod simulation;
@@ -70,6 +71,7 @@ pub use online::fitting::fitting_experiment;
 pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
 pub use online::observation::ObservationError;
 pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
+pub use online::wiring::MappedColumn;
 pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{
@@ -81,6 +83,7 @@ pub use recordings::{
 /// The compression whose settings stand in this crate's interface.
 pub use reduction;
 pub use seed::{Purpose, RootSeed};
+pub use setup::{Setup, SetupError, SetupOptions, check_test};
 pub use signal_diagnosis::{EnvelopeSignal, SignalDiagnosis};
 pub use simulation::compared_signals::{ComparedSignals, ComparedSignalsError, GivenCommand};
 pub use simulation::experiment::{Experiment, ExperimentError, MASK_POINTS, Monitor, RECORDED};

@@ -24,6 +24,8 @@ pub enum Purpose {
     Fixture,
     /// Machines drawn within tolerances.
     Units,
+    /// Simulated tests of a unit that was learnt.
+    Acceptance,
 }
 
 impl Purpose {
@@ -38,6 +40,7 @@ impl Purpose {
             Self::Map => "map",
             Self::Fixture => "fixture",
             Self::Units => "units",
+            Self::Acceptance => "acceptance",
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The machine in a test: experiments, models, simulated recordings.
 
 pub(crate) mod compared_signals;
-mod cut_phase;
+pub(crate) mod cut_phase;
 pub(crate) mod drive_signal;
 pub(crate) mod envelope;
 pub(crate) mod experiment;

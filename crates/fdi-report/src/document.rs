@@ -18,6 +18,7 @@ mod fleet;
 mod notice;
 mod prediction;
 mod proposal;
+mod setup;
 mod signal;
 mod tolerance_use;
 mod unit;
@@ -50,6 +51,9 @@ pub use fleet::{ActuatorTrend, Change, FaultChange, Fleet, LeftOut, Slope, Trend
 pub use notice::{Notice, NoticeCode};
 pub use prediction::Prediction;
 pub use proposal::{Proposal, ProposedRecording, Separation};
+pub use setup::{
+    Acceptance, FaultTests, SetupChoice, SetupRefusal, SetupRefusalCode, SetupSummary,
+};
 pub use signal::{SignalCode, SignalFinding};
 pub use tolerance_use::ToleranceUse;
 pub use unit::{LearntFrom, UnitNumber, UnitSummary};

@@ -28,17 +28,18 @@ mod sentence;
 pub use choice::{Choice, Word, choices};
 pub use decision::{FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, INCIPIENT_LEVEL};
 pub use document::{
-    Action, ActionLevels, ActuatorTrend, BatchShard, BundleSummary, CalibratedParameter,
-    Calibration, CatalogueEffect, CatalogueKey, CatalogueParameter, Change, ConvergencePoint,
-    CoordinateShare, Covariance, CurveBin, DatasetSummary, DetectionPoint, Diagnosis,
-    EffectCatalogue, EffectFinding, EffectNumber, Encoding, EncodingSummary, Evaluation,
+    Acceptance, Action, ActionLevels, ActuatorTrend, BatchShard, BundleSummary,
+    CalibratedParameter, Calibration, CatalogueEffect, CatalogueKey, CatalogueParameter, Change,
+    ConvergencePoint, CoordinateShare, Covariance, CurveBin, DatasetSummary, DetectionPoint,
+    Diagnosis, EffectCatalogue, EffectFinding, EffectNumber, Encoding, EncodingSummary, Evaluation,
     EvaluationSettings, Explanation, ExplanationVerdict, Failure, Fault, FaultAction,
-    FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, Fidelity, Finding, FindingKind, Fit,
-    Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut, Limits, Method,
-    MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Prediction, Proposal,
-    ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead,
-    SCHEMA_VERSION, Sensitivity, Separation, Severity, SignalCode, SignalFinding, Slope, Standing,
-    Status, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
+    FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, FaultTests, Fidelity, Finding,
+    FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut,
+    Limits, Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Prediction,
+    Proposal, ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve,
+    ResumeHead, SCHEMA_VERSION, Sensitivity, Separation, SetupChoice, SetupRefusal,
+    SetupRefusalCode, SetupSummary, Severity, SignalCode, SignalFinding, Slope, Standing, Status,
+    ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
 };
 pub use figure::{
     CompressionCurve, CompressionPanel, DrawnMode, compression_figure_svg, convergence_figure_svg,

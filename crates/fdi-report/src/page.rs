@@ -10,13 +10,14 @@ mod evaluation;
 mod explanation;
 mod findings;
 mod html;
+mod setup;
 
 pub use content::{Figure, Page};
 pub use diagnosis::{DiagnosisPage, SettingRow};
 
 use content::Block;
 
-use crate::{Evaluation, Explanation};
+use crate::{Evaluation, Explanation, SetupSummary};
 
 impl Page {
     /// The report of one of the paper's experiments, made by the program `tool`.
@@ -27,6 +28,11 @@ impl Page {
     /// The report of what a model misses.
     pub fn of_explanation(answer: &Explanation) -> Self {
         explanation::page(answer)
+    }
+
+    /// The report of a machine that was set up, or why not.
+    pub fn of_setup(answer: &SetupSummary) -> Self {
+        setup::page(answer)
     }
 
     /// The document: HTML with style, script and drawings inside.

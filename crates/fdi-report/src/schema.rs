@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{
     BundleSummary, Calibration, Diagnosis, EffectCatalogue, Evaluation, Explanation, Fleet,
-    Proposal, UnitSummary, words,
+    Proposal, SetupSummary, UnitSummary, words,
 };
 
 /// A form that the program reads or writes.
@@ -36,11 +36,13 @@ pub enum Schema {
     Fleet,
     /// The JSON of `unit show`.
     Unit,
+    /// The JSON of `setup`.
+    Setup,
 }
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Recording,
         Self::Diagnosis,
         Self::Bundle,
@@ -51,6 +53,7 @@ impl Schema {
         Self::Effects,
         Self::Fleet,
         Self::Unit,
+        Self::Setup,
     ];
 
     /// A JSON Schema (draft 2020-12), or for the recording its tables in Markdown.
@@ -66,6 +69,7 @@ impl Schema {
             Self::Effects => json_schema::<EffectCatalogue>(),
             Self::Fleet => json_schema::<Fleet>(),
             Self::Unit => json_schema::<UnitSummary>(),
+            Self::Setup => json_schema::<SetupSummary>(),
         }
     }
 }
@@ -74,7 +78,7 @@ words! {
     Schema {
         Recording "recording", Diagnosis "diagnosis", Bundle "bundle", Evaluation "evaluation",
         Explanation "explanation", Calibration "calibration", Proposal "proposal",
-        Effects "effects", Fleet "fleet", Unit "unit",
+        Effects "effects", Fleet "fleet", Unit "unit", Setup "setup",
     }
 }
 

@@ -20,6 +20,7 @@ mod plot;
 mod real_recordings;
 mod reduction;
 mod section;
+mod setup;
 mod signal_chain;
 mod simulator;
 mod units;
@@ -80,6 +81,7 @@ const PAGES: &[Page] = &[
         quick: as_recorded::quick,
         text: |_| as_recorded::text().map(Into::into),
     },
+    Page { name: "setup", quick: setup::quick, text: |_| setup::text().map(Into::into) },
     Page {
         name: "explaining",
         quick: explaining::quick,

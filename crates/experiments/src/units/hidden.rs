@@ -349,17 +349,20 @@ impl Hidden {
         Ok(experiment.filter.apply(&envelope_a, trace.rate_hz))
     }
 
+    /// Temperature of the winding as it was read, K; `None` where it was not.
+    pub(super) fn read_temperature_k(&self, label: &Label) -> Option<f64> {
+        label.temperature_error_k.map(|error_k| NOMINAL_K + self.temperature_k + error_k)
+    }
+
     pub(super) fn record(
         &self,
         experiment: &Experiment,
         seed: u64,
         label: &Label,
     ) -> Result<Recording, EvaluationError> {
-        let root = RootSeed(seed);
-        let electronics = root.derive(Purpose::ControllerNoise, 0);
-        let (phases, angle_rad) = self.phases(&experiment.scenario, electronics)?;
+        let (phases, angle_rad) = self.phases(&experiment.scenario, electronics_seed(seed))?;
         let views = [&phases[0][..], &phases[1][..], &phases[2][..]];
-        let [a, b, c] = SENSORS.measure(views, root.derive(Purpose::SensorNoise, 0));
+        let [a, b, c] = SENSORS.measure(views, sensor_seed(seed));
         let rate_hz = experiment.actuator.controller.sample_hz;
         let channels = [
             (ChannelName::PhaseACurrent, a),
@@ -375,13 +378,21 @@ impl Hidden {
             command: Some(CommandSource::Named(experiment.name.clone())),
             rate_hz: Some(rate_hz),
             session: label.session.clone(),
-            winding_temperature_k: label
-                .temperature_error_k
-                .map(|error_k| NOMINAL_K + self.temperature_k + error_k),
+            winding_temperature_k: self.read_temperature_k(label),
             ..Metadata::default()
         };
         Ok(Recording::new("hidden", metadata, channels)?)
     }
+}
+
+/// Seed of the noise of a recording's electronics.
+pub(super) fn electronics_seed(seed: u64) -> u64 {
+    RootSeed(seed).derive(Purpose::ControllerNoise, 0)
+}
+
+/// Seed of the noise of a recording's sensors.
+pub(super) fn sensor_seed(seed: u64) -> u64 {
+    RootSeed(seed).derive(Purpose::SensorNoise, 0)
 }
 
 /// Damage of a line of the study.

@@ -173,6 +173,12 @@ impl<'a> Owned<'a> {
         &mut self,
         damage: FaultCoordinates,
     ) -> Result<Recording, EvaluationError> {
+        let Day { hidden, label, seed } = self.day(damage);
+        hidden.record(self.experiment, seed, &label)
+    }
+
+    /// The unit with its damage on a new day.
+    pub(super) fn day(&mut self, damage: FaultCoordinates) -> Day {
         let mut hidden = Hidden { damage, ..self.hidden.clone() };
         hidden.scatter(&self.session, 1.0, false, &mut self.chance);
         hidden.temperature_k = self.days.half_width_k * (2.0 * self.chance.uniform() - 1.0);
@@ -182,9 +188,16 @@ impl<'a> Owned<'a> {
             temperature_error_k: self.days.reading_std_k.map(error_k),
         };
         self.recorded += 1;
-        let own = RootSeed(self.seed).derive(Purpose::Units, 1_000_000 + self.recorded);
-        hidden.record(self.experiment, own, &label)
+        let seed = RootSeed(self.seed).derive(Purpose::Units, 1_000_000 + self.recorded);
+        Day { hidden, label, seed }
     }
+}
+
+/// A unit on a day.
+pub(super) struct Day {
+    pub(super) hidden: Hidden,
+    pub(super) label: Label,
+    pub(super) seed: u64,
 }
 
 /// Recordings of one hidden unit as new, each of a day of its own: the winding within ±40 K, its

@@ -26,7 +26,21 @@ impl SettingsFile {
         require_file(path)?;
         let name = path.display().to_string();
         let text = fs::read_to_string(path).with_context(|| format!("`{name}` cannot be read"))?;
-        Self::parse(name, &text, settings)
+        let mut file = Self::parse(name, &text, settings)?;
+        if let Some(folder) = path.parent() {
+            file.move_paths_to(folder, settings);
+        }
+        Ok(file)
+    }
+
+    /// Counts relative paths from a folder.
+    fn move_paths_to(&mut self, folder: &Path, settings: &[Setting]) {
+        for setting in settings.iter().filter(|setting| setting.is_path()) {
+            let Some((values, _)) = self.entries.get_mut(&setting.path()) else { continue };
+            for value in values {
+                *value = folder.join(&*value).display().to_string();
+            }
+        }
     }
 
     pub(super) fn parse(name: String, text: &str, settings: &[Setting]) -> Result<Self> {

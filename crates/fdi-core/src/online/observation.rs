@@ -56,6 +56,8 @@ pub(crate) struct Observation {
     pub(crate) resampling_error_a: f64,
     /// Where the command begins, where the recording was running before it.
     pub(crate) start: Option<CommandStart>,
+    /// Wiring of the phases, where it is not as stated.
+    pub(crate) wiring: Option<Wiring>,
     /// Session that the recording states, else its day.
     pub(crate) session: Option<String>,
     /// Temperature of the winding with its standard deviation, where it was read, K.
@@ -207,6 +209,13 @@ pub enum ObservationError {
         /// The line of that sample, from 1, in a file that is text.
         line: Option<u64>,
     },
+}
+
+impl ObservationError {
+    /// True where the recording is shorter than the test.
+    pub(crate) fn is_too_short(&self) -> bool {
+        matches!(self, Self::TooShort { .. })
+    }
 }
 
 /// Lowest rate at which phase currents still show the sectors.
@@ -396,6 +405,7 @@ fn of_phases(
         stated_noise_a: recording.metadata.noise_a,
         resampling_error_a: root_mean_square(phases.map(Channel::resampling_error)),
         start: None,
+        wiring,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
         notices: wiring.iter().map(Wiring::notice).collect(),
@@ -577,6 +587,7 @@ fn of_envelope(
         stated_noise_a: metadata.noise_a,
         resampling_error_a: channel.resampling_error(),
         start: None,
+        wiring: None,
         session: session_of(metadata),
         winding_temperature_k: winding_temperature_k(metadata),
         notices: Vec::new(),

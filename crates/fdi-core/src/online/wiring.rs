@@ -33,9 +33,34 @@ const COLUMNS: [ChannelName; 3] =
 /// Orders of three columns.
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]];
 
+/// The column that the current of a phase stands in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MappedColumn {
+    /// Phase.
+    pub phase: ChannelName,
+    /// Column of another phase, or its own, as the file is read without options.
+    pub column: ChannelName,
+    /// Factor of the column, 1 or -1.
+    pub factor: f64,
+}
+
+impl MappedColumn {
+    /// True where the phase stands in its own column, the right way round.
+    pub fn is_as_stated(&self) -> bool {
+        self.phase == self.column && self.factor > 0.0
+    }
+
+    /// The option that reads the phase from its column.
+    pub fn option(&self) -> String {
+        let factor = if self.factor < 0.0 { "*-1" } else { "" };
+        format!("--map {}={}{factor}", self.phase, self.column)
+    }
+}
+
 /// Columns of the phases A, B and C, and the sense of each column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Wiring {
+pub(crate) struct Wiring {
     /// Place of each phase's column.
     columns: [usize; 3],
     /// Factor of each column, 1 or -1.
@@ -115,16 +140,23 @@ impl Wiring {
         })
     }
 
+    /// The column of each phase that was recorded.
+    pub(crate) fn columns(&self) -> Vec<MappedColumn> {
+        let recorded = (0..3).filter(|phase| self.computed != Some(self.columns[*phase]));
+        let mapped = |phase: usize| {
+            let column = self.columns[phase];
+            MappedColumn {
+                phase: COLUMNS[phase],
+                column: COLUMNS[column],
+                factor: self.signs[column],
+            }
+        };
+        recorded.map(mapped).collect()
+    }
+
     /// Says how the columns were read, and the option that states it.
     pub(super) fn notice(&self) -> Notice {
-        let recorded = (0..3).filter(|phase| self.computed != Some(self.columns[*phase]));
-        let maps: Vec<String> = recorded
-            .map(|phase| {
-                let column = self.columns[phase];
-                let factor = if self.signs[column] < 0.0 { "*-1" } else { "" };
-                format!("--map {}={}{factor}", COLUMNS[phase], COLUMNS[column])
-            })
-            .collect();
+        let maps: Vec<String> = self.columns().iter().map(MappedColumn::option).collect();
         Notice {
             code: NoticeCode::PhasesRewired,
             message: format!(

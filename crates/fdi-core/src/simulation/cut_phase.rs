@@ -5,18 +5,18 @@ use recordings::{ChannelName, Recording};
 
 /// A phase current that was cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct CutPhase {
-    pub(super) channel: ChannelName,
+pub(crate) struct CutPhase {
+    pub(crate) channel: ChannelName,
     /// The level, A.
-    pub(super) level_a: f64,
+    pub(crate) level_a: f64,
     /// Share of all samples that stand at it.
-    pub(super) share: f64,
+    pub(crate) share: f64,
 }
 
 impl CutPhase {
     /// The first phase of a recording that was cut, of a machine whose controller allows so much
     /// current.
-    pub(super) fn of(recording: &Recording, limit_a: f64) -> Option<Self> {
+    pub(crate) fn of(recording: &Recording, limit_a: f64) -> Option<Self> {
         use ChannelName::{PhaseACurrent, PhaseBCurrent, PhaseCCurrent};
         [PhaseACurrent, PhaseBCurrent, PhaseCCurrent].into_iter().find_map(|channel| {
             let (level_a, share) = cut(recording.channel(channel)?.values(), limit_a)?;

@@ -1,8 +1,8 @@
 //! Recordings of simulated actuators, as a test bench would have made them.
 
 use ema_sim::{
-    FaultCoordinates, Imperfections, PhaseSensors, PhysicalFaults, Scenario, SimulationError,
-    VisitedRange,
+    FaultCoordinates, HighFidelityTrace, Imperfections, PhaseSensors, PhysicalFaults, Scenario,
+    SimulationError, VisitedRange,
 };
 
 use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
@@ -121,8 +121,18 @@ impl SimulatedRecording {
         let model = experiment
             .high_fidelity(self.start_angle_rad, self.imperfections)?
             .with_seed(self.controller_seed);
-        let mut trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
+        let trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
         let visited = trace.visited_range(experiment.scenario.load_n_m);
+        Ok((self.of_trace(trace, experiment, name)?, visited))
+    }
+
+    /// Records a motion of the high-fidelity model.
+    pub(crate) fn of_trace(
+        &self,
+        mut trace: HighFidelityTrace,
+        experiment: &Experiment,
+        name: &str,
+    ) -> Result<Recording, SimulatedRecordingError> {
         self.check_rate(trace.rate_hz, trace.motor_angle_rad.len())?;
         if let Some(rate_hz) = self.phase_rate_hz {
             for channel in &mut trace.phase_currents_a {
@@ -155,15 +165,13 @@ impl SimulatedRecording {
                 let command_rad = trace.command_rad;
                 channels.push(Channel::uniform(ChannelName::Command, 0.0, rate_hz, command_rad)?);
             }
-            return Ok((Recording::new(name, metadata, channels)?, visited));
+            return Ok(Recording::new(name, metadata, channels)?);
         }
         let pole_pairs = experiment.actuator.motor.pole_pairs;
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
         let start_angle_rad =
             (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);
-        let recording =
-            envelope_recording(experiment, name, &envelope_a, rate_hz, start_angle_rad)?;
-        Ok((recording, visited))
+        envelope_recording(experiment, name, &envelope_a, rate_hz, start_angle_rad)
     }
 
     /// Runs the low-fidelity model and records its current as the envelope; noise and converter

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 32] = [
+const OF_METHOD: [&str; 34] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -39,6 +39,8 @@ const OF_METHOD: [&str; 32] = [
     "measured/speed.md",
     "real_recordings/head.md",
     "real_recordings/references.md",
+    "setup/head.md",
+    "setup/limits.md",
     "signal_chain/emps.md",
     "signal_chain/head.md",
     "signal_chain/laas.md",

@@ -1,0 +1,180 @@
+//! Setting a machine up: from recordings of it as new to the unit that later recordings are
+//! diagnosed with.
+//!
+//! ```text
+//! test ─▶ recordings ─▶ wiring, start, gear, noise ─▶ unit ─▶ tests of this unit ─▶ accepted or why not
+//! ```
+//!
+//! Each step either finds what it needs, and says on what grounds, or ends with the reason why this
+//! machine cannot be set up with these recordings. The last step simulates the unit that was learnt
+//! in high fidelity, as new and damaged, and diagnoses it as later recordings will be
+//! (`docs/models/setup.md`).
+
+mod acceptance;
+mod recorded;
+mod test;
+
+use std::sync::Arc;
+
+use recordings::Recording;
+
+use acceptance::Tests;
+use recorded::Seen;
+
+use crate::{
+    diagnose::Diagnoser,
+    online::{options::DiagnoseOptions, wiring::MappedColumn},
+    report::{Acceptance, SetupChoice, SetupRefusal, SetupRefusalCode},
+    unit::{
+        learning::{Disagreement, UnitLearningError},
+        learnt_unit::LearntUnit,
+    },
+};
+
+pub use test::check_test;
+
+/// Settings of a setup.
+#[derive(Clone, Debug)]
+pub struct SetupOptions {
+    /// Settings that recordings are learnt and diagnosed with.
+    pub diagnosis: DiagnoseOptions,
+    /// Simulated tests of the unit without damage, and as many with damage.
+    pub tests: usize,
+    /// Simulations and diagnoses at the same time.
+    pub jobs: usize,
+}
+
+/// A machine that was set up.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Setup {
+    /// The unit that was learnt.
+    pub unit: Arc<LearntUnit>,
+    /// Column of each phase, where all recordings show another wiring than their columns say.
+    pub wiring: Vec<MappedColumn>,
+    /// Choices that were made, with their grounds.
+    pub choices: Vec<SetupChoice>,
+    /// Recordings that disagree with the others or with their type.
+    pub disagreements: Vec<Disagreement>,
+    /// Simulated tests of this unit.
+    pub acceptance: Acceptance,
+    /// Why later recordings should not be diagnosed with this unit; `None` where they can be.
+    pub refusal: Option<SetupRefusal>,
+}
+
+/// Why a machine cannot be set up.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// Test or recordings are not fit for it.
+    #[error("{}{}", .0.recording.as_ref().map(|name| format!("{name}: ")).unwrap_or_default(), .0.reason)]
+    Refused(SetupRefusal),
+    /// The unit cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] ema_sim::SimulationError),
+    /// The simulated tests form no recording.
+    #[error(transparent)]
+    Recording(#[from] crate::SimulatedRecordingError),
+    /// The columns of a simulated test form no recording.
+    #[error(transparent)]
+    Columns(#[from] recordings::RecordError),
+}
+
+impl SetupError {
+    fn refused(code: SetupRefusalCode, recording: Option<&Recording>, reason: String) -> Self {
+        let recording = recording.map(|one| one.name.clone());
+        Self::Refused(SetupRefusal { code, recording, reason })
+    }
+}
+
+impl Diagnoser {
+    /// Sets a machine up from recordings of it as new.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::Refused`] names the recording and the reason where the machine cannot be set
+    /// up; a unit that should not be relied on is a result, with a [`Setup::refusal`].
+    pub fn set_up(
+        &self,
+        recordings: &[Recording],
+        options: &SetupOptions,
+        tell: &dyn Fn(&str),
+    ) -> Result<Setup, SetupError> {
+        let experiment = &self.bundle().experiment;
+        check_test(experiment)?;
+        tell("read what the recordings show of test and wiring");
+        let seen = recordings.iter().map(|one| Seen::of(one, experiment, self.bundle().noise_a));
+        let seen = seen.collect::<Result<Vec<_>, _>>()?;
+        let Some(first) = seen.first() else {
+            let reason = "no recording of the machine as new".to_owned();
+            return Err(SetupError::refused(SetupRefusalCode::NoRecording, None, reason));
+        };
+        tell("learn the unit");
+        let unit = Arc::new(self.learnt_of(recordings, options)?);
+        let disagreements = self.disagreements(&unit).map_err(|error| unexplained(&error, None))?;
+        tell("test this unit in simulation");
+        let undetermined = || unexplained(&UnitLearningError::Undetermined, None);
+        let tests = Tests::of(self, &unit, &recordings[0], &seen).ok_or_else(undetermined)?;
+        let acceptance = tests.acceptance(options)?;
+        let refusal = objection(&disagreements, &acceptance);
+        Ok(Setup {
+            wiring: first.wiring_of_all(&seen),
+            choices: recorded::choices(&seen, &unit),
+            unit,
+            disagreements,
+            acceptance,
+            refusal,
+        })
+    }
+
+    fn learnt_of(
+        &self,
+        recordings: &[Recording],
+        options: &SetupOptions,
+    ) -> Result<LearntUnit, SetupError> {
+        self.learn_unit(recordings, &options.diagnosis).map_err(|error| {
+            let name = match &error {
+                UnitLearningError::Unexplained { name, .. } => Some(name),
+                _ => None,
+            };
+            let of = recordings.iter().find(|one| Some(&one.name) == name);
+            unexplained(&error, of)
+        })
+    }
+}
+
+/// Reason against a unit that was learnt; `None` where there is none.
+fn objection(disagreements: &[Disagreement], tests: &Acceptance) -> Option<SetupRefusal> {
+    if let Some(Disagreement { name, findings, .. }) =
+        disagreements.iter().find(|one| one.against_others)
+    {
+        return Some(SetupRefusal {
+            code: SetupRefusalCode::Disagreement,
+            recording: Some(name.clone()),
+            reason: format!(
+                "{} against the other recordings as new: is it of this machine, and as new?",
+                findings.join(", ")
+            ),
+        });
+    }
+    let (code, reason) = acceptance::objection(tests)?;
+    Some(SetupRefusal { code, recording: None, reason })
+}
+
+/// A unit that cannot be learnt, as a reason.
+fn unexplained(error: &UnitLearningError, recording: Option<&Recording>) -> SetupError {
+    let (code, reason) = match error {
+        UnitLearningError::Unexplained { reason, .. } => (
+            SetupRefusalCode::OtherMachine,
+            format!(
+                "{reason}: no machine within the tolerances of the model file draws this current; is \
+                 it this machine, this command and load, and are the tolerances wide enough?"
+            ),
+        ),
+        UnitLearningError::OtherActuator { .. } => {
+            (SetupRefusalCode::OtherMachine, error.to_string())
+        }
+        _ => (SetupRefusalCode::NotReadable, error.to_string()),
+    };
+    SetupError::refused(code, recording, reason)
+}

@@ -1,0 +1,187 @@
+//! What recordings show of how they were made, before anything is learnt from them.
+
+use ema_sim::{HealthState, PhysicalFaults};
+use recordings::{ChannelName, Recording};
+
+use super::test::range;
+use crate::{
+    online::{command_start::CommandStart, observation::Observation, wiring::MappedColumn},
+    report::{NoticeCode, SetupChoice, SetupRefusalCode},
+    setup::SetupError,
+    simulation::{cut_phase::CutPhase, experiment::Experiment},
+    unit::learnt_unit::LearntUnit,
+};
+
+/// Share by which the rotor's travel may differ from the model's: what tolerances change of the motion in
+/// a closed loop is far less, another gear far more.
+const MOST_TRAVEL_OFF: f64 = 0.05;
+
+/// What a recording shows.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// Columns of the phases as the rotor's angle shows them; empty where they are as stated.
+    pub(super) wiring: Vec<MappedColumn>,
+    /// Where the rotor starts, rad.
+    pub(super) start_angle_rad: Option<f64>,
+    /// Time from the first sample to the command, s; zero where the recording begins with it.
+    after_s: f64,
+    /// Rate of the samples behind the envelope.
+    pub(super) phase_rate_hz: f64,
+    /// Noise on each phase sample, A.
+    pub(super) noise_a: f64,
+    /// Notices of samples that were put in order, filled or computed.
+    mended: Vec<String>,
+}
+
+impl Seen {
+    /// Reads what a recording shows in a test; `bundle_noise_a` is on its phases where it shows none.
+    pub(super) fn of(
+        recording: &Recording,
+        experiment: &Experiment,
+        bundle_noise_a: f64,
+    ) -> Result<Self, SetupError> {
+        let refused = |code, reason| Err(SetupError::refused(code, Some(recording), reason));
+        let start = CommandStart::of(recording, experiment);
+        let observation = match Observation::begun(recording, experiment, start, 0.0) {
+            Ok(observation) => observation,
+            Err(error) => {
+                let code = if error.is_too_short() {
+                    SetupRefusalCode::TooShort
+                } else {
+                    SetupRefusalCode::NotReadable
+                };
+                return refused(code, error.to_string());
+            }
+        };
+        let limit_a = experiment.actuator.controller.current_limit_a;
+        if let Some(cut) = CutPhase::of(recording, limit_a) {
+            let reason = format!(
+                "`{}` stands at {:.3} A in {:.1} % of the samples, below the {limit_a} A that the \
+                 controller allows: the range of sensor or logger is too small; widen it",
+                cut.channel.column(),
+                cut.level_a,
+                100.0 * cut.share
+            );
+            return refused(SetupRefusalCode::Saturated, reason);
+        }
+        if let Some(reason) = other_travel(recording, experiment)? {
+            return refused(SetupRefusalCode::WrongGear, reason);
+        }
+        let noise_a = observation.noise_beside_gains_a.or(observation.measured_noise_a);
+        let noise_a = noise_a.or(observation.stated_noise_a);
+        let is_mended = |code: NoticeCode| {
+            !matches!(code, NoticeCode::PhasesRewired | NoticeCode::BeginsBeforeCommand)
+        };
+        let mended = observation.notices.iter().filter(|notice| is_mended(notice.code));
+        Ok(Self {
+            wiring: observation.wiring.map(|wiring| wiring.columns()).unwrap_or_default(),
+            start_angle_rad: observation.start_angle_rad,
+            after_s: start.map_or(0.0, |start| start.after_s(recording)),
+            phase_rate_hz: observation.phase_rate_hz,
+            noise_a: noise_a.unwrap_or(bundle_noise_a),
+            mended: mended.map(|notice| notice.message.clone()).collect(),
+        })
+    }
+
+    /// The wiring that this recording and all others show; empty where they differ.
+    pub(super) fn wiring_of_all(&self, all: &[Self]) -> Vec<MappedColumn> {
+        if all.iter().all(|one| one.wiring == self.wiring) {
+            self.wiring.clone()
+        } else {
+            Vec::new()
+        }
+    }
+}
+
+/// Why the rotor does not travel as that of the model does; `None` where it does, or where its angle was
+/// not recorded.
+fn other_travel(
+    recording: &Recording,
+    experiment: &Experiment,
+) -> Result<Option<String>, SetupError> {
+    let Some(channel) = recording.channel(ChannelName::MotorAngle) else { return Ok(None) };
+    let model = experiment.low_fidelity(&experiment.scenario)?;
+    let trace = model.try_simulate(&PhysicalFaults::from(&HealthState::HEALTHY))?;
+    let (found_rad, expected_rad) = (range(channel.values()), range(&trace.motor_angle_rad));
+    if (found_rad / expected_rad - 1.0).abs() <= MOST_TRAVEL_OFF {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "the rotor travels {found_rad:.2} rad, that of the model {expected_rad:.2} rad, {:.2} times as \
+         far: is `transmission.gear-ratio` that of this machine, is `motor_angle_rad` the angle of the \
+         rotor in rad, and is it this command?",
+        found_rad / expected_rad
+    )))
+}
+
+/// Choices that follow from the recordings.
+pub(super) fn choices(seen: &[Seen], unit: &LearntUnit) -> Vec<SetupChoice> {
+    let mut choices = Vec::new();
+    let mut add = |what: &str, choice: String, reason: &str, pin: Option<String>| {
+        choices.push(SetupChoice { what: what.to_owned(), choice, reason: reason.to_owned(), pin });
+    };
+    let Some(first) = seen.first() else { return choices };
+    let wiring = first.wiring_of_all(seen);
+    if wiring.is_empty() {
+        let differ = seen.iter().any(|one| one.wiring != first.wiring);
+        if differ {
+            add(
+                "wiring",
+                "each recording as its rotor's angle shows".to_owned(),
+                "the recordings are wired differently",
+                None,
+            );
+        } else {
+            add(
+                "wiring",
+                "as the columns say".to_owned(),
+                "the rotor's angle shows no other",
+                None,
+            );
+        }
+    } else {
+        let others = wiring.iter().filter(|one| !one.is_as_stated());
+        let maps: Vec<String> = others.map(MappedColumn::option).collect();
+        add(
+            "wiring",
+            maps.join(" "),
+            "the rotor's angle shows the phases in this order and sense in every recording",
+            Some(maps.join(" ")),
+        );
+    }
+    let latest_s = seen.iter().map(|one| one.after_s).fold(0.0, f64::max);
+    if latest_s > 0.0 {
+        add(
+            "start",
+            format!("up to {:.1} ms after the first sample", 1e3 * latest_s),
+            "`command_rad` or the current shows where the command begins; each recording is cut there",
+            None,
+        );
+    } else {
+        add("start", "at the first sample".to_owned(), "the command begins there", None);
+    }
+    for message in distinct(seen.iter().flat_map(|one| &one.mended)) {
+        add("samples", message.clone(), "found while reading", None);
+    }
+    let (count, sessions) = (unit.references(), unit.sessions());
+    let days = if sessions < 2 {
+        "of one day: how friction and temperature differ between days is taken from the model file"
+    } else {
+        "what they have in common is the machine, what differs is the day"
+    };
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
+    let learnt =
+        format!("{count} recording{} of {sessions} session{}", plural(count), plural(sessions));
+    add("unit", learnt, days, None);
+    choices
+}
+
+fn distinct<'a>(texts: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
+    let mut kept: Vec<&String> = Vec::new();
+    for text in texts {
+        if !kept.contains(&text) {
+            kept.push(text);
+        }
+    }
+    kept
+}
