@@ -251,6 +251,51 @@ impl MapArgs {
     }
 }
 
+/// Levels that decisions are made by.
+#[derive(Clone, Debug, Default, Args)]
+pub struct LevelArgs {
+    /// Decide, with these levels from which a fault is to be watched, as `k1=0.1,k2=0.02` [default: friction 20 % above nominal, play 3 times nominal, 2 % of the turns of a phase, 5 % of the air gap]
+    #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
+    pub watch: Vec<(FaultId, f64)>,
+    /// Decide, with these levels from which a fault is to be acted on [default: 40 %, 10 times, 5 % and 15 %]
+    #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
+    pub act: Vec<(FaultId, f64)>,
+}
+
+impl LevelArgs {
+    /// True where any level is given.
+    pub(crate) fn are_given(&self) -> bool {
+        !self.watch.is_empty() || !self.act.is_empty()
+    }
+
+    /// The levels; of a fault without one the default.
+    ///
+    /// # Errors
+    /// A level for acting that is below the one for watching.
+    pub fn levels(&self) -> anyhow::Result<ActionLevels> {
+        let mut levels = ActionLevels::default();
+        for (given, known) in [(&self.watch, &mut levels.watch), (&self.act, &mut levels.act)] {
+            for &(fault, level) in given {
+                known[fault as usize] = level;
+            }
+        }
+        for (place, (watch, act)) in levels.watch.iter().zip(&levels.act).enumerate() {
+            let fault = FaultId::ALL[place];
+            anyhow::ensure!(
+                watch <= act,
+                "{fault} is watched from {watch} and acted on from {act}, expected no less"
+            );
+        }
+        Ok(levels)
+    }
+
+    /// Levels as the command line spells them: for watching, for acting.
+    pub(crate) fn words(&self) -> [Vec<String>; 2] {
+        [&self.watch, &self.act]
+            .map(|levels| levels.iter().map(|(fault, level)| format!("{fault}={level}")).collect())
+    }
+}
+
 /// Recordings that lack samples, or have some twice or out of order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum GapsArg {
@@ -331,12 +376,9 @@ pub struct DiagnoseArgs {
     /// Say what to do about each machine: how probable it is that each fault is above levels, and the next step; a report always does
     #[arg(long)]
     pub decide: bool,
-    /// Levels from which a fault is to be watched, as `k1=0.1,k2=0.02`, with `--decide` and in reports [default: friction 20 % above nominal, play 3 times nominal, 2 % of the turns of a phase, 5 % of the air gap]
-    #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
-    pub watch: Vec<(FaultId, f64)>,
-    /// Levels from which a fault is to be acted on, with `--decide` and in reports [default: 40 %, 10 times, 5 % and 15 %]
-    #[arg(long, value_name = "LEVELS", value_delimiter = ',', value_parser = action_level)]
-    pub act: Vec<(FaultId, f64)>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub levels: LevelArgs,
     /// Exit by what is found. Alone: with 1 when a fault or a model error is found, with 3 when on some recording there is no conclusion; `=decision`: with 1 when a machine is to be acted on, with 3 when nothing is decided of one, with 0 else
     #[arg(long, value_name = "BY", num_args = 0..=1, require_equals = true, default_missing_value = "verdict")]
     pub exit_code: Option<ExitBy>,
@@ -352,38 +394,11 @@ impl DiagnoseArgs {
     /// Levels that decisions are made by in the answers, where any are asked for.
     ///
     /// # Errors
-    /// Levels without a decision, and a level for acting that is below the one for watching.
+    /// A level for acting that is below the one for watching.
     pub fn action_levels(&self) -> anyhow::Result<Option<ActionLevels>> {
         let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
-        anyhow::ensure!(
-            is_asked
-                || self.report.report.is_some()
-                || (self.watch.is_empty() && self.act.is_empty()),
-            "`--watch` and `--act` are levels of a decision: add `--decide`"
-        );
-        let levels = self.report_levels()?;
-        Ok(is_asked.then_some(levels))
-    }
-
-    /// Levels that decisions are made by in the report.
-    ///
-    /// # Errors
-    /// A level for acting that is below the one for watching.
-    pub fn report_levels(&self) -> anyhow::Result<ActionLevels> {
-        let mut levels = ActionLevels::default();
-        for (given, known) in [(&self.watch, &mut levels.watch), (&self.act, &mut levels.act)] {
-            for &(fault, level) in given {
-                known[fault as usize] = level;
-            }
-        }
-        for (place, (watch, act)) in levels.watch.iter().zip(&levels.act).enumerate() {
-            let fault = FaultId::ALL[place];
-            anyhow::ensure!(
-                watch <= act,
-                "{fault} is watched from {watch} and acted on from {act}, expected no less"
-            );
-        }
-        Ok(levels)
+        let levels = self.levels.levels()?;
+        Ok((is_asked || self.levels.are_given()).then_some(levels))
     }
 }
 

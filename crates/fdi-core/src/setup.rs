@@ -24,20 +24,26 @@ use recorded::Seen;
 use crate::{
     diagnose::Diagnoser,
     online::{options::DiagnoseOptions, wiring::MappedColumn},
-    report::{Acceptance, SetupChoice, SetupRefusal, SetupRefusalCode},
+    report::{Acceptance, ActionLevels, SetupChoice, SetupRefusal, SetupRefusalCode},
     unit::{
         learning::{Disagreement, UnitLearningError},
         learnt_unit::LearntUnit,
+        numbers::LearntNumber,
     },
 };
 
 pub use test::check_test;
+
+/// Standard deviations of a tolerance beyond which no number of this machine is believed.
+const FARTHEST: f64 = 4.0;
 
 /// Settings of a setup.
 #[derive(Clone, Debug)]
 pub struct SetupOptions {
     /// Settings that recordings are learnt and diagnosed with.
     pub diagnosis: DiagnoseOptions,
+    /// Levels of the damage in the simulated tests: those from which it is to be watched.
+    pub levels: ActionLevels,
     /// Simulated tests of the unit without damage, and as many with damage.
     pub tests: usize,
     /// Simulations and diagnoses at the same time.
@@ -111,10 +117,14 @@ impl Diagnoser {
         };
         tell("learn the unit");
         let unit = Arc::new(self.learnt_of(recordings, options)?);
+        if let Some(reason) = self.beyond_tolerances(&unit) {
+            return Err(SetupError::refused(SetupRefusalCode::OtherMachine, None, reason));
+        }
         let disagreements = self.disagreements(&unit).map_err(|error| unexplained(&error, None))?;
         tell("test this unit in simulation");
         let undetermined = || unexplained(&UnitLearningError::Undetermined, None);
-        let tests = Tests::of(self, &unit, &recordings[0], &seen).ok_or_else(undetermined)?;
+        let tests = Tests::of(self, &unit, &recordings[0], &seen, &options.levels)
+            .ok_or_else(undetermined)?;
         let acceptance = tests.acceptance(options)?;
         let refusal = objection(&disagreements, &acceptance);
         Ok(Setup {
@@ -124,6 +134,22 @@ impl Diagnoser {
             disagreements,
             acceptance,
             refusal,
+        })
+    }
+
+    /// The number of a unit that is farthest beyond its tolerance, in words; `None` where all are within.
+    fn beyond_tolerances(&self, unit: &LearntUnit) -> Option<String> {
+        let learnt = self.unit_numbers(unit).ok()?;
+        let away = |number: &LearntNumber| (number.value - number.nominal).abs() / number.prior_std;
+        let all = learnt.numbers.iter().chain(&learnt.ratios);
+        let farthest = all.max_by(|a, b| away(a).total_cmp(&away(b)))?;
+        let LearntNumber { key, nominal, value, .. } = farthest;
+        (away(farthest) > FARTHEST).then(|| {
+            format!(
+                "`{key}` is {value:.4e} by the recordings and {nominal:.4e} in the model file, {:.0} \
+                 standard deviations of its tolerance off: is it this machine, and is the file right?",
+                away(farthest)
+            )
         })
     }
 

@@ -11,7 +11,7 @@ use fdi_core::{
     Recording, RootSeed, Setup, SetupError, SetupOptions, ToleranceUse,
     ema_sim::{Command, Converter, FaultCoordinates, Knot, PhaseSensors},
     in_parallel,
-    report::{FaultId, SetupRefusalCode, Verdict},
+    report::{ActionLevels, FaultId, SetupRefusalCode, Verdict},
 };
 
 use super::{
@@ -210,7 +210,12 @@ pub fn evaluate_setups(
         let references = (0..line.references)
             .map(|_| bench.recorded(experiment, &unit.day(healthy)))
             .collect::<Result<Vec<_>, _>>()?;
-        let options = SetupOptions { diagnosis: learning(), tests: line.tests, jobs: 1 };
+        let options = SetupOptions {
+            diagnosis: learning(),
+            levels: ActionLevels::default(),
+            tests: line.tests,
+            jobs: 1,
+        };
         let setup = match diagnoser.set_up(&references, &options, &|_| ()) {
             Ok(setup) => setup,
             Err(SetupError::Refused(refused)) => {
@@ -310,7 +315,12 @@ pub fn evaluate_unfit(
                 _ => recording,
             });
         }
-        let options = SetupOptions { diagnosis: learning(), tests: line.tests, jobs: 1 };
+        let options = SetupOptions {
+            diagnosis: learning(),
+            levels: ActionLevels::default(),
+            tests: line.tests,
+            jobs: 1,
+        };
         match diagnoser.set_up(&references, &options, &|_| ()) {
             Ok(setup) => Ok(setup.refusal.map(|refused| refused.code)),
             Err(error) => Ok(code(&error)),

@@ -4,7 +4,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 
 use clap::Args;
 
-use super::{ReadingArgs, TestArgs};
+use super::{LevelArgs, ReadingArgs, TestArgs};
 
 /// Options of `fdi setup`.
 #[derive(Clone, Debug, Args)]
@@ -18,6 +18,9 @@ pub struct SetupArgs {
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub reading: ReadingArgs,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub levels: LevelArgs,
     /// Simulated tests of the machine without damage, and as many with damage
     #[arg(long, value_name = "N", default_value = "20")]
     pub tests: NonZeroUsize,

@@ -57,6 +57,7 @@ pub(crate) fn setup(
         Ok(prepared) => {
             let options = SetupOptions {
                 diagnosis: learning_options(global.root_seed()),
+                levels: args.levels.levels()?,
                 tests: args.tests.get(),
                 jobs: global.threads(),
             };
@@ -272,6 +273,12 @@ fn settings(args: &SetupArgs, has_bundle: bool, wiring: &[MappedColumn]) -> Stri
     }
     if reading.map.skip_lines > 0 {
         line("skip-lines", (reading.map.skip_lines as i64).into());
+    }
+    let [watch, act] = args.levels.words();
+    for (key, levels) in [("watch", watch), ("act", act)] {
+        if !levels.is_empty() {
+            line(key, levels.into());
+        }
     }
     for (key, pattern) in
         [("id-from", &reading.names.id_from), ("date-from", &reading.names.date_from)]

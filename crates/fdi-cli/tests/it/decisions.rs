@@ -47,6 +47,13 @@ fn the_exit_code_tells_a_decision_where_it_is_asked_for() {
 }
 
 #[test]
+fn levels_are_asked_for_to_decide() {
+    let output = diagnose(&["r12"], &["--watch", "k4=0.5", "--act", "k4=0.6"]);
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("watch: ") && !told.contains("short circuit of phase B 4"), "{told}");
+}
+
+#[test]
 fn levels_that_are_none_are_refused() {
     let refused = |words: &[&str]| {
         let output = diagnose(&["r01"], words);
@@ -55,7 +62,6 @@ fn levels_that_are_none_are_refused() {
     };
     assert!(refused(&["--decide", "--watch", "k9=0.1"]).contains("`k9`, expected k1 to k6"));
     assert!(refused(&["--decide", "--watch", "k1=2"]).contains("at most 1"));
-    assert!(refused(&["--watch", "k1=0.1"]).contains("add `--decide`"));
     let crossed = refused(&["--decide", "--watch", "k1=0.5"]);
     assert!(crossed.contains("watched from 0.5 and acted on from 0.2"), "{crossed}");
 }

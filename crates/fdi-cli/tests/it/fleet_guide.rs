@@ -3,7 +3,7 @@
 
 #![cfg(unix)]
 
-use std::{env, fs, path::Path, process::Command};
+use std::fs;
 
 use fdi_core::{
     Schema,
@@ -13,6 +13,7 @@ use tempfile::TempDir;
 
 use crate::{
     commands::{answer, output, whole},
+    guides::{blocks, run},
     servo_axis::fixture,
 };
 
@@ -23,26 +24,6 @@ const GUIDE: &str = include_str!("../../../../docs/guide/a-fleet-of-real-machine
 const MACHINE: &str = "base = \"my-actuator.toml\"\n[motor]\nback-emf-v-s-per-rad = 0.1150\n\
                        [transmission]\nbacklash-rad = 2.3e-4\n";
 
-/// The fenced blocks of the guide in a language, in their order.
-fn blocks(language: &str) -> Vec<&'static str> {
-    let fence = format!("```{language}\n");
-    let after = GUIDE.split(fence.as_str()).skip(1);
-    after.map(|text| text.split_once("```").expect("a closed block").0).collect()
-}
-
-/// Runs the lines of a block with `fdi` as the program under test; all have to succeed.
-fn run(folder: &Path, block: &str) -> String {
-    let program = Path::new(env!("CARGO_BIN_EXE_fdi"));
-    let folders = [program.parent().unwrap().to_owned()];
-    let own = env::var_os("PATH").unwrap_or_default();
-    let path = env::join_paths(folders.into_iter().chain(env::split_paths(&own))).unwrap();
-    let mut shell = Command::new("sh");
-    shell.args(["-ec", block]).current_dir(folder).env("PATH", path);
-    let said = shell.output().unwrap();
-    assert!(said.status.success(), "{block}\n{}", whole(&said));
-    whole(&said)
-}
-
 /// Records the machine with damage.
 fn record(folder: &TempDir, name: &str, faults: &str, seed: &str) {
     let test = ["simulate", "--model", "machine.toml", "--command", "flap.csv"];
@@ -52,11 +33,11 @@ fn record(folder: &TempDir, name: &str, faults: &str, seed: &str) {
     assert!(made.status.success(), "{}", whole(&made));
 }
 
-/// A folder with what the guide takes for granted: model file, command, recordings.
-fn prepared() -> TempDir {
+/// A folder with what the guides take for granted: model file, command, recordings.
+pub(crate) fn prepared() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    let tolerances = blocks("toml")[0];
+    let tolerances = blocks(GUIDE, "toml")[0];
     let base = fixture("models/ema-270.toml");
     write("my-actuator.toml", &format!("base = '{base}'\n{tolerances}"));
     write("machine.toml", MACHINE);
@@ -89,13 +70,13 @@ fn check_a_year_later(folder: &TempDir) {
 fn every_command_of_the_guide_does_what_it_says() {
     let folder = prepared();
     let mut said = String::new();
-    for block in blocks("sh") {
+    for block in blocks(GUIDE, "sh") {
         said += &run(folder.path(), block);
         if block.contains("--unit units/") {
             check_a_year_later(&folder);
         }
     }
-    for line in blocks("text").iter().flat_map(|printed| printed.lines()) {
+    for line in blocks(GUIDE, "text").iter().flat_map(|printed| printed.lines()) {
         assert!(said.contains(line), "`{line}` is not in\n{said}");
     }
 }

@@ -20,6 +20,8 @@ mod explain;
 mod explained;
 mod files;
 mod fleet_guide;
+#[cfg(unix)]
+mod guides;
 mod killed;
 mod merge;
 mod missed;
@@ -27,6 +29,7 @@ mod reference;
 mod report;
 mod schema;
 mod servo_axis;
+mod setup;
 mod stand_in;
 mod two_phases;
 mod unit;

@@ -119,9 +119,11 @@ fn of_command(channel: &Channel, experiment: &Experiment) -> Option<CommandStart
     let samples = (experiment.scenario.duration_s * rate_hz).round() as usize;
     let test = |t: f64| experiment.scenario.command.at(t.max(0.0));
     let expected: Vec<f64> = (0..samples).map(|n| test(n as f64 / rate_hz)).collect();
-    let (coarse, _) = most_alike(channel.values(), &expected)?;
+    let values = channel.values();
+    let whole = most_alike(values, &expected);
+    let (coarse, _) = whole.or_else(|| most_alike_cut_short(values, &expected))?;
     let times_s = channel.times_s();
-    let found = &channel.values()[coarse..coarse + samples];
+    let found = &values[coarse..(coarse + samples).min(values.len())];
     let mut at_s = times_s[coarse];
     for _ in 0..STEPS {
         let half_s = 0.5 / rate_hz;
@@ -202,6 +204,13 @@ fn most_alike(signal: &[f64], expected: &[f64]) -> Option<(usize, f64)> {
     best(signal, expected, near).filter(|(_, likeness)| *likeness >= LEAST_LIKENESS)
 }
 
+/// The place in a signal from which it is most like the first half of an expected one, where it ends
+/// before the whole of it.
+fn most_alike_cut_short(signal: &[f64], expected: &[f64]) -> Option<(usize, f64)> {
+    let (place, likeness) = most_alike(signal, &expected[..expected.len() / 2])?;
+    (place + expected.len() > signal.len()).then_some((place, likeness))
+}
+
 fn block_means(signal: &[f64], block: usize) -> Vec<f64> {
     signal.chunks_exact(block).map(|part| part.iter().sum::<f64>() / block as f64).collect()
 }
@@ -256,6 +265,17 @@ mod tests {
     #[test]
     fn a_command_that_begins_with_the_recording_has_no_start() {
         assert_eq!(CommandStart::of(&before(0.0), &Experiment::chirp()), None);
+    }
+
+    #[test]
+    fn a_recording_that_ends_early_begins_where_its_command_does() {
+        let whole = before(340.0);
+        let cut = whole.channels().iter().map(|channel| {
+            Channel::uniform(channel.name(), 2.0, 1e3, channel.values()[..700].to_vec()).unwrap()
+        });
+        let cut = Recording::new("r", Metadata::default(), cut.collect()).unwrap();
+        let start = CommandStart::of(&cut, &Experiment::chirp()).unwrap();
+        assert_abs_diff_eq!(start.after_s(&cut), 0.34, epsilon = 2e-6);
     }
 
     #[test]

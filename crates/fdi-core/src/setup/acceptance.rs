@@ -57,6 +57,7 @@ pub(super) struct Tests<'a> {
     /// A recording whose columns the tests have.
     like: &'a Recording,
     seen: &'a [Seen],
+    levels: &'a ActionLevels,
     layout: Layout,
     /// Numbers of the machine as built.
     built: Vec<f64>,
@@ -77,6 +78,7 @@ impl<'a> Tests<'a> {
         unit: &'a Arc<LearntUnit>,
         like: &'a Recording,
         seen: &'a [Seen],
+        levels: &'a ActionLevels,
     ) -> Option<Self> {
         let quantities = diagnoser.learnt.quantities();
         let fit = unit.as_built(&quantities)?;
@@ -87,7 +89,12 @@ impl<'a> Tests<'a> {
         }
         let squares: f64 = seen.iter().map(|one| one.noise_a * one.noise_a).sum();
         let noise_a = (squares / seen.len() as f64).sqrt();
-        Some(Self { diagnoser, unit, like, seen, layout, built, noise_a })
+        Some(Self { diagnoser, unit, like, seen, levels, layout, built, noise_a })
+    }
+
+    /// Level of a fault in the tests.
+    fn level(&self, fault: FaultId) -> f64 {
+        self.levels.watch[fault as usize]
     }
 
     /// Runs the tests and judges the diagnosis by them.
@@ -114,7 +121,7 @@ impl<'a> Tests<'a> {
         let own = RootSeed(RootSeed(options.seed).derive(Purpose::Acceptance, index));
         let mut random = Draws::new(own.derive(Purpose::Units, 0));
         let damage = fault.map_or(FaultCoordinates([0.0; 7]), |fault| {
-            let level = watch_level(fault);
+            let level = self.level(fault);
             let (phase, angle_rad) = (random.uniform(), TAU * random.uniform());
             let mut damage = FaultCoordinates([0.0; 7]);
             match fault {
@@ -240,7 +247,7 @@ impl<'a> Tests<'a> {
             let mut stds: Vec<f64> = stds.collect();
             stds.sort_by(f64::total_cmp);
             let std = stds.get(stds.len() / 2).copied();
-            FaultTests { id, level: watch_level(id), tests: of.count(), found, std }
+            FaultTests { id, level: self.level(id), tests: of.count(), found, std }
         });
         Acceptance {
             noise_a: self.noise_a,
@@ -312,8 +319,4 @@ pub(super) fn objection(tests: &Acceptance) -> Option<(SetupRefusalCode, String)
         return Some((SetupRefusalCode::Noise, reason));
     }
     None
-}
-
-fn watch_level(fault: FaultId) -> f64 {
-    ActionLevels::default().watch[fault as usize]
 }

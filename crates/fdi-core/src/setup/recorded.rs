@@ -1,7 +1,7 @@
 //! What recordings show of how they were made, before anything is learnt from them.
 
 use ema_sim::{HealthState, PhysicalFaults};
-use recordings::{ChannelName, Recording};
+use recordings::{Channel, ChannelName, Current, Recording};
 
 use super::test::range;
 use crate::{
@@ -15,6 +15,9 @@ use crate::{
 /// Share by which the rotor's travel may differ from the model's: what tolerances change of the motion in
 /// a closed loop is far less, another gear far more.
 const MOST_TRAVEL_OFF: f64 = 0.05;
+
+/// Share of the current's root mean square, noise included, that may be noise.
+const MOST_NOISE: f64 = 0.5;
 
 /// What a recording shows.
 #[derive(Clone, Debug)]
@@ -69,6 +72,15 @@ impl Seen {
         }
         let noise_a = observation.noise_beside_gains_a.or(observation.measured_noise_a);
         let noise_a = noise_a.or(observation.stated_noise_a);
+        if let Some(noise_a) = noise_a
+            && noise_a > MOST_NOISE * current_a(recording)
+        {
+            let reason = format!(
+                "the noise on each phase sample is {noise_a:.3} A, more than half of the current: are \
+                 the sensors connected, and is their range that of this machine?"
+            );
+            return refused(SetupRefusalCode::Noise, reason);
+        }
         let is_mended = |code: NoticeCode| {
             !matches!(code, NoticeCode::PhasesRewired | NoticeCode::BeginsBeforeCommand)
         };
@@ -90,6 +102,20 @@ impl Seen {
         } else {
             Vec::new()
         }
+    }
+}
+
+/// Root mean square of the phases together, A; of the envelope where no phases were recorded.
+fn current_a(recording: &Recording) -> f64 {
+    let of = |channels: &[&Channel]| {
+        let values = channels.iter().flat_map(|channel| channel.values());
+        let (sum, count) = values.fold((0.0, 0), |(sum, count), i| (sum + i * i, count + 1));
+        (sum / f64::from(count.max(1))).sqrt()
+    };
+    match recording.require_current() {
+        Ok(Current::Phases(phases)) => of(&phases),
+        Ok(Current::Envelope(envelope)) => of(&[envelope]),
+        Err(_) => 0.0,
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) fn batch(
     }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
     let made = global.stamp.then(stamp::now);
-    let records = &decided(records.iter().cloned(), &args.report_levels()?);
+    let records = &decided(records.iter().cloned(), &args.levels.levels()?);
     report_file::write(args.report.places(), || {
         let report = DiagnosisPage {
             records,

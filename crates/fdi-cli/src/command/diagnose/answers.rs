@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 use anyhow::{Context, Result};
 use fdi_core::{
     recording_sha256,
-    report::{BatchShard, FaultId, ResumeHead, SCHEMA_VERSION},
+    report::{BatchShard, ResumeHead, SCHEMA_VERSION},
 };
 
 use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL, unit_file};
@@ -46,13 +46,11 @@ pub(super) fn head(
     let units = units.iter().map(of_file).collect::<Result<Vec<_>>>()?;
     let word = |value: &dyn ToString| Some(value.to_string());
     let several = |values: &[String]| (!values.is_empty()).then(|| values.join(", "));
-    let leveled = |levels: &[(FaultId, f64)]| -> Vec<String> {
-        levels.iter().map(|(fault, level)| format!("{fault}={level}")).collect()
-    };
+    let [watch, act] = args.levels.words();
     let switch = |on: bool| on.then(|| "on".to_owned());
     let depend_on = [
         ("bundle", Some(diagnoser.bundles().join(", "))),
-        ("act", several(&leveled(&args.act))),
+        ("act", several(&act)),
         ("date-from", args.fleet.names.date_from.as_ref().and_then(|one| word(one))),
         ("decide", switch(args.action_levels()?.is_some())),
         ("encoding", Some(args.encoding.word().to_owned())),
@@ -71,7 +69,7 @@ pub(super) fn head(
         ("stable", switch(global.stable)),
         ("tolerance", Some(args.tolerance.word().to_owned())),
         ("unit", several(&units)),
-        ("watch", several(&leveled(&args.watch))),
+        ("watch", several(&watch)),
     ];
     let answers_depend_on: BTreeMap<String, Option<String>> =
         depend_on.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
