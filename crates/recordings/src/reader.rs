@@ -4,6 +4,8 @@
 
 mod dialect;
 mod guarded;
+mod number_text;
+mod preamble;
 mod single_precision;
 mod stamp;
 mod text_encoding;
@@ -11,6 +13,7 @@ mod text_encoding;
 pub use dialect::Dialect;
 pub use guarded::is_decoding;
 pub use in_memory::MemoryColumn;
+pub(crate) use number_text::is_lacking;
 
 use std::path::Path;
 

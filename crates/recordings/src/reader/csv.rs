@@ -1,16 +1,21 @@
 //! The text of a recording, row by row.
 
+use std::borrow::Cow;
+
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::{
     Channel, ChannelName, ClockNote, ColumnMap, Gaps, Metadata, OtherColumn, RecordError,
     Recording, Sampling, SharedNumbers,
-    column_map::Target,
+    column_map::{Entry, Target},
     evened::{Evener, Untimely},
     lines::Lines,
+    long_form::is_long_form,
     reader::{
         csv_gz,
         dialect::{self, Dialect, Found},
+        number_text,
+        preamble,
         single_precision::SinglePrecision,
         stamp::{Stamp, StampClock},
         text_encoding::TextEncoding,
@@ -20,6 +25,10 @@ use crate::{
     unit::{self, StatedUnit},
 };
 
+/// Lines after the samples that may be no samples.
+const MOST_LEFT_AFTER: usize = 20;
+/// Rows before a line that may be the end of the samples.
+const LEAST_ROWS: usize = 100;
 /// Longest cell that a message repeats.
 const SHOWN_CHARS: usize = 24;
 
@@ -46,7 +55,9 @@ pub(super) fn check_size(bytes: &[u8], limit_bytes: u64) -> Result<(), RecordErr
 
 /// Reads the text of a recording.
 pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
+    let bytes = without_padding(bytes);
     let (bytes, encoding) = TextEncoding::decoded(bytes).ok_or(RecordError::NotUtf16)?;
+    let bytes = with_line_feeds(bytes);
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);
     }
@@ -56,10 +67,13 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
     let found = dialect::find(&bytes, body, |cells| is_header(cells, map)).unwrap_or(plain);
     let Found { dialect, header } = found;
     let metadata = metadata(&bytes, start, header.min(body))?;
+    let step_s = metadata.rate_hz.map(|rate_hz| rate_hz.recip());
+    let preamble = preamble::step_s(&bytes[..header]);
     let bytes = dialect::separated(bytes, header, &dialect);
-    let Rows { channels, other_columns, lines, clock_notes, stated_units } =
-        rows(&bytes, header, &dialect, map)?;
-    let dialect = Dialect { encoding, ..dialect };
+    let steps = Steps { stated: step_s, before_header: preamble };
+    let Rows { channels, other_columns, lines, clock_notes, stated_units, left_after } =
+        rows(&bytes, header, &dialect, map, steps)?;
+    let dialect = Dialect { encoding, left_after, ..dialect };
     let mut recording = Recording {
         name,
         metadata,
@@ -76,18 +90,50 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
     Ok(recording)
 }
 
+/// Bytes without what fills up a file after its text: `NUL` bytes and the end mark of DOS. Those
+/// of UTF-16 letters stay.
+fn without_padding(bytes: &[u8]) -> &[u8] {
+    const CTRL_Z: u8 = 0x1a;
+    let last = bytes.iter().rposition(|&byte| byte != 0 && byte != CTRL_Z);
+    let end = last.map_or(0, |at| at + 1);
+    // the second byte of a letter of UTF-16 is NUL as well
+    let end = if end % 2 == 1 && bytes[..end].contains(&0) { end + 1 } else { end };
+    &bytes[..end.min(bytes.len())]
+}
+
+/// A text whose lines end with CR alone, with LF in its place.
+fn with_line_feeds(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
+    if bytes.contains(&b'\n') || !bytes.contains(&b'\r') {
+        return bytes;
+    }
+    let mut bytes = bytes.into_owned();
+    bytes.iter_mut().filter(|byte| **byte == b'\r').for_each(|byte| *byte = b'\n');
+    bytes.into()
+}
+
+/// Times between samples that a text states apart from its table, s.
+#[derive(Clone, Copy, Debug)]
+struct Steps {
+    /// Inverse of `rate-hz` in the metadata.
+    stated: Option<f64>,
+    /// What the lines before the header seem to say.
+    before_header: Option<f64>,
+}
+
 /// Reads the table that begins at a byte.
 fn rows(
     bytes: &[u8],
     body: usize,
     dialect: &Dialect,
     map: &ColumnMap,
+    steps: Steps,
 ) -> Result<Rows, RecordError> {
     let text = Text { bytes, body };
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
         .delimiter(dialect.separator)
+        .comment(Some(b'#'))
         .from_reader(&bytes[body..]);
     let mut record = ByteRecord::new();
     let mut next = |record: &mut ByteRecord| {
@@ -99,19 +145,61 @@ fn rows(
     }
     let mut cursor = LineCursor { bytes, offset: 0, line: 1 };
     let header_line = cursor.line_at(text.start_of(&record));
-    let columns = header(&record, header_line)?;
+    let mut columns = header(&record, header_line, dialect.has_no_header)?;
     let mut units = Vec::new();
-    if dialect.has_units && next(&mut record) {
-        let text = |cell: &[u8]| String::from_utf8_lossy(cell).trim().to_owned();
-        units = record.iter().map(text).collect();
+    let mut is_read = dialect.has_no_header;
+    for under in 1..=dialect.under_header {
+        let is_there = next(&mut record);
+        if is_there && dialect.units_line == Some(under) {
+            let text = |cell: &[u8]| String::from_utf8_lossy(cell).trim().to_owned();
+            units = record.iter().map(text).collect();
+        }
     }
-    let mut table = Table::new(&columns, &units, map, header_line)?;
+    let has_row = is_read || next(&mut record);
+    is_read = true;
+    if has_row && filled(&record) == columns.len() + 1 && !record[0].trim_ascii().is_empty() {
+        // rows begin with a name of their own, which the header lacks
+        columns.insert(0, "column 1".to_owned());
+    }
+    let mut table = Table::new(&columns, &units, map, header_line, steps)?;
     table.has_decimal_comma = dialect.has_decimal_comma;
-    while next(&mut record) {
+    let mut pending: Option<(RowProblem, u64, usize)> = None;
+    while (has_row && is_read) || next(&mut record) {
+        is_read = false;
+        if record.iter().all(|cell| cell.trim_ascii().is_empty()) || is_of_header(&record, &columns)
+        {
+            continue;
+        }
         let line = cursor.line_at(text.start_of(&record));
-        table.push(&record, line).map_err(|problem| problem.at(line, &table))?;
+        match (table.push(&record, line), pending.take()) {
+            (Ok(()), None) => {}
+            // samples follow, so that it is not the end
+            (Ok(()), Some((problem, line, _))) => return Err(problem.at(line, &table)),
+            (Err(_), Some((problem, line, lines))) if lines < MOST_LEFT_AFTER => {
+                pending = Some((problem, line, lines + 1));
+            }
+            (Err(problem), None) if problem.may_end() && table.times_s.len() >= LEAST_ROWS => {
+                pending = Some((problem, line, 1));
+            }
+            (Err(problem), None) => return Err(problem.at(line, &table)),
+            (Err(_), Some((problem, line, _))) => return Err(problem.at(line, &table)),
+        }
     }
-    table.finish(header_line, map.gaps())
+    let left_after = pending.map_or(0, |(.., lines)| lines);
+    let rows = table.finish(header_line, map.gaps())?;
+    Ok(Rows { left_after, ..rows })
+}
+
+/// Cells up to the last that is not empty.
+fn filled(record: &ByteRecord) -> usize {
+    let last = record.iter().rposition(|cell| !cell.trim_ascii().is_empty());
+    last.map_or(0, |last| last + 1)
+}
+
+/// Tells whether a row is the header once more, as parts of a file that were appended have it.
+fn is_of_header(record: &ByteRecord, columns: &[String]) -> bool {
+    let same = |(cell, name): (&[u8], &String)| cell.trim_ascii() == name.as_bytes();
+    record.len() >= columns.len() && record.iter().zip(columns).all(same)
 }
 
 /// Tells whether cells are the header of a plain recording.
@@ -184,11 +272,22 @@ fn metadata(bytes: &[u8], start: usize, end: usize) -> Result<Metadata, RecordEr
     Metadata::parse(&toml, first_line)
 }
 
-/// The names of the columns.
-fn header(record: &ByteRecord, line: u64) -> Result<Vec<String>, RecordError> {
+/// The names of the columns; those without one are called by their place.
+fn header(record: &ByteRecord, line: u64, is_absent: bool) -> Result<Vec<String>, RecordError> {
+    let filled = filled(record);
+    if is_absent {
+        return Ok((1..=filled).map(|place| format!("column {place}")).collect());
+    }
     let mut columns: Vec<String> = Vec::with_capacity(record.len());
-    for cell in record {
+    for (index, cell) in record.iter().take(filled).enumerate() {
         let name = str::from_utf8(cell).map_err(|_| RecordError::NotUtf8 { line })?.trim();
+        let place;
+        let name = if name.is_empty() {
+            place = format!("column {}", index + 1);
+            &place
+        } else {
+            name
+        };
         if columns.iter().any(|earlier| earlier == name) {
             return Err(RecordError::DuplicateColumn { line, column: name.to_owned() });
         }
@@ -222,11 +321,14 @@ struct KnownColumn {
 struct Table {
     columns: Vec<String>,
     roles: Vec<Role>,
-    time_column: usize,
+    /// None where times are those of the rows.
+    time_column: Option<usize>,
     time_factor: f64,
     /// Points in time as text, once the first row has one.
     stamps: Option<StampClock>,
     has_decimal_comma: bool,
+    /// True where words such as `NaN` stand for no sample.
+    skips_lacking: bool,
     stated_units: Vec<StatedUnit>,
     times_s: Vec<f64>,
     time_decimals: i32,
@@ -241,6 +343,7 @@ struct Rows {
     lines: Lines,
     clock_notes: Vec<ClockNote>,
     stated_units: Vec<StatedUnit>,
+    left_after: usize,
 }
 
 /// Fault in a row.
@@ -248,13 +351,19 @@ enum RowProblem {
     Ragged { found: usize },
     NotUtf8,
     NotANumber { column: usize, cell: String },
+    NotATime { column: usize, cell: String },
     NotFinite { column: usize, cell: String },
-    MissingTime,
+    MissingTime { column: usize },
     Hall { column: usize, found: f64 },
     Implausible { column: usize, found: f64 },
 }
 
 impl RowProblem {
+    /// Tells whether a line with it may be the end of the samples.
+    fn may_end(&self) -> bool {
+        matches!(self, Self::Ragged { .. } | Self::NotATime { .. })
+    }
+
     fn at(self, line: u64, table: &Table) -> RecordError {
         let name = |column: usize| table.columns[column].clone();
         match self {
@@ -262,13 +371,15 @@ impl RowProblem {
                 RecordError::RaggedRow { line, found, expected: table.columns.len() }
             }
             Self::NotUtf8 => RecordError::NotUtf8 { line },
-            Self::NotANumber { column, cell } => {
+            Self::NotANumber { column, cell } | Self::NotATime { column, cell } => {
                 RecordError::NotANumber { line, column: name(column), found: cell }
             }
             Self::NotFinite { column, cell } => {
                 RecordError::NotFinite { line, column: name(column), found: cell }
             }
-            Self::MissingTime => RecordError::MissingTime { line, column: name(table.time_column) },
+            Self::MissingTime { column } => {
+                RecordError::MissingTime { line, column: name(column) }
+            }
             Self::Implausible { column, found } => RecordError::Implausible {
                 line: Some(line),
                 column: name(column),
@@ -288,9 +399,15 @@ impl Table {
         units: &[String],
         map: &ColumnMap,
         line: u64,
+        steps: Steps,
     ) -> Result<Self, RecordError> {
+        let by_row = |entry: &&Entry| {
+            entry.is_of_rows() && !columns.contains(&entry.column)
+        };
+        let mapped_step_s =
+            map.entries().iter().find(by_row).map(|entry| entry.factor.unwrap_or(1.0));
         for entry in map.entries() {
-            if !columns.contains(&entry.column) {
+            if !columns.contains(&entry.column) && !by_row(&entry) {
                 return Err(RecordError::MappedColumnMissing {
                     line: Some(line),
                     column: entry.column.clone(),
@@ -324,8 +441,22 @@ impl Table {
                 None => Role::Other(OtherColumn::new(column.clone())),
             });
         }
-        let time_column = time_column
-            .ok_or_else(|| RecordError::NoTime { line: Some(line), columns: columns.to_vec() })?;
+        let has_channel = roles.iter().any(|role| role.known().is_some());
+        if !has_channel && is_long_form(columns) {
+            return Err(RecordError::LongForm { columns: columns.to_vec() });
+        }
+        if time_column.is_none() {
+            let step_s = mapped_step_s.or(steps.stated);
+            let step_s = step_s.ok_or_else(|| RecordError::NoTime {
+                line: Some(line),
+                columns: columns.to_vec(),
+                step_s: steps.before_header,
+            })?;
+            if !(step_s.is_finite() && step_s > 0.0) {
+                return Err(RecordError::Step { column: "row".to_owned(), step_s });
+            }
+            time_factor = step_s;
+        }
         Ok(Self {
             columns: columns.to_vec(),
             roles,
@@ -333,6 +464,7 @@ impl Table {
             time_factor,
             stamps: None,
             has_decimal_comma: false,
+            skips_lacking: map.gaps() == Gaps::Bridge,
             stated_units,
             times_s: Vec::new(),
             time_decimals: 0,
@@ -342,10 +474,15 @@ impl Table {
     }
 
     fn push(&mut self, record: &ByteRecord, line: u64) -> Result<(), RowProblem> {
-        if record.len() != self.columns.len() {
-            return Err(RowProblem::Ragged { found: record.len() });
+        // separators at the end of a row make no cells
+        let found = if record.len() > self.columns.len() { filled(record) } else { record.len() };
+        if record.len() < self.columns.len() || found > self.columns.len() {
+            return Err(RowProblem::Ragged { found });
         }
-        let time_s = self.time(&record[self.time_column])?;
+        let time_s = match self.time_column {
+            Some(column) => self.time(column, &record[column])?,
+            None => self.row_time(),
+        };
         let row = self.times_s.len();
         let has_decimal_comma = self.has_decimal_comma;
         self.times_s.push(time_s);
@@ -363,6 +500,7 @@ impl Table {
                     other.push(time_s, text);
                 }
                 Role::Known(known) if cell.is_empty() => known.skip(row),
+                Role::Known(known) if self.skips_lacking && is_lacking(cell) => known.skip(row),
                 Role::Known(known) => {
                     known.push(row, number(cell, column, has_decimal_comma)?, column)?;
                 }
@@ -371,11 +509,19 @@ impl Table {
         Ok(())
     }
 
+    /// The time of the next row, of rows that state none.
+    fn row_time(&self) -> f64 {
+        let (row, rate_hz) = (self.times_s.len() as f64, self.time_factor.recip().round());
+        // a step of 1e-4 s means 10 kHz, and i/10 000 is the nearer double
+        let is_whole = (rate_hz * self.time_factor - 1.0).abs() < f64::EPSILON;
+        if is_whole { row / rate_hz } else { row * self.time_factor }
+    }
+
     /// Reads the time of a row.
-    fn time(&mut self, cell: &[u8]) -> Result<f64, RowProblem> {
+    fn time(&mut self, column: usize, cell: &[u8]) -> Result<f64, RowProblem> {
         let cell = cell.trim_ascii();
         if cell.is_empty() {
-            return Err(RowProblem::MissingTime);
+            return Err(RowProblem::MissingTime { column });
         }
         let is_first = self.times_s.is_empty();
         if (is_first || self.stamps.is_some())
@@ -385,9 +531,12 @@ impl Table {
             return Ok(self.stamps.get_or_insert_default().seconds(stamp));
         }
         if self.stamps.is_some() {
-            return Err(RowProblem::NotANumber { column: self.time_column, cell: shown(cell) });
+            return Err(RowProblem::NotATime { column, cell: shown(cell) });
         }
-        let found = number(cell, self.time_column, self.has_decimal_comma)?;
+        let found = number(cell, column, self.has_decimal_comma).map_err(|problem| match problem {
+            RowProblem::NotANumber { column, cell } => RowProblem::NotATime { column, cell },
+            other => other,
+        })?;
         self.time_decimals = self.time_decimals.max(decimals(cell));
         self.single.look_at(found);
         Ok(found * self.time_factor)
@@ -395,6 +544,9 @@ impl Table {
 
     /// The unit of the last decimal place that the time column uses, or that of single precision, s.
     fn time_quantum_s(&self) -> f64 {
+        if self.time_column.is_none() {
+            return 0.0;
+        }
         let of_decimals = 10f64.powi(-self.time_decimals);
         if self.stamps.is_some() {
             return of_decimals;
@@ -454,7 +606,8 @@ impl Table {
             }
         }
         let clock_notes = evener.into_notes();
-        Ok(Rows { channels, other_columns: others, lines, clock_notes, stated_units })
+        let left_after = 0;
+        Ok(Rows { channels, other_columns: others, lines, clock_notes, stated_units, left_after })
     }
 }
 
@@ -475,6 +628,7 @@ impl TextAxis<'_> {
             found_s: self.times_s[row],
             rate_before_hz: before.map(|sampling| sampling.rate_hz),
             can_be_bridged,
+            begins_again: row >= LEAST_ROWS && self.times_s[row] <= self.times_s[0],
         }
     }
 }
@@ -530,18 +684,17 @@ fn target_of(column: &str, map: &ColumnMap) -> Option<Target> {
 /// A finite number.
 fn number(cell: &[u8], column: usize, has_decimal_comma: bool) -> Result<f64, RowProblem> {
     let text = str::from_utf8(cell).ok();
-    let value = if has_decimal_comma && cell.contains(&b',') {
-        // a point beside the comma would be one of thousands
-        let text = text.filter(|text| !text.contains('.'));
-        text.and_then(|text| text.replacen(',', ".", 1).parse::<f64>().ok())
-    } else {
-        text.and_then(|text| text.parse::<f64>().ok())
-    };
+    let value = text.and_then(|text| number_text::parse(text, has_decimal_comma));
     match value {
         Some(value) if value.is_finite() => Ok(value),
         Some(_) => Err(RowProblem::NotFinite { column, cell: shown(cell) }),
         None => Err(RowProblem::NotANumber { column, cell: shown(cell) }),
     }
+}
+
+/// Tells whether a cell says that there is no sample.
+fn is_lacking(cell: &[u8]) -> bool {
+    str::from_utf8(cell).is_ok_and(number_text::is_lacking)
 }
 
 /// A cell as a message repeats it.
@@ -634,7 +787,7 @@ mod tests {
             error("time_s,current_a\r\n0,1\r\n\r\n1,off\r\n"),
             "line 4, column `current_a`: expected a number, found `off`"
         );
-        for bad in ["NaN", "inf", "-Infinity", "1e999"] {
+        for bad in ["inf", "-Infinity", "1e999"] {
             assert_eq!(
                 error(&format!("time_s,current_a\n0,{bad}\n")),
                 format!(
@@ -702,6 +855,10 @@ mod tests {
             "t,Strom\n[ms],[mA]\n0,1500\n1,2500\n2,-1\n",
             "t,Strom\n2026-11-21 09:30:00.000,1.5\n2026-11-21 09:30:00.001,2.5\n\
              2026-11-21 09:30:00.002,-0.001\n",
+            "t|Strom|\n0|1.5|\n0.001|2.5|\n0.002|-1D-3|\n",
+            "t;Strom\n0,000;1,5;;\n0,001;2,5;;\n0,002;-0,001;;\n;;;\nt;Strom\n;;\n",
+            "\"t\" \"Strom\"\n\"1\" 0 1.5\n\"2\" 0.001 2.5\n\"3\" 0.002 -0.001\n",
+            "t,state,Strom,x\nPT0S,ON,1.5,1\nPT0.001S,ON,2.5,1\nPT0.002S,OFF,-0.001,1\n",
             "t;Strom\n23:59:59,999;1,5\n00:00:00,000;2,5\n00:00:00,001;-0,001\n",
         ] {
             for bytes in [text.as_bytes().to_vec(), utf16(text)] {
@@ -716,6 +873,66 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_follows_the_samples_is_left_out_and_told() {
+        let rows: String = (0..120).map(|i| format!("{},{}\n", i as f64 / 1000.0, i % 7)).collect();
+        let text = format!("time_s,current_a\n{rows}");
+        let samples = |text: &str| {
+            let read = read(text.as_bytes()).unwrap();
+            (read.channels()[0].values().len(), read.dialect().map_or(0, |one| one.left_after))
+        };
+        assert_eq!(samples(&text), (120, 0));
+        assert_eq!(samples(&format!("{text}End of file\n")), (120, 1));
+        assert_eq!(samples(&format!("{text}Samples,120\n\nmean,3,0\n")), (120, 2));
+        assert_eq!(samples(&format!("{text}0.12")), (120, 1));
+        assert_eq!(samples(&format!("{text}\u{0}\u{0}\u{1a}")), (120, 0));
+        assert_eq!(samples(&text.replacen("0.05,", "# marker\n0.05,", 1)), (120, 0));
+        let told = error(&text.replacen("0.05,", "marker\n0.05,", 1));
+        assert_eq!(told, "line 52 has 1 cells, the header has 2");
+    }
+
+    #[test]
+    fn times_may_be_those_of_rows() {
+        let text = "phase_a_current_a,x\n1,2\n3,4\n5,6\n";
+        let told = error(text);
+        assert!(told.ends_with("`--map time_s=row*FACTOR` gives the time between rows in s)"), "{told}");
+        let map = ColumnMap::new(["time_s=row*0.0001"]).unwrap();
+        let mapped = parse("r".to_owned(), text.as_bytes(), &map).unwrap();
+        assert_eq!(mapped.channels()[0].times_s(), [0.0, 0.0001, 0.0002]);
+        let stated = read(format!("# rate-hz = 10000\n{text}").as_bytes()).unwrap();
+        assert_eq!(stated.channels(), mapped.channels());
+        let of_preamble = read(format!("Sampling rate;10000 Hz\n{text}").as_bytes()).unwrap_err();
+        assert!(matches!(of_preamble, RecordError::NoTime { step_s: Some(1e-4), .. }));
+        let own = "row,current_a\n0,1\n2,3\n4,5\n";
+        let map = ColumnMap::new(["time_s=row*0.5"]).unwrap();
+        let own = parse("r".to_owned(), own.as_bytes(), &map).unwrap();
+        assert_eq!(own.channels()[0].times_s(), [0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn words_for_missing_samples_need_an_option() {
+        let text = "time_s,current_a,load_n_m\n0,1,NaN\n1,2,3\n2,3,n/a\n3,4,4\n";
+        let told = error(text);
+        assert_eq!(
+            told,
+            "line 2, column `load_n_m`: expected a finite number, found `NaN` (an empty cell means \
+             no sample; `--gaps bridge` takes it for a missing sample)"
+        );
+        let bridged = ColumnMap::default().with_gaps(Gaps::Bridge);
+        let read = parse("r".to_owned(), text.as_bytes(), &bridged).unwrap();
+        assert_eq!(read.channel(ChannelName::Load).unwrap().times_s(), [1.0, 3.0]);
+        assert_eq!(read.channel(ChannelName::Current).unwrap().values().len(), 4);
+    }
+
+    #[test]
+    fn tables_of_other_shapes_are_told_by_what_they_are() {
+        let told = error("time_s,variable,value\n0,a,1\n1,a,1\n2,a,1\n");
+        assert!(told.contains("pivot the table to a column a channel"), "{told}");
+        let rows: String = (0..300).map(|i| format!("{},1\n", f64::from(i % 150))).collect();
+        let told = error(&format!("time_s,current_a\n{rows}"));
+        assert!(told.contains("fdi.diagnose(table, group=COLUMN)"), "{told}");
     }
 
     fn utf16(text: &str) -> Vec<u8> {
@@ -733,8 +950,8 @@ mod tests {
             "line 6, column `Strom`: expected a number, found `off`"
         );
         assert_eq!(
-            told(&format!("{rows}0,3;1.000,5\n")),
-            "line 6, column `Strom`: expected a number, found `1.000,5`"
+            told(&format!("{rows}0,3;1.000\n")),
+            "line 6, column `Strom`: expected a number, found `1.000`"
         );
         let unit = told("t;Strom\ns;bar\n0;1\n1;1\n2;1\n");
         assert!(unit.starts_with("column `Strom` is in `bar` as the file says"), "{unit}");
