@@ -505,7 +505,8 @@ fn evened(
 ) -> Result<Option<Channel>, RecordError> {
     let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
     if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
-        return Err(RecordError::ChannelNotFinite { channel: name, index, is_lacking: false });
+        let is_lacking = times_s[index].is_finite() && values[index].is_nan();
+        return Err(RecordError::ChannelNotFinite { channel: name, index, is_lacking });
     }
     let stamps_s = times_s.clone();
     let channel = evener.channel(name, times_s, values, quantum_s);
@@ -630,7 +631,7 @@ mod tests {
         assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[1.0, 3.0][..]));
         file.numbers[1].values[2] = f64::NAN;
         let error = read(&file, &[]).unwrap_err().to_string();
-        assert_eq!(error, "`current_a` is not finite at sample 1");
+        assert_eq!(error, "`current_a` is not finite at sample 1 (`--gaps bridge` takes it for a missing sample)");
         file.numbers[0].present = Some(vec![false, true, true]);
         let error = read(&file, &[]).unwrap_err().to_string();
         assert_eq!(error, "`current_a` has a sample without a time: sample 0");

@@ -57,9 +57,12 @@ pub(super) fn check_size(bytes: &[u8], limit_bytes: u64) -> Result<(), RecordErr
 pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
     let bytes = without_padding(bytes);
     let (bytes, encoding) = TextEncoding::decoded(bytes).ok_or(RecordError::NotUtf16)?;
-    let bytes = with_line_feeds(bytes);
+    let bytes = with_double_quotes(with_line_feeds(bytes));
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);
+    }
+    if let Some(columns) = annotated_columns(&bytes).filter(|columns| is_long_form(columns)) {
+        return Err(RecordError::LongForm { columns });
     }
     let start = after_lines(&bytes, map.skipped_lines());
     let body = start + metadata_length(&bytes[start..]);
@@ -109,6 +112,28 @@ fn with_line_feeds(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     let mut bytes = bytes.into_owned();
     bytes.iter_mut().filter(|byte| **byte == b'\r').for_each(|byte| *byte = b'\n');
     bytes.into()
+}
+
+/// A text whose first line has its names in single quotes, with double ones in their place.
+fn with_double_quotes(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
+    let line = bytes.split(|&byte| byte == b'\n').next().unwrap_or_default().trim_ascii_end();
+    let is_single = line.len() > 2 && line.starts_with(b"'") && line.ends_with(b"'");
+    if !is_single || bytes.contains(&b'"') {
+        return bytes;
+    }
+    let mut bytes = bytes.into_owned();
+    bytes.iter_mut().filter(|byte| **byte == b'\'').for_each(|byte| *byte = b'"');
+    bytes.into()
+}
+
+/// Names of the columns of a text with the annotations of InfluxDB.
+fn annotated_columns(bytes: &[u8]) -> Option<Vec<String>> {
+    let mut lines = bytes.split(|&byte| byte == b'\n');
+    let marks = [b"#group,".as_slice(), b"#datatype,"];
+    let is_annotated = lines.clone().take(3).any(|line| marks.iter().any(|m| line.starts_with(m)));
+    let header = lines.find(|line| !line.starts_with(b"#")).filter(|_| is_annotated)?;
+    let names = String::from_utf8_lossy(header);
+    Some(names.trim().split(',').filter(|name| !name.is_empty()).map(str::to_owned).collect())
 }
 
 /// Times between samples that a text states apart from its table, s.
@@ -810,8 +835,8 @@ mod tests {
             "line 2, column `hall_state`: expected a sector from 1 to 6, found `7`"
         );
         assert_eq!(
-            error("time_s,x\n0,1\n# end,2\n"),
-            "line 3, column `time_s`: expected a number, found `# end`"
+            error("time_s,x\n0,1\nend,2\n"),
+            "line 3, column `time_s`: expected a number, found `end`"
         );
     }
 
@@ -859,6 +884,7 @@ mod tests {
             "t;Strom\n0,000;1,5;;\n0,001;2,5;;\n0,002;-0,001;;\n;;;\nt;Strom\n;;\n",
             "\"t\" \"Strom\"\n\"1\" 0 1.5\n\"2\" 0.001 2.5\n\"3\" 0.002 -0.001\n",
             "t,state,Strom,x\nPT0S,ON,1.5,1\nPT0.001S,ON,2.5,1\nPT0.002S,OFF,-0.001,1\n",
+            "'t','Strom'\n'0','1.5'\n'0.001','2.5'\n'0.002','-0.001'\n",
             "t;Strom\n23:59:59,999;1,5\n00:00:00,000;2,5\n00:00:00,001;-0,001\n",
         ] {
             for bytes in [text.as_bytes().to_vec(), utf16(text)] {
@@ -930,6 +956,10 @@ mod tests {
     fn tables_of_other_shapes_are_told_by_what_they_are() {
         let told = error("time_s,variable,value\n0,a,1\n1,a,1\n2,a,1\n");
         assert!(told.contains("pivot the table to a column a channel"), "{told}");
+        assert_eq!(
+            error("#datatype,string,long\n,result,_time,_value,_field\n,,0,1,a\n")[..20],
+            told[..20]
+        );
         let rows: String = (0..300).map(|i| format!("{},1\n", f64::from(i % 150))).collect();
         let told = error(&format!("time_s,current_a\n{rows}"));
         assert!(told.contains("fdi.diagnose(table, group=COLUMN)"), "{told}");

@@ -15,6 +15,8 @@ const ROWS_OF_NUMBERS: usize = 3;
 const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
 /// Marks before a header that make a remark of it for other programs.
 const REMARK_MARKS: [u8; 3] = [b'#', b'%', b'!'];
+/// Lines over which the quoted names of one header may go.
+const MOST_LINES_OF_NAMES: usize = 20;
 /// Lines between a header and the samples that are looked at for units.
 const MOST_UNDER_HEADER: usize = 3;
 
@@ -255,9 +257,9 @@ impl Line {
     fn all(bytes: &[u8], body: usize) -> Vec<Self> {
         let mut start = body;
         let mut lines = Vec::new();
-        for line in bytes[body..].split_inclusive(|&byte| byte == b'\n').take(LOOKED_AT_LINES) {
-            let end = start + line.len();
-            if !line.trim_ascii().is_empty() {
+        while lines.len() < LOOKED_AT_LINES && start < bytes.len() {
+            let end = start + Self::length(&bytes[start..]);
+            if !bytes[start..end].trim_ascii().is_empty() {
                 lines.push(Self { start, end });
             }
             start = end;
@@ -265,8 +267,26 @@ impl Line {
         lines
     }
 
+    /// Bytes of the first line with its end. A quoted name may have several lines; a quote that does not end
+    /// soon is none.
+    fn length(bytes: &[u8]) -> usize {
+        let (mut length, mut first, mut quotes) = (0, None, 0);
+        for line in bytes.split_inclusive(|&byte| byte == b'\n').take(MOST_LINES_OF_NAMES) {
+            length += line.len();
+            first.get_or_insert(length);
+            quotes += line.iter().filter(|&&byte| byte == b'"').count();
+            if quotes % 2 == 0 {
+                return length;
+            }
+        }
+        first.unwrap_or(length)
+    }
+
     fn text(self, bytes: &[u8]) -> &[u8] {
-        bytes[self.start..self.end].trim_ascii_end()
+        let line = &bytes[self.start..self.end];
+        // tabs at the end part cells
+        let end = line.iter().rposition(|byte| !matches!(byte, b'\r' | b'\n' | b' '));
+        &line[..end.map_or(0, |last| last + 1)]
     }
 
     fn cells(self, bytes: &[u8], separator: u8) -> Option<Vec<String>> {
@@ -581,6 +601,15 @@ mod tests {
         let (dialect, first) = found("a;a\n3;4\n5;6\n7;8\n").unwrap();
         assert!(!dialect.has_no_header);
         assert_eq!(first, "a;a");
+    }
+
+    #[test]
+    fn names_may_have_several_lines_and_lines_may_end_with_tabs() {
+        let (dialect, header) = found("\"t\n[s]\",\"i\n[A]\"\n0,1\n1,1\n2,1\n").unwrap();
+        assert!(!dialect.has_no_header);
+        assert_eq!(header, "\"t");
+        let (dialect, header) = found("t\ti\tremark\n0\t1\t\n1\t1\t\n2\t1\t\n").unwrap();
+        assert_eq!((dialect.has_no_header, header), (false, "t\ti\tremark"));
     }
 
     #[test]
