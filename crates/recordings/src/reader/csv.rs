@@ -70,13 +70,13 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
     let found = dialect::find(&bytes, body, |cells| is_header(cells, map)).unwrap_or(plain);
     let Found { dialect, header } = found;
     let metadata = metadata(&bytes, start, header.min(body))?;
-    let step_s = metadata.rate_hz.map(|rate_hz| rate_hz.recip());
+    let step_s = metadata.rate_hz.map(f64::recip);
     let preamble = preamble::step_s(&bytes[..header]);
     let bytes = dialect::separated(bytes, header, &dialect);
     let steps = Steps { stated: step_s, before_header: preamble };
     let Rows { channels, other_columns, lines, clock_notes, stated_units, left_after } =
         rows(&bytes, header, &dialect, map, steps)?;
-    let dialect = Dialect { encoding, left_after, ..dialect };
+    let dialect = Dialect { left_after, encoding, ..dialect };
     let mut recording = Recording {
         name,
         metadata,
@@ -126,7 +126,7 @@ fn with_double_quotes(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     bytes.into()
 }
 
-/// Names of the columns of a text with the annotations of InfluxDB.
+/// Names of the columns of a text with the annotations of `InfluxDB`.
 fn annotated_columns(bytes: &[u8]) -> Option<Vec<String>> {
     let mut lines = bytes.split(|&byte| byte == b'\n');
     let marks = [b"#group,".as_slice(), b"#datatype,"];
@@ -198,16 +198,15 @@ fn rows(
         let line = cursor.line_at(text.start_of(&record));
         match (table.push(&record, line), pending.take()) {
             (Ok(()), None) => {}
-            // samples follow, so that it is not the end
-            (Ok(()), Some((problem, line, _))) => return Err(problem.at(line, &table)),
             (Err(_), Some((problem, line, lines))) if lines < MOST_LEFT_AFTER => {
                 pending = Some((problem, line, lines + 1));
             }
+            // samples follow, so that it is not the end; or too many other lines do
+            (_, Some((problem, line, _))) => return Err(problem.at(line, &table)),
             (Err(problem), None) if problem.may_end() && table.times_s.len() >= LEAST_ROWS => {
                 pending = Some((problem, line, 1));
             }
             (Err(problem), None) => return Err(problem.at(line, &table)),
-            (Err(_), Some((problem, line, _))) => return Err(problem.at(line, &table)),
         }
     }
     let left_after = pending.map_or(0, |(.., lines)| lines);
@@ -903,7 +902,8 @@ mod tests {
 
     #[test]
     fn what_follows_the_samples_is_left_out_and_told() {
-        let rows: String = (0..120).map(|i| format!("{},{}\n", i as f64 / 1000.0, i % 7)).collect();
+        let rows = (0..120).map(|i| format!("{},{}\n", f64::from(i) / 1000.0, i % 7));
+        let rows = rows.collect::<Vec<_>>().concat();
         let text = format!("time_s,current_a\n{rows}");
         let samples = |text: &str| {
             let read = read(text.as_bytes()).unwrap();
@@ -960,7 +960,8 @@ mod tests {
             error("#datatype,string,long\n,result,_time,_value,_field\n,,0,1,a\n")[..20],
             told[..20]
         );
-        let rows: String = (0..300).map(|i| format!("{},1\n", f64::from(i % 150))).collect();
+        let rows = (0..300).map(|i| format!("{},1\n", f64::from(i % 150)));
+        let rows = rows.collect::<Vec<_>>().concat();
         let told = error(&format!("time_s,current_a\n{rows}"));
         assert!(told.contains("fdi.diagnose(table, group=COLUMN)"), "{told}");
     }
