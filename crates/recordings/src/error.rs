@@ -80,7 +80,10 @@ pub enum RecordError {
         limit: usize,
     },
     /// A column that should be a channel holds no numbers.
-    #[error("column `{column}` holds {found}, expected numbers")]
+    #[error(
+        "column `{column}` holds {found}, expected numbers{}",
+        if *found == "text or bytes" { " (pandas: `astype(float)` before it is saved)" } else { "" }
+    )]
     NotNumbers {
         /// The column.
         column: String,
@@ -238,7 +241,14 @@ pub enum RecordError {
         expected: &'static str,
     },
     /// A row has more or fewer cells than the header.
-    #[error("line {line} has {found} cells, the header has {expected}")]
+    #[error(
+        "line {line} has {found} cells, the header has {expected}{}",
+        if *found == 2 * expected || *found + 1 == 2 * expected {
+            " (decimals after a comma need another separator between cells, such as `;`)"
+        } else {
+            ""
+        }
+    )]
     RaggedRow {
         /// Line, from 1.
         line: u64,
@@ -537,7 +547,12 @@ fn list<T: ToString>(names: &[T]) -> String {
 
 /// Option for tables whose columns have no name of times.
 fn row_note(columns: &[String]) -> &'static str {
-    if crate::guess::guesses_time(columns) {
+    let is_time = |column: &String| {
+        let lower = column.to_lowercase();
+        lower == "t"
+            || ["time", "zeit", "temps", "t_", "stamp"].iter().any(|word| lower.contains(word))
+    };
+    if columns.iter().any(is_time) {
         return "";
     }
     ", `--map time_s=row*FACTOR` gives the time between rows in s"

@@ -128,8 +128,7 @@ impl FileFormat {
         known.or_else(|| other().map(|(_, format)| *format))
     }
 
-    /// What to do with a file that is none of a recording, by its name; empty where its kind is not
-    /// known.
+    /// Advice on a file that is none of a recording, by its name; empty where its kind is not known.
     pub(crate) fn advice(path: &Path) -> &'static str {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let of = |(endings, _): &&(&[&str], _)| endings.contains(&ending.as_str());

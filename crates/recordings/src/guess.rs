@@ -253,10 +253,20 @@ fn add_in_order(columns: &[&str], guesses: &mut Vec<ColumnGuess>) {
     let has_time = columns.iter().any(|column| Target::from_column(column) == Some(Target::Time));
     let is_timed = has_time || guesses_time(columns);
     if is_open {
-        let matrix = columns.iter().find_map(|column| column.strip_suffix("(:,1)"));
+        // columns of a matrix, and vectors in cells
+        let matrix = columns.iter().find_map(|column| {
+            let of = |(before, after): (&'static str, &'static str)| {
+                let name = column.strip_suffix(after)?.strip_suffix('1')?.strip_suffix(before)?;
+                Some((name, before, after))
+            };
+            of(("(:,", ")")).or_else(|| of(("{", "}")))
+        });
+        let in_place = |place: usize| {
+            matrix.map(|(name, before, after)| format!("{name}{before}{place}{after}"))
+        };
         let in_matrix = |first: usize| -> Option<[&str; 3]> {
             let place = |place: usize| {
-                let name = format!("{}(:,{place})", matrix?);
+                let name = in_place(place)?;
                 columns.iter().copied().find(|column| *column == name)
             };
             Some([place(first)?, place(first + 1)?, place(first + 2)?])
@@ -273,7 +283,7 @@ fn add_in_order(columns: &[&str], guesses: &mut Vec<ColumnGuess>) {
         let in_matrix = in_matrix(if is_timed { 1 } else { 2 });
         if let Some(three) = in_matrix.or_else(in_text).or_else(named) {
             if !is_timed && in_matrix.is_some() {
-                let column = format!("{}(:,1)", matrix.unwrap_or_default());
+                let column = in_place(1).unwrap_or_default();
                 guesses.push(ColumnGuess { target: Target::Time, column, factor: 1.0 });
             }
             for (target, column) in phases.into_iter().zip(three) {
@@ -294,12 +304,10 @@ fn add_in_order(columns: &[&str], guesses: &mut Vec<ColumnGuess>) {
 }
 
 /// Tells whether one of the columns has a name of times.
-pub(crate) fn guesses_time<S: AsRef<str>>(columns: &[S]) -> bool {
+fn guesses_time(columns: &[&str]) -> bool {
     let of_time = NAMES.iter().filter(|(target, _)| *target == Target::Time);
     let mut names = of_time.flat_map(|(_, names)| names.iter());
-    names.any(|name| {
-        columns.iter().any(|column| ranked(column.as_ref(), Target::Time, &[*name]).is_some())
-    })
+    names.any(|name| columns.iter().any(|column| ranked(column, Target::Time, &[*name]).is_some()))
 }
 
 /// The words of a name without its unit, and the factor of the unit, which is one of the target. An
@@ -440,6 +448,8 @@ mod tests {
             guesses(&["d(:,1)", "d(:,2)", "d(:,3)", "d(:,4)", "d(:,5)"]),
             ["time_s=d(:,1)".to_owned(), a, b, c]
         );
+        let [a, b, c] = phases(["d{2}", "d{3}", "d{4}"]);
+        assert_eq!(guesses(&["d{1}", "d{2}", "d{3}", "d{4}"]), ["time_s=d{1}".to_owned(), a, b, c]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! The table declares the module of each reader; how to add one stands there.
 
+mod clean_text;
 mod dialect;
 mod guarded;
 mod number_text;

@@ -225,8 +225,7 @@ pub enum ObservationError {
 
 /// Lowest rate at which phase currents still show the sectors.
 const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
-/// Currents beyond this many times the controller's limit are in another unit. Filters overshoot by a
-/// fifth, sensors by their noise; mA are a thousand times larger.
+/// Currents beyond this many times the controller's limit are in another unit, such as mA.
 const BEYOND_LIMIT: f64 = 10.0;
 /// A sum of the phase currents below this is one that was computed, not measured, A.
 const COMPUTED_SUM_A: f64 = 1e-5;
@@ -397,9 +396,7 @@ fn of_phases(
         return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
     }
     long_enough(first, &sampling, experiment)?;
-    for phase in phases {
-        within_limit(phase, experiment)?;
-    }
+    phases.into_iter().try_for_each(|phase| within_limit(phase, experiment))?;
     for other in &phases[1..] {
         if let Some(error) = different_axes(recording, first, other, sampling.rate_hz) {
             return Err(error);

@@ -631,7 +631,10 @@ mod tests {
         assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[1.0, 3.0][..]));
         file.numbers[1].values[2] = f64::NAN;
         let error = read(&file, &[]).unwrap_err().to_string();
-        assert_eq!(error, "`current_a` is not finite at sample 1 (`--gaps bridge` takes it for a missing sample)");
+        assert_eq!(
+            error,
+            "`current_a` is not finite at sample 1 (`--gaps bridge` takes it for a missing sample)"
+        );
         file.numbers[0].present = Some(vec![false, true, true]);
         let error = read(&file, &[]).unwrap_err().to_string();
         assert_eq!(error, "`current_a` has a sample without a time: sample 0");

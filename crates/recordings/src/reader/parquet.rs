@@ -340,7 +340,8 @@ impl Container for ParquetFile {
         }
         let name_of_elapsed = descriptor.path().parts().last();
         let elapsed = self.elapsed.iter().find(|(name, _)| Some(name) == name_of_elapsed);
-        let meaning = elapsed.map_or_else(|| meaning(descriptor), |(_, per)| Meaning::Decimal(*per));
+        let meaning =
+            elapsed.map_or_else(|| meaning(descriptor), |(_, per)| Meaning::Decimal(*per));
         let single = descriptor.physical_type() == Type::FLOAT;
         let samples = Samples { single, ..Samples::default() };
         let mut all = Gathered { samples, there: descriptor.max_def_level(), start: None };
