@@ -109,8 +109,8 @@ impl ReadingOptions {
             {
                 self.is_bridged = true;
             }
-            RecordError::ChannelNotFinite { is_lacking: true, .. } => self.is_bridged = true,
-            RecordError::Gap { can_be_bridged: true, .. }
+            RecordError::ChannelNotFinite { is_lacking: true, .. }
+            | RecordError::Gap { can_be_bridged: true, .. }
             | RecordError::TimeNotIncreasing { can_be_bridged: true, .. }
             | RecordError::ChannelTime { can_be_bridged: true, .. } => self.is_bridged = true,
             RecordError::MetadataSyntax { line, .. } | RecordError::MetadataKey { line, .. } => {

@@ -549,8 +549,8 @@ fn list<T: ToString>(names: &[T]) -> String {
 fn row_note(columns: &[String]) -> &'static str {
     let is_time = |column: &String| {
         let lower = column.to_lowercase();
-        lower == "t"
-            || ["time", "zeit", "temps", "t_", "stamp"].iter().any(|word| lower.contains(word))
+        let is_part = ["time", "zeit", "temps", "stamp"].iter().any(|word| lower.contains(word));
+        lower == "t" || lower.starts_with("t_") || is_part
     };
     if columns.iter().any(is_time) {
         return "";

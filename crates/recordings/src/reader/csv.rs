@@ -96,8 +96,8 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
 struct Steps {
     /// Inverse of `rate-hz` in the metadata.
     stated: Option<f64>,
-    /// What the lines before the header seem to say.
     /// Guess from the lines before the header.
+    before_header: Option<f64>,
 }
 
 /// Reads the table that begins at a byte.
