@@ -2,6 +2,7 @@
 
 mod ci;
 mod docs;
+mod files_check;
 mod fleet_check;
 mod gen_dataset;
 mod picture;
@@ -25,6 +26,7 @@ cargo xtask same-answers FDI [FLAG...]  answers of another program compared with
 cargo xtask docs [--check]              rebuild the generated reference pages and drawings, or compare them
 cargo xtask python                      the wheel: build, types, tests; skipped without Python
 cargo xtask fleet-check [RECORDINGS]    a fleet on Spark, on Sail and in parts, workers killed meanwhile; docs/validation/fleet.md
+cargo xtask files-check                 files of pandas, MATLAB, MDF, drives and others against their plain twins; docs/validation/files.md
 cargo xtask tidy [--measures]           edges, paths, licences, prose, help, measures of the code; or all findings of these
 cargo xtask ci                          all that must pass";
 
@@ -37,6 +39,7 @@ fn main() -> Result<()> {
         ["ci"] => ci::run(&root),
         ["docs"] => docs::run(&root, false),
         ["docs", "--check"] => docs::run(&root, true),
+        ["files-check"] => files_check::run(&root),
         ["fleet-check"] => fleet_check::run(&root, None),
         ["fleet-check", recordings] => fleet_check::run(&root, Some(recordings)),
         ["gen-dataset"] => gen_dataset::run(&root, false),

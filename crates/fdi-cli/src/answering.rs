@@ -153,7 +153,7 @@ impl Batch<'_> {
             Source::Bytes { name: named, bytes } => {
                 let told = FileFormat::of(name);
                 let shown = (named == STANDARD_INPUT).then(|| FileFormat::of_bytes(bytes));
-                let format = told.or(shown).ok_or(RecordError::UnknownFormat)?;
+                let format = told.or(shown).ok_or(RecordError::UnknownFormat { advice: "" })?;
                 let read = Recording::from_bytes(named, format, bytes.clone(), &self.map);
                 Ok((read.map_err(of_rate)?, None))
             }

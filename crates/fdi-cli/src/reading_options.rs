@@ -96,8 +96,21 @@ impl ReadingOptions {
     /// Adds what an error asks for.
     fn add_against(&mut self, error: &RecordError) {
         match error {
-            RecordError::NoTime { columns, .. } => self.add_guesses(columns),
-            RecordError::Gap { can_be_bridged: true, .. }
+            RecordError::NoTime { columns, step_s, .. } => {
+                self.add_guesses(columns);
+                if let Some(step_s) = step_s
+                    && !self.maps.iter().any(|entry| entry.starts_with("time_s="))
+                {
+                    self.maps.push(format!("time_s=row*{step_s}"));
+                }
+            }
+            RecordError::NotFinite { found, .. } | RecordError::NotANumber { found, .. }
+                if RecordError::is_lacking(found) =>
+            {
+                self.is_bridged = true;
+            }
+            RecordError::ChannelNotFinite { is_lacking: true, .. }
+            | RecordError::Gap { can_be_bridged: true, .. }
             | RecordError::TimeNotIncreasing { can_be_bridged: true, .. }
             | RecordError::ChannelTime { can_be_bridged: true, .. } => self.is_bridged = true,
             RecordError::MetadataSyntax { line, .. } | RecordError::MetadataKey { line, .. } => {

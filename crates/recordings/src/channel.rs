@@ -30,13 +30,14 @@ impl Channel {
         }
         let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
         if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
-            return Err(RecordError::ChannelNotFinite { channel: name, index });
+            return Err(RecordError::ChannelNotFinite { channel: name, index, is_lacking: false });
         }
         if let Some(index) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             return Err(RecordError::ChannelTime {
                 channel: name,
                 index: index + 1,
                 can_be_bridged: false,
+                begins_again: false,
             });
         }
         Ok(Self::from_rows(name, times_s.into(), values.into(), 0.0))

@@ -36,6 +36,16 @@ pub(super) struct Entry {
     pub(super) factor: Option<f64>,
 }
 
+/// Column of row numbers from 0, where no column has that name.
+const ROW_COLUMN: &str = "row";
+
+impl Entry {
+    /// Tells whether times are those of the rows, where no column has the name.
+    pub(super) fn is_of_rows(&self) -> bool {
+        self.target == Target::Time && self.column == ROW_COLUMN
+    }
+}
+
 /// How the columns of a file are read: those that stand for channels under other names or units,
 /// and what is done where samples lack.
 ///

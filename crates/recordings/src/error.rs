@@ -24,8 +24,11 @@ pub enum RecordError {
     #[error("not a regular file")]
     NotAFile,
     /// The extension is not that of a recording.
-    #[error("not a recording: expected {}", FileFormat::listed())]
-    UnknownFormat,
+    #[error("not a recording: expected {}{}", FileFormat::listed(), in_brackets(advice))]
+    UnknownFormat {
+        /// How to save such a file, or nothing.
+        advice: &'static str,
+    },
     /// A form of recording that this build leaves out.
     #[error("`{}` is not read by this build: it lacks the feature `{feature}`", format.extension())]
     NotBuiltIn {
@@ -77,7 +80,10 @@ pub enum RecordError {
         limit: usize,
     },
     /// A column that should be a channel holds no numbers.
-    #[error("column `{column}` holds {found}, expected numbers")]
+    #[error(
+        "column `{column}` holds {found}, expected numbers{}",
+        if *found == "text or bytes" { " (pandas: `astype(float)` before it is saved)" } else { "" }
+    )]
     NotNumbers {
         /// The column.
         column: String,
@@ -160,13 +166,26 @@ pub enum RecordError {
     },
     /// No column is the time.
     #[error(
-        "{}no column `time_s`; the columns are {} (`--map time_s=COLUMN` names one)",
+        "{}no column `time_s`; the columns are {} (`--map time_s=COLUMN` names one{})",
         at(*line),
-        list(columns)
+        list(columns),
+        row_note(columns)
     )]
     NoTime {
         /// Line of the header, from 1, in a file that is text.
         line: Option<u64>,
+        /// The columns.
+        columns: Vec<String>,
+        /// Time between samples that the file seems to state elsewhere, s.
+        step_s: Option<f64>,
+    },
+    /// A table has a row for each value, and a column that says of which channel.
+    #[error(
+        "a row for each value, not for each time; the columns are {}: pivot the table to a column \
+         a channel (pandas: `table.pivot(index=TIME, columns=NAME, values=VALUE)`)",
+        list(columns)
+    )]
+    LongForm {
         /// The columns.
         columns: Vec<String>,
     },
@@ -222,7 +241,14 @@ pub enum RecordError {
         expected: &'static str,
     },
     /// A row has more or fewer cells than the header.
-    #[error("line {line} has {found} cells, the header has {expected}")]
+    #[error(
+        "line {line} has {found} cells, the header has {expected}{}",
+        if *found == 2 * expected || *found + 1 == 2 * expected {
+            " (decimals after a comma need another separator between cells, such as `;`)"
+        } else {
+            ""
+        }
+    )]
     RaggedRow {
         /// Line, from 1.
         line: u64,
@@ -232,7 +258,10 @@ pub enum RecordError {
         expected: usize,
     },
     /// A cell is not a number.
-    #[error("line {line}, column `{column}`: expected a number, found `{found}`")]
+    #[error(
+        "line {line}, column `{column}`: expected a number, found `{found}`{}",
+        if RecordError::is_lacking(found) { in_brackets(LACKING_NOTE) } else { String::new() }
+    )]
     NotANumber {
         /// Line, from 1.
         line: u64,
@@ -244,7 +273,8 @@ pub enum RecordError {
     /// A cell is NaN, infinite, or too large for a double.
     #[error(
         "line {line}, column `{column}`: expected a finite number, found `{found}` \
-         (an empty cell means no sample)"
+         (an empty cell means no sample{})",
+        lacking_note(found)
     )]
     NotFinite {
         /// Line, from 1.
@@ -303,7 +333,7 @@ pub enum RecordError {
     #[error(
         "line {line}: time {found_s} s is not after {previous_s} s{}{}",
         rate_note(*rate_before_hz),
-        if *can_be_bridged { "; `--gaps bridge` puts the samples in order" } else { "" }
+        order_note(*can_be_bridged, *begins_again)
     )]
     TimeNotIncreasing {
         /// Line, from 1.
@@ -316,6 +346,8 @@ pub enum RecordError {
         rate_before_hz: Option<f64>,
         /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the recording.
         can_be_bridged: bool,
+        /// True where times go back to the first or before it.
+        begins_again: bool,
     },
     /// A commutation sector outside 1 to 6.
     #[error("{}column `{column}`: expected a sector from 1 to 6, found `{found}`", cell_at(*line))]
@@ -373,7 +405,7 @@ pub enum RecordError {
     /// No channel is a current that can be diagnosed from.
     #[error(
         "no current channel: expected `phase_a_current_a`, `phase_b_current_a` and \
-         `phase_c_current_a`, or `current_a`; {} (`--map current_a=COLUMN` names one)",
+         `phase_c_current_a`, or `current_a`; {} (`--map current_a=COLUMN[*FACTOR]` names one)",
         columns_are(columns)
     )]
     NoCurrent {
@@ -423,12 +455,17 @@ pub enum RecordError {
         channel: ChannelName,
     },
     /// A time or value of a channel made in memory is not finite.
-    #[error("`{channel}` is not finite at sample {index}")]
+    #[error(
+        "`{channel}` is not finite at sample {index}{}",
+        if *is_lacking { in_brackets(LACKING_NOTE) } else { String::new() }
+    )]
     ChannelNotFinite {
         /// The channel.
         channel: ChannelName,
         /// The sample, from 0.
         index: usize,
+        /// True for a NaN that [`Gaps::Bridge`](crate::Gaps::Bridge) takes for a missing sample.
+        is_lacking: bool,
     },
     /// A sample stands off the grid of its channel.
     #[error(
@@ -460,7 +497,7 @@ pub enum RecordError {
     /// The times of a channel made in memory do not increase.
     #[error(
         "time of `{channel}` does not increase at sample {index}{}",
-        if *can_be_bridged { "; `--gaps bridge` puts the samples in order" } else { "" }
+        order_note(*can_be_bridged, *begins_again)
     )]
     ChannelTime {
         /// The channel.
@@ -469,6 +506,8 @@ pub enum RecordError {
         index: usize,
         /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the channel.
         can_be_bridged: bool,
+        /// True where times go back to the first or before it.
+        begins_again: bool,
     },
 }
 
@@ -476,6 +515,12 @@ pub enum RecordError {
 const SAME_CLOCK_FRAC: f64 = 0.01;
 
 impl RecordError {
+    /// Tells whether a cell is a word for a missing sample, which
+    /// [`Gaps::Bridge`](crate::Gaps::Bridge) takes for one.
+    pub fn is_lacking(cell: &str) -> bool {
+        crate::reader::is_lacking(cell)
+    }
+
     /// Tells whether the rows up to where the times stop increasing are at another rate than any
     /// of those expected, Hz: 1 % or more from each.
     ///
@@ -498,6 +543,26 @@ fn list<T: ToString>(names: &[T]) -> String {
     let rest = names.len().saturating_sub(SHOWN);
     let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
     format!("{}{more}", shown.join(", "))
+}
+
+/// Option for tables whose columns have no name of times.
+fn row_note(columns: &[String]) -> &'static str {
+    let is_time = |column: &String| {
+        let lower = column.to_lowercase();
+        let is_part = ["time", "zeit", "temps", "stamp"].iter().any(|word| lower.contains(word));
+        lower == "t" || lower.starts_with("t_") || is_part
+    };
+    if columns.iter().any(is_time) {
+        return "";
+    }
+    ", `--map time_s=row*FACTOR` gives the time between rows in s"
+}
+
+/// Option that takes a word such as `NaN` for a missing sample.
+const LACKING_NOTE: &str = "`--gaps bridge` takes it for a missing sample";
+
+fn lacking_note(found: &str) -> String {
+    if RecordError::is_lacking(found) { format!("; {LACKING_NOTE}") } else { String::new() }
 }
 
 /// Which columns a file without rows has.
@@ -544,6 +609,17 @@ fn rate_note(rate_hz: Option<f64>) -> String {
     rate_hz.map(|hz| format!(" (the rows before are at {hz} Hz)")).unwrap_or_default()
 }
 
+fn order_note(can_be_bridged: bool, begins_again: bool) -> &'static str {
+    match (can_be_bridged, begins_again) {
+        (true, _) => "; `--gaps bridge` puts the samples in order",
+        (false, true) => {
+            "; of several recordings under one another make a file each, or diagnose the table in \
+             Python: `fdi.diagnose(table, group=COLUMN)`"
+        }
+        (false, false) => "",
+    }
+}
+
 fn did_you_mean(nearest: Option<&'static str>) -> String {
     nearest.map_or_else(
         || format!("the keys are {}", list(&crate::metadata_key::keys())),
@@ -563,6 +639,7 @@ mod tests {
             found_s: 0.1,
             rate_before_hz,
             can_be_bridged: false,
+            begins_again: false,
         };
         assert!(broken(Some(4800.0)).is_of_another_rate(&[2000.0, 10_000.0]));
         assert!(!broken(Some(2010.0)).is_of_another_rate(&[2000.0, 10_000.0]));

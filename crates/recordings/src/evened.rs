@@ -197,6 +197,11 @@ struct SharedAxis {
 }
 
 impl Evener {
+    /// Tells whether what lacks is bridged.
+    pub(crate) fn bridges(&self) -> bool {
+        self.gaps == Gaps::Bridge
+    }
+
     pub(crate) fn new(gaps: Gaps) -> Self {
         Self { gaps, axes: Vec::new(), notes: Vec::new() }
     }

@@ -92,13 +92,47 @@ enum Decoder {
 
 formats!(file_format);
 
+/// Endings of files that are of a format too.
+const OTHER_ENDINGS: [(&str, FileFormat); 7] = [
+    (".txt.gz", FileFormat::Txt),
+    (".tsv.gz", FileFormat::Txt),
+    (".asc", FileFormat::Txt),
+    (".dat", FileFormat::Txt),
+    (".lvm", FileFormat::Txt),
+    (".prn", FileFormat::Txt),
+    (".mdf", FileFormat::Mf4),
+];
+
+/// How to save what other endings stand for.
+const ADVICE: [(&[&str], &str); 5] = [
+    (&["xlsx", "xls", "xlsm", "xlsb", "ods"], "save the sheet as CSV"),
+    (
+        &["h5", "hdf5", "hdf", "nc", "he5"],
+        "save it as Parquet (pandas: `to_parquet`) or, from MATLAB, with `-v7`",
+    ),
+    (
+        &["feather", "arrow", "ipc", "json", "jsonl", "ndjson", "pkl", "pickle", "orc", "avro"],
+        "save it as Parquet (pandas: `to_parquet`, polars: `write_parquet`)",
+    ),
+    (&["npy", "npz"], "save it as text (`numpy.savetxt(FILE, table, header=NAMES)`) or Parquet"),
+    (&["zip", "7z", "tar", "tgz", "bz2", "xz", "zst"], "unpack it; `.csv.gz` is read as it is"),
+];
+
 impl FileFormat {
     /// The format that the name of a file tells, if it is that of a recording.
     pub fn of(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
-        Self::ALL.into_iter().find(|format| {
-            name.strip_suffix(format.extension()).is_some_and(|stem| !stem.is_empty())
-        })
+        let ends = |ending: &str| name.strip_suffix(ending).is_some_and(|stem| !stem.is_empty());
+        let known = Self::ALL.into_iter().find(|format| ends(format.extension()));
+        let other = || OTHER_ENDINGS.iter().find(|(ending, _)| ends(ending));
+        known.or_else(|| other().map(|(_, format)| *format))
+    }
+
+    /// Advice on a file that is none of a recording, by its name; empty where its kind is not known.
+    pub(crate) fn advice(path: &Path) -> &'static str {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let of = |(endings, _): &&(&[&str], _)| endings.contains(&ending.as_str());
+        ADVICE.iter().find(of).map_or("", |(_, advice)| advice)
     }
 
     /// The format that the first bytes of a file tell; of others it is text.
@@ -138,6 +172,9 @@ mod tests {
         assert_eq!(of("r.parquet"), Some(FileFormat::Parquet));
         assert_eq!(of("r.tdms"), Some(FileFormat::Tdms));
         assert_eq!(of("r.txt"), Some(FileFormat::Txt));
+        assert_eq!(of("r.txt.gz"), Some(FileFormat::Txt));
+        assert_eq!(of("r.LVM"), Some(FileFormat::Txt));
+        assert_eq!(of("r.mdf"), Some(FileFormat::Mf4));
         for name in ["r.tdms_index", "r.gz", ".mat", "mat", "r.doc", ""] {
             assert_eq!(of(name), None, "{name}");
         }

@@ -31,6 +31,7 @@ mod format;
 mod guess;
 mod kernel;
 mod lines;
+mod long_form;
 mod metadata;
 mod metadata_key;
 mod name_pattern;

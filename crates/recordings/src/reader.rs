@@ -2,8 +2,11 @@
 //!
 //! The table declares the module of each reader; how to add one stands there.
 
+mod clean_text;
 mod dialect;
 mod guarded;
+mod number_text;
+mod preamble;
 mod single_precision;
 mod stamp;
 mod text_encoding;
@@ -11,6 +14,7 @@ mod text_encoding;
 pub use dialect::Dialect;
 pub use guarded::is_decoding;
 pub use in_memory::MemoryColumn;
+pub(crate) use number_text::is_lacking;
 
 use std::path::Path;
 

@@ -116,7 +116,7 @@ pub(super) fn read_bytes(path: &Path) -> Result<(FileFormat, Vec<u8>), RecordErr
     let Some(format) = FileFormat::of(path) else {
         // what does not exist is said so first
         fs::metadata(path).map_err(unreadable)?;
-        return Err(RecordError::UnknownFormat);
+        return Err(RecordError::UnknownFormat { advice: FileFormat::advice(path) });
     };
     // a pipe without a writer would never open
     if !fs::metadata(path).map_err(unreadable)?.is_file() {
@@ -127,6 +127,10 @@ pub(super) fn read_bytes(path: &Path) -> Result<(FileFormat, Vec<u8>), RecordErr
     if raw.len() as u64 > LIMIT_BYTES {
         return Err(RecordError::TooLarge { limit_bytes: LIMIT_BYTES });
     }
+    let shown = FileFormat::of_bytes(&raw);
+    let is_text = matches!(shown, FileFormat::Csv | FileFormat::CsvGz);
+    // an ending such as `.dat` is that of many formats
+    let format = if format == FileFormat::Txt && !is_text { shown } else { format };
     Ok((format, raw))
 }
 

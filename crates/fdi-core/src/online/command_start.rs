@@ -31,6 +31,8 @@ const SAME_SAMPLE: f64 = 0.02;
 const LEAST_LIKENESS: f64 = 0.7;
 /// Products of samples and starts that are tried at full rate; more are tried on means of samples.
 const MOST_PRODUCTS: usize = 20_000_000;
+/// Least samples of a test in which its start is looked for.
+const LEAST_SAMPLES: f64 = 10.0;
 /// Steps of Gauss and Newton's method in which a command's start settles.
 const STEPS: usize = 8;
 
@@ -163,7 +165,9 @@ fn magnitude(recording: &Recording, experiment: &Experiment) -> Option<(Vec<f64>
     let output_hz = experiment.filter.output_hz;
     let is_longer = |channel: &Channel, rate_hz: f64| {
         let excess_s = channel.values().len() as f64 / rate_hz - experiment.scenario.duration_s;
-        excess_s > CURRENT_STD_S
+        // times in another unit make a test of no samples
+        let of_test = experiment.scenario.duration_s * rate_hz;
+        excess_s > CURRENT_STD_S && of_test >= LEAST_SAMPLES
     };
     match recording.require_current().ok()? {
         Current::Phases(phases) => {

@@ -104,6 +104,20 @@ pub enum ObservationError {
         /// Rates that the bundle takes.
         expected: String,
     },
+    /// The currents are of another unit than the columns say.
+    #[error(
+        "a tenth of `{column}` is beyond {found_a} A, and the actuator's current limit is \
+         {limit_a} A: say by what it is to be multiplied (`--map {column}=COLUMN*FACTOR`, 0.001 \
+         for mA)"
+    )]
+    BeyondLimit {
+        /// Column.
+        column: &'static str,
+        /// Size that a tenth of the samples is beyond, A.
+        found_a: f64,
+        /// Current limit of the actuator's controller, A.
+        limit_a: f64,
+    },
     /// The recording ends too early.
     #[error(
         "the recording has {found_s} s of `{column}`, expected {expected_s} s for the command \
@@ -220,6 +234,8 @@ impl ObservationError {
 
 /// Lowest rate at which phase currents still show the sectors.
 const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
+/// Currents beyond this many times the controller's limit are in another unit, such as mA.
+const BEYOND_LIMIT: f64 = 10.0;
 /// A sum of the phase currents below this is one that was computed, not measured, A.
 const COMPUTED_SUM_A: f64 = 1e-5;
 /// Share of a sample by which the times of two phases may differ: lines through stamps that scatter
@@ -362,6 +378,19 @@ fn long_enough(
     Ok(())
 }
 
+/// Refuses currents that no sensor of the actuator shows, outliers apart.
+fn within_limit(channel: &Channel, experiment: &Experiment) -> Result<(), ObservationError> {
+    let limit_a = experiment.actuator.controller.current_limit_a;
+    let found_a = BEYOND_LIMIT * limit_a;
+    let values = channel.values();
+    let beyond = values.iter().filter(|value| value.abs() > found_a).count();
+    if 10 * beyond > values.len() {
+        let column = channel.name().column();
+        return Err(ObservationError::BeyondLimit { column, found_a, limit_a });
+    }
+    Ok(())
+}
+
 /// Three phase currents.
 fn of_phases(
     recording: &Recording,
@@ -376,6 +405,7 @@ fn of_phases(
         return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
     }
     long_enough(first, &sampling, experiment)?;
+    phases.into_iter().try_for_each(|phase| within_limit(phase, experiment))?;
     for other in &phases[1..] {
         if let Some(error) = different_axes(recording, first, other, sampling.rate_hz) {
             return Err(error);

@@ -74,6 +74,7 @@ fn envelope(
             channel: PhaseBCurrent,
             index: 0,
             can_be_bridged: false,
+            begins_again: false,
         }
         .into());
     }

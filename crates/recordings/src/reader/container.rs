@@ -8,6 +8,7 @@ use crate::{
     RecordError, Recording, RecordingDate, SharedNumbers,
     column_map::{Entry, Target},
     evened::{Evener, OutOfOrder, Untimely},
+    long_form::is_long_form,
     property::Property,
     recording::MOST_PLAUSIBLE,
     unit::{self, StatedUnit},
@@ -17,6 +18,8 @@ use crate::{
 /// 250 Hz, in 1 GiB.
 pub(super) const LIMIT_NUMBERS: usize = 1 << 27;
 
+/// Samples before one that may be the first of another recording.
+const LEAST_ROWS: usize = 100;
 /// Finest step that a clock is taken to resolve where its numbers do not show one, s.
 const FINEST_CLOCK_S: f64 = 1e-9;
 /// Decimals of that step.
@@ -97,6 +100,17 @@ impl Numbers {
         self.present.as_ref().is_none_or(|present| present[index])
     }
 
+    /// Takes each NaN for a missing sample.
+    fn without_nan(self) -> Self {
+        if !self.values.iter().any(|value| value.is_nan()) {
+            return self;
+        }
+        let there = |(index, value): (usize, &f64)| self.is_present(index) && !value.is_nan();
+        let present = Some(self.values.iter().enumerate().map(there).collect());
+        let values = self.values.iter().map(|value| if value.is_nan() { 0.0 } else { *value });
+        Self { values: values.collect(), present, ..self }
+    }
+
     /// Multiplies all of them; without a factor they stay where they are.
     fn scaled(self, factor: f64) -> Self {
         if factor == 1.0 {
@@ -142,6 +156,10 @@ pub(super) fn assemble_with(
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
     let plan = Plan::new(container.heads(), map)?;
+    let paths = || container.heads().iter().map(|head| head.path.clone()).collect::<Vec<_>>();
+    if plan.channels.is_empty() && is_long_form(&paths()) {
+        return Err(RecordError::LongForm { columns: paths() });
+    }
     let mut axes = Axes { container, plan: &plan, metadata: &metadata, read: Vec::new() };
     let mut channels = Vec::with_capacity(plan.channels.len());
     let mut evener = Evener::new(map.gaps());
@@ -223,6 +241,8 @@ struct Plan {
     times: Vec<TimeColumn>,
     others: Vec<usize>,
     units: Vec<StatedUnit>,
+    /// Time between rows that a map gives, s.
+    row_step_s: Option<f64>,
 }
 
 impl Plan {
@@ -230,9 +250,14 @@ impl Plan {
         let paths = || heads.iter().map(|head| head.path.clone()).collect::<Vec<_>>();
         let names =
             |head: &Head, entry: &Entry| head.path == entry.column || head.name == entry.column;
+        let mut row_step_s = None;
         for entry in map.entries() {
             let exact = heads.iter().filter(|head| head.path == entry.column).count();
             let found: Vec<_> = heads.iter().filter(|head| names(head, entry)).collect();
+            if found.is_empty() && entry.is_of_rows() {
+                row_step_s = Some(entry.factor.unwrap_or(1.0));
+                continue;
+            }
             if found.is_empty() {
                 return Err(RecordError::MappedColumnMissing {
                     line: None,
@@ -246,7 +271,7 @@ impl Plan {
                 return Err(RecordError::ColumnAmbiguous { column: entry.column.clone(), columns });
             }
         }
-        let mut plan = Self::default();
+        let mut plan = Self { row_step_s, ..Self::default() };
         for (column, head) in heads.iter().enumerate() {
             let by_path = map.entries().iter().find(|entry| entry.column == head.path);
             let by_name = map.entries().iter().find(|entry| {
@@ -323,6 +348,9 @@ impl Axes<'_> {
         if let Some(&time) = own {
             return self.column(time);
         }
+        if let Some(step_s) = self.plan.row_step_s {
+            return uniform(0.0, step_s, samples, head);
+        }
         match head.clock {
             Clock::Column(column) => {
                 let (factor, _) = heads[column].factor(Target::Time, None)?;
@@ -349,9 +377,22 @@ impl Axes<'_> {
         let heads = self.container.heads();
         if self.plan.times.is_empty() {
             let columns = heads.iter().map(|head| head.path.clone()).collect();
-            return RecordError::NoTime { line: None, columns };
+            return RecordError::NoTime { line: None, columns, step_s: self.step_of_scalar_s() };
         }
         RecordError::NoAxis { column: head.path.clone(), samples: head.samples, alike }
+    }
+
+    /// The inverse of a number that is called like a rate, s.
+    fn step_of_scalar_s(&self) -> Option<f64> {
+        const RATES: [&str; 5] = ["fs", "rate", "sample_rate", "samplerate", "fsample"];
+        let heads = self.container.heads();
+        let is_rate = |head: &Head| {
+            head.samples == 1 && RATES.contains(&head.name.to_ascii_lowercase().as_str())
+        };
+        let column = heads.iter().position(is_rate)?;
+        let rate_hz = *self.container.read(column).ok()?.values.first()?;
+        let step_s = rate_hz.recip();
+        (step_s.is_finite() && step_s > 0.0).then_some(step_s)
     }
 
     fn column(&mut self, time: TimeColumn) -> Result<Axis, RecordError> {
@@ -412,6 +453,7 @@ fn channel(
 ) -> Result<Option<Channel>, RecordError> {
     let head = &container.heads()[wanted.column];
     let samples = container.numbers(wanted.column)?.scaled(wanted.factor);
+    let samples = if evener.bridges() { samples.without_nan() } else { samples };
     let count = samples.values.len();
     if !(0..count).any(|index| samples.is_present(index)) {
         return Ok(None);
@@ -431,7 +473,8 @@ fn channel(
         return Err(if finite {
             RecordError::Implausible { line: None, column, found, limit: MOST_PLAUSIBLE }
         } else {
-            RecordError::ChannelNotFinite { channel: wanted.channel, index }
+            let is_lacking = found.is_nan();
+            RecordError::ChannelNotFinite { channel: wanted.channel, index, is_lacking }
         });
     }
     let axis = axes.of(wanted.column, count)?;
@@ -462,12 +505,15 @@ fn evened(
 ) -> Result<Option<Channel>, RecordError> {
     let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
     if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
-        return Err(RecordError::ChannelNotFinite { channel: name, index });
+        let is_lacking = times_s[index].is_finite() && values[index].is_nan();
+        return Err(RecordError::ChannelNotFinite { channel: name, index, is_lacking });
     }
+    let stamps_s = times_s.clone();
     let channel = evener.channel(name, times_s, values, quantum_s);
     channel.map(Some).map_err(|problem| match problem {
         Untimely::NotAfter(OutOfOrder { at, can_be_bridged }) => {
-            RecordError::ChannelTime { channel: name, index: at, can_be_bridged }
+            let begins_again = at >= LEAST_ROWS && stamps_s[at] <= stamps_s[0];
+            RecordError::ChannelTime { channel: name, index: at, can_be_bridged, begins_again }
         }
         Untimely::Lacking(gap) => gap.error(name, None),
     })
@@ -585,7 +631,10 @@ mod tests {
         assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[1.0, 3.0][..]));
         file.numbers[1].values[2] = f64::NAN;
         let error = read(&file, &[]).unwrap_err().to_string();
-        assert_eq!(error, "`current_a` is not finite at sample 1");
+        assert_eq!(
+            error,
+            "`current_a` is not finite at sample 1 (`--gaps bridge` takes it for a missing sample)"
+        );
         file.numbers[0].present = Some(vec![false, true, true]);
         let error = read(&file, &[]).unwrap_err().to_string();
         assert_eq!(error, "`current_a` has a sample without a time: sample 0");

@@ -4,7 +4,7 @@ use std::{borrow::Cow, fmt};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::{stamp::Stamp, text_encoding::TextEncoding};
+use super::{number_text, stamp::Stamp, text_encoding::TextEncoding};
 use crate::unit;
 
 /// Lines within which the header of a table is looked for.
@@ -12,7 +12,13 @@ const LOOKED_AT_LINES: usize = 400;
 /// Rows after a header that have to be numbers.
 const ROWS_OF_NUMBERS: usize = 3;
 /// Separators, the likelier before the others where two make a table.
-const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
+const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
+/// Marks before a header that make a remark of it for other programs.
+const REMARK_MARKS: [u8; 3] = [b'#', b'%', b'!'];
+/// Lines over which the quoted names of one header may go.
+const MOST_LINES_OF_NAMES: usize = 20;
+/// Lines between a header and the samples that are looked at for units.
+const MOST_UNDER_HEADER: usize = 3;
 
 /// Way in which a text writes a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,10 +29,16 @@ pub struct Dialect {
     pub(super) has_decimal_comma: bool,
     /// Lines before the header.
     pub(super) skipped: usize,
-    /// True where the line after the header has the units of the columns.
-    pub(super) has_units: bool,
-    /// True where the header stands behind a `#`.
-    pub(super) has_marked_header: bool,
+    /// The line after the header that has the units of the columns, from 1.
+    pub(super) units_line: Option<usize>,
+    /// Lines between the header and the samples.
+    pub(super) under_header: usize,
+    /// The mark, such as `#`, behind which the header stands.
+    pub(super) header_mark: Option<u8>,
+    /// True where there is no header, and columns are called by their numbers.
+    pub(super) has_no_header: bool,
+    /// Lines after the samples that are no samples.
+    pub(super) left_after: usize,
     pub(super) encoding: TextEncoding,
 }
 
@@ -36,8 +48,11 @@ impl Default for Dialect {
             separator: b',',
             has_decimal_comma: false,
             skipped: 0,
-            has_units: false,
-            has_marked_header: false,
+            units_line: None,
+            under_header: 0,
+            header_mark: None,
+            has_no_header: false,
+            left_after: 0,
             encoding: TextEncoding::Utf8,
         }
     }
@@ -48,6 +63,7 @@ impl fmt::Display for Dialect {
         let separator = match self.separator {
             b';' => "semicolons",
             b'\t' => "tabs",
+            b'|' => "bars",
             b' ' => "blanks",
             _ => "commas",
         };
@@ -60,11 +76,21 @@ impl fmt::Display for Dialect {
             1 => f.write_str(", one line before the header is skipped")?,
             lines => write!(f, ", {lines} lines before the header are skipped")?,
         }
-        if self.has_marked_header {
-            f.write_str(", the header stands behind `#`")?;
+        if let Some(mark) = self.header_mark {
+            write!(f, ", the header stands behind `{}`", char::from(mark))?;
         }
-        if self.has_units {
-            f.write_str(", the line after the header has the units")?;
+        if self.has_no_header {
+            f.write_str(", there is no header and columns are called by their numbers")?;
+        }
+        match self.units_line {
+            Some(1) => f.write_str(", the line after the header has the units")?,
+            Some(line) => write!(f, ", line {line} after the header has the units")?,
+            None => {}
+        }
+        match self.left_after {
+            0 => {}
+            1 => f.write_str(", the last line is no sample and left out")?,
+            lines => write!(f, ", the last {lines} lines are no samples and left out")?,
         }
         match self.encoding {
             TextEncoding::Utf8 => Ok(()),
@@ -95,26 +121,43 @@ pub(super) fn find(
     let lines = Line::all(bytes, body);
     let first = lines.first()?;
     if is_header(&first.cells(bytes, b',')?) {
-        let table = Table::of(bytes, &lines, b',').filter(|table| table.header == first.start);
-        let (has_units, has_decimal_comma) =
-            table.map_or((false, false), |table| (table.has_units, table.has_decimal_comma));
-        return Some(Found {
-            dialect: Dialect { has_decimal_comma, has_units, ..Dialect::default() },
-            header: first.start,
+        let table = Table::of(bytes, &lines, b',', RowForm::Numbers);
+        let table = table.filter(|table| table.header == first.start);
+        let plain = Dialect::default();
+        let dialect = table.map_or(plain, |table| Dialect {
+            has_decimal_comma: table.has_decimal_comma,
+            units_line: table.units_line,
+            under_header: table.under_header,
+            ..plain
         });
+        return Some(Found { dialect, header: first.start });
     }
-    let tables = SEPARATORS.iter().filter_map(|&separator| Table::of(bytes, &lines, separator));
-    // of two the one with more cells; of as many the first
-    let best = tables.reduce(|best, next| if next.width > best.width { next } else { best });
+    let widest = |form: RowForm| {
+        let of = |&separator: &u8| Table::of(bytes, &lines, separator, form);
+        let tables = SEPARATORS.iter().filter_map(of);
+        // of two the one with more cells; of as many the first
+        tables.reduce(|best, next| if next.width > best.width { next } else { best })
+    };
     let marked = || Table::under_mark(bytes, body, &lines);
-    let table = best.or_else(marked)?;
+    let bare = || {
+        let of = |&separator: &u8| Table::without_header(bytes, &lines, separator);
+        let tables = SEPARATORS.iter().filter_map(of);
+        tables.reduce(|best, next| if next.width > best.width { next } else { best })
+    };
+    let table = widest(RowForm::Numbers)
+        .or_else(marked)
+        .or_else(|| widest(RowForm::WordsToo))
+        .or_else(bare)?;
     let skipped = lines.iter().filter(|line| line.start < table.header).count();
     let dialect = Dialect {
         separator: table.separator,
         has_decimal_comma: table.has_decimal_comma,
         skipped,
-        has_units: table.has_units,
-        has_marked_header: table.is_marked,
+        units_line: table.units_line,
+        under_header: table.under_header,
+        header_mark: table.mark,
+        has_no_header: table.has_no_header,
+        left_after: 0,
         encoding: TextEncoding::Utf8,
     };
     Some(Found { dialect, header: table.header })
@@ -126,11 +169,11 @@ pub(super) fn separated<'a>(
     header: usize,
     dialect: &Dialect,
 ) -> Cow<'a, [u8]> {
-    if dialect.separator != b' ' && !dialect.has_marked_header {
+    if dialect.separator != b' ' && dialect.header_mark.is_none() {
         return bytes;
     }
     let mut bytes = bytes.into_owned();
-    if dialect.has_marked_header {
+    if dialect.header_mark.is_some() {
         bytes[header] = b' ';
     }
     if dialect.separator == b' ' {
@@ -214,9 +257,9 @@ impl Line {
     fn all(bytes: &[u8], body: usize) -> Vec<Self> {
         let mut start = body;
         let mut lines = Vec::new();
-        for line in bytes[body..].split_inclusive(|&byte| byte == b'\n').take(LOOKED_AT_LINES) {
-            let end = start + line.len();
-            if !line.trim_ascii().is_empty() {
+        while lines.len() < LOOKED_AT_LINES && start < bytes.len() {
+            let end = start + Self::length(&bytes[start..]);
+            if !bytes[start..end].trim_ascii().is_empty() {
                 lines.push(Self { start, end });
             }
             start = end;
@@ -224,12 +267,53 @@ impl Line {
         lines
     }
 
+    /// Bytes of the first line with its end. A quoted name may have several lines; a quote that does not end
+    /// soon is none.
+    fn length(bytes: &[u8]) -> usize {
+        let (mut length, mut first, mut is_quoted) = (0, None, false);
+        for line in bytes.split_inclusive(|&byte| byte == b'\n').take(MOST_LINES_OF_NAMES) {
+            length += line.len();
+            first.get_or_insert(length);
+            is_quoted = line.iter().filter(|&&byte| byte == b'"').fold(is_quoted, |is, _| !is);
+            if !is_quoted {
+                return length;
+            }
+        }
+        first.unwrap_or(length)
+    }
+
     fn text(self, bytes: &[u8]) -> &[u8] {
-        bytes[self.start..self.end].trim_ascii_end()
+        let line = &bytes[self.start..self.end];
+        // tabs at the end part cells
+        let end = line.iter().rposition(|byte| !matches!(byte, b'\r' | b'\n' | b' '));
+        &line[..end.map_or(0, |last| last + 1)]
     }
 
     fn cells(self, bytes: &[u8], separator: u8) -> Option<Vec<String>> {
         cells(self.text(bytes), separator)
+    }
+}
+
+/// Cells that a row of samples may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum RowForm {
+    /// Numbers or nothing, and one point in time.
+    Numbers,
+    /// At least two numbers, and words in no more cells than these.
+    WordsToo,
+}
+
+impl RowForm {
+    fn is_samples(self, cells: &[String]) -> bool {
+        let is_lacking = |cell: &&String| cell.is_empty() || number_text::is_lacking(cell);
+        let number = |cell: &&String| is_number(cell, false) || is_number(cell, true);
+        let numbers = cells.iter().filter(number).count();
+        let others = || cells.iter().filter(|cell| !is_lacking(cell) && !number(cell));
+        let are_times = || others().all(|cell| Stamp::parse(cell).is_some());
+        match self {
+            Self::Numbers => numbers >= 1 && others().count() <= 1 && are_times(),
+            Self::WordsToo => numbers >= 2 && others().count() <= numbers,
+        }
     }
 }
 
@@ -239,9 +323,11 @@ struct Table {
     separator: u8,
     width: usize,
     header: usize,
-    has_units: bool,
+    units_line: Option<usize>,
+    under_header: usize,
     has_decimal_comma: bool,
-    is_marked: bool,
+    mark: Option<u8>,
+    has_no_header: bool,
 }
 
 /// Rows of numbers that follow one another.
@@ -249,63 +335,90 @@ struct NumberRows {
     /// Index of the first among the lines.
     first: usize,
     width: usize,
+    /// Cells up to the last that is not empty in one of the first rows.
+    filled: usize,
     has_decimal_comma: bool,
 }
 
 impl NumberRows {
-    fn of(bytes: &[u8], lines: &[Line], separator: u8) -> Option<Self> {
+    fn of(bytes: &[u8], lines: &[Line], separator: u8, form: RowForm) -> Option<Self> {
         let rows: Vec<_> = lines
             .iter()
-            .map(|line| line.cells(bytes, separator).filter(|cells| is_numbers(cells)))
+            .map(|line| line.cells(bytes, separator).filter(|cells| form.is_samples(cells)))
             .collect();
         let width = |row: &Option<Vec<String>>| row.as_ref().map_or(0, Vec::len);
         let is_start = |&at: &usize| {
             let here = width(&rows[at]);
-            let run = rows[at..].iter().take(ROWS_OF_NUMBERS);
-            here > 1 && run.into_iter().all(|row| width(row) == here)
+            let mut run = rows[at..].iter().take(ROWS_OF_NUMBERS);
+            here > 1 && run.all(|row| width(row) == here)
         };
         let first = (0..rows.len()).find(is_start)?;
         let all = || rows[first..].iter().flatten().flatten();
         // between commas a number with one is quoted, and may be of thousands
         let are_thousands = separator == b','
             && all().filter(|cell| cell.contains(',')).all(|cell| is_of_thousands(cell));
-        let has_point = all().any(|cell| cell.contains('.') && is_number(cell, false));
+        let has_point = all().any(|cell| {
+            cell.contains('.')
+                && is_number(cell, false)
+                && !is_of_thousands(&cell.replace('.', ","))
+        });
         let has_comma = all().any(|cell| cell.contains(',') && is_number(cell, true));
         if has_comma && (has_point || are_thousands) {
             return None;
         }
-        Some(Self { first, width: width(&rows[first]), has_decimal_comma: has_comma })
+        let filled = rows[first..].iter().take(ROWS_OF_NUMBERS).flatten().map(|row| filled(row));
+        let filled = filled.max().unwrap_or(0);
+        Some(Self { first, width: width(&rows[first]), filled, has_decimal_comma: has_comma })
+    }
+
+    /// Tells whether a line with these cells stands over the rows: as many of them, but for empty
+    /// ones at the end, or, just over them, one fewer, where rows begin with a name of their own.
+    fn are_under(&self, cells: &[String], up: usize) -> bool {
+        let named = filled(cells);
+        let is_as_long = cells.len() == self.width;
+        let covers = named >= self.filled && named <= self.width;
+        let is_shifted = up == 1 && named > 1 && named + 1 == self.width;
+        is_as_long || covers || is_shifted && self.filled == self.width
     }
 }
 
+/// Cells up to the last that is not empty.
+fn filled(cells: &[String]) -> usize {
+    cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1)
+}
+
 impl Table {
-    fn of(bytes: &[u8], lines: &[Line], separator: u8) -> Option<Self> {
-        let NumberRows { first, width, has_decimal_comma } =
-            NumberRows::of(bytes, lines, separator)?;
-        let words = |at: usize| {
-            let cells = lines[at].cells(bytes, separator)?;
-            (cells.len() == width && !is_numbers(&cells)).then_some(cells)
-        };
-        let above = words(first.checked_sub(1)?)?;
-        let higher = first.checked_sub(2).and_then(words);
-        let is_named = |cells: &Vec<String>| {
-            // after a separator at the end of each line there is no name
-            let named = cells.strip_suffix(&[String::new()]).unwrap_or(cells);
-            let alike = |(at, cell): (usize, &String)| named[..at].contains(cell);
-            // a row with a remark is none of names
-            let numbers = named.iter().filter(|cell| is_number(cell, false)).count();
-            2 * numbers < named.len()
-                && named.iter().all(|cell| !cell.is_empty())
-                && !named.iter().enumerate().any(alike)
+    fn of(bytes: &[u8], lines: &[Line], separator: u8, form: RowForm) -> Option<Self> {
+        let rows = NumberRows::of(bytes, lines, separator, form)?;
+        let words = |up: usize| {
+            let at = rows.first.checked_sub(up)?;
+            let (_, text) = marked(lines[at].text(bytes));
+            let cells = cells(text, separator)?;
+            (rows.are_under(&cells, up) && !form.is_samples(&cells)).then_some(cells)
         };
         // under names, words that are no names are units; so are they if they are known
-        let has_units = higher.as_ref().is_some_and(is_named) && is_units(&above);
-        if !has_units && !is_named(&above) {
-            return None;
-        }
-        let header = lines[first - 1 - usize::from(has_units)].start;
-        let is_marked = false;
-        Some(Self { separator, width, header, has_units, has_decimal_comma, is_marked })
+        let over = |up: usize| -> Option<(usize, Option<usize>)> {
+            let header = words(up)?;
+            let under: Vec<_> = (1..up).map(words).collect::<Option<Vec<_>>>()?;
+            // the lines under the header, from above
+            let units = under.iter().rev().position(|cells| is_units(cells));
+            let are_known = under.iter().any(|cells| cells.iter().any(|cell| unit::is_known(cell)));
+            let is_header = is_named(&header, are_known) && (up == 1 || units.is_some());
+            is_header.then_some((up, units.map(|line| line + 1)))
+        };
+        let (up, units_line) = (1..=MOST_UNDER_HEADER + 1).rev().find_map(over)?;
+        let line = lines[rows.first - up];
+        let (mark, _) = marked(line.text(bytes));
+        Some(Self {
+            separator,
+            width: rows.width,
+            header: line.start,
+            units_line,
+            under_header: up - 1,
+            has_decimal_comma: rows.has_decimal_comma,
+            mark,
+            has_no_header: false,
+        })
     }
 
     /// A table whose header is the last line of the metadata.
@@ -314,7 +427,7 @@ impl Table {
         let header = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
         let words = text[header..].strip_prefix(b"#")?;
         SEPARATORS.iter().find_map(|&separator| {
-            let rows = NumberRows::of(bytes, lines, separator)?;
+            let rows = NumberRows::of(bytes, lines, separator, RowForm::Numbers)?;
             let cells = cells(words, separator)?;
             let is_header = rows.first == 0
                 && cells.len() == rows.width
@@ -323,12 +436,56 @@ impl Table {
                 separator,
                 width: rows.width,
                 header,
-                has_units: false,
+                units_line: None,
+                under_header: 0,
                 has_decimal_comma: rows.has_decimal_comma,
-                is_marked: true,
+                mark: Some(b'#'),
+                has_no_header: false,
             })
         })
     }
+
+    /// A table without names: numbers under nothing, or under lines of other forms. Words over as
+    /// many cells are a header, if a bad one.
+    fn without_header(bytes: &[u8], lines: &[Line], separator: u8) -> Option<Self> {
+        let rows = NumberRows::of(bytes, lines, separator, RowForm::Numbers)?;
+        if lines.len() < rows.first + ROWS_OF_NUMBERS {
+            return None;
+        }
+        let above = rows.first.checked_sub(1).and_then(|at| lines[at].cells(bytes, separator));
+        let is_header = above.is_some_and(|cells| cells.len() == rows.width);
+        Some(Self {
+            separator,
+            width: rows.width,
+            header: lines[rows.first - usize::from(is_header)].start,
+            units_line: None,
+            under_header: 0,
+            has_decimal_comma: rows.has_decimal_comma,
+            mark: None,
+            has_no_header: !is_header,
+        })
+    }
+}
+
+/// The mark before a line that makes a remark of it, and the line without it.
+fn marked(line: &[u8]) -> (Option<u8>, &[u8]) {
+    match line {
+        [mark, rest @ ..] if REMARK_MARKS.contains(mark) => (Some(*mark), rest),
+        _ => (None, line),
+    }
+}
+
+/// Tells whether cells are names of columns: none twice, few that are numbers, and none empty but
+/// the first and those at the end.
+fn is_named(cells: &[String], has_units: bool) -> bool {
+    let named = &cells[..filled(cells)];
+    let alike = |(at, cell): (usize, &String)| named[..at].contains(cell);
+    // a row with a remark is none of names; under numbers of channels there are units
+    let numbers = named.iter().filter(|cell| is_number(cell, false)).count();
+    (has_units || 2 * numbers < named.len())
+        && numbers < named.len()
+        && named.iter().skip(1).all(|cell| !cell.is_empty())
+        && !named.iter().enumerate().any(alike)
 }
 
 /// Tells whether cells under a header are units: at least one that is known, and no numbers but
@@ -352,25 +509,11 @@ fn is_of_thousands(cell: &str) -> bool {
     rest.len() == 3 && digits(rest) && digits(whole) && !whole.is_empty() && !whole.starts_with('0')
 }
 
-/// Tells whether a row is one of samples: numbers or nothing, after a number or a point in time.
-fn is_numbers(cells: &[String]) -> bool {
-    let number = |cell: &String| is_number(cell, false) || is_number(cell, true);
-    let numbers = cells.iter().filter(|cell| number(cell)).count();
-    let others = cells.iter().filter(|cell| !cell.is_empty() && !number(cell));
-    let are_times = others.clone().all(|cell| Stamp::parse(cell).is_some());
-    numbers >= 1 && others.count() <= 1 && are_times
-}
-
 /// Tells whether a cell is a number, with a comma for the point if it is `comma`.
 fn is_number(cell: &str, comma: bool) -> bool {
-    let is_form =
-        |text: &str| text.bytes().any(|byte| byte.is_ascii_digit()) && text.parse::<f64>().is_ok();
-    if comma {
-        return cell.matches(',').count() == 1
-            && !cell.contains('.')
-            && is_form(&cell.replace(',', "."));
-    }
-    is_form(cell)
+    let is_form = cell.bytes().any(|byte| byte.is_ascii_digit())
+        && (!comma || cell.matches(',').count() == 1);
+    is_form && number_text::parse(cell, comma).is_some()
 }
 
 #[cfg(test)]
@@ -410,7 +553,10 @@ mod tests {
         let text =
             "Drive X, trace 7\nDate;2026-11-21\n\nt\tia\n[s]\t[mA]\n0\t1.5\n1e-4\t2\n2e-4\t1\n";
         let (dialect, header) = found(text).unwrap();
-        assert_eq!((dialect.separator, dialect.skipped, dialect.has_units), (b'\t', 2, true));
+        assert_eq!(
+            (dialect.separator, dialect.skipped, dialect.units_line.is_some()),
+            (b'\t', 2, true)
+        );
         assert_eq!(header, "t\tia");
         let (dialect, header) = found("t   ia\n0.0  1.5\n0.1  2\n").unwrap();
         assert_eq!((dialect.separator, header), (b' ', "t   ia"));
@@ -419,9 +565,9 @@ mod tests {
     #[test]
     fn a_row_of_samples_is_no_row_of_units() {
         let (dialect, _) = found("time_s,x,rem\n0,1.5,start\n1,2,\n2,3,\n3,4,\n").unwrap();
-        assert!(!dialect.has_units);
+        assert!(dialect.units_line.is_none());
         let (dialect, _) = found("time_s,x,n\ns,A,1\n1,2,0\n2,3,0\n3,4,0\n").unwrap();
-        assert!(dialect.has_units);
+        assert!(dialect.units_line.is_some());
     }
 
     #[test]
@@ -442,8 +588,56 @@ mod tests {
     #[test]
     fn what_is_no_table_is_none() {
         assert_eq!(found("a,b\nc,d\ne,f\n"), None);
-        assert_eq!(found("t,x,rem\n0,1,start\n1,2,\n"), None);
         assert_eq!(found("t;x\n0,5;1.5\n0,6;1.5\n"), None);
-        assert_eq!(found("1;2\n3;4\n5;6\n"), None);
+        assert_eq!(found("1;2\n3;4\n"), None);
+    }
+
+    #[test]
+    fn numbers_without_names_are_a_table_without_a_header() {
+        let (dialect, first) = found("1;2\n3;4\n5;6\n").unwrap();
+        assert!(dialect.has_no_header);
+        assert_eq!((dialect.separator, first), (b';', "1;2"));
+        // names that stand twice are a bad header, and no reason to forget them
+        let (dialect, first) = found("a;a\n3;4\n5;6\n7;8\n").unwrap();
+        assert!(!dialect.has_no_header);
+        assert_eq!(first, "a;a");
+    }
+
+    #[test]
+    fn names_may_have_several_lines_and_lines_may_end_with_tabs() {
+        let (dialect, header) = found("\"t\n[s]\",\"i\n[A]\"\n0,1\n1,1\n2,1\n").unwrap();
+        assert!(!dialect.has_no_header);
+        assert_eq!(header, "\"t");
+        let (dialect, header) = found("t\ti\tremark\n0\t1\t\n1\t1\t\n2\t1\t\n").unwrap();
+        assert_eq!((dialect.has_no_header, header), (false, "t\ti\tremark"));
+    }
+
+    #[test]
+    fn words_may_stand_between_samples() {
+        let (dialect, header) =
+            found("X 7\nd;t;a;b;s\nx;0,1;1,5;2;ON\nx;0,2;1;2;ON\nx;0,3;1;2;OFF\n").unwrap();
+        assert_eq!((dialect.separator, dialect.has_decimal_comma), (b';', true));
+        assert_eq!(header, "d;t;a;b;s");
+    }
+
+    #[test]
+    fn lines_under_a_header_may_be_of_units_and_types() {
+        let text = "t;ia;ib\ns;A;A\nREAL;REAL;REAL\n0;1;2\n1;1;2\n2;1;2\n";
+        let (dialect, header) = found(text).unwrap();
+        assert_eq!((header, dialect.units_line, dialect.under_header), ("t;ia;ib", Some(1), 2));
+        let (dialect, header) =
+            found("x-axis,1,2\nsecond,Ampere,Ampere\n0,1,2\n1,1,2\n2,1,2\n").unwrap();
+        assert_eq!((header, dialect.units_line), ("x-axis,1,2", Some(1)));
+    }
+
+    #[test]
+    fn headers_may_stand_behind_marks_and_beside_unnamed_columns() {
+        let (dialect, _) = found("% t ia\n0 1\n1 1\n2 1\n").unwrap();
+        assert_eq!((dialect.header_mark, dialect.separator), (Some(b'%'), b' '));
+        let (dialect, header) = found("\"\";t;ia\n1;0,5;1\n2;1,5;1\n3;2,5;1\n").unwrap();
+        assert_eq!((dialect.separator, header), (b';', "\"\";t;ia"));
+        assert_eq!(found("t|ia;;\n").map(|found| found.1), None);
+        assert_eq!(found("t;ia;;\n0;1;;\n1;1;;\n2;1;;\n").unwrap().1, "t;ia;;");
+        assert_eq!(found("t;ia\n0;1;\n1;1;\n2;1;\n").unwrap().1, "t;ia");
     }
 }

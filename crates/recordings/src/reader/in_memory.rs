@@ -110,6 +110,9 @@ mod tests {
         assert_eq!(gap.channel(ChannelName::Current).unwrap().times_s(), [0.0, 0.2]);
         table[1] = column("current_a", &[1.0, f64::NAN, 1.0]);
         let error = recording(table, &[]).unwrap_err();
-        assert_eq!(error.to_string(), "`current_a` is not finite at sample 1");
+        assert_eq!(
+            error.to_string(),
+            "`current_a` is not finite at sample 1 (`--gaps bridge` takes it for a missing sample)"
+        );
     }
 }

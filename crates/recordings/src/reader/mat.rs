@@ -111,8 +111,12 @@ impl MatFile {
                 for (index, fields) in elements.into_iter().enumerate() {
                     let place =
                         if single { path.clone() } else { format!("{path}({})", index + 1) };
+                    let stated = StatedName::of(&fields);
                     for (field, value) in fields {
                         self.flatten(Some(&place), &field, value);
+                    }
+                    if let Some(stated) = stated {
+                        self.call(&place, stated);
                     }
                 }
             }
@@ -144,6 +148,17 @@ impl MatFile {
         }
     }
 
+    /// Gives the only column in a struct the name and the unit that stand beside it.
+    fn call(&mut self, place: &str, StatedName { name, unit }: StatedName) {
+        let mut own = self.heads.iter_mut().filter(|head| head.group.as_deref() == Some(place));
+        if let (Some(head), None) = (own.next(), own.next()) {
+            head.name = name;
+            head.unit = unit;
+            // structs of one signal each share the axis of their length
+            head.group = None;
+        }
+    }
+
     fn push(&mut self, group: Option<&str>, name: String, column: Column) {
         let path = group.map_or_else(|| name.clone(), |group| format!("{group}.{name}"));
         let samples = match &column {
@@ -153,6 +168,31 @@ impl MatFile {
         let group = group.map(str::to_owned);
         self.heads.push(Head { group, name, path, samples, clock: Clock::Unstated, unit: None });
         self.columns.push(column);
+    }
+}
+
+/// Name and unit of a signal that stand beside its numbers, as dSPACE writes them.
+struct StatedName {
+    name: String,
+    unit: Option<String>,
+}
+
+impl StatedName {
+    fn of(fields: &[(String, Value)]) -> Option<Self> {
+        let text = |names: &[&str]| {
+            fields.iter().find_map(|(field, value)| match value {
+                Value::Text(text) if names.contains(&field.as_str()) && !text.is_empty() => {
+                    Some(text.clone())
+                }
+                _ => None,
+            })
+        };
+        let has_data = fields.iter().any(|(field, value)| {
+            matches!(value, Value::Numbers { .. })
+                && ["Data", "data", "values", "Values"].contains(&field.as_str())
+        });
+        let name = text(&["Name", "name"]).filter(|_| has_data)?;
+        Some(Self { name, unit: text(&["Unit", "unit", "Units", "units"]) })
     }
 }
 

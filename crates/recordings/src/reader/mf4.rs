@@ -32,6 +32,13 @@ struct MdfFile {
 
 impl MdfFile {
     fn open(bytes: Vec<u8>) -> Result<Self, RecordError> {
+        if bytes.starts_with(b"MDF     3") || bytes.starts_with(b"MDF     2") {
+            return Err(RecordError::Unsupported {
+                format: FileFormat::Mf4,
+                what: "MDF 2 or 3".to_owned(),
+                advice: "save it as MDF 4 (asammdf: `MDF(FILE).convert(\"4.10\").save(NEW)`)",
+            });
+        }
         let options = OpenOptions {
             build_channels_db: false,
             parallel_parsing: false,

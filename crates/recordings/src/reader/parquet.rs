@@ -2,6 +2,7 @@
 //!
 //! Read column by column, without Arrow: only what a channel needs is decoded.
 
+mod elapsed;
 mod pages;
 
 use ::parquet::{
@@ -24,10 +25,13 @@ use crate::{
     reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble},
 };
 
+use elapsed::elapsed_per_second;
 use pages::check_pages;
 
 /// Rows decoded at a time.
 const BATCH_ROWS: usize = 1 << 14;
+/// Key under which Arrow keeps the types that Parquet has not.
+const ARROW_SCHEMA: &str = "ARROW:schema";
 /// Key under which pandas keeps what the user has said of a table.
 const PANDAS_ATTRIBUTES: &str = "PANDAS_ATTRS";
 
@@ -45,6 +49,8 @@ struct ParquetFile {
     reader: SerializedFileReader<Bytes>,
     bytes: Bytes,
     heads: Vec<Head>,
+    /// Columns of elapsed times, by their names, and units of them in a second.
+    elapsed: Vec<(String, f64)>,
 }
 
 impl ParquetFile {
@@ -58,7 +64,8 @@ impl ParquetFile {
         let heads = columns.iter().enumerate().map(|(index, column)| {
             let parts = column.path().parts();
             // of a list only the name counts, the rest is how lists are written
-            let name = if is_list(column) { parts[0].clone() } else { parts.join(".") };
+            let path = if is_list(column) { parts[0].clone() } else { parts.join(".") };
+            let own = if is_list(column) { &parts[0] } else { &parts[parts.len() - 1] };
             let groups = metadata.row_groups().iter();
             let samples = groups
                 .filter_map(|group| group.columns().get(index))
@@ -66,15 +73,18 @@ impl ParquetFile {
                 .fold(0, usize::saturating_add);
             Head {
                 group: None,
-                path: name.clone(),
-                name,
+                name: last_level(own).to_owned(),
+                path,
                 samples,
                 clock: Clock::Unstated,
                 unit: None,
             }
         });
         let heads = heads.collect();
-        Ok(Self { reader, bytes, heads })
+        let pairs = metadata.file_metadata().key_value_metadata();
+        let arrow = pairs.into_iter().flatten().find(|pair| pair.key == ARROW_SCHEMA);
+        let elapsed = arrow.and_then(|pair| pair.value.as_deref()).map(elapsed_per_second);
+        Ok(Self { reader, bytes, heads, elapsed: elapsed.unwrap_or_default() })
     }
 
     fn descriptor(&self, column: usize) -> &ColumnDescriptor {
@@ -139,6 +149,32 @@ fn damaged(error: &ParquetError) -> RecordError {
     RecordError::Damaged { format: FileFormat::Parquet, reason }
 }
 
+/// The last of the levels that pandas joins to a name: `('drive', 'current_a')`.
+fn last_level(name: &str) -> &str {
+    let levels = name.strip_prefix("('").and_then(|rest| rest.strip_suffix("')"));
+    levels.and_then(|levels| levels.rsplit("', '").next()).unwrap_or(name)
+}
+
+/// A whole number of any length, the highest byte first.
+fn big_endian(bytes: &[u8]) -> Option<f64> {
+    let (first, rest) = bytes.split_first()?;
+    let start = f64::from(first.cast_signed());
+    (bytes.len() <= 16).then(|| rest.iter().fold(start, |sum, &byte| sum * 256.0 + f64::from(byte)))
+}
+
+/// A number of half precision, IEEE 754 binary16, the lowest byte first.
+fn half(bytes: &[u8]) -> Option<f64> {
+    let bits = u16::from_le_bytes(bytes.try_into().ok()?);
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    let size = match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction / 1024.0) * 2f64.powi(exponent - 15),
+    };
+    Some(if bits >> 15 == 1 { -size } else { size })
+}
+
 fn is_list(column: &ColumnDescriptor) -> bool {
     column.max_rep_level() > 0
 }
@@ -152,6 +188,8 @@ enum Meaning {
     Time(f64),
     /// Whole numbers of this.
     Decimal(f64),
+    /// Half precision.
+    Half,
 }
 
 fn meaning(column: &ColumnDescriptor) -> Meaning {
@@ -165,6 +203,7 @@ fn meaning(column: &ColumnDescriptor) -> Meaning {
             return Meaning::Time(per_second(&time.unit));
         }
         Some(LogicalType::Integer(kind)) if !kind.is_signed => return Meaning::Unsigned,
+        Some(LogicalType::Float16) => return Meaning::Half,
         Some(LogicalType::Decimal(kind)) => return Meaning::Decimal(10f64.powi(kind.scale)),
         _ => {}
     }
@@ -299,7 +338,10 @@ impl Container for ParquetFile {
                 advice: "a file holds one recording: one row of lists, or one sample a row",
             });
         }
-        let meaning = meaning(descriptor);
+        let name_of_elapsed = descriptor.path().parts().last();
+        let elapsed = self.elapsed.iter().find(|(name, _)| Some(name) == name_of_elapsed);
+        let meaning =
+            elapsed.map_or_else(|| meaning(descriptor), |(_, per)| Meaning::Decimal(*per));
         let single = descriptor.physical_type() == Type::FLOAT;
         let samples = Samples { single, ..Samples::default() };
         let mut all = Gathered { samples, there: descriptor.max_def_level(), start: None };
@@ -310,8 +352,14 @@ impl Container for ParquetFile {
             }
             Meaning::Decimal(scale) => value as f64 / scale,
             Meaning::Unsigned => value.cast_unsigned() as f64,
-            Meaning::Plain => value as f64,
+            Meaning::Plain | Meaning::Half => value as f64,
         };
+        let of_bytes = |bytes: &[u8]| match meaning {
+            // what is no number is refused beyond any actuator
+            Meaning::Decimal(scale) => big_endian(bytes).map_or(f64::NAN, |value| value / scale),
+            _ => half(bytes).unwrap_or(f64::NAN),
+        };
+        let are_numbers = matches!(meaning, Meaning::Decimal(_) | Meaning::Half);
         self.each_group(column, |reader| match reader {
             ColumnReader::DoubleColumnReader(reader) => all.take(reader, |&value, _| value),
             ColumnReader::FloatColumnReader(reader) => all.take(reader, |&v, _| f64::from(v)),
@@ -331,6 +379,12 @@ impl Container for ParquetFile {
                 let elapsed = i128::from(now) - i128::from(*start.get_or_insert(now));
                 elapsed as f64 / 1e9
             }),
+            ColumnReader::FixedLenByteArrayColumnReader(reader) if are_numbers => {
+                all.take(reader, |value, _| of_bytes(value.data()))
+            }
+            ColumnReader::ByteArrayColumnReader(reader) if are_numbers => {
+                all.take(reader, |value, _| of_bytes(value.data()))
+            }
             ColumnReader::ByteArrayColumnReader(_)
             | ColumnReader::FixedLenByteArrayColumnReader(_) => {
                 Err(RecordError::NotNumbers { column: name(), found: "text or bytes" })
@@ -351,4 +405,25 @@ fn attributes(json: &str) -> Vec<(String, Property)> {
             Some((key, value.as_f64().map(Property::Number).or_else(text)?))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_and_decimals_are_numbers() {
+        assert_eq!(half(&[0x00, 0x3c]), Some(1.0));
+        assert_eq!(half(&[0x00, 0xc2]), Some(-3.0));
+        assert_eq!(half(&[0x01, 0x00]), Some(2f64.powi(-24)));
+        assert_eq!(big_endian(&[0xff, 0xfe]), Some(-2.0));
+        assert_eq!(big_endian(&[0x01, 0x00]), Some(256.0));
+        assert_eq!(big_endian(&[0; 17]), None);
+    }
+
+    #[test]
+    fn the_last_level_of_a_name_counts() {
+        assert_eq!(last_level("('drive', 'current_a')"), "current_a");
+        assert_eq!(last_level("current_a"), "current_a");
+    }
 }

@@ -1,5 +1,5 @@
 //! Points in time that are written as text: `2026-11-21 09:30:00.0001`, `09:30:00,5`,
-//! `11/21/2026 9:30:00.5 AM`.
+//! `11/21/2026 9:30:00.5 AM`; and elapsed times: `0 days 00:00:00.5`, `PT0.5S`, `0.5 sec`.
 
 /// Nanoseconds of a day.
 const DAY_NS: i64 = 86_400_000_000_000;
@@ -22,8 +22,79 @@ impl Stamp {
     /// before decimals, and `AM` or `PM` behind them. A day is year, month, day with `-` or `/`; day,
     /// month, year with points; or month, day, year with `/`, day before month where no month is that
     /// large.
+    ///
+    /// Elapsed times are `N days [+]HH:MM:SS[.frac]` (pandas), `P…D T…H…M…S` of ISO 8601 without years and
+    /// months, seconds with their word, and `MM:SS.frac`. A fraction may stand after a colon.
     pub(super) fn parse(text: &str) -> Option<Self> {
-        let (text, half) = Half::split(text.trim());
+        let text = text.trim();
+        Self::of_clock(text).or_else(|| Self::of_elapsed(text))
+    }
+
+    /// Reads an elapsed time.
+    fn of_elapsed(text: &str) -> Option<Self> {
+        if let Some((days, clock)) = text.split_once(" days ").or(text.split_once(" day ")) {
+            let clock = Self::of_clock(clock.trim_start_matches('+'))?;
+            let days = whole(days)?.checked_mul(DAY_NS)?;
+            return Some(Self { ns: days.checked_add(clock.ns)?, has_day: true, ..clock });
+        }
+        if let Some(iso) = text.strip_prefix('P') {
+            return Self::of_iso_duration(iso);
+        }
+        let ending = [" seconds", " second", " sec", " s"];
+        if let Some(seconds) = ending.iter().find_map(|ending| text.strip_suffix(ending)) {
+            return Self::of_seconds(seconds.trim_end(), 0);
+        }
+        // minutes and seconds; without a fraction they could be hours and minutes
+        let (minutes, seconds) = text.split_once(':')?;
+        if !seconds.contains(['.', ',']) || seconds.contains(':') {
+            return None;
+        }
+        Self::of_seconds(seconds, whole(minutes)?.checked_mul(60)?)
+    }
+
+    /// Reads what follows the `P` of a duration of ISO 8601.
+    fn of_iso_duration(text: &str) -> Option<Self> {
+        let (days, clock) = text.split_once('T').unwrap_or((text, ""));
+        let mut base_s = if days.is_empty() {
+            0
+        } else {
+            whole(days.strip_suffix('D')?)?.checked_mul(86_400)?
+        };
+        let mut rest = clock;
+        for (letter, seconds) in [('H', 3600), ('M', 60)] {
+            if let Some((number, after)) = rest.split_once(letter) {
+                base_s += whole(number)?.checked_mul(seconds)?;
+                rest = after;
+            }
+        }
+        if rest.is_empty() && text.len() > 1 {
+            return Self::of_seconds("0", base_s);
+        }
+        Self::of_seconds(rest.strip_suffix('S')?, base_s)
+    }
+
+    /// Seconds with decimals after whole ones.
+    fn of_seconds(text: &str, base_s: i64) -> Option<Self> {
+        let (text, power) = match text.split_once(['e', 'E']) {
+            Some((text, power)) => (text, power.parse::<i32>().ok()?),
+            None => (text, 0),
+        };
+        let (seconds, decimals) = text.split_once(['.', ',']).unwrap_or((text, ""));
+        let shown = decimals.len() as i32 - power;
+        let (nanos, is_fine) = (NANO_DECIMALS as i32, decimals.len() <= 2 * NANO_DECIMALS);
+        if !is_fine || !(-nanos..=2 * nanos).contains(&shown) {
+            return None;
+        }
+        let digits = whole(&format!("{seconds}{decimals}"))?;
+        let by = 10i64.checked_pow((nanos - shown).unsigned_abs())?;
+        let ns = if shown <= nanos { digits.checked_mul(by)? } else { digits / by };
+        let ns = base_s.checked_mul(1_000_000_000)?.checked_add(ns)?;
+        Some(Self { ns, has_day: true, decimals: shown.clamp(0, nanos) })
+    }
+
+    /// Reads a point in time.
+    fn of_clock(text: &str) -> Option<Self> {
+        let (text, half) = Half::split(text);
         let (day, clock) = match text.split_once(['T', ' ']) {
             Some((day, clock)) => (Some(days_since_1970(day)?), clock.trim()),
             None => (None, text),
@@ -31,7 +102,11 @@ impl Stamp {
         let (clock, zone_s) = without_zone(clock)?;
         let mut parts = clock.split(':');
         let (hours, minutes, seconds) = (parts.next()?, parts.next()?, parts.next()?);
-        let (seconds, decimals) = seconds.split_once(['.', ',']).unwrap_or((seconds, ""));
+        let after_colon = parts.next();
+        let (seconds, decimals) = match after_colon {
+            Some(decimals) => (seconds, decimals),
+            None => seconds.split_once(['.', ',']).unwrap_or((seconds, "")),
+        };
         if parts.next().is_some() || decimals.len() > NANO_DECIMALS {
             return None;
         }
@@ -177,6 +252,23 @@ mod tests {
             assert_eq!(Stamp::parse(no_stamp), None, "{no_stamp}");
         }
         assert_eq!(Stamp::parse("09:30:00.1234").unwrap().decimals, 4);
+    }
+
+    #[test]
+    fn elapsed_times_are_nanoseconds() {
+        let read = |text: &str| Stamp::parse(text).map(|stamp| (stamp.ns, stamp.decimals));
+        assert_eq!(read("0 days 00:00:00.000100"), Some((100_000, 6)));
+        assert_eq!(read("1 days 00:00:01"), Some((DAY_NS + 1_000_000_000, 0)));
+        assert_eq!(read("PT0S"), Some((0, 0)));
+        assert_eq!(read("PT0.0001S"), Some((100_000, 4)));
+        assert_eq!(read("P1DT1H1M1.5S"), Some((DAY_NS + 3_661_500_000_000, 1)));
+        assert_eq!(read("0.0001 sec"), Some((100_000, 4)));
+        assert_eq!(read("1e-04 sec"), Some((100_000, 4)));
+        assert_eq!(read("01:00.5"), Some((60_500_000_000, 1)));
+        assert_eq!(read("10:00:00:0001"), read("10:00:00.0001"));
+        for no_time in ["x sec", "12:30", "1:2:3:4:5"] {
+            assert_eq!(read(no_time), None, "{no_time}");
+        }
     }
 
     #[test]

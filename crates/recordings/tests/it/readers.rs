@@ -86,7 +86,8 @@ mod parquet {
         let error = read("pandas-dates.parquet", &["time_s=stamp", "current_a=remark"]);
         assert_eq!(
             error.unwrap_err().to_string(),
-            "column `remark` holds text or bytes, expected numbers"
+            "column `remark` holds text or bytes, expected numbers (pandas: `astype(float)` before it is \
+             saved)"
         );
     }
 
