@@ -170,7 +170,7 @@ impl Batch<'_> {
         }
         let mut known: Vec<_> = rates_hz.iter().map(|rate_hz| format!("{rate_hz} Hz")).collect();
         known.dedup();
-        anyhow::anyhow!("{error}, and the bundle is for {}", known.join(" or "))
+        anyhow::anyhow!("{error}; the bundle is for {}", known.join(" or "))
     }
 }
 

@@ -639,7 +639,7 @@ mod tests {
             command.get_arguments().filter(|argument| argument.get_id() == "model")
         });
         let helps: Vec<String> = models.map(|a| a.get_help().unwrap().to_string()).collect();
-        assert_eq!(helps.len(), 5);
+        assert_eq!(helps.len(), 6);
         for (name, _) in PRESETS {
             let named = format!("`{name}`");
             assert!(helps.iter().all(|help| help.contains(&named)), "{named}: {helps:?}");

@@ -69,7 +69,7 @@ pub use online::emulator::{Emulated, Emulator};
 pub use online::error_bounds::{ErrorBound, ErrorBounds};
 pub use online::fitting::fitting_experiment;
 pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
-pub use online::observation::ObservationError;
+pub use online::observation_error::ObservationError;
 pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::wiring::MappedColumn;
 pub use online::{error::DiagnoseError, options::DiagnoseOptions};

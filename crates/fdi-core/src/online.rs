@@ -20,6 +20,7 @@ pub(crate) mod mixture;
 pub(crate) mod noise_grid;
 pub(crate) mod noise_level;
 pub(crate) mod observation;
+pub(crate) mod observation_error;
 pub(crate) mod options;
 pub(crate) mod outcome;
 pub(crate) mod plan;

@@ -11,6 +11,8 @@
 //! (`docs/models/setup.md`).
 
 mod acceptance;
+mod error;
+mod options;
 mod recorded;
 mod test;
 
@@ -23,8 +25,8 @@ use recorded::Seen;
 
 use crate::{
     diagnose::Diagnoser,
-    online::{options::DiagnoseOptions, wiring::MappedColumn},
-    report::{Acceptance, ActionLevels, SetupChoice, SetupRefusal, SetupRefusalCode},
+    online::wiring::MappedColumn,
+    report::{Acceptance, SetupChoice, SetupRefusal, SetupRefusalCode},
     unit::{
         learning::{Disagreement, UnitLearningError},
         learnt_unit::LearntUnit,
@@ -32,23 +34,12 @@ use crate::{
     },
 };
 
+pub use error::SetupError;
+pub use options::SetupOptions;
 pub use test::check_test;
 
 /// Standard deviations of a tolerance beyond which no number of this machine is believed.
 const FARTHEST: f64 = 4.0;
-
-/// Settings of a setup.
-#[derive(Clone, Debug)]
-pub struct SetupOptions {
-    /// Settings that recordings are learnt and diagnosed with.
-    pub diagnosis: DiagnoseOptions,
-    /// Levels of the damage in the simulated tests: those from which it is to be watched.
-    pub levels: ActionLevels,
-    /// Simulated tests of the unit without damage, and as many with damage.
-    pub tests: usize,
-    /// Simulations and diagnoses at the same time.
-    pub jobs: usize,
-}
 
 /// A machine that was set up.
 #[derive(Clone, Debug)]
@@ -66,31 +57,6 @@ pub struct Setup {
     pub acceptance: Acceptance,
     /// Why later recordings should not be diagnosed with this unit; `None` where they can be.
     pub refusal: Option<SetupRefusal>,
-}
-
-/// Why a machine cannot be set up.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SetupError {
-    /// Test or recordings are not fit for it.
-    #[error("{}{}", .0.recording.as_ref().map(|name| format!("{name}: ")).unwrap_or_default(), .0.reason)]
-    Refused(SetupRefusal),
-    /// The unit cannot be simulated.
-    #[error(transparent)]
-    Simulation(#[from] ema_sim::SimulationError),
-    /// The simulated tests form no recording.
-    #[error(transparent)]
-    Recording(#[from] crate::SimulatedRecordingError),
-    /// The columns of a simulated test form no recording.
-    #[error(transparent)]
-    Columns(#[from] recordings::RecordError),
-}
-
-impl SetupError {
-    fn refused(code: SetupRefusalCode, recording: Option<&Recording>, reason: String) -> Self {
-        let recording = recording.map(|one| one.name.clone());
-        Self::Refused(SetupRefusal { code, recording, reason })
-    }
 }
 
 impl Diagnoser {

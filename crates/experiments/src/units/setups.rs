@@ -49,17 +49,17 @@ pub struct SetupsLine {
 pub struct SetupsResult {
     /// Machines.
     pub machines: usize,
-    /// Those that were accepted.
+    /// Machines that were accepted.
     pub accepted: usize,
     /// Codes of the others.
     pub refusals: Vec<SetupRefusalCode>,
-    /// Those whose wiring was found as it is.
+    /// Machines whose wiring was found as it is.
     pub wired: usize,
     /// Later recordings without damage of accepted machines.
     pub sound: usize,
-    /// Those called healthy.
+    /// Later recordings without damage that are called healthy.
     pub healthy: usize,
-    /// Those on which damage is found.
+    /// Later recordings without damage on which some is found.
     pub false_alarms: usize,
     /// Later recordings with damage, in the order of the line: found, of all.
     pub found: Vec<(usize, usize)>,

@@ -4,7 +4,7 @@ use inference::NotPositiveDefinite;
 
 use crate::{
     offline::bundle::BundleError,
-    online::observation::ObservationError,
+    online::observation_error::ObservationError,
     report::Method,
     unit::{learnt_unit::OtherBundle, search::UnitSearchError},
 };

@@ -24,7 +24,7 @@ use crate::{
         ToleranceUse, Verdict,
     },
     seed::{Draws, Purpose, RootSeed},
-    setup::{SetupError, SetupOptions},
+    setup::{error::SetupError, options::SetupOptions},
     simulation::simulated::{RecordedContent, SimulatedRecording},
     statistics::parallel::in_parallel,
     unit::{

@@ -1,4 +1,4 @@
-//! What recordings show of how they were made, before anything is learnt from them.
+//! Recordings as they were made: wiring, start, travel and noise, before anything is learnt from them.
 
 use ema_sim::{HealthState, PhysicalFaults};
 use recordings::{Channel, ChannelName, Current, Recording};
@@ -7,7 +7,7 @@ use super::test::range;
 use crate::{
     online::{command_start::CommandStart, observation::Observation, wiring::MappedColumn},
     report::{NoticeCode, SetupChoice, SetupRefusalCode},
-    setup::SetupError,
+    setup::error::SetupError,
     simulation::{cut_phase::CutPhase, experiment::Experiment},
     unit::learnt_unit::LearntUnit,
 };
@@ -19,7 +19,7 @@ const MOST_TRAVEL_OFF: f64 = 0.05;
 /// Share of the current's root mean square, noise included, that may be noise.
 const MOST_NOISE: f64 = 0.5;
 
-/// What a recording shows.
+/// A recording as it was made.
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
     /// Columns of the phases as the rotor's angle shows them; empty where they are as stated.

@@ -1,10 +1,12 @@
-//! Whether a test moves a machine enough to show its damage.
+//! Tests that move a machine enough to show its damage, and others.
 
 use std::f64::consts::TAU;
 
 use ema_sim::{HealthState, PhysicalFaults};
 
-use crate::{report::SetupRefusalCode, setup::SetupError, simulation::experiment::Experiment};
+use crate::{
+    report::SetupRefusalCode, setup::error::SetupError, simulation::experiment::Experiment,
+};
 
 /// Turns of the electrical angle over which each phase conducts in each of its sectors.
 const LEAST_ELECTRICAL_TURNS: f64 = 1.0;

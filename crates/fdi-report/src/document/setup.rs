@@ -27,7 +27,7 @@ pub struct SetupSummary {
     pub refused: Option<SetupRefusal>,
     /// Choices that were made, with their grounds.
     pub choices: Vec<SetupChoice>,
-    /// What should be looked at before the setup is relied on.
+    /// Things to look at before the setup is relied on.
     pub warnings: Vec<String>,
     /// Simulated tests of this unit; left out where it was refused before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -109,15 +109,15 @@ pub struct Acceptance {
     pub noise_a: f64,
     /// Tests without damage.
     pub sound: usize,
-    /// Those that are called `healthy`.
+    /// Tests without damage that are called `healthy`.
     pub healthy: usize,
-    /// Those that are called `faulty`: false alarms.
+    /// Tests without damage that are called `faulty`: false alarms.
     pub false_alarms: usize,
     /// Tests with and without damage that no answer is given to, or an inadequate one.
     pub unanswered: usize,
     /// 95 % intervals of levels that are determined.
     pub intervals: usize,
-    /// Those that hold the truth.
+    /// Intervals that hold the truth.
     pub held: usize,
     /// Damage of each kind at the level from which it is to be watched.
     pub faults: Vec<FaultTests>,
@@ -132,7 +132,7 @@ pub struct FaultTests {
     pub level: f64,
     /// Tests.
     pub tests: usize,
-    /// Those in which the machine is called `faulty`.
+    /// Tests in which the machine is called `faulty`.
     pub found: usize,
     /// Median standard deviation of the level in tests without damage; `null` where it is not
     /// determined.

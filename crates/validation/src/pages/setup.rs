@@ -43,6 +43,12 @@ struct Kind {
     diagnoser: Diagnoser,
 }
 
+/// Scores of a kind of machine.
+struct Scored {
+    name: &'static str,
+    result: SetupsResult,
+}
+
 /// EMA-48 in the embedded chirp.
 fn ema_48() -> Result<Kind> {
     let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
@@ -113,23 +119,23 @@ pub(super) fn text() -> Result<String> {
         built("bench, chirp", "bench", None)?,
     ];
     let mut page = String::from(HEAD);
-    let mut results = Vec::new();
-    for (kind, machines) in kinds.iter().zip(MACHINES) {
-        results.push(evaluate_setups(&kind.diagnoser, &line(machines), SEED, jobs())?);
+    let mut scored = Vec::new();
+    for (Kind { name, diagnoser }, machines) in kinds.iter().zip(MACHINES) {
+        let result = evaluate_setups(diagnoser, &line(machines), SEED, jobs())?;
+        scored.push(Scored { name, result });
     }
-    let named: Vec<_> = kinds.iter().map(|kind| kind.name).zip(&results).collect();
-    accepted(&mut page, &named)?;
-    later(&mut page, &named)?;
-    predicted(&mut page, &named)?;
+    accepted(&mut page, &scored)?;
+    later(&mut page, &scored)?;
+    predicted(&mut page, &scored)?;
     unfit(&mut page, &kinds[0].diagnoser)?;
     page.push_str(LIMITS);
     Ok(page)
 }
 
-fn accepted(page: &mut String, named: &[(&str, &SetupsResult)]) -> Result<()> {
+fn accepted(page: &mut String, scored: &[Scored]) -> Result<()> {
     page.push_str("\n## Setup\n\n| machine, test | machines | accepted | wiring found | refused |\n| --- | --- | --- | --- | --- |\n");
     let (mut all, mut wired, mut machines) = (0, 0, 0);
-    for (name, result) in named {
+    for Scored { name, result } in scored {
         let codes: Vec<&str> = result.refusals.iter().map(|code| code.word()).collect();
         let codes = if codes.is_empty() { "-".to_owned() } else { codes.join(", ") };
         writeln!(
@@ -145,13 +151,13 @@ fn accepted(page: &mut String, named: &[(&str, &SetupsResult)]) -> Result<()> {
     Ok(())
 }
 
-fn later(page: &mut String, named: &[(&str, &SetupsResult)]) -> Result<()> {
+fn later(page: &mut String, scored: &[Scored]) -> Result<()> {
     page.push_str(
         "\n## Later recordings of accepted machines\n\n\
          | machine, test | without damage | nothing detected, % | called healthy, % | intervals held, % | found: friction 0.1 | play 0.02 | a short 0.02 | eccentricity 0.05 |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
     );
-    for (name, result) in named {
+    for Scored { name, result } in scored {
         let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
         let silent = percent(result.sound - result.false_alarms, result.sound);
         let healthy = percent(result.healthy, result.sound);
@@ -172,13 +178,13 @@ fn later(page: &mut String, named: &[(&str, &SetupsResult)]) -> Result<()> {
     Ok(())
 }
 
-fn predicted(page: &mut String, named: &[(&str, &SetupsResult)]) -> Result<()> {
+fn predicted(page: &mut String, scored: &[Scored]) -> Result<()> {
     page.push_str(
         "\n## What the simulated tests of the setups said beforehand\n\n\
          | machine, test | false alarms, % | later | found, % | later | intervals held, % | later |\n\
          | --- | --- | --- | --- | --- | --- | --- |\n",
     );
-    for (name, result) in named {
+    for Scored { name, result } in scored {
         let percent = |(part, of): (usize, usize)| 100.0 * part as f64 / of.max(1) as f64;
         let [alarms, found, held] = result.predicted.map(percent);
         let sum = |pick: fn(&(usize, usize)) -> usize| result.found.iter().map(pick).sum::<usize>();
