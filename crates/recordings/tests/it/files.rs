@@ -122,8 +122,7 @@ fn a_real_recording_of_another_machine_is_refused_with_its_rate() {
     let path = Path::new(&data).join("cranfield_ema/normal.csv.gz");
     let map = ColumnMap::new(["time_s=time", "current_a=current"]).unwrap();
     let message = Recording::read(&path, &map).unwrap_err().to_string();
-    assert_eq!(
-        message,
-        "line 326: time 0 s is not after 12.920000000000002 s (the rows before are at 25 Hz)"
-    );
+    let begins =
+        "line 326: time 0 s is not after 12.920000000000002 s (the rows before are at 25 Hz)";
+    assert!(message.starts_with(begins), "{message}");
 }
