@@ -64,7 +64,12 @@ impl Recording {
         guarded(py, || {
             let map = ColumnMap::new(&map).or_raise(py)?;
             let format = FileFormat::of(std::path::Path::new(name)).ok_or_else(|| {
-                raised(py, &fdi_core::RecordError::UnknownFormat { advice: "" }.to_string(), Some(name), None)
+                raised(
+                    py,
+                    &fdi_core::RecordError::UnknownFormat { advice: "" }.to_string(),
+                    Some(name),
+                    None,
+                )
             })?;
             let read = Inner::from_bytes(name, format, bytes.to_vec(), &map);
             let inner = read.map_err(|error| raised(py, &error.to_string(), Some(name), None))?;
