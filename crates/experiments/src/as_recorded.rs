@@ -200,22 +200,23 @@ fn score(name: &'static str, answered: &[(&Answered, &Answered)]) -> AsRecordedS
 }
 
 /// Orders of the columns of three phases.
-const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+pub(crate) const ORDERS: [[usize; 3]; 6] =
+    [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 /// Columns of the phases.
 const PHASES: [&str; 3] = ["phase_a_current_a", "phase_b_current_a", "phase_c_current_a"];
 
 /// How a bench has connected the sensors of the phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Wiring {
+pub(crate) struct Wiring {
     /// Phase behind each column.
-    phases: [usize; 3],
+    pub(crate) phases: [usize; 3],
     /// True where all sensors sit the other way round.
-    is_reversed: bool,
+    pub(crate) is_reversed: bool,
 }
 
 impl Wiring {
     /// Every column has its phase.
-    const STATED: Self = Self { phases: ORDERS[0], is_reversed: false };
+    pub(crate) const STATED: Self = Self { phases: ORDERS[0], is_reversed: false };
 
     /// Any of twelve.
     fn drawn(seed: u64) -> Self {
@@ -223,7 +224,8 @@ impl Wiring {
         Self { phases: ORDERS[of_twelve as usize / 2], is_reversed: of_twelve % 2 == 1 }
     }
 
-    fn connected(&self, phases_a: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
+    /// Columns of the currents of the phases.
+    pub(crate) fn connected(&self, phases_a: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
         let sign = if self.is_reversed { -1.0 } else { 1.0 };
         self.phases.map(|phase| phases_a[phase].iter().map(|i| sign * i).collect())
     }

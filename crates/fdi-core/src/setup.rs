@@ -21,7 +21,8 @@ use std::sync::Arc;
 use recordings::Recording;
 
 use acceptance::Tests;
-use recorded::Seen;
+use recorded::{Healthy, Seen};
+use test::checked_travel_rad;
 
 use crate::{
     diagnose::Diagnoser,
@@ -73,9 +74,10 @@ impl Diagnoser {
         tell: &dyn Fn(&str),
     ) -> Result<Setup, SetupError> {
         let experiment = &self.bundle().experiment;
-        check_test(experiment)?;
+        let travel_rad = checked_travel_rad(experiment)?;
+        let healthy = Healthy { travel_rad, noise_a: self.bundle().noise_a };
         tell("read what the recordings show of test and wiring");
-        let seen = recordings.iter().map(|one| Seen::of(one, experiment, self.bundle().noise_a));
+        let seen = recordings.iter().map(|one| Seen::of(one, experiment, &healthy));
         let seen = seen.collect::<Result<Vec<_>, _>>()?;
         let Some(first) = seen.first() else {
             let reason = "no recording of the machine as new".to_owned();

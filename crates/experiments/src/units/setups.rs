@@ -18,14 +18,15 @@ use super::{
     hidden::{Chance, HiddenDamage, SENSORS, electronics_seed, sensor_seed},
     learnt::{Day, Owned},
 };
-use crate::request::EvaluationError;
+use crate::{
+    as_recorded::{ORDERS, Wiring},
+    request::EvaluationError,
+};
 
 /// Longest time that a logger runs before the command, s.
 const MOST_BEFORE_S: f64 = 2.0;
 /// Bits of the converters.
 const BITS: u32 = 12;
-/// Orders of the columns of three phases.
-const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 const PHASES: [ChannelName; 3] =
     [ChannelName::PhaseACurrent, ChannelName::PhaseBCurrent, ChannelName::PhaseCCurrent];
 
@@ -42,6 +43,14 @@ pub struct SetupsLine {
     pub damage: Vec<(FaultId, f64)>,
     /// Simulated tests of a setup without damage, and as many with.
     pub tests: usize,
+}
+
+impl SetupsLine {
+    /// Settings of each setup.
+    fn options(&self) -> SetupOptions {
+        let levels = ActionLevels::default();
+        SetupOptions { diagnosis: learning(), levels, tests: self.tests, jobs: 1 }
+    }
 }
 
 /// Scores of a line.
@@ -114,35 +123,29 @@ impl Unfit {
 /// How a bench records one machine.
 #[derive(Clone, Copy, Debug)]
 struct Bench {
-    order: [usize; 3],
-    sign: f64,
+    wiring: Wiring,
     before_s: f64,
     sensors: PhaseSensors,
 }
 
 impl Bench {
     fn drawn(experiment: &Experiment, chance: &mut Chance) -> Self {
-        let order = ORDERS[(6.0 * chance.uniform()) as usize];
-        let sign = if chance.uniform() < 0.5 { -1.0 } else { 1.0 };
+        let phases = ORDERS[(6.0 * chance.uniform()) as usize];
+        let wiring = Wiring { phases, is_reversed: chance.uniform() < 0.5 };
         let converter = Converter::of_drive(BITS, None, &experiment.actuator.controller);
         let sensors = PhaseSensors { converter: Some(converter), ..SENSORS };
-        Self { order, sign, before_s: MOST_BEFORE_S * chance.uniform(), sensors }
-    }
-
-    /// True where the columns are those of their phases.
-    fn is_stated(&self) -> bool {
-        self.order == ORDERS[0] && self.sign > 0.0
+        Self { wiring, before_s: MOST_BEFORE_S * chance.uniform(), sensors }
     }
 
     fn is_found_by(&self, setup: &Setup) -> bool {
-        if self.is_stated() {
+        if self.wiring == Wiring::STATED {
             return setup.wiring.is_empty();
         }
         let is_right = |column: usize| {
             setup.wiring.iter().any(|one| {
-                one.phase == PHASES[self.order[column]]
+                one.phase == PHASES[self.wiring.phases[column]]
                     && one.column == PHASES[column]
-                    && one.factor * self.sign > 0.0
+                    && (one.factor < 0.0) == self.wiring.is_reversed
             })
         };
         (0..3).all(is_right)
@@ -157,10 +160,8 @@ impl Bench {
         let with_rest = |signal: &[f64], before: f64| -> Vec<f64> {
             std::iter::repeat_n(before, rest).chain(signal.iter().copied()).collect()
         };
-        let columns = self.order.map(|phase| {
-            let whole = with_rest(&phases_a[phase], day.hidden.offsets_a[phase]);
-            whole.into_iter().map(|i| self.sign * i).collect::<Vec<_>>()
-        });
+        let whole = [0, 1, 2].map(|phase| with_rest(&phases_a[phase], day.hidden.offsets_a[phase]));
+        let columns = self.wiring.connected(&whole);
         let [a, b, c] = columns.each_ref().map(Vec::as_slice);
         let [a, b, c] = self.sensors.measure([a, b, c], sensor_seed(day.seed));
         let command = &experiment.scenario.command;
@@ -210,13 +211,7 @@ pub fn evaluate_setups(
         let references = (0..line.references)
             .map(|_| bench.recorded(experiment, &unit.day(healthy)))
             .collect::<Result<Vec<_>, _>>()?;
-        let options = SetupOptions {
-            diagnosis: learning(),
-            levels: ActionLevels::default(),
-            tests: line.tests,
-            jobs: 1,
-        };
-        let setup = match diagnoser.set_up(&references, &options, &|_| ()) {
+        let setup = match diagnoser.set_up(&references, &line.options(), &|_| ()) {
             Ok(setup) => setup,
             Err(SetupError::Refused(refused)) => {
                 result.refusals.push(refused.code);
@@ -315,13 +310,7 @@ pub fn evaluate_unfit(
                 _ => recording,
             });
         }
-        let options = SetupOptions {
-            diagnosis: learning(),
-            levels: ActionLevels::default(),
-            tests: line.tests,
-            jobs: 1,
-        };
-        match diagnoser.set_up(&references, &options, &|_| ()) {
+        match diagnoser.set_up(&references, &line.options(), &|_| ()) {
             Ok(setup) => Ok(setup.refusal.map(|refused| refused.code)),
             Err(error) => Ok(code(&error)),
         }

@@ -71,7 +71,7 @@ pub(crate) fn setup(
     fs::create_dir_all(folder).with_context(|| format!("`{}` cannot be made", folder.display()))?;
     match found {
         Ok(found) => {
-            summary.take(&found);
+            add_found(&mut summary, &found);
             if summary.accepted
                 && let Some(prepared) = &prepared
             {
@@ -317,18 +317,12 @@ fn rewired(given: &[String], wiring: &[MappedColumn]) -> Vec<String> {
 }
 
 /// Adds what was found to a summary.
-trait Take {
-    fn take(&mut self, found: &Setup);
-}
-
-impl Take for SetupSummary {
-    fn take(&mut self, found: &Setup) {
-        self.accepted = found.refusal.is_none();
-        self.refused.clone_from(&found.refusal);
-        self.choices.extend(found.choices.iter().cloned());
-        self.warnings = found.disagreements.iter().map(super::unit::warning).collect();
-        self.acceptance = Some(found.acceptance.clone());
-    }
+fn add_found(summary: &mut SetupSummary, found: &Setup) {
+    summary.accepted = found.refusal.is_none();
+    summary.refused.clone_from(&found.refusal);
+    summary.choices.extend(found.choices.iter().cloned());
+    summary.warnings = found.disagreements.iter().map(super::unit::warning).collect();
+    summary.acceptance = Some(found.acceptance.clone());
 }
 
 /// The summary in words.

@@ -1,6 +1,5 @@
 //! Recordings as they were made: wiring, start, travel and noise, before anything is learnt from them.
 
-use ema_sim::{HealthState, PhysicalFaults};
 use recordings::{Channel, ChannelName, Current, Recording};
 
 use super::test::range;
@@ -18,6 +17,15 @@ const MOST_TRAVEL_OFF: f64 = 0.05;
 
 /// Share of the current's root mean square, noise included, that may be noise.
 const MOST_NOISE: f64 = 0.5;
+
+/// The healthy machine of the model file in the test.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Healthy {
+    /// Distance that its rotor travels, rad.
+    pub(super) travel_rad: f64,
+    /// Noise on each phase sample where a recording shows none, A.
+    pub(super) noise_a: f64,
+}
 
 /// A recording as it was made.
 #[derive(Clone, Debug)]
@@ -37,11 +45,11 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// Reads what a recording shows in a test; `bundle_noise_a` is on its phases where it shows none.
+    /// Reads what a recording shows in a test, beside the machine of the model file.
     pub(super) fn of(
         recording: &Recording,
         experiment: &Experiment,
-        bundle_noise_a: f64,
+        healthy: &Healthy,
     ) -> Result<Self, SetupError> {
         let refused = |code, reason| Err(SetupError::refused(code, Some(recording), reason));
         let start = CommandStart::of(recording, experiment);
@@ -67,7 +75,7 @@ impl Seen {
             );
             return refused(SetupRefusalCode::Saturated, reason);
         }
-        if let Some(reason) = other_travel(recording, experiment)? {
+        if let Some(reason) = other_travel(recording, healthy.travel_rad) {
             return refused(SetupRefusalCode::WrongGear, reason);
         }
         let noise_a = observation.noise_beside_gains_a.or(observation.measured_noise_a);
@@ -90,7 +98,7 @@ impl Seen {
             start_angle_rad: observation.start_angle_rad,
             after_s: start.map_or(0.0, |start| start.after_s(recording)),
             phase_rate_hz: observation.phase_rate_hz,
-            noise_a: noise_a.unwrap_or(bundle_noise_a),
+            noise_a: noise_a.unwrap_or(healthy.noise_a),
             mended: mended.map(|notice| notice.message.clone()).collect(),
         })
     }
@@ -121,23 +129,17 @@ fn current_a(recording: &Recording) -> f64 {
 
 /// Why the rotor does not travel as that of the model does; `None` where it does, or where its angle was
 /// not recorded.
-fn other_travel(
-    recording: &Recording,
-    experiment: &Experiment,
-) -> Result<Option<String>, SetupError> {
-    let Some(channel) = recording.channel(ChannelName::MotorAngle) else { return Ok(None) };
-    let model = experiment.low_fidelity(&experiment.scenario)?;
-    let trace = model.try_simulate(&PhysicalFaults::from(&HealthState::HEALTHY))?;
-    let (found_rad, expected_rad) = (range(channel.values()), range(&trace.motor_angle_rad));
+fn other_travel(recording: &Recording, expected_rad: f64) -> Option<String> {
+    let found_rad = range(recording.channel(ChannelName::MotorAngle)?.values());
     if (found_rad / expected_rad - 1.0).abs() <= MOST_TRAVEL_OFF {
-        return Ok(None);
+        return None;
     }
-    Ok(Some(format!(
+    Some(format!(
         "the rotor travels {found_rad:.2} rad, that of the model {expected_rad:.2} rad, {:.2} times as \
          far: is `transmission.gear-ratio` that of this machine, is `motor_angle_rad` the angle of the \
          rotor in rad, and is it this command?",
         found_rad / expected_rad
-    )))
+    ))
 }
 
 /// Choices that follow from the recordings.

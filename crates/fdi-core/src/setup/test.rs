@@ -18,6 +18,11 @@ const LEAST_ELECTRICAL_TURNS: f64 = 1.0;
 ///
 /// [`SetupError::Refused`] with the reason.
 pub fn check_test(experiment: &Experiment) -> Result<(), SetupError> {
+    checked_travel_rad(experiment).map(drop)
+}
+
+/// Checks a test; gives how far the rotor of the healthy machine travels in it, rad.
+pub(super) fn checked_travel_rad(experiment: &Experiment) -> Result<f64, SetupError> {
     let model = experiment.low_fidelity(&experiment.scenario)?;
     let trace = model.try_simulate(&PhysicalFaults::from(&HealthState::HEALTHY))?;
     let angle_rad = &trace.motor_angle_rad;
@@ -30,7 +35,8 @@ pub fn check_test(experiment: &Experiment) -> Result<(), SetupError> {
                 .to_owned();
         return Err(SetupError::refused(SetupRefusalCode::NoReversal, None, reason));
     }
-    let turns = f64::from(experiment.actuator.motor.pole_pairs) * range(angle_rad) / TAU;
+    let travel_rad = range(angle_rad);
+    let turns = f64::from(experiment.actuator.motor.pole_pairs) * travel_rad / TAU;
     if turns < LEAST_ELECTRICAL_TURNS {
         let reason = format!(
             "the rotor turns by {turns:.2} of an electrical revolution in this test, so that not every \
@@ -38,7 +44,7 @@ pub fn check_test(experiment: &Experiment) -> Result<(), SetupError> {
         );
         return Err(SetupError::refused(SetupRefusalCode::TooShort, None, reason));
     }
-    Ok(())
+    Ok(travel_rad)
 }
 
 /// Times that a signal turns round by more than some distance.
