@@ -1,6 +1,6 @@
 //! `fdi setup`.
 
-use std::{cell::RefCell, f64::consts::TAU, fmt::Write as _, fs, path::Path};
+use std::{cell::RefCell, fmt::Write as _, fs, path::Path};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
@@ -29,9 +29,6 @@ const REPORT: &str = "setup.html";
 const SUMMARY: &str = "setup.json";
 /// Conditions of each design of a bundle that is built.
 const CONDITIONS: usize = 100;
-/// Angle within which recordings start alike, electrical, rad: that within which a start counts as the
-/// bundle's.
-const SAME_START_RAD: f64 = 0.004;
 
 /// Sets a machine up and writes its folder.
 pub(crate) fn setup(
@@ -199,13 +196,8 @@ fn designs(experiment: &mut Experiment, recordings: &[Recording]) -> Vec<Referen
         first.or(recording.metadata.start_angle_rad)
     };
     let starts: Vec<f64> = recordings.iter().filter_map(start).collect();
-    let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
-    let differ = |a: f64, b: f64| {
-        let turns = (a - b) / TAU;
-        pole_pairs * TAU * (turns - turns.round()).abs() > SAME_START_RAD
-    };
     let Some(&first) = starts.first() else { return vec![Incipient, Sparse] };
-    if starts.iter().any(|&other| differ(other, first)) {
+    if !starts.iter().all(|&other| experiment.is_same_start(other, first)) {
         experiment.scenario.start_angle_rad = 0.0;
         return vec![Incipient, Sparse, Turned, TurnedSparse];
     }

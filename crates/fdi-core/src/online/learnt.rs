@@ -1,6 +1,6 @@
 //! Learnt errors and covariances of a bundle, kept from one recording to the next.
 
-use std::{convert::Infallible, f64::consts::TAU, sync::Arc};
+use std::{convert::Infallible, sync::Arc};
 
 use ema_sim::SimulationError;
 use inference::BandedMatrix;
@@ -33,10 +33,6 @@ use crate::{
     },
 };
 
-/// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
-/// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
-/// of four pole pairs.
-const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
 /// Errors that are kept.
 const ERRORS_KEPT: usize = 8;
 /// Numbers in the factors of all likelihoods that are kept for the next recording: 128 MB.
@@ -313,12 +309,11 @@ impl Learnt {
 
     /// Mechanical angle within which two start angles count as one, rad.
     pub(crate) fn tolerance_rad(&self) -> f64 {
-        ELECTRICAL_TOLERANCE_RAD / f64::from(self.bundle.experiment.actuator.motor.pole_pairs)
+        self.bundle.experiment.start_tolerance_rad()
     }
 
     /// True where two start angles count as one.
     pub(crate) fn same_start(&self, a_rad: f64, b_rad: f64) -> bool {
-        let turn = (a_rad - b_rad).rem_euclid(TAU);
-        turn.min(TAU - turn) < self.tolerance_rad()
+        self.bundle.experiment.is_same_start(a_rad, b_rad)
     }
 }

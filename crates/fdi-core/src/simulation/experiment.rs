@@ -1,5 +1,7 @@
 //! An experiment: which actuator does what, and which signal of it is diagnosed.
 
+use std::f64::consts::TAU;
+
 use ema_sim::{
     Actuator, Command, Effect, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
     HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
@@ -9,6 +11,10 @@ use ema_sim::{
 };
 use inference::central_differences_together;
 
+/// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
+/// slowest commutation of the chirp that is a tenth of a carrier period. One milliradian at a rotor
+/// of four pole pairs.
+const ELECTRICAL_TOLERANCE_RAD: f64 = 4e-3;
 /// Points of the paper's mask, section IV.
 pub const MASK_POINTS: usize = 30;
 
@@ -227,6 +233,17 @@ impl Experiment {
             temperature: self.temperature,
             effects: self.effects.iter().map(plain).collect(),
         }
+    }
+
+    /// Mechanical angle within which two start angles count as one, rad.
+    pub(crate) fn start_tolerance_rad(&self) -> f64 {
+        ELECTRICAL_TOLERANCE_RAD / f64::from(self.actuator.motor.pole_pairs)
+    }
+
+    /// True where two start angles of the rotor, mechanical, rad, count as one: within 4 mrad electrical.
+    pub fn is_same_start(&self, a_rad: f64, b_rad: f64) -> bool {
+        let turn = (a_rad - b_rad).rem_euclid(TAU);
+        turn.min(TAU - turn) < self.start_tolerance_rad()
     }
 
     /// Indices of the coordinates looked for.
