@@ -413,12 +413,14 @@ impl<P: Probe> Run<P> {
         }
     }
 
-    pub(crate) fn record(&self, command_rad: f64, trace: &mut HighFidelityTrace) {
-        let sample = &self.sample;
+    pub(crate) fn record(&mut self, command_rad: f64, trace: &mut HighFidelityTrace) {
+        let (sample, shown_a) = (&self.sample, self.shown_a());
         trace.command_rad.push(command_rad);
-        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(self.shown_a()) {
+        for (channel, current_a) in trace.phase_currents_a.iter_mut().zip(shown_a) {
             channel.push(current_a);
         }
+        let error_a = |phase: usize| shown_a[phase] - sample.currents_a[phase];
+        self.probe.tick(&[error_a(0), error_a(1), error_a(2)]);
         trace.motor_angle_rad.push(self.start_angle_rad + sample.angle_rad);
         trace.motor_speed_rad_per_s.push(sample.speed_rad_per_s);
         trace.surface_angle_rad.push(sample.surface_rad);

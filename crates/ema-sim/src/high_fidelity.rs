@@ -18,6 +18,7 @@ use crate::{
     fault::PhysicalFaults,
     field_oriented::FieldOriented,
     load::{Load, LoadRun},
+    logger::{LoggedCurrents, Logger},
     params::{Actuator, BackEmfShape, Commutation},
     phase::PerPhase,
     probe::Probe,
@@ -90,6 +91,9 @@ const NAME: &str = "the high-fidelity model";
 
 /// Carrier periods of a test, of some 0.3 µs each.
 const MOST_PERIODS: f64 = 1e9;
+
+/// Time before the end of a test at which a logger samples last, s: beyond rounding.
+const LEAST_BEFORE_END_S: f64 = 1e-9;
 
 /// Share of a carrier period that a dead time is at most.
 const MOST_DEAD_RATIO: f64 = 0.1;
@@ -234,6 +238,53 @@ impl HighFidelity {
     /// NaN from there on; [`try_simulate`](Self::try_simulate) makes an error of it.
     pub fn simulate(&self, faults: &PhysicalFaults) -> HighFidelityTrace {
         self.observed(faults, ()).0
+    }
+
+    /// Runs the test and samples the phases at the instants of a logger besides: seconds from the
+    /// start of the test, in ascending order, the last 1 ns before its end or more.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Scenario`] for instants that are not in order or outside the test, and
+    /// [`SimulationError::Runaway`] for a shaft that is driven away.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use ema_sim::{HealthState, HighFidelity, Scenario, presets::EMA_48};
+    ///
+    /// let model = HighFidelity::new(&EMA_48, &Scenario::chirp())?;
+    /// let instants_s: Vec<f64> = (0..12_000).map(|n| 33e-6 + f64::from(n) / 25e3).collect();
+    /// let (_, logged) = model.simulate_logged(&(&HealthState::HEALTHY).into(), &instants_s)?;
+    /// assert_eq!(logged.phase_currents_a[0].len(), 12_000);
+    /// # Ok::<_, ema_sim::SimulationError>(())
+    /// ```
+    pub fn simulate_logged(
+        &self,
+        faults: &PhysicalFaults,
+        instants_s: &[f64],
+    ) -> Result<(HighFidelityTrace, LoggedCurrents), SimulationError> {
+        let field = "logger.instants-s";
+        let most_s = self.samples() as f64 / self.tick_hz() - LEAST_BEFORE_END_S;
+        let mut least_s = 0.0;
+        for &instant_s in instants_s {
+            in_range(field, instant_s, least_s..=most_s)?;
+            least_s = instant_s;
+        }
+        let logger = Logger::new(instants_s, self.scenario.start_angle_rad, self.tick_hz());
+        let (trace, logger) = self.observed(faults, logger);
+        let logged = logger.logged(trace.runaway.clone());
+        Ok((trace.whole()?, logged))
+    }
+
+    /// Ticks of the controller in the test: samples of a trace.
+    pub fn samples(&self) -> usize {
+        self.command_rad.len()
+    }
+
+    /// Rate of the controller's ticks and of a trace, Hz.
+    pub fn tick_hz(&self) -> f64 {
+        self.actuator.controller.sample_hz
     }
 
     /// Runs the test and accounts for its energy, at about three times the cost.

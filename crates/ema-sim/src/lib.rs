@@ -48,6 +48,7 @@ mod high_fidelity;
 mod lane_exp;
 mod lane_sine;
 mod load;
+mod logger;
 mod low_fidelity;
 #[cfg(feature = "model-file")]
 mod machine_kind;
@@ -98,6 +99,7 @@ pub use fault::{
 };
 pub use high_fidelity::{CurrentControl, HighFidelity};
 pub use load::{HingeMoment, Load};
+pub use logger::LoggedCurrents;
 pub use low_fidelity::LowFidelity;
 #[cfg(feature = "model-file")]
 pub use machine_kind::{

@@ -2,6 +2,7 @@
 
 use crate::{
     drive_train::DriveTrain,
+    phase::PerPhase,
     series::Series,
     shorted_loops::ShortedLoops,
     winding::{LegVolts, SectorWinding, Segment},
@@ -60,6 +61,9 @@ pub(crate) trait Probe {
 
     /// A flank lets go of a twist.
     fn released(&mut self, _energy_j: f64) {}
+
+    /// A tick of the controller, with what the current's sensor adds to each phase in it.
+    fn tick(&mut self, _sensor_error_a: &PerPhase) {}
 
     /// Factor on the longest segment; below one, segments are cut finer.
     fn longest_segment_ratio(&self) -> f64 {

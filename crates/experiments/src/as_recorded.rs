@@ -2,16 +2,15 @@
 //! that is exactly as the bundle has it.
 //!
 //! Each machine is simulated once, its phases at a rate ten times that of the recording: a recording
-//! may then begin at any tenth of a sample before the command. Both recordings of a machine have noise
+//! may then begin at any tenth of a sample before the command, and shows the carrier's ripple there. Both recordings of a machine have noise
 //! of their own, so that their answers differ by that too.
 
-use std::fmt::Write as _;
+use std::{f64::consts::TAU, fmt::Write as _};
 
 use fdi_core::{
-    Bundle, ColumnMap, Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser,
-    EMBEDDED_BUNDLES, Purpose, RecordedContent, Recording, ReferenceDesign, RootSeed,
-    SimulatedRecording, ToleranceUse,
-    ema_sim::{Converter, FAULT_COUNT, Imperfections, PhaseSensors},
+    Bundle, ColumnMap, Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser, Purpose,
+    RecordedContent, Recording, ReferenceDesign, RootSeed, SimulatedRecording, ToleranceUse,
+    ema_sim::{Converter, Envelope, FAULT_COUNT, Imperfections, PhaseSensors},
     in_parallel,
     report::{NoticeCode, RecordDiagnosis, Verdict},
 };
@@ -40,6 +39,31 @@ pub struct BenchForm {
     pub columns: &'static [BenchColumn],
     /// True where the columns of the phases are in any of six orders, all the other way round or not.
     pub any_wiring: bool,
+    /// The current of a field-oriented drive in place of the phases.
+    pub quadrature: Option<DriveLog>,
+}
+
+/// How a field-oriented drive logs its quadrature-axis current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveLog {
+    /// Corner of its low-pass of first order, Hz, where it has one.
+    pub corner_hz: Option<f64>,
+    /// Ticks of its controller for each sample of the log.
+    pub ticks: usize,
+}
+
+impl DriveLog {
+    /// The log of a current that the drive computed at each tick: its low-pass is an exponential mean.
+    fn of(&self, quadrature_a: &[f64]) -> Vec<f64> {
+        let share =
+            self.corner_hz.map_or(1.0, |corner_hz| 1.0 - (-TAU * corner_hz / RATE_HZ).exp());
+        let mut mean_a = 0.0;
+        let smooth = quadrature_a.iter().map(|current_a| {
+            mean_a += share * (current_a - mean_a);
+            mean_a
+        });
+        smooth.step_by(self.ticks).collect()
+    }
 }
 
 /// Column that a bench may record beside two phases.
@@ -66,11 +90,14 @@ const TWIN: BenchForm = BenchForm {
     between_samples: false,
     columns: &[BenchColumn::Phase, BenchColumn::Angle],
     any_wiring: false,
+    quadrature: None,
 };
 
 /// Forms of recordings to score.
 #[derive(Clone, Copy, Debug)]
 pub struct AsRecordedRequest<'a> {
+    /// Machine and test.
+    pub bundle: &'a Bundle,
     /// Forms.
     pub forms: &'a [BenchForm],
     /// Machines without damage, and as many with some.
@@ -113,7 +140,7 @@ struct Answered {
     answer: Option<RecordDiagnosis>,
 }
 
-/// Scores forms of recordings of the embedded chirp's machine, after their twins.
+/// Scores forms of recordings of a bundle's machine, after their twins.
 ///
 /// # Errors
 ///
@@ -121,8 +148,7 @@ struct Answered {
 pub fn evaluate_as_recorded(
     request: &AsRecordedRequest<'_>,
 ) -> Result<Vec<AsRecordedScore>, EvaluationError> {
-    let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
-    let experiment = bundle.experiment.clone();
+    let experiment = request.bundle.experiment.clone();
     let damaged = Dataset::conditions(
         &experiment,
         &DatasetRequest {
@@ -136,7 +162,7 @@ pub fn evaluate_as_recorded(
     let sound = damaged.iter().map(|one| Condition { levels: SOUND, ..*one });
     let conditions: Vec<(usize, Condition)> =
         sound.chain(damaged.iter().copied()).enumerate().collect();
-    let diagnoser = Diagnoser::new(bundle)?;
+    let diagnoser = Diagnoser::new(request.bundle.clone())?;
     let forms: Vec<BenchForm> = [TWIN].into_iter().chain(request.forms.iter().copied()).collect();
     let options = DiagnoseOptions { tolerance: request.tolerance, ..DiagnoseOptions::default() };
     let answered = in_parallel(&conditions, request.jobs, |_, (index, condition)| {
@@ -146,7 +172,10 @@ pub fn evaluate_as_recorded(
             let seed = root.derive(Purpose::SensorNoise, (index * forms.len() + place) as u64);
             let start = root.derive(Purpose::Fixture, *index as u64);
             let wiring = if form.any_wiring { Wiring::drawn(seed) } else { Wiring::STATED };
-            let text = machine.written(&experiment, form, &wiring, start, seed);
+            let text = match &form.quadrature {
+                Some(log) => machine.logged(&experiment, log, seed),
+                None => machine.written(&experiment, form, &wiring, start, seed),
+            };
             let recording = Recording::parse("r.csv", text.as_bytes(), &ColumnMap::default())?;
             let answer = diagnoser.diagnose(&recording, &options).ok();
             Ok::<_, EvaluationError>(Answered { truth: condition.levels, wiring, answer })
@@ -271,6 +300,32 @@ impl Machine {
         Ok(Self { phases_a: [0, 1, 2].map(values), angle_rad: values(3) })
     }
 
+    /// The text that a field-oriented drive logs of its own current, from the first tick of the test.
+    fn logged(
+        &self,
+        experiment: &fdi_core::Experiment,
+        log: &DriveLog,
+        sensor_seed: u64,
+    ) -> String {
+        let ticks = |fine: &[f64]| fine.iter().step_by(FINE).copied().collect::<Vec<f64>>();
+        let [a, b, c] = self.phases_a.each_ref().map(|phase| ticks(phase));
+        let [a, b, c] = SENSORS.measure([&a, &b, &c], sensor_seed);
+        let angle_rad = ticks(&self.angle_rad);
+        let pole_pairs = experiment.actuator.motor.pole_pairs;
+        let quadrature_a = Envelope::QAxis.of_phases_at([&a, &b, &c], &angle_rad, pole_pairs);
+        let mut text = format!("# command = \"{}\"\n", experiment.name);
+        if let Some(corner_hz) = log.corner_hz {
+            let _ = writeln!(text, "# filter-hz = {corner_hz}");
+        }
+        text.push_str("time_s,q_axis_current_a,motor_angle_rad\n");
+        for (n, current_a) in log.of(&quadrature_a).iter().enumerate() {
+            let tick = n * log.ticks;
+            let time_s = tick as f64 / RATE_HZ;
+            let _ = writeln!(text, "{time_s:.4},{current_a:.6},{:.6}", angle_rad[tick]);
+        }
+        text
+    }
+
     /// The text of a recording in a form. Before its command all stands as at its start.
     fn written(
         &self,
@@ -296,7 +351,7 @@ impl Machine {
         let angle_rad = taken(&self.angle_rad, self.angle_rad[0]);
         let mut text = String::new();
         if !form.has(BenchColumn::Command) {
-            text.push_str("# command = \"chirp\"\n");
+            let _ = writeln!(text, "# command = \"{}\"", experiment.name);
         }
         text.push_str("time_s,phase_a_current_a,phase_b_current_a");
         for (is_there, column) in [

@@ -30,7 +30,7 @@ mod units;
 
 pub use ablation::{AblationRequest, AblationScore, Compression, evaluate_compressions};
 pub use as_recorded::{
-    AsRecordedRequest, AsRecordedScore, BenchColumn, BenchForm, evaluate_as_recorded,
+    AsRecordedRequest, AsRecordedScore, BenchColumn, BenchForm, DriveLog, evaluate_as_recorded,
 };
 pub use contender::Contender;
 pub use convergence::SearchPoint;

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use fdi_core::{
-    Channel, ColumnMap, Current, Gaps, OtherColumn, RecordError, Recording, guess_columns,
-};
+use fdi_core::{Channel, ColumnMap, Gaps, OtherColumn, RecordError, Recording, guess_columns};
 
 use crate::{args::MapArgs, shell::quoted};
 
@@ -124,10 +122,7 @@ impl ReadingOptions {
 
 /// The channel of the current that a diagnosis looks at first.
 fn current(recording: &Recording) -> Option<&Channel> {
-    match recording.require_current().ok()? {
-        Current::Phases([a, ..]) => Some(a),
-        Current::Envelope(envelope) => Some(envelope),
-    }
+    recording.require_current().ok().map(|current| current.channel())
 }
 
 fn has_whole_current(recording: &Recording) -> bool {

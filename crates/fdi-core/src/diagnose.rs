@@ -2,7 +2,6 @@
 
 use std::{f64::consts::TAU, sync::Arc};
 
-use ema_sim::FAULT_COUNT;
 use recordings::Recording;
 use reduction::CompressionConfig;
 
@@ -200,7 +199,7 @@ impl Diagnoser {
         let mut notices = std::mem::take(&mut observation.notices);
         let mut begun = match observation.commutation.take() {
             Some(seen) => self.with_commutation(&mut observation, &seen, &plan, watch)?,
-            None => self.diagnose_run(&observation, &plan, watch)?,
+            None => self.with_ripple(&mut observation, &plan, watch)?,
         };
         if let (Some(start), Some((_, std_s))) = (start, begun.late_s) {
             let seen = start.known_to(std_s).notice(recording);
@@ -208,6 +207,26 @@ impl Diagnoser {
             notices.push(seen);
         }
         begun.answer.notices.splice(0..0, notices);
+        Ok(begun)
+    }
+
+    /// Diagnoses samples that were taken out of step with the controller: which ripple they show
+    /// depends on the faults.
+    fn with_ripple(
+        &self,
+        observation: &mut Observation,
+        plan: &Plan,
+        watch: &Watch<'_>,
+    ) -> Result<Begun, DiagnoseError> {
+        let experiment = &self.bundle().experiment;
+        let mut begun = self.diagnose_run(observation, plan, watch)?;
+        if observation.ripple.is_some() {
+            let damage = begun.posterior.damage();
+            observation.take_ripple_of(&damage, experiment).map_err(BundleError::from)?;
+            let spent = begun.answer.evaluations;
+            begun = self.diagnose_run(observation, plan, watch)?;
+            begun.answer.evaluations += spent;
+        }
         Ok(begun)
     }
 
@@ -223,11 +242,7 @@ impl Diagnoser {
         let experiment = &self.bundle().experiment;
         let mut begun = self.diagnose_run(observation, plan, watch)?;
         for _ in 0..COMMUTATION_ROUNDS {
-            let mut damage = [0.0; FAULT_COUNT];
-            let Posterior { indices, estimate, .. } = &begun.posterior;
-            for (&index, &value) in indices.iter().zip(estimate) {
-                damage[index] = value;
-            }
+            let damage = begun.posterior.damage().0;
             let start_rad = seen.start_angle_rad(experiment, &damage).map_err(BundleError::from)?;
             let moved_rad = observation.start_angle_rad.map_or(TAU, |now| (start_rad - now).abs());
             if moved_rad < self.learnt.tolerance_rad() {

@@ -26,6 +26,7 @@ pub(crate) mod outcome;
 pub(crate) mod plan;
 pub(crate) mod posterior;
 pub(crate) mod references;
+pub(crate) mod ripple;
 pub(crate) mod run;
 pub(crate) mod scalar_search;
 pub(crate) mod severe_errors;

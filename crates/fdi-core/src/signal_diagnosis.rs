@@ -36,6 +36,7 @@ impl EnvelopeSignal {
                 stated_noise_a: Some(noise_a),
                 resampling_error_a: 0.0,
                 start: None,
+                ripple: None,
                 wiring: None,
                 session: None,
                 winding_temperature_k: None,

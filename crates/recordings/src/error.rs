@@ -405,7 +405,7 @@ pub enum RecordError {
     /// No channel is a current that can be diagnosed from.
     #[error(
         "no current channel: expected `phase_a_current_a`, `phase_b_current_a` and \
-         `phase_c_current_a`, or `current_a`; {} (`--map current_a=COLUMN[*FACTOR]` names one)",
+         `phase_c_current_a`, or `current_a`, or `q_axis_current_a` of a field-oriented drive; {} (`--map current_a=COLUMN[*FACTOR]` names one)",
         columns_are(columns)
     )]
     NoCurrent {

@@ -19,7 +19,8 @@ pub struct Metadata {
     pub command: Option<CommandSource>,
     /// `rate-hz`: the file's own sample rate, Hz.
     pub rate_hz: Option<f64>,
-    /// `filter-hz`: corner of the filter that `current_a` went through, Hz.
+    /// `filter-hz`: corner of the filter that `current_a` went through, Hz; of the drive's low-pass of
+    /// first order that `q_axis_current_a` did.
     pub filter_hz: Option<f64>,
     /// `envelope`: which envelope `current_a` is.
     pub envelope: Option<EnvelopeKind>,

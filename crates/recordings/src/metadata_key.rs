@@ -22,7 +22,12 @@ pub const METADATA_KEYS: [MetadataKey; 12] = [
     key("session", "text", "which session of the actuator it was taken in; else its day"),
     key("command", "text", "name of the command (`chirp`, `sine`), or `recorded`"),
     key("rate-hz", "number", "sample rate of the file, Hz"),
-    key("filter-hz", "number", "corner of the filter that `current_a` went through, Hz"),
+    key(
+        "filter-hz",
+        "number",
+        "corner of the filter that `current_a` went through, Hz; of the drive's low-pass of first \
+         order that `q_axis_current_a` did",
+    ),
     key(
         "envelope",
         "text",

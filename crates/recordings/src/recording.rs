@@ -42,6 +42,19 @@ pub enum Current<'a> {
     Phases([&'a Channel; 3]),
     /// The envelope that the metadata name, A.
     Envelope(&'a Channel),
+    /// The quadrature-axis current of a field-oriented drive, A.
+    Quadrature(&'a Channel),
+}
+
+impl<'a> Current<'a> {
+    /// The channel whose times are those of the current: of phases the first.
+    pub fn channel(&self) -> &'a Channel {
+        match self {
+            Self::Phases([channel, ..]) | Self::Envelope(channel) | Self::Quadrature(channel) => {
+                channel
+            }
+        }
+    }
 }
 
 impl Recording {
@@ -165,14 +178,16 @@ impl Recording {
         Err(lacking.error(channel.name(), line))
     }
 
-    /// The current to diagnose from: the three phases where all are there, else
-    /// the envelope.
+    /// The current to diagnose from: the three phases where all are there, else the envelope, else
+    /// the quadrature-axis current.
     ///
     /// # Errors
     /// [`RecordError::PhaseMissing`] when some phases but not all are there and
     /// no envelope is, [`RecordError::NoCurrent`] when nothing is.
     pub fn require_current(&self) -> Result<Current<'_>, RecordError> {
-        use ChannelName::{Current as Envelope, PhaseACurrent, PhaseBCurrent, PhaseCCurrent};
+        use ChannelName::{
+            Current as Envelope, PhaseACurrent, PhaseBCurrent, PhaseCCurrent, QAxisCurrent,
+        };
         let names = [PhaseACurrent, PhaseBCurrent, PhaseCCurrent];
         let phases = names.map(|name| self.channel(name));
         if let [Some(a), Some(b), Some(c)] = phases {
@@ -180,6 +195,9 @@ impl Recording {
         }
         if let Some(envelope) = self.channel(Envelope) {
             return Ok(Current::Envelope(envelope));
+        }
+        if let Some(quadrature) = self.channel(QAxisCurrent) {
+            return Ok(Current::Quadrature(quadrature));
         }
         if phases.iter().all(Option::is_none) {
             return Err(RecordError::NoCurrent { columns: self.column_names() });
@@ -202,10 +220,7 @@ impl Recording {
     /// stated rate. Without one they become those of a round rate that is as near as clocks are.
     pub(crate) fn settle_rate(&mut self) -> Result<(), RecordError> {
         let Ok(current) = self.require_current() else { return Ok(()) };
-        let channel = match current {
-            Current::Phases([a, ..]) => a,
-            Current::Envelope(envelope) => envelope,
-        };
+        let channel = current.channel();
         let Ok(sampling) = channel.sampling() else { return Ok(()) };
         let found_hz = sampling.rate_hz;
         let taken = match self.metadata.rate_hz {

@@ -13,6 +13,7 @@ mod experiments;
 mod explaining;
 mod fidelity;
 mod figure;
+mod machine;
 mod measured;
 #[cfg(test)]
 mod pieces;

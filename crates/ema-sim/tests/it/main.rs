@@ -13,6 +13,7 @@ mod effects_high_fidelity;
 mod energy;
 mod fidelities;
 mod idle_effects;
+mod logger;
 mod measured;
 mod model_file;
 mod motulator;

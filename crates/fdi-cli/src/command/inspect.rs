@@ -111,6 +111,7 @@ fn describe(recording: &Recording) -> Result<String> {
     text.push('\n');
     let current = match recording.require_current() {
         Ok(Current::Phases(_)) => "from the three phases".to_owned(),
+        Ok(Current::Quadrature(_)) => "from `q_axis_current_a`".to_owned(),
         Ok(Current::Envelope(_)) => "from the envelope `current_a`".to_owned(),
         Err(error) => error.to_string(),
     };

@@ -87,8 +87,7 @@ impl CommandStart {
     /// The recording from the current's sample that is nearest to the start, and the time by which the
     /// command begins after that sample, s.
     pub(crate) fn cut(&self, recording: &Recording) -> Result<(Recording, f64), RecordError> {
-        let (Current::Phases([channel, ..]) | Current::Envelope(channel)) =
-            recording.require_current()?;
+        let channel = recording.require_current()?.channel();
         let (times_s, rate_hz) = (channel.times_s(), channel.sampling()?.rate_hz);
         let after = times_s.partition_point(|time_s| *time_s < self.at_s - 0.5 / rate_hz);
         let first = after.min(times_s.len() - 1);
@@ -181,7 +180,7 @@ fn magnitude(recording: &Recording, experiment: &Experiment) -> Option<(Vec<f64>
             let smooth_a = smooth.apply(&half, rate_hz);
             Some((resampled(&smooth_a, rate_hz, output_hz), phases[0].times_s()[0]))
         }
-        Current::Envelope(channel) => {
+        Current::Envelope(channel) | Current::Quadrature(channel) => {
             let rate_hz = channel.sampling().ok()?.rate_hz;
             let magnitude_a: Vec<f64> = channel.values().iter().map(|i| i.abs()).collect();
             is_longer(channel, rate_hz)

@@ -1,6 +1,6 @@
 //! Choice of the bundle that a recording is diagnosed with.
 
-use recordings::{CommandSource, Current, Recording};
+use recordings::{CommandSource, Recording};
 
 use crate::simulation::experiment::Experiment;
 
@@ -27,11 +27,8 @@ pub fn fitting_experiment(experiments: &[&Experiment], recording: &Recording) ->
     if let Some(CommandSource::Named(name)) = &recording.metadata.command {
         return experiments.iter().position(|one| one.name == *name).unwrap_or(0);
     }
-    let Ok(Current::Phases([channel, ..]) | Current::Envelope(channel)) =
-        recording.require_current()
-    else {
-        return 0;
-    };
+    let Ok(current) = recording.require_current() else { return 0 };
+    let channel = current.channel();
     let length_s = match (channel.times_s().first(), channel.times_s().last()) {
         (Some(start), Some(end)) => end - start,
         _ => 0.0,

@@ -4,7 +4,7 @@
 use core::f64::consts::PI;
 use std::borrow::Cow;
 
-use ema_sim::{EnvelopeFilter, FAULT_COUNT, Sector};
+use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, Sector, SimulationError};
 use nalgebra::{Matrix3, Vector3};
 use recordings::{
     Channel, ChannelName, ClockNote, CommandSource, Current, Metadata, Recording, Sampling,
@@ -15,12 +15,14 @@ use crate::{
         command_start::CommandStart,
         commutation::{Commutation, MOST_DEVIATION_RAD},
         observation_error::ObservationError,
+        ripple::{SamplingInstants, TakenRipple},
         wiring::Wiring,
     },
     report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
     simulation::{
         envelope::{envelope_kind, filtered},
         experiment::Experiment,
+        low_pass::before_low_pass,
     },
     unit::{
         learnt_unit::session_of,
@@ -55,6 +57,8 @@ pub(crate) struct Observation {
     pub(crate) resampling_error_a: f64,
     /// Where the command begins, where the recording was running before it.
     pub(crate) start: Option<CommandStart>,
+    /// Ripple of the carrier that was taken off, where the phases were sampled out of step.
+    pub(crate) ripple: Option<TakenRipple>,
     /// Wiring of the phases, where it is not as stated.
     pub(crate) wiring: Option<Wiring>,
     /// Session that the recording states, else its day.
@@ -119,9 +123,11 @@ impl Observation {
             None => (Cow::Borrowed(recording), 0.0),
         };
         let recording = cut.as_ref();
-        let mut observation = match recording.require_current()? {
+        let current = recording.require_current()?;
+        let mut observation = match current {
             Current::Phases(phases) => of_phases(recording, phases, experiment)?,
             Current::Envelope(channel) => of_envelope(recording, channel, experiment)?,
+            Current::Quadrature(channel) => of_quadrature(recording, channel, experiment)?,
         };
         check_command(recording, experiment, late_s, max_delay_s, &mut notices)?;
         if late_s != 0.0 {
@@ -129,6 +135,14 @@ impl Observation {
         }
         notices.append(&mut observation.notices);
         (observation.notices, observation.start) = (notices, start);
+        // a drive computes its own current at its ticks
+        if matches!(current, Current::Phases(_))
+            && let Some(instants) = observation.out_of_step(late_s, experiment)
+        {
+            let ripple_a = vec![0.0; observation.signal_a.len()];
+            observation.ripple = Some(TakenRipple { instants, ripple_a });
+            observation.take_ripple_of(&FaultCoordinates([0.0; FAULT_COUNT]), experiment)?;
+        }
         Ok(observation)
     }
 
@@ -150,6 +164,40 @@ impl Observation {
             }
             None => advanced(&self.signal_a, by_s * experiment.filter.output_hz),
         }
+    }
+}
+
+impl Observation {
+    /// Tells whether the phases were sampled out of step with the controller, from a start on that is
+    /// known, so that they show ripple.
+    fn out_of_step(&self, late_s: f64, experiment: &Experiment) -> Option<SamplingInstants> {
+        let instants = SamplingInstants { rate_hz: self.phase_rate_hz, late_s };
+        let carrier_hz = experiment.actuator.inverter.carrier_hz;
+        let is_out = !instants.are_in_step(carrier_hz);
+        (is_out && self.start_std_s() == 0.0).then_some(instants)
+    }
+
+    /// Takes the ripple of a machine with some damage off the signal, in place of what was taken off
+    /// before.
+    pub(crate) fn take_ripple_of(
+        &mut self,
+        damage: &FaultCoordinates,
+        experiment: &Experiment,
+    ) -> Result<(), SimulationError> {
+        let (Some(taken), Some(angle_rad)) = (&mut self.ripple, self.start_angle_rad) else {
+            return Ok(());
+        };
+        let by = taken.instants.late_s * taken.instants.rate_hz;
+        let ripple_a = taken
+            .instants
+            .ripple_a(experiment, angle_rad, damage, |seen_a| advanced(seen_a, by))?;
+        let before_a = core::mem::replace(&mut taken.ripple_a, ripple_a);
+        for ((value, ripple_a), before_a) in
+            self.signal_a.iter_mut().zip(&taken.ripple_a).zip(before_a)
+        {
+            *value += before_a - ripple_a;
+        }
+        Ok(())
     }
 }
 
@@ -239,14 +287,8 @@ fn of_phases(
     experiment: &Experiment,
 ) -> Result<Observation, ObservationError> {
     let first = phases[0];
-    let sampling = uniform_sampling(recording, first)?;
-    let column = first.name().column();
-    if sampling.rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
-        let expected = format!("{LEAST_PHASE_RATE_HZ} Hz or more");
-        return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
-    }
-    long_enough(first, &sampling, experiment)?;
-    phases.into_iter().try_for_each(|phase| within_limit(phase, experiment))?;
+    let sampling = sampled_fast_enough(recording, first, experiment)?;
+    phases[1..].iter().try_for_each(|phase| within_limit(phase, experiment))?;
     for other in &phases[1..] {
         if let Some(error) = different_axes(recording, first, other, sampling.rate_hz) {
             return Err(error);
@@ -276,6 +318,7 @@ fn of_phases(
         stated_noise_a: recording.metadata.noise_a,
         resampling_error_a: root_mean_square(phases.map(Channel::resampling_error)),
         start: None,
+        ripple: None,
         wiring,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
@@ -444,25 +487,78 @@ fn of_envelope(
         return Err(ObservationError::OtherFilter { found_hz, expected_hz: corner_hz });
     }
     long_enough(channel, &sampling, experiment)?;
-    Ok(Observation {
-        signal_a: channel.values()[..experiment.samples()].to_vec(),
+    let phase_rate_hz = metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
+    let signal_a = channel.values()[..experiment.samples()].to_vec();
+    Ok(of_channel(recording, channel, signal_a, phase_rate_hz))
+}
+
+/// The quadrature-axis current of a field-oriented drive, at a rate of its own and behind the drive's
+/// own low-pass.
+fn of_quadrature(
+    recording: &Recording,
+    channel: &Channel,
+    experiment: &Experiment,
+) -> Result<Observation, ObservationError> {
+    if experiment.envelope != Envelope::QAxis {
+        return Err(ObservationError::QuadratureOfSixSteps);
+    }
+    let Sampling { rate_hz, .. } = sampled_fast_enough(recording, channel, experiment)?;
+    let values = channel.values();
+    let envelope_a = match recording.metadata.filter_hz {
+        Some(corner_hz) => before_low_pass(values, rate_hz, corner_hz),
+        None => values.to_vec(),
+    };
+    let signal_a = filtered(&envelope_a, rate_hz, experiment);
+    let observation = of_channel(recording, channel, signal_a, rate_hz);
+    Ok(Observation { envelope_a: Some(envelope_a), ..observation })
+}
+
+/// The uniform sampling of a current that is long and fast enough for the experiment's filter, within
+/// the controller's limit.
+fn sampled_fast_enough(
+    recording: &Recording,
+    channel: &Channel,
+    experiment: &Experiment,
+) -> Result<Sampling, ObservationError> {
+    let sampling = uniform_sampling(recording, channel)?;
+    if sampling.rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
+        let column = channel.name().column();
+        let expected = format!("{LEAST_PHASE_RATE_HZ} Hz or more");
+        return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
+    }
+    long_enough(channel, &sampling, experiment)?;
+    within_limit(channel, experiment)?;
+    Ok(sampling)
+}
+
+/// What a recording of one current says besides its signal.
+fn of_channel(
+    recording: &Recording,
+    channel: &Channel,
+    signal_a: Vec<f64>,
+    phase_rate_hz: f64,
+) -> Observation {
+    let metadata = &recording.metadata;
+    Observation {
+        signal_a,
         envelope_a: None,
         start_angle_rad: metadata
             .start_angle_rad
             .or_else(|| recording.channel(ChannelName::MotorAngle)?.values().first().copied()),
         commutation: None,
-        phase_rate_hz: metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz),
+        phase_rate_hz,
         measured_noise_a: None,
         noise_beside_gains_a: None,
         sensor_shares: None,
         stated_noise_a: metadata.noise_a,
         resampling_error_a: channel.resampling_error(),
         start: None,
+        ripple: None,
         wiring: None,
         session: session_of(metadata),
         winding_temperature_k: winding_temperature_k(metadata),
         notices: Vec::new(),
-    })
+    }
 }
 
 /// The channel's values at given times, straight between its samples.

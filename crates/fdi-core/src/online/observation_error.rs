@@ -23,6 +23,12 @@ pub enum ObservationError {
         /// Distance that rounding explains.
         tolerance_s: f64,
     },
+    /// A quadrature-axis current of a machine that has none.
+    #[error(
+        "`q_axis_current_a` is the current of a field-oriented drive, and this machine is commutated in \
+         six steps: record `phase_a_current_a`, `phase_b_current_a` and `phase_c_current_a`"
+    )]
+    QuadratureOfSixSteps,
     /// The rate is not the bundle's.
     #[error("column `{column}` is sampled at {found_hz} Hz, expected {expected}")]
     Rate {

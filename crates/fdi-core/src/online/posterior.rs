@@ -3,6 +3,7 @@
 //! `k1..k5` are decided each, `k6` and `k7` jointly as the point `(k6·cos φ, k6·sin φ)`.
 
 use core::f64::consts::TAU;
+use ema_sim::{FAULT_COUNT, FaultCoordinates};
 
 use fdi_report::FALSE_ALARM_RATE;
 use nalgebra::{DMatrix, Matrix2, Vector2};
@@ -34,6 +35,15 @@ pub(crate) struct Posterior {
 pub(crate) const ECCENTRICITY: [usize; 2] = [5, 6];
 
 impl Posterior {
+    /// The coordinates found, those not determined zero.
+    pub(crate) fn damage(&self) -> FaultCoordinates {
+        let mut damage = FaultCoordinates([0.0; FAULT_COUNT]);
+        for (&index, &value) in self.indices.iter().zip(&self.estimate) {
+            damage.0[index] = value;
+        }
+        damage
+    }
+
     /// All seven faults, those not determined null.
     pub(crate) fn faults(&self) -> Vec<Fault> {
         let mut faults: Vec<Fault> = FaultId::ALL.map(Fault::undetermined).into();

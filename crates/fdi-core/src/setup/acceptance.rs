@@ -13,7 +13,7 @@
 use std::{f64::consts::TAU, sync::Arc};
 
 use ema_sim::{FaultCoordinates, HighFidelity, PhaseSensors};
-use recordings::{Channel, ChannelName, RecordError, Recording};
+use recordings::{Channel, ChannelName, Current, RecordError, Recording};
 
 use super::recorded::Seen;
 use crate::{
@@ -161,7 +161,24 @@ impl<'a> Tests<'a> {
         let scenario = scenario.with_real_electronics(own.derive(Purpose::ControllerNoise, 0));
         let model = HighFidelity::new(&machine.actuator, &scenario)?;
         let model = model.with_effects(&experiment.effects)?;
-        let mut trace = model.try_simulate(&machine.faults)?;
+        let content = match self.like.require_current()? {
+            Current::Phases(_) => RecordedContent::Phases,
+            Current::Quadrature(_) => RecordedContent::Quadrature,
+            Current::Envelope(_) if seen.start_angle_rad.is_some() => RecordedContent::Envelope,
+            Current::Envelope(_) => RecordedContent::EnvelopeWithoutAngle,
+        };
+        let recorded = SimulatedRecording {
+            start_angle_rad,
+            sensors: PhaseSensors { noise_a: self.noise_a, converter: None },
+            phase_rate_hz: Some(seen.phase_rate_hz),
+            sensor_seed: own.derive(Purpose::SensorNoise, 0),
+            content,
+            // the model has these
+            faults: *damage,
+            imperfections: scenario.imperfections,
+            controller_seed: scenario.seed,
+        };
+        let (mut trace, _) = recorded.sampled(&model, &machine.faults, experiment)?;
         for (number, value) in self.layout.at(&point) {
             match number.acts {
                 Acts::PhaseGain(phase) => {
@@ -173,24 +190,6 @@ impl<'a> Tests<'a> {
                 _ => {}
             }
         }
-        let content = if self.like.channel(ChannelName::Current).is_none() {
-            RecordedContent::Phases
-        } else if seen.start_angle_rad.is_some() {
-            RecordedContent::Envelope
-        } else {
-            RecordedContent::EnvelopeWithoutAngle
-        };
-        let recorded = SimulatedRecording {
-            start_angle_rad,
-            sensors: PhaseSensors { noise_a: self.noise_a, converter: None },
-            phase_rate_hz: Some(seen.phase_rate_hz),
-            sensor_seed: own.derive(Purpose::SensorNoise, 0),
-            content,
-            // these have been simulated
-            faults: *damage,
-            imperfections: scenario.imperfections,
-            controller_seed: scenario.seed,
-        };
         let whole = recorded.of_trace(trace, experiment, "acceptance")?;
         Ok(self.with_columns_alike(&whole)?)
     }

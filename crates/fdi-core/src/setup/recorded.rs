@@ -122,7 +122,7 @@ fn current_a(recording: &Recording) -> f64 {
     };
     match recording.require_current() {
         Ok(Current::Phases(phases)) => of(&phases),
-        Ok(Current::Envelope(envelope)) => of(&[envelope]),
+        Ok(Current::Envelope(channel) | Current::Quadrature(channel)) => of(&[channel]),
         Err(_) => 0.0,
     }
 }

@@ -3,7 +3,9 @@
 use ema_sim::{DriveUnit, Envelope, model_file::MachineModel};
 use recordings::{Channel, ChannelName, RecordError, Recording};
 
-use crate::simulation::{compared_signals::ComparedSignalsError, envelope::envelope_of};
+use crate::simulation::{
+    compared_signals::ComparedSignalsError, envelope::envelope_of, low_pass::before_low_pass,
+};
 
 /// The signal that drives a machine, and the filter that it went through.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +48,16 @@ impl DriveSignal {
         };
         let channel = recording.first_channel(&names).cloned();
         let channel = channel.ok_or(ComparedSignalsError::NoDrive { expected: names[0] })?;
-        Ok(Self { channel, filter_hz: recording.metadata.filter_hz })
+        let filter_hz = recording.metadata.filter_hz;
+        match filter_hz {
+            Some(corner_hz) if channel.name() == QAxisCurrent => {
+                let rate_hz = channel.regular_rate_hz()?;
+                let values = before_low_pass(channel.values(), rate_hz, corner_hz);
+                let channel = Channel::new(QAxisCurrent, channel.times_s(), values)?;
+                Ok(Self { channel, filter_hz: None })
+            }
+            _ => Ok(Self { channel, filter_hz }),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use ema_sim::{HighFidelity, Imperfections, PhysicalFaults, SimulationError};
 
-use crate::simulation::{envelope::filtered, experiment::Experiment, resampling::resampled};
+use crate::simulation::{envelope::filtered, experiment::Experiment, sampled::sampled_at};
 
 /// The high-fidelity model without noise, seen as a recording's phases are sampled.
 #[derive(Debug)]
@@ -29,13 +29,16 @@ impl HighFidelitySignal {
     pub(crate) fn signal(&self, point: &[f64]) -> Vec<f64> {
         let experiment = &self.experiment;
         let all = experiment.all_coordinates(point);
-        let mut trace = self.model.simulate(&PhysicalFaults::from(&all));
-        for channel in &mut trace.phase_currents_a {
-            *channel = resampled(channel, trace.rate_hz, self.phase_rate_hz);
-        }
-        trace.motor_angle_rad =
-            resampled(&trace.motor_angle_rad, trace.rate_hz, self.phase_rate_hz);
-        trace.rate_hz = self.phase_rate_hz;
+        let faults = PhysicalFaults::from(&all);
+        let trace = if self.phase_rate_hz == self.model.tick_hz() {
+            self.model.simulate(&faults)
+        } else {
+            match sampled_at(&self.model, &faults, self.phase_rate_hz) {
+                Ok((_, sampled)) => sampled,
+                // a shaft that is driven away has no signal
+                Err(_) => return vec![f64::NAN; experiment.samples()],
+            }
+        };
         let pole_pairs = experiment.actuator.motor.pole_pairs;
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
         filtered(&envelope_a, self.phase_rate_hz, experiment)

@@ -1,8 +1,8 @@
 //! Recordings of simulated actuators, as a test bench would have made them.
 
 use ema_sim::{
-    FaultCoordinates, HighFidelityTrace, Imperfections, PhaseSensors, PhysicalFaults, Scenario,
-    SimulationError, VisitedRange,
+    Envelope, FaultCoordinates, HighFidelity, HighFidelityTrace, Imperfections, PhaseSensors,
+    PhysicalFaults, Scenario, SimulationError, VisitedRange,
 };
 
 use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
@@ -11,6 +11,7 @@ use crate::simulation::{
     envelope::{envelope_kind, filtered},
     experiment::{Experiment, RECORDED},
     resampling::resampled,
+    sampled::sampled_at,
 };
 
 /// Beyond the converters of any drive, Hz.
@@ -44,6 +45,9 @@ pub struct SimulatedRecording {
 pub enum RecordedContent {
     /// The three phase currents and the rotor's angle.
     Phases,
+    /// The quadrature-axis current of a field-oriented drive, at the rate of the phases, and the
+    /// rotor's angle.
+    Quadrature,
     /// The filtered envelope with the start angle in the metadata.
     Envelope,
     /// The filtered envelope without a start angle.
@@ -121,9 +125,27 @@ impl SimulatedRecording {
         let model = experiment
             .high_fidelity(self.start_angle_rad, self.imperfections)?
             .with_seed(self.controller_seed);
-        let trace = model.try_simulate(&PhysicalFaults::from(&self.faults))?;
-        let visited = trace.visited_range(experiment.scenario.load_n_m);
+        let faults = PhysicalFaults::from(&self.faults);
+        let (trace, visited) = self.sampled(&model, &faults, experiment)?;
         Ok((self.of_trace(trace, experiment, name)?, visited))
+    }
+
+    /// A motion of the high-fidelity model as the phases are sampled, and where it has been.
+    pub(crate) fn sampled(
+        &self,
+        model: &HighFidelity,
+        faults: &PhysicalFaults,
+        experiment: &Experiment,
+    ) -> Result<(HighFidelityTrace, VisitedRange), SimulatedRecordingError> {
+        let load_n_m = experiment.scenario.load_n_m;
+        let Some(rate_hz) = self.phase_rate_hz.filter(|rate_hz| *rate_hz != model.tick_hz()) else {
+            let trace = model.try_simulate(faults)?;
+            let visited = trace.visited_range(load_n_m);
+            return Ok((trace, visited));
+        };
+        self.check_rate(model.tick_hz(), model.samples())?;
+        let (trace, sampled) = sampled_at(model, faults, rate_hz)?;
+        Ok((sampled, trace.visited_range(load_n_m)))
     }
 
     /// Records a motion of the high-fidelity model.
@@ -133,15 +155,6 @@ impl SimulatedRecording {
         experiment: &Experiment,
         name: &str,
     ) -> Result<Recording, SimulatedRecordingError> {
-        self.check_rate(trace.rate_hz, trace.motor_angle_rad.len())?;
-        if let Some(rate_hz) = self.phase_rate_hz {
-            for channel in &mut trace.phase_currents_a {
-                *channel = resampled(channel, trace.rate_hz, rate_hz);
-            }
-            trace.motor_angle_rad = resampled(&trace.motor_angle_rad, trace.rate_hz, rate_hz);
-            trace.command_rad = resampled(&trace.command_rad, trace.rate_hz, rate_hz);
-            trace.rate_hz = rate_hz;
-        }
         let [a, b, c] = &trace.phase_currents_a;
         trace.phase_currents_a = self.sensors.measure([a, b, c], self.sensor_seed);
         let rate_hz = trace.rate_hz;
@@ -168,6 +181,16 @@ impl SimulatedRecording {
             return Ok(Recording::new(name, metadata, channels)?);
         }
         let pole_pairs = experiment.actuator.motor.pole_pairs;
+        if self.content == RecordedContent::Quadrature {
+            let quadrature_a = trace.envelope_a(Envelope::QAxis, pole_pairs);
+            let channels = [
+                (ChannelName::QAxisCurrent, quadrature_a),
+                (ChannelName::MotorAngle, trace.motor_angle_rad),
+            ]
+            .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values));
+            let channels = channels.into_iter().collect::<Result<Vec<_>, _>>()?;
+            return Ok(Recording::new(name, metadata, channels)?);
+        }
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
         let start_angle_rad =
             (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);

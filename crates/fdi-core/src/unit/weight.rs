@@ -16,6 +16,8 @@
 
 use inference::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot};
 
+use crate::simulation::low_pass::rise;
+
 /// A covariance by its factor.
 #[derive(Debug)]
 pub(crate) struct Weight {
@@ -84,15 +86,6 @@ impl Weight {
     pub(crate) fn known_shift_std_s(&self) -> Option<f64> {
         self.shift.as_ref().map(|Shift { std_s, size, .. }| std_s / size.hypot(1.0))
     }
-}
-
-/// Derivative of a signal by time, by differences of the fourth order.
-fn rise(signal: &[f64], rate_hz: f64) -> Vec<f64> {
-    let last = signal.len() as i64 - 1;
-    let at = |n: i64| signal[n.clamp(0, last) as usize];
-    let near = |n: i64| at(n + 1) - at(n - 1);
-    let far = |n: i64| at(n + 2) - at(n - 2);
-    (0..=last).map(|n| rate_hz * (8.0 * near(n) - far(n)) / 12.0).collect()
 }
 
 #[cfg(test)]

@@ -2,11 +2,13 @@
 
 use fdi_core::{
     Bundle, Channel, ChannelName, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Encoding,
-    Experiment, RecordedContent, Recording, SimulatedRecording, ToleranceUse,
+    Experiment, Metadata, RecordedContent, Recording, SimulatedRecording, ToleranceUse,
     ema_sim::{HealthState, Imperfections, PhaseSensors},
     report::{NoticeCode, RecordDiagnosis},
 };
 
+const PHASES: [ChannelName; 3] =
+    [ChannelName::PhaseACurrent, ChannelName::PhaseBCurrent, ChannelName::PhaseCCurrent];
 const LEVELS: [f64; 7] = [0.020, 0.010, 0.0, 0.030, 0.0, 0.0, 0.5];
 /// Standard deviations within which each of k1 to k5 is to be found: 1 in 20 000 beyond, for each
 /// of five, if the stated deviations are right, and they may be half as large as they should.
@@ -214,5 +216,74 @@ fn levels_are_against_a_reference() {
         referred.diagnose(&turned, &options).unwrap_err().to_string(),
         "recording and references start at one angle, known for each: found 0.5000 rad, expected \
          0.0000 rad"
+    );
+}
+
+/// Each tenth of the samples of a recording at 100 kHz from one on, with the command.
+fn between_ticks(bundle: &Bundle, first: usize) -> Recording {
+    let experiment = &bundle.experiment;
+    let simulated = SimulatedRecording {
+        faults: HealthState::new(LEVELS).unwrap().coordinates(),
+        start_angle_rad: 0.0,
+        imperfections: Imperfections::REAL,
+        controller_seed: 5,
+        sensors: PhaseSensors { noise_a: 0.0, converter: None },
+        phase_rate_hz: Some(100e3),
+        sensor_seed: 5,
+        content: RecordedContent::Phases,
+    };
+    let fine = simulated.record(experiment, "r").unwrap();
+    let taken = |name: ChannelName| -> Vec<f64> {
+        fine.channel(name).unwrap().values().iter().skip(first).step_by(10).copied().collect()
+    };
+    let [a, b, c] = PHASES.map(taken);
+    let [a, b, c] = PhaseSensors { noise_a: 0.02, converter: None }.measure([&a, &b, &c], 5);
+    // at rest before the command, so that its start is looked for
+    let rest = 400;
+    let before = |values: Vec<f64>, held: f64| [vec![held; rest], values].concat();
+    let command = |n: i64| {
+        let since_s = (1e-5 * first as f64 + 1e-4 * (n - rest as i64) as f64).max(0.0);
+        experiment.scenario.command.at(since_s)
+    };
+    let samples = (a.len() + rest) as i64;
+    let channels = [
+        (ChannelName::PhaseACurrent, before(a, 0.0)),
+        (ChannelName::PhaseBCurrent, before(b, 0.0)),
+        (ChannelName::PhaseCCurrent, before(c, 0.0)),
+        (ChannelName::MotorAngle, before(taken(ChannelName::MotorAngle), 0.0)),
+        (ChannelName::Command, (0..samples).map(command).collect()),
+    ];
+    let channels =
+        channels.map(|(name, values)| Channel::uniform(name, 0.0, 10e3, values).unwrap());
+    Recording::new("r", Metadata::default(), channels.into()).unwrap()
+}
+
+#[test]
+fn samples_between_ticks_show_no_ripple_as_damage() {
+    let diagnoser = Diagnoser::new(chirp()).unwrap();
+    let options = DiagnoseOptions { tolerance: ToleranceUse::None, ..DiagnoseOptions::default() };
+    // where the ripple of the carrier is at its least and at its most
+    for first in [3, 5, 7] {
+        let answer =
+            diagnoser.diagnose(&between_ticks(diagnoser.bundle(), first), &options).unwrap();
+        assert!(answer.fit.adequate && finds(&answer), "{first}: {:?}", answer.faults);
+    }
+}
+
+#[test]
+fn a_quadrature_axis_current_of_six_steps_is_refused() {
+    let bundle = chirp();
+    let phases = recorded(&bundle.experiment, LEVELS, 3);
+    let named = |channel: &Channel| {
+        let values = channel.values().to_vec();
+        Channel::uniform(ChannelName::QAxisCurrent, 0.0, 10e3, values).unwrap()
+    };
+    let channels = vec![named(&phases.channels()[0])];
+    let recording = Recording::new("r", phases.metadata.clone(), channels).unwrap();
+    let refused = Diagnoser::new(bundle).unwrap().diagnose(&recording, &DiagnoseOptions::default());
+    let told = refused.unwrap_err().to_string();
+    assert!(
+        told.starts_with("`q_axis_current_a` is the current of a field-oriented drive"),
+        "{told}"
     );
 }

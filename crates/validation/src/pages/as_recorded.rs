@@ -7,11 +7,15 @@ use anyhow::{Context, Result};
 use experiments::{
     AsRecordedRequest, AsRecordedScore,
     BenchColumn::{Angle, Command, Phase},
-    BenchForm, evaluate_as_recorded,
+    BenchForm, DriveLog, evaluate_as_recorded,
 };
-use fdi_core::ToleranceUse;
+use fdi_core::{Bundle, ToleranceUse};
 
-use super::{bar::met, figure::Figure};
+use super::{
+    bar::met,
+    figure::Figure,
+    machine::{built, ema_48},
+};
 use crate::processor::jobs;
 
 /// Root seed of the page. The alignment was developed on recordings of `fdi simulate`.
@@ -36,17 +40,30 @@ const WHOLE: BenchForm = BenchForm {
     between_samples: false,
     columns: &[Phase, Angle, Command],
     any_wiring: false,
+    quadrature: None,
 };
 const BETWEEN: BenchForm =
     BenchForm { name: "the same, the command between two samples", between_samples: true, ..WHOLE };
-const UNTOLD: BenchForm =
-    BenchForm { name: "the same, the command not recorded", columns: &[Phase, Angle], ..BETWEEN };
+const UNTOLD: BenchForm = BenchForm {
+    name: "up to 2 s before a command that is not recorded",
+    columns: &[Phase, Angle],
+    ..WHOLE
+};
 const WIRED: BenchForm = BenchForm { any_wiring: true, ..WHOLE };
-const FORMS: [BenchForm; 8] = [
+const FORMS: [BenchForm; 9] = [
     WHOLE,
     BETWEEN,
     UNTOLD,
-    BenchForm { name: "the same, without the rotor's angle", columns: &[Phase], ..UNTOLD },
+    BenchForm {
+        name: "the same, a logger of its own: between two samples",
+        between_samples: true,
+        ..UNTOLD
+    },
+    BenchForm {
+        name: "up to 2 s before, neither command nor rotor's angle recorded",
+        columns: &[Phase],
+        ..UNTOLD
+    },
     BenchForm { name: "two phases", most_before_s: 0.0, columns: &[Angle, Command], ..WHOLE },
     BenchForm {
         name: "two phases, up to 2 s before a command between two samples",
@@ -61,18 +78,38 @@ const FORMS: [BenchForm; 8] = [
     },
 ];
 
+/// What a field-oriented drive logs of its own current.
+const LOGS: [BenchForm; 4] = [
+    log("q-axis current, each tick", None, 1),
+    log("q-axis current behind 1 kHz, each tick", Some(1000.0), 1),
+    log("q-axis current behind 300 Hz, each second tick", Some(300.0), 2),
+    log("q-axis current behind 1 kHz, each fourth tick", Some(1000.0), 4),
+];
+
+const fn log(name: &'static str, corner_hz: Option<f64>, ticks: usize) -> BenchForm {
+    BenchForm { name, quadrature: Some(DriveLog { corner_hz, ticks }), ..WHOLE }
+}
+
+/// Ways to take the machine, with their titles.
+const TOLERANCES: [(ToleranceUse, &str); 2] = [
+    (ToleranceUse::None, "The machine is exactly its model file (`--tolerance none`)"),
+    (ToleranceUse::Model, "The machine is within the tolerances of its model file (the default)"),
+];
+
 fn scores(
+    bundle: &Bundle,
     forms: &[BenchForm],
     machines: usize,
     tolerance: ToleranceUse,
 ) -> Result<Vec<AsRecordedScore>> {
-    let request = AsRecordedRequest { forms, machines, tolerance, seed: SEED, jobs: jobs() };
+    let request =
+        AsRecordedRequest { bundle, forms, machines, tolerance, seed: SEED, jobs: jobs() };
     evaluate_as_recorded(&request).context("recordings as benches make them")
 }
 
 /// Three machines of either kind: seconds.
 pub(super) fn quick() -> Result<Vec<Figure>> {
-    let scores = scores(&[BETWEEN, UNTOLD, WIRED], FEW, ToleranceUse::None)?;
+    let scores = scores(&ema_48()?, &[BETWEEN, UNTOLD, WIRED], FEW, ToleranceUse::None)?;
     let of = |(score, name): (&AsRecordedScore, &str)| {
         let figure = |what: &str, value: f64, tolerance_rel: f64| Figure {
             id: format!("{name}-{what}"),
@@ -92,22 +129,24 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
 
 pub(super) fn text() -> Result<String> {
     let mut page = String::from(HEAD);
-    for (tolerance, title) in [
-        (ToleranceUse::None, "The machine is exactly its model file (`--tolerance none`)"),
-        (
-            ToleranceUse::Model,
-            "The machine is within the tolerances of its model file (the default)",
-        ),
-    ] {
+    let bundle = ema_48()?;
+    for (tolerance, title) in TOLERANCES {
         write!(page, "\n## {title}\n\n{COLUMNS}")?;
-        let scores = scores(&FORMS, MACHINES, tolerance)?;
-        let most_alarms = scores[0].false_alarms + MORE_ALARMS;
-        for score in &scores {
-            row(&mut page, score, most_alarms, tolerance)?;
-        }
+        rows(&mut page, &scores(&bundle, &FORMS, MACHINES, tolerance)?, tolerance)?;
+    }
+    page.push_str(QUADRATURE);
+    let bundle = built("bench", None)?;
+    for (tolerance, title) in TOLERANCES {
+        write!(page, "\n### {title}\n\n{COLUMNS}")?;
+        rows(&mut page, &scores(&bundle, &LOGS, MACHINES, tolerance)?, tolerance)?;
     }
     page.push_str(LIMITS);
     Ok(page)
+}
+
+fn rows(page: &mut String, scores: &[AsRecordedScore], tolerance: ToleranceUse) -> Result<()> {
+    let most_alarms = scores[0].false_alarms + MORE_ALARMS;
+    scores.iter().try_for_each(|score| row(page, score, most_alarms, tolerance))
 }
 
 fn row(
@@ -142,5 +181,6 @@ fn row(
 }
 
 const COLUMNS: &str = include_str!("as_recorded/columns.md");
+const QUADRATURE: &str = include_str!("as_recorded/quadrature.md");
 const HEAD: &str = include_str!("as_recorded/head.md");
 const LIMITS: &str = include_str!("as_recorded/limits.md");

@@ -5,14 +5,15 @@ use std::{fmt::Write as _, path::Path};
 use anyhow::{Context, Result};
 use experiments::{SetupsLine, SetupsResult, Unfit, evaluate_setups, evaluate_unfit};
 use fdi_core::{
-    Bundle, ColumnMap, Dataset, DatasetRequest, Diagnoser, EMBEDDED_BUNDLES, Experiment, Recording,
-    ReferenceDesign, RootSeed, default_noise_a,
-    ema_sim::{Imperfections, presets},
-    read_model,
+    Bundle, Diagnoser,
     report::{ActionLevels, FaultId},
 };
 
-use super::{bar::met, figure::Figure};
+use super::{
+    bar::met,
+    figure::Figure,
+    machine::{built, ema_48},
+};
 use crate::processor::jobs;
 
 /// Root seed of the page. The setup was developed on seed 3.
@@ -37,6 +38,9 @@ const HOLD_PERCENT: [f64; 2] = [91.0, 98.5];
 /// Machines of the quick figures.
 const FEW: usize = 2;
 
+/// Name of the embedded kind.
+const EMA_48: &str = "ema-48, chirp";
+
 /// A kind of machine with its test.
 struct Kind {
     name: &'static str,
@@ -49,34 +53,10 @@ struct Scored {
     result: SetupsResult,
 }
 
-/// EMA-48 in the embedded chirp.
-fn ema_48() -> Result<Kind> {
-    let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
-    Ok(Kind { name: "ema-48, chirp", diagnoser: Diagnoser::new(bundle)? })
-}
-
-/// A machine whose bundle is built as `fdi setup` does, with the usual tolerances.
-fn built(name: &'static str, model: &str, command: Option<&Path>) -> Result<Kind> {
-    let mut model = read_model(model)?;
-    model.tolerance = presets::ema_48_tolerance();
-    model.temperature = model.temperature.or_else(|| Some(presets::ema_48_temperature()));
-    let test = match command {
-        Some(path) => Experiment::of_recording(&Recording::read(path, &ColumnMap::default())?)?,
-        None => Experiment::named("chirp").context("the chirp")?,
-    };
-    let own = model.name.clone().context("a model that is read has a name")?;
-    let experiment = test.of_model(&own, &model)?;
-    let dataset = |design| {
-        let imperfections = Imperfections::REAL;
-        let request =
-            DatasetRequest { design, conditions: 100, seed: 0, imperfections, jobs: jobs() };
-        Dataset::generate(&experiment, &request)
-    };
-    let datasets = [ReferenceDesign::Incipient, ReferenceDesign::Sparse].map(dataset);
-    let datasets = datasets.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let noise_a = default_noise_a(&experiment.actuator);
-    let bundle = Bundle::build(&experiment, datasets, noise_a, RootSeed(0))?;
-    Ok(Kind { name, diagnoser: Diagnoser::new(bundle)? })
+impl Kind {
+    fn of(name: &'static str, bundle: Bundle) -> Result<Self> {
+        Ok(Self { name, diagnoser: Diagnoser::new(bundle)? })
+    }
 }
 
 fn line(machines: usize) -> SetupsLine {
@@ -92,7 +72,7 @@ fn line(machines: usize) -> SetupsLine {
 /// Two machines: seconds.
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let few = SetupsLine { sound: 2, tests: 4, ..line(FEW) };
-    let result = evaluate_setups(&ema_48()?.diagnoser, &few, SEED, jobs())?;
+    let result = evaluate_setups(&Kind::of(EMA_48, ema_48()?)?.diagnoser, &few, SEED, jobs())?;
     let figure = |id: &str, value: usize| Figure {
         id: id.to_owned(),
         value: value as f64,
@@ -114,9 +94,9 @@ pub(super) fn text() -> Result<String> {
     let model = root.join("fixtures/models/ema-270.toml");
     let model = model.to_str().context("the path of the model is no text")?;
     let kinds = [
-        ema_48()?,
-        built("ema-270, flap", model, Some(&flap))?,
-        built("bench, chirp", "bench", None)?,
+        Kind::of(EMA_48, ema_48()?)?,
+        Kind::of("ema-270, flap", built(model, Some(&flap))?)?,
+        Kind::of("bench, chirp", built("bench", None)?)?,
     ];
     let mut page = String::from(HEAD);
     let mut scored = Vec::new();
