@@ -11,5 +11,6 @@ pub(crate) mod model_source;
 pub(crate) mod recorded_test;
 pub(crate) mod resampling;
 pub(crate) mod sampled;
+pub(crate) mod shifting;
 pub(crate) mod simulated;
 pub(crate) mod simulated_axis;

@@ -295,7 +295,7 @@ mod tests {
         assert_same(
             &none.require_current().unwrap_err().to_string(),
             "no current channel: expected `phase_a_current_a`, `phase_b_current_a` and \
-             `phase_c_current_a`, or `current_a`; the columns are `load_n_m`, `amps` \
+             `phase_c_current_a`, or `current_a`, or `q_axis_current_a` of a field-oriented drive; the columns are `load_n_m`, `amps` \
              (`--map current_a=COLUMN[*FACTOR]` names one)",
         );
         let one = parse("time_s,phase_a_current_a\n0,1\n");

@@ -1,6 +1,6 @@
 //! Published answer of a diagnosis: verdict, levels, notices.
 
-use ema_sim::FAULT_COUNT;
+use ema_sim::{Envelope, FAULT_COUNT};
 use fdi_report::INCIPIENT_LEVEL;
 
 use crate::{
@@ -102,7 +102,9 @@ impl Run<'_> {
     pub(crate) fn coarse_phases(&self) -> Option<Notice> {
         let rate_hz = self.observation.phase_rate_hz;
         let learnt_hz = self.experiment().actuator.controller.sample_hz;
-        (rate_hz < LEAST_RATE_SHARE * learnt_hz).then(|| Notice {
+        // the phases of a field-oriented drive are sines, without sectors
+        let commutates = self.experiment().envelope != Envelope::QAxis;
+        (commutates && rate_hz < LEAST_RATE_SHARE * learnt_hz).then(|| Notice {
             code: NoticeCode::PhasesSampledSlowly,
             message: format!(
                 "the phases were sampled at {rate_hz} Hz and the bundle is learnt at \

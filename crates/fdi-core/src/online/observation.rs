@@ -1,7 +1,6 @@
 //! From a recording to the signal that is diagnosed, at the rate and with the filter of an
 //! experiment.
 
-use core::f64::consts::PI;
 use std::borrow::Cow;
 
 use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, Sector, SimulationError};
@@ -23,6 +22,7 @@ use crate::{
         envelope::{envelope_kind, filtered},
         experiment::Experiment,
         low_pass::before_low_pass,
+        shifting::advanced,
     },
     unit::{
         learnt_unit::session_of,
@@ -199,35 +199,6 @@ impl Observation {
         }
         Ok(())
     }
-}
-
-/// A signal from some samples after its first on: through a windowed sinc (Lanczos), the ends held.
-fn advanced(signal: &[f64], by: f64) -> Vec<f64> {
-    let last = signal.len() as i64 - 1;
-    let whole = by.floor();
-    let weights = lanczos_weights(by - whole);
-    let value = |n: usize| {
-        let first = n as i64 + whole as i64 - LANCZOS_REACH;
-        let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
-        weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
-    };
-    (0..signal.len()).map(value).collect()
-}
-
-/// Samples to either side that one between two is made of.
-const LANCZOS_REACH: i64 = 8;
-
-/// Weights of the samples from `LANCZOS_REACH` before to as many after, for one that lies a share
-/// of a period after the middle one; their sum is one.
-fn lanczos_weights(share: f64) -> Vec<f64> {
-    let sinc = |x: f64| if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
-    let weight = |tap: i64| {
-        let x = (tap - LANCZOS_REACH) as f64 - share;
-        sinc(x) * sinc((x / LANCZOS_REACH as f64).clamp(-1.0, 1.0))
-    };
-    let weights: Vec<f64> = (0..=2 * LANCZOS_REACH).map(weight).collect();
-    let sum: f64 = weights.iter().sum();
-    weights.iter().map(|weight| weight / sum).collect()
 }
 
 /// The uniform sampling of a channel that is long enough.
@@ -503,9 +474,9 @@ fn of_quadrature(
         return Err(ObservationError::QuadratureOfSixSteps);
     }
     let Sampling { rate_hz, .. } = sampled_fast_enough(recording, channel, experiment)?;
-    let values = channel.values();
+    let (values, tick_hz) = (channel.values(), experiment.actuator.controller.sample_hz);
     let envelope_a = match recording.metadata.filter_hz {
-        Some(corner_hz) => before_low_pass(values, rate_hz, corner_hz),
+        Some(corner_hz) => before_low_pass(values, rate_hz, corner_hz, tick_hz),
         None => values.to_vec(),
     };
     let signal_a = filtered(&envelope_a, rate_hz, experiment);
@@ -693,6 +664,8 @@ pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
 
 #[cfg(test)]
 mod tests {
+    use core::f64::consts::PI;
+
     use approx::assert_relative_eq;
 
     use super::*;
@@ -729,20 +702,5 @@ mod tests {
     fn phases_that_were_computed_have_no_noise() {
         let [a, b, c] = sensed([1.01, 0.99, 1.005], 0.0);
         assert_eq!(noise_beside_gains_a([&a, &b, &c]), None);
-    }
-
-    #[test]
-    fn a_slow_signal_is_advanced_between_its_samples() {
-        let wave = |n: f64| (0.5 * n).sin() + 2.0;
-        let signal: Vec<f64> = (0..80).map(|n| wave(f64::from(n))).collect();
-        for by in [1.4, -2.25, 3.0] {
-            let moved = advanced(&signal, by);
-            for (n, value) in moved.iter().enumerate().take(65).skip(15) {
-                // a period of a dozen samples through 17 taps: a thousandth
-                assert!((value - wave(n as f64 + by)).abs() < 2e-3, "{n} {by}");
-            }
-        }
-        assert_eq!(advanced(&signal, 3.0)[2], signal[5]);
-        assert_eq!(advanced(&signal, -3.0)[1], signal[0]);
     }
 }

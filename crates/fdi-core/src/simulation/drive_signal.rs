@@ -49,10 +49,11 @@ impl DriveSignal {
         let channel = recording.first_channel(&names).cloned();
         let channel = channel.ok_or(ComparedSignalsError::NoDrive { expected: names[0] })?;
         let filter_hz = recording.metadata.filter_hz;
-        match filter_hz {
-            Some(corner_hz) if channel.name() == QAxisCurrent => {
+        match (filter_hz, model) {
+            (Some(corner_hz), MachineModel::Actuator(model)) if channel.name() == QAxisCurrent => {
                 let rate_hz = channel.regular_rate_hz()?;
-                let values = before_low_pass(channel.values(), rate_hz, corner_hz);
+                let tick_hz = model.actuator.controller.sample_hz;
+                let values = before_low_pass(channel.values(), rate_hz, corner_hz, tick_hz);
                 let channel = Channel::new(QAxisCurrent, channel.times_s(), values)?;
                 Ok(Self { channel, filter_hz: None })
             }

@@ -16,7 +16,7 @@
 
 use inference::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot};
 
-use crate::simulation::low_pass::rise;
+use crate::simulation::shifting::rise;
 
 /// A covariance by its factor.
 #[derive(Debug)]
