@@ -49,7 +49,7 @@ pub(crate) struct Logger<'a> {
     tick_hz: f64,
     /// Ticks so far.
     ticks: usize,
-    /// What the current's sensor adds to each phase in this tick, A.
+    /// Error of the current's sensor in each phase in this tick, A.
     sensor_error_a: PerPhase,
     logged: LoggedCurrents,
 }
@@ -73,7 +73,7 @@ impl<'a> Logger<'a> {
         }
     }
 
-    /// What was logged, filled up where the run ended early.
+    /// The log, filled up where the run ended early.
     pub(crate) fn logged(self, runaway: Option<Runaway>) -> LoggedCurrents {
         LoggedCurrents { runaway, ..self.logged }.filled(self.instants_s.len())
     }

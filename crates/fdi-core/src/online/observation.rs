@@ -502,7 +502,7 @@ fn sampled_fast_enough(
     Ok(sampling)
 }
 
-/// What a recording of one current says besides its signal.
+/// The observation of a recording of one current, with what it says besides its signal.
 fn of_channel(
     recording: &Recording,
     channel: &Channel,

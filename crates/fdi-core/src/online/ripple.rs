@@ -1,4 +1,4 @@
-//! What a recording shows of the carrier's ripple, where it is sampled out of step with the drive.
+//! The carrier's ripple in a recording that is sampled out of step with the drive.
 //!
 //! ```text
 //! b = F(e(t_n)) − F(ē(n/f)),   t_n = n/f − τ
@@ -43,8 +43,8 @@ impl SamplingInstants {
         is_whole(2.0 * carrier_hz / self.rate_hz) && is_whole(2.0 * carrier_hz * self.late_s)
     }
 
-    /// What the filtered envelope of these samples, brought to the ticks by `advanced`, shows of the
-    /// ripple of a machine with some damage, A.
+    /// The ripple of a machine with some damage in the filtered envelope of these samples, which
+    /// `advanced` brings to the ticks, A.
     pub(crate) fn ripple_a(
         &self,
         experiment: &Experiment,

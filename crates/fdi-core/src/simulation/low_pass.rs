@@ -1,4 +1,4 @@
-//! What the low-pass of a drive took from a signal, given back.
+//! Signals before the low-pass of a drive.
 //!
 //! A drive smooths what it logs by an exponential mean at each tick of its controller, every `T`:
 //!

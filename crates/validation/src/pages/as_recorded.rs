@@ -78,7 +78,7 @@ const FORMS: [BenchForm; 9] = [
     },
 ];
 
-/// What a field-oriented drive logs of its own current.
+/// Logs of a field-oriented drive of its own current.
 const LOGS: [BenchForm; 4] = [
     log("q-axis current, each tick", None, 1),
     log("q-axis current behind 1 kHz, each tick", Some(1000.0), 1),

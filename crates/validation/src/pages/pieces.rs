@@ -11,10 +11,11 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 34] = [
+const OF_METHOD: [&str; 35] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
+    "as_recorded/quadrature.md",
     "bayesopt/head.md",
     "bayesopt/limits.md",
     "bayesopt/problems.md",
