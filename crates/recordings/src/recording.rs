@@ -219,7 +219,12 @@ impl Recording {
     /// less, the stamps are of a clock that runs a little fast or slow: times become those of the
     /// stated rate. Without one they become those of a round rate that is as near as clocks are.
     pub(crate) fn settle_rate(&mut self) -> Result<(), RecordError> {
-        let Ok(current) = self.require_current() else { return Ok(()) };
+        // a drive stamps its own current by the clock that its command comes from
+        let (Ok(current @ Current::Phases(_)) | Ok(current @ Current::Envelope(_))) =
+            self.require_current()
+        else {
+            return Ok(());
+        };
         let channel = current.channel();
         let Ok(sampling) = channel.sampling() else { return Ok(()) };
         let found_hz = sampling.rate_hz;
