@@ -220,8 +220,7 @@ impl Recording {
     /// stated rate. Without one they become those of a round rate that is as near as clocks are.
     pub(crate) fn settle_rate(&mut self) -> Result<(), RecordError> {
         // a drive stamps its own current by the clock that its command comes from
-        let (Ok(current @ Current::Phases(_)) | Ok(current @ Current::Envelope(_))) =
-            self.require_current()
+        let Ok(current @ (Current::Phases(_) | Current::Envelope(_))) = self.require_current()
         else {
             return Ok(());
         };
