@@ -1,6 +1,6 @@
 //! The stator envelope current: from phase currents to the signal that is diagnosed.
 
-use core::f64::consts::TAU;
+use core::f64::consts::{FRAC_2_PI, TAU};
 
 use crate::phase::{ContinuingPhase, PerPhase, Sector};
 
@@ -23,6 +23,22 @@ pub enum Envelope {
 }
 
 impl Envelope {
+    /// Variance of a sample for white noise of unit variance on each of three phases that were
+    /// measured, with two of them carrying a current that is large beside the noise.
+    ///
+    /// ```text
+    /// conducting phase: 1    projection: 2/4    quadrature: (2/3)²·Σ sin²(θ_e − 120°·j) = 2/3
+    /// half sum of magnitudes: 2/4 + (1 − 2/π)/4
+    /// ```
+    pub const fn noise_variance(self) -> f64 {
+        match self {
+            Self::HalfAbsSum => 0.5 + 0.25 * (1.0 - FRAC_2_PI),
+            Self::SignedProjection => 0.5,
+            Self::ConductingPhase => 1.0,
+            Self::QAxis => 2.0 / 3.0,
+        }
+    }
+
     /// Envelope of a recording of three phases with the angle of the motor, whose electrical angle
     /// is `p·θ_m` with `p` pole pairs.
     ///
@@ -146,6 +162,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     use super::*;
+    use crate::noise::NoiseSource;
 
     /// Rounding of a mean over three phases, A.
     const MEAN_A: f64 = 1e-14;
@@ -195,6 +212,40 @@ mod tests {
         let phases = [channel(0), channel(1), channel(2)];
         for i in Envelope::QAxis.of_phases([&phases[0], &phases[1], &phases[2]], &angle) {
             assert_abs_diff_eq!(i, 2.0, epsilon = MEAN_A);
+        }
+    }
+
+    #[test]
+    fn white_noise_of_the_phases_has_the_stated_variance_in_each_envelope() {
+        let samples = 60_000;
+        let angle: Vec<f64> = (0..samples).map(|k| f64::from(k) * 0.013).collect();
+        let (current_a, noise_a) = (5.0, 0.1);
+        let mut noise = NoiseSource::new(3);
+        let mut channel = |j: usize, noise_a: f64| -> Vec<f64> {
+            let of_angle = |&t: &f64| current_a * Sector::of_electrical_angle(t).pattern()[j];
+            angle.iter().map(|t| of_angle(t) + noise_a * noise.normal()).collect()
+        };
+        let noisy = [0, 1, 2].map(|j| channel(j, noise_a));
+        let clean = [0, 1, 2].map(|j| channel(j, 0.0));
+        for envelope in [
+            Envelope::HalfAbsSum,
+            Envelope::SignedProjection,
+            Envelope::ConductingPhase,
+            Envelope::QAxis,
+        ] {
+            let of = |phases: &[Vec<f64>; 3]| {
+                envelope.of_phases(phases.each_ref().map(Vec::as_slice), &angle)
+            };
+            let (noisy, clean) = (of(&noisy), of(&clean));
+            let off: Vec<f64> = noisy.iter().zip(clean).map(|(a, b)| (a - b) / noise_a).collect();
+            let mean = off.iter().sum::<f64>() / f64::from(samples);
+            let square: f64 = off.iter().map(|x| (x - mean) * (x - mean)).sum();
+            // four standard deviations of a variance of so many samples: 4·√(2/60 000)
+            assert_abs_diff_eq!(
+                square / f64::from(samples),
+                envelope.noise_variance(),
+                epsilon = 0.023
+            );
         }
     }
 }

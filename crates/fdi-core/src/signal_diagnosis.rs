@@ -3,7 +3,9 @@
 use crate::{
     Diagnoser,
     online::{
-        damage::coordinates_of, error::DiagnoseError, observation::Observation,
+        damage::coordinates_of,
+        error::DiagnoseError,
+        observation::{Observation, UnfilteredEnvelope},
         options::DiagnoseOptions,
     },
     report::RecordDiagnosis,
@@ -26,7 +28,7 @@ impl EnvelopeSignal {
         Self {
             observation: Observation {
                 signal_a,
-                envelope_a: None,
+                envelope: None,
                 start_angle_rad: Some(0.0),
                 commutation: None,
                 phase_rate_hz,
@@ -49,7 +51,8 @@ impl EnvelopeSignal {
     /// test's start needs it.
     #[must_use]
     pub fn with_envelope(mut self, envelope_a: Vec<f64>) -> Self {
-        self.observation.envelope_a = Some(envelope_a);
+        let rate_hz = self.observation.phase_rate_hz;
+        self.observation.envelope = Some(UnfilteredEnvelope { samples_a: envelope_a, rate_hz });
         self
     }
 }

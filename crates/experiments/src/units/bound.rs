@@ -298,7 +298,7 @@ fn noise(
     }
     let electronics: BandedMatrix = tapered_covariance(&runs, TAPER_SAMPLES);
     let rate_hz = experiment.actuator.controller.sample_hz;
-    let sensors = unit_noise_covariance(&experiment.filter, rate_hz, samples);
+    let sensors = unit_noise_covariance(experiment, rate_hz);
     let mut whole = electronics.plus(&sensors.scaled(SENSORS.variance_a2()));
     whole.add_to_diagonal(1e-10);
     Ok(whole)

@@ -39,7 +39,7 @@ pub fn sensor_bound_std(
     let monitor = experiment.monitor(start_angle_rad)?;
     let sought = experiment.sought_indices();
     let jacobian = monitor.jacobian(coordinates, &sought, STEP);
-    let unit = unit_noise_covariance(&experiment.filter, phase_rate_hz, experiment.samples());
+    let unit = unit_noise_covariance(experiment, phase_rate_hz);
     let factor = Factor::new(unit.scaled(noise_a * noise_a), None)?;
     let covariance = information(&factor, &jacobian).try_inverse();
     let covariance = covariance.ok_or(NotPositiveDefinite { row: 0, pivot: 0.0 })?;

@@ -18,7 +18,7 @@ use crate::{
     },
     seed::{Purpose, RootSeed},
     simulation::experiment::{Experiment, MASK_POINTS},
-    statistics::noise_covariance::unit_noise_at_rate,
+    statistics::noise_covariance::unit_noise_covariance,
     unit::error::{UnitError, UnitErrorError},
 };
 
@@ -380,7 +380,7 @@ fn unit_error(
     root: RootSeed,
 ) -> Result<UnitError, UnitErrorError> {
     let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
-    let unit_noise = unit_noise_at_rate(&experiment.filter, rate_hz, experiment.samples());
+    let unit_noise = unit_noise_covariance(experiment, rate_hz);
     let jobs = thread::available_parallelism().map_or(1, NonZero::get);
     UnitError::learn(experiment, start, &unit_noise, noise_a, root, jobs)
 }
@@ -531,10 +531,10 @@ fn choose(
     };
     let references =
         References { differences, coordinates, jacobians, electronics: electronics.cloned() };
-    let (filter, samples) = (&experiment.filter, experiment.samples());
     let rate_hz = experiment.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
-    let noise = unit_noise_at_rate(filter, rate_hz, samples).scaled(noise_a * noise_a);
-    let (trend, shape) = error_choice::choose(&references, of.trends(), filter.output_hz, &noise)?;
+    let noise = unit_noise_covariance(experiment, rate_hz).scaled(noise_a * noise_a);
+    let (trend, shape) =
+        error_choice::choose(&references, of.trends(), experiment.filter.output_hz, &noise)?;
     Ok(ModelChoice { of, trend, shape })
 }
 

@@ -22,7 +22,7 @@ use inference::{BandedMatrix, tapered_covariance};
 use crate::{
     offline::dataset::{Condition, Dataset, monitor_signals, sought_coordinates},
     simulation::{experiment::Experiment, high_fidelity_signal::HighFidelitySignal},
-    statistics::noise_covariance::unit_noise_at_rate,
+    statistics::noise_covariance::filtered_white_noise,
 };
 
 /// Samples of all runs together; a run of the chirp has a thousand.
@@ -43,7 +43,7 @@ pub(crate) fn electronics_covariance(
     let carrier_hz = experiment.actuator.inverter.carrier_hz;
     let half_width_a = experiment.actuator.sensing.current_noise_half_width_a;
     let loops = tapered_covariance(scatter, support_samples);
-    let feedback = unit_noise_at_rate(&experiment.filter, carrier_hz, experiment.samples());
+    let feedback = filtered_white_noise(&experiment.filter, carrier_hz, experiment.samples());
     if datasets.iter().any(|dataset| dataset.imperfections.controller_noise) {
         loops.plus(&feedback.scaled(half_width_a * half_width_a / 3.0))
     } else {

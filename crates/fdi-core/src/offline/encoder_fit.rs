@@ -98,7 +98,7 @@ fn stated_noise(bundle: &Bundle) -> Result<Option<NoiseCovariance>, BundleError>
     let experiment = &bundle.experiment;
     let rate_hz = experiment.actuator.controller.sample_hz;
     let samples = experiment.samples();
-    let unit = unit_noise_covariance(&experiment.filter, rate_hz, samples);
+    let unit = unit_noise_covariance(experiment, rate_hz);
     let variance = bundle.noise_a.powi(2);
     let band = |lag: usize| (0..samples - lag).map(|at| variance * unit.at(at + lag, at)).collect();
     let model = NoiseModel::Banded((0..=unit.half_band()).map(band).collect());

@@ -84,7 +84,7 @@ fn cases(bundle: &Bundle) -> Result<Vec<Case>, BundleError> {
 fn stated_covariance(bundle: &Bundle) -> BandedMatrix {
     let experiment = &bundle.experiment;
     let rate_hz = experiment.actuator.controller.sample_hz;
-    let unit = unit_noise_covariance(&experiment.filter, rate_hz, experiment.samples());
+    let unit = unit_noise_covariance(experiment, rate_hz);
     unit.scaled(bundle.noise_a.powi(2))
 }
 

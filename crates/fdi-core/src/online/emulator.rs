@@ -32,7 +32,7 @@ use crate::{
         estimator::gram,
     },
     online::likelihood::GridLikelihood,
-    statistics::noise_covariance::unit_noise_at_rate,
+    statistics::noise_covariance::unit_noise_covariance,
 };
 
 /// Damage in the middle of the incipient range, where a search starts.
@@ -94,7 +94,7 @@ impl Emulator {
     /// [`BundleError`] for a bundle with too few reference signals, or without an emulator.
     pub fn learn(bundle: &Bundle, phase_rate_hz: f64, noise_a: f64) -> Result<Self, BundleError> {
         let experiment = &bundle.experiment;
-        let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+        let unit = unit_noise_covariance(experiment, phase_rate_hz);
         let model = Arc::new(bundle.signal_model()?.ok_or(BundleError::NoEmulator)?);
         let error = Arc::clone(&model);
         let grid = GridLikelihood::new(error, Arc::new(unit), noise_a * noise_a, None)?;

@@ -14,7 +14,7 @@ use crate::{
     },
     online::{emulator::Emulator, likelihood::Likelihood, method::high_fidelity::HighFit},
     simulation::high_fidelity_signal::HighFidelitySignal,
-    statistics::{noise_covariance::unit_noise_at_rate, parallel::in_parallel},
+    statistics::{noise_covariance::unit_noise_covariance, parallel::in_parallel},
 };
 
 /// The high-fidelity model without noise, and what noise does to its signal.
@@ -76,7 +76,7 @@ impl HighFidelitySearch {
         let electronics = bundle.electronics(StartAngle::Zero);
         let jacobians = coordinates.iter().map(|point| emulator.jacobian(point)).collect();
         let references = References { differences, coordinates, jacobians, electronics };
-        let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+        let unit = unit_noise_covariance(&experiment, phase_rate_hz);
         let unit = Arc::new(unit);
         let noise = unit.scaled(noise_a * noise_a);
         let (trend, shape) = error_choice::choose(

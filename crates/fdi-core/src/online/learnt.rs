@@ -24,7 +24,7 @@ use crate::{
         severe_errors::SevereErrors,
     },
     simulation::experiment::Monitor,
-    statistics::noise_covariance::unit_noise_at_rate,
+    statistics::noise_covariance::unit_noise_covariance,
     unit::{
         evidence::TemperatureReading,
         monitor::UnitMonitor,
@@ -217,7 +217,7 @@ impl Learnt {
     pub(crate) fn unit_noise(&self, phase_rate_hz: f64) -> Arc<BandedMatrix> {
         let Ok(noise) = self.unit_noise.get(RateKey::new(phase_rate_hz), || {
             let experiment = &self.bundle.experiment;
-            let unit = unit_noise_at_rate(&experiment.filter, phase_rate_hz, experiment.samples());
+            let unit = unit_noise_covariance(experiment, phase_rate_hz);
             Ok::<_, Infallible>(Arc::new(unit))
         });
         noise

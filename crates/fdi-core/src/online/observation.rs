@@ -22,7 +22,7 @@ use crate::{
         envelope::{envelope_kind, filtered},
         experiment::Experiment,
         low_pass::before_low_pass,
-        shifting::advanced,
+        shifting::{advanced, at_ticks},
     },
     unit::{
         learnt_unit::session_of,
@@ -35,8 +35,8 @@ use crate::{
 pub(crate) struct Observation {
     /// Filtered envelope, A.
     pub(crate) signal_a: Vec<f64>,
-    /// The envelope before its filter at the rate of the phases, A, where it is known.
-    pub(crate) envelope_a: Option<Vec<f64>>,
+    /// The envelope before its filter, where it is known.
+    pub(crate) envelope: Option<UnfilteredEnvelope>,
     /// Rotor angle at the first sample, where it is known, rad.
     pub(crate) start_angle_rad: Option<f64>,
     /// Where that angle is read off the commutation: what was seen of it.
@@ -66,6 +66,24 @@ pub(crate) struct Observation {
     /// Temperature of the winding with its standard deviation, where it was read, K.
     pub(crate) winding_temperature_k: Option<(f64, f64)>,
     pub(crate) notices: Vec<Notice>,
+}
+
+/// An envelope before its filter.
+#[derive(Clone, Debug)]
+pub(crate) struct UnfilteredEnvelope {
+    /// A.
+    pub(crate) samples_a: Vec<f64>,
+    pub(crate) rate_hz: f64,
+}
+
+impl UnfilteredEnvelope {
+    /// The signal of an experiment, from a time after the first sample on, or before it, s.
+    fn filtered_from(&self, by_s: f64, experiment: &Experiment) -> Vec<f64> {
+        if by_s == 0.0 {
+            return filtered(&self.samples_a, self.rate_hz, experiment);
+        }
+        filtered(&advanced(&self.samples_a, by_s * self.rate_hz), self.rate_hz, experiment)
+    }
 }
 
 /// Standard deviation of a temperature that comes without one, K: that of a sensor on the winding.
@@ -156,12 +174,8 @@ impl Observation {
     /// The signal from a time after the first sample on, or before it, s: from the envelope before
     /// its filter, else between the samples of the filtered one. What the recording lacks is held.
     pub(crate) fn advanced(&self, by_s: f64, experiment: &Experiment) -> Vec<f64> {
-        match &self.envelope_a {
-            Some(envelope_a) => {
-                let by = by_s * self.phase_rate_hz;
-                let advanced = advanced(envelope_a, by);
-                filtered(&advanced, self.phase_rate_hz, experiment)
-            }
+        match &self.envelope {
+            Some(envelope) => envelope.filtered_from(by_s, experiment),
             None => advanced(&self.signal_a, by_s * experiment.filter.output_hz),
         }
     }
@@ -270,7 +284,8 @@ fn of_phases(
     let wiring = rotor.wiring(columns, sampling.rate_hz, recording.computed_phase(), experiment);
     let rewired = wiring.map(|wiring| wiring.phases(columns));
     let views = rewired.as_ref().map_or(columns, |phases| phases.each_ref().map(Vec::as_slice));
-    let envelope_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
+    let samples_a = experiment.envelope.of_phases(views, &rotor.electrical_rad);
+    let envelope = UnfilteredEnvelope { samples_a, rate_hz: sampling.rate_hz };
     // the filters cost as much as the signal itself, and only tolerances need them
     let shares = (!experiment.tolerance.is_empty()).then(|| {
         measured_shares(views, &rotor.electrical_rad, experiment, |channel| {
@@ -278,8 +293,8 @@ fn of_phases(
         })
     });
     Ok(Observation {
-        signal_a: filtered(&envelope_a, sampling.rate_hz, experiment),
-        envelope_a: Some(envelope_a),
+        signal_a: envelope.filtered_from(0.0, experiment),
+        envelope: Some(envelope),
         start_angle_rad: rotor.start_angle_rad,
         commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
@@ -474,14 +489,16 @@ fn of_quadrature(
         return Err(ObservationError::QuadratureOfSixSteps);
     }
     let Sampling { rate_hz, .. } = sampled_fast_enough(recording, channel, experiment)?;
-    let (values, tick_hz) = (channel.values(), experiment.actuator.controller.sample_hz);
-    let envelope_a = match recording.metadata.filter_hz {
-        Some(corner_hz) => before_low_pass(values, rate_hz, corner_hz, tick_hz),
-        None => values.to_vec(),
+    let tick_hz = experiment.actuator.controller.sample_hz;
+    let (samples_a, fine_hz) = at_ticks(channel.values(), rate_hz, tick_hz);
+    let samples_a = match recording.metadata.filter_hz {
+        Some(corner_hz) => before_low_pass(&samples_a, fine_hz, corner_hz, tick_hz),
+        None => samples_a,
     };
-    let signal_a = filtered(&envelope_a, rate_hz, experiment);
+    let envelope = UnfilteredEnvelope { samples_a, rate_hz: fine_hz };
+    let signal_a = envelope.filtered_from(0.0, experiment);
     let observation = of_channel(recording, channel, signal_a, rate_hz);
-    Ok(Observation { envelope_a: Some(envelope_a), ..observation })
+    Ok(Observation { envelope: Some(envelope), ..observation })
 }
 
 /// The uniform sampling of a current that is long and fast enough for the experiment's filter, within
@@ -512,7 +529,7 @@ fn of_channel(
     let metadata = &recording.metadata;
     Observation {
         signal_a,
-        envelope_a: None,
+        envelope: None,
         start_angle_rad: metadata
             .start_angle_rad
             .or_else(|| recording.channel(ChannelName::MotorAngle)?.values().first().copied()),

@@ -15,6 +15,31 @@ pub(crate) fn advanced(signal: &[f64], by: f64) -> Vec<f64> {
     (0..signal.len()).map(value).collect()
 }
 
+/// A signal that is slower than a drive's ticks at each of these, through the same windowed sinc; one
+/// that is not, at its own rate. With the rate.
+///
+/// The filters of the envelope are exact between samples that lie on a straight line: at a few samples
+/// for each period of the signal they need the ones between.
+pub(crate) fn at_ticks(signal: &[f64], rate_hz: f64, tick_hz: f64) -> (Vec<f64>, f64) {
+    if rate_hz > tick_hz * (1.0 - 1e-6) {
+        return (signal.to_vec(), rate_hz);
+    }
+    let last = signal.len() as i64 - 1;
+    let count = (last as f64 * tick_hz / rate_hz + 1e-6).floor() as usize + 1;
+    let value = |tick: usize| {
+        let place = tick as f64 * rate_hz / tick_hz;
+        let nearest = place.round();
+        if (place - nearest).abs() < 1e-6 {
+            return signal[nearest as usize];
+        }
+        let first = place.floor() as i64 - LANCZOS_REACH;
+        let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
+        let weights = lanczos_weights(place - place.floor());
+        weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
+    };
+    ((0..count).map(value).collect(), tick_hz)
+}
+
 /// Samples to either side that one between two is made of.
 const LANCZOS_REACH: i64 = 8;
 
@@ -57,5 +82,21 @@ mod tests {
         }
         assert_eq!(advanced(&signal, 3.0)[2], signal[5]);
         assert_eq!(advanced(&signal, -3.0)[1], signal[0]);
+    }
+
+    #[test]
+    fn a_slow_signal_is_known_at_each_tick() {
+        let wave = |t_s: f64| (700.0 * t_s).sin();
+        for rate_hz in [2000.0, 2500.0, 3300.0] {
+            let signal: Vec<f64> = (0..400).map(|n| wave(f64::from(n) / rate_hz)).collect();
+            let (ticks, tick_hz) = at_ticks(&signal, rate_hz, 10e3);
+            assert_eq!(tick_hz, 10e3);
+            // as many as fit between the first sample and the last
+            assert_eq!(ticks.len(), (399.0 * 10e3 / rate_hz).floor() as usize + 1);
+            for (n, value) in ticks.iter().enumerate().skip(100).take(ticks.len() - 200) {
+                assert!((value - wave(n as f64 / 10e3)).abs() < 1e-3, "{rate_hz} {n}");
+            }
+        }
+        assert_eq!(at_ticks(&[1.0, 2.0], 20e3, 10e3), (vec![1.0, 2.0], 20e3));
     }
 }

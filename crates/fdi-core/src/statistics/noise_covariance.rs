@@ -7,24 +7,48 @@
 use ema_sim::EnvelopeFilter;
 use inference::{BandedMatrix, dot};
 
-/// Covariance of the filtered envelope for white noise of unit variance on each phase sample.
+use crate::simulation::experiment::Experiment;
+
+/// Covariance of the filtered envelope of a test for white noise of unit variance on each phase
+/// sample, at any rate of the phases.
 ///
-/// The envelope of a conducting phase is one sample of one phase, so that its noise is white too;
-/// the filter, started at zero, colours it:
+/// The envelope is a sum over the phases of one sample each, so that its noise is white too, of the
+/// variance [`Envelope::noise_variance`](ema_sim::Envelope::noise_variance).
+pub fn unit_noise_covariance(experiment: &Experiment, phase_rate_hz: f64) -> BandedMatrix {
+    let white = filtered_white_noise(&experiment.filter, phase_rate_hz, experiment.samples());
+    match experiment.envelope.noise_variance() {
+        1.0 => white,
+        variance => white.scaled(variance),
+    }
+}
+
+/// Covariance of a filtered signal for white noise of unit variance before the filter, at any rate:
+/// noise of equal density at the next whole multiple of the output's rate.
+pub(crate) fn filtered_white_noise(
+    filter: &EnvelopeFilter,
+    rate_hz: f64,
+    samples: usize,
+) -> BandedMatrix {
+    let multiple = (rate_hz / filter.output_hz - 1e-6).ceil().max(1.0);
+    let whole_hz = multiple * filter.output_hz;
+    let whole = at_whole_multiple(filter, whole_hz, samples);
+    let mut covariance = BandedMatrix::zeros(whole.order(), whole.half_band());
+    covariance.add_scaled(whole_hz / rate_hz, &whole);
+    covariance
+}
+
+/// Covariance at a whole multiple of the output's rate: the filter, started at zero, colours white
+/// noise.
 ///
 /// ```text
 /// C_ij = Σ_{n ≥ 0} g(i·d − n)·g(j·d − n)
 /// ```
 ///
-/// with `g` the filter's response to an impulse and `d` the phase samples between two of the
-/// envelope.
-pub fn unit_noise_covariance(
-    filter: &EnvelopeFilter,
-    phase_rate_hz: f64,
-    samples: usize,
-) -> BandedMatrix {
-    let response = filter.impulse_response(phase_rate_hz);
-    let keep_every = (phase_rate_hz / filter.output_hz).round().max(1.0) as usize;
+/// with `g` the filter's response to an impulse and `d` the samples before the filter between two
+/// behind it.
+fn at_whole_multiple(filter: &EnvelopeFilter, rate_hz: f64, samples: usize) -> BandedMatrix {
+    let response = filter.impulse_response(rate_hz);
+    let keep_every = (rate_hz / filter.output_hz).round().max(1.0) as usize;
     let reach = response.len() / keep_every;
     let mut covariance = BandedMatrix::zeros(samples, reach);
     let half_band = covariance.half_band();
@@ -45,21 +69,6 @@ pub fn unit_noise_covariance(
     covariance
 }
 
-/// Covariance for any rate of the phases: noise of equal density at the next whole multiple of the
-/// output's rate.
-pub(crate) fn unit_noise_at_rate(
-    filter: &EnvelopeFilter,
-    phase_rate_hz: f64,
-    samples: usize,
-) -> BandedMatrix {
-    let multiple = (phase_rate_hz / filter.output_hz - 1e-6).ceil().max(1.0);
-    let rate_hz = multiple * filter.output_hz;
-    let whole = unit_noise_covariance(filter, rate_hz, samples);
-    let mut covariance = BandedMatrix::zeros(whole.order(), whole.half_band());
-    covariance.add_scaled(rate_hz / phase_rate_hz, &whole);
-    covariance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,7 +81,7 @@ mod tests {
         // which is (π/2)·f_c/f_s.
         let filter = EnvelopeFilter { corner_hz: 200.0, output_hz: 2000.0 };
         let rate_hz = 200e3;
-        let covariance = unit_noise_covariance(&filter, rate_hz, 100);
+        let covariance = filtered_white_noise(&filter, rate_hz, 100);
         let want = core::f64::consts::FRAC_PI_2 * 200.0 / rate_hz;
         let got = covariance.at(99, 99);
         // the sampled filter differs from the continuous one by (2π·f_c/f_s)² relative
@@ -81,7 +90,7 @@ mod tests {
 
     #[test]
     fn it_is_positive_definite() {
-        let covariance = unit_noise_covariance(&EnvelopeFilter::DEFAULT, 10e3, 200);
+        let covariance = filtered_white_noise(&EnvelopeFilter::DEFAULT, 10e3, 200);
         assert!(covariance.cholesky().is_ok());
     }
 }

@@ -34,7 +34,7 @@ impl Chirp {
         let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap();
         let experiment = &bundle.experiment;
         let quantities = Quantities::new(experiment);
-        let noise = unit_noise_covariance(&experiment.filter, 10e3, experiment.samples());
+        let noise = unit_noise_covariance(experiment, 10e3);
         Self { quantities, noise: noise.scaled(NOISE_A * NOISE_A), bundle }
     }
 

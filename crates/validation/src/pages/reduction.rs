@@ -379,7 +379,7 @@ const DATASET_SEED: u64 = 0;
 /// White noise on the phases after the envelope's filter.
 fn sensor_noise(experiment: &Experiment, samples: usize) -> Result<NoiseCovariance> {
     let rate_hz = experiment.actuator.controller.sample_hz;
-    let unit = unit_noise_covariance(&experiment.filter, rate_hz, samples);
+    let unit = unit_noise_covariance(experiment, rate_hz);
     let noise_a = default_noise_a(&experiment.actuator);
     let band =
         |lag: usize| (0..samples - lag).map(|at| noise_a.powi(2) * unit.at(at + lag, at)).collect();
