@@ -8,23 +8,22 @@
 use std::{f64::consts::TAU, fmt::Write as _};
 
 use fdi_core::{
-    Bundle, ColumnMap, Condition, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser, Purpose,
-    RecordedContent, Recording, ReferenceDesign, RootSeed, SimulatedRecording, ToleranceUse,
-    ema_sim::{Converter, Envelope, FAULT_COUNT, Imperfections, PhaseSensors},
+    Bundle, ColumnMap, Condition, DiagnoseOptions, Diagnoser, Purpose, RecordedContent, Recording,
+    RootSeed, SimulatedRecording, ToleranceUse,
+    ema_sim::{Envelope, Imperfections, PhaseSensors},
     in_parallel,
-    report::{NoticeCode, RecordDiagnosis, Verdict},
+    report::{NoticeCode, RecordDiagnosis},
 };
 
-use crate::{request::EvaluationError, score::median};
+use crate::{
+    answers::{Answered, AnswersScore, SENSORS, sound_and_damaged},
+    request::EvaluationError,
+};
 
 /// Rate of the phases in the recordings, Hz.
 const RATE_HZ: f64 = 10e3;
 /// Simulated samples for each recorded one.
 const FINE: usize = 10;
-/// Sensors of the bench.
-const SENSORS: PhaseSensors = PhaseSensors { noise_a: 0.020, converter: Some(Converter::DEFAULT) };
-/// Levels that are scored: k1 to k5; the eccentricity has none where it is absent.
-const SCORED: usize = 5;
 
 /// How a bench makes its recordings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,29 +114,10 @@ pub struct AsRecordedRequest<'a> {
 pub struct AsRecordedScore {
     /// Name of the form, `twin` for recordings as the bundle has them.
     pub name: &'static str,
-    /// Machines without damage that are called faulty.
-    pub false_alarms: usize,
-    /// Machines without damage that are called healthy.
-    pub healthy: usize,
-    /// Damaged machines that are called faulty.
-    pub faulty: usize,
-    /// Recordings that are called inadequate.
-    pub inadequate: usize,
-    /// Recordings that are refused.
-    pub refused: usize,
+    /// Answers beside those of the twins.
+    pub answers: AnswersScore,
     /// Recordings whose wiring is told as it is: another than stated, or none.
     pub wiring_right: usize,
-    /// Intervals of 95 % of k1 to k5 that hold the truth, and all of them.
-    pub held: (usize, usize),
-    /// Standard deviation of k1 to k5 over that of the twin: median and largest.
-    pub width: (f64, f64),
-}
-
-/// Answer to one recording, and what was true of its machine.
-struct Answered {
-    truth: [f64; FAULT_COUNT],
-    wiring: Wiring,
-    answer: Option<RecordDiagnosis>,
 }
 
 /// Scores forms of recordings of a bundle's machine, after their twins.
@@ -149,19 +129,7 @@ pub fn evaluate_as_recorded(
     request: &AsRecordedRequest<'_>,
 ) -> Result<Vec<AsRecordedScore>, EvaluationError> {
     let experiment = request.bundle.experiment.clone();
-    let damaged = Dataset::conditions(
-        &experiment,
-        &DatasetRequest {
-            design: ReferenceDesign::Test,
-            conditions: request.machines,
-            seed: request.seed,
-            imperfections: Imperfections::REAL,
-            jobs: request.jobs,
-        },
-    )?;
-    let sound = damaged.iter().map(|one| Condition { levels: SOUND, ..*one });
-    let conditions: Vec<(usize, Condition)> =
-        sound.chain(damaged.iter().copied()).enumerate().collect();
+    let conditions = sound_and_damaged(&experiment, request.machines, request.seed, request.jobs)?;
     let diagnoser = Diagnoser::new(request.bundle.clone())?;
     let forms: Vec<BenchForm> = [TWIN].into_iter().chain(request.forms.iter().copied()).collect();
     let options = DiagnoseOptions { tolerance: request.tolerance, ..DiagnoseOptions::default() };
@@ -178,54 +146,24 @@ pub fn evaluate_as_recorded(
             };
             let recording = Recording::parse("r.csv", text.as_bytes(), &ColumnMap::default())?;
             let answer = diagnoser.diagnose(&recording, &options).ok();
-            Ok::<_, EvaluationError>(Answered { truth: condition.levels, wiring, answer })
+            let answered = Answered { truth: condition.levels, answer };
+            Ok::<_, EvaluationError>((answered, wiring))
         };
         forms.iter().enumerate().map(of_form).collect::<Result<Vec<_>, _>>()
     })?;
     let scored = |(place, form): (usize, &BenchForm)| {
-        let of_form = answered.iter().map(|all| (&all[place], &all[0]));
-        score(form.name, &of_form.collect::<Vec<_>>())
+        let of_form = answered.iter().map(|all| (&all[place].0, &all[0].0));
+        let is_told = |all: &&Vec<(Answered, Wiring)>| {
+            let (Answered { answer, .. }, wiring) = &all[place];
+            answer.as_ref().is_some_and(|answer| wiring.is_told_by(answer))
+        };
+        AsRecordedScore {
+            name: form.name,
+            answers: AnswersScore::of(&of_form.collect::<Vec<_>>()),
+            wiring_right: answered.iter().filter(is_told).count(),
+        }
     };
     Ok(forms.iter().enumerate().map(scored).collect())
-}
-
-/// No damage; the direction of no eccentricity means nothing.
-const SOUND: [f64; FAULT_COUNT] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5];
-
-fn score(name: &'static str, answered: &[(&Answered, &Answered)]) -> AsRecordedScore {
-    let is_sound = |one: &Answered| one.truth == SOUND;
-    let count = |holds: &dyn Fn(&Answered, &RecordDiagnosis) -> bool| {
-        let answers = answered.iter().filter_map(|(one, _)| Some((one, one.answer.as_ref()?)));
-        answers.filter(|(one, answer)| holds(one, answer)).count()
-    };
-    let of = |verdict: Verdict, sound: bool| {
-        count(&|one, answer| answer.verdict == verdict && is_sound(one) == sound)
-    };
-    let (mut held, mut all, mut widths) = (0, 0, Vec::new());
-    for (one, twin) in answered {
-        let (Some(answer), Some(twin)) = (&one.answer, &twin.answer) else { continue };
-        for fault in 0..SCORED {
-            let (found, as_bundled) = (&answer.faults[fault], &twin.faults[fault]);
-            let Some([low, high]) = found.interval_95 else { continue };
-            all += 1;
-            held += usize::from((low..=high).contains(&one.truth[fault]));
-            widths.extend(found.std.zip(as_bundled.std).map(|(own, twin)| own / twin));
-        }
-    }
-    AsRecordedScore {
-        name,
-        false_alarms: of(Verdict::Faulty, true),
-        healthy: of(Verdict::Healthy, true),
-        faulty: of(Verdict::Faulty, false),
-        inadequate: count(&|_, answer| answer.verdict == Verdict::ModelInadequate),
-        refused: answered.iter().filter(|(one, _)| one.answer.is_none()).count(),
-        wiring_right: count(&|one, answer| one.wiring.is_told_by(answer)),
-        held: (held, all),
-        width: (
-            median(widths.iter().copied()),
-            widths.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        ),
-    }
 }
 
 /// Orders of the columns of three phases.

@@ -10,7 +10,10 @@
 struct Readme;
 
 mod ablation;
+mod answers;
 mod as_recorded;
+mod chance;
+mod clocks;
 mod contender;
 mod convergence;
 mod evaluation;
@@ -29,9 +32,11 @@ mod trials;
 mod units;
 
 pub use ablation::{AblationRequest, AblationScore, Compression, evaluate_compressions};
+pub use answers::AnswersScore;
 pub use as_recorded::{
     AsRecordedRequest, AsRecordedScore, BenchColumn, BenchForm, DriveLog, evaluate_as_recorded,
 };
+pub use clocks::{ClockFault, ClocksRequest, ClocksScore, evaluate_clocks};
 pub use contender::Contender;
 pub use convergence::SearchPoint;
 pub use evaluation::evaluate;

@@ -36,8 +36,8 @@ use fdi_core::{
     in_parallel,
 };
 
-use crate::request::EvaluationError;
-use hidden::{Chance, Hidden, Label, SESSION, UNIT};
+use crate::{chance::Chance, request::EvaluationError};
+use hidden::{Hidden, Label, SESSION, UNIT};
 use score::scored;
 
 /// One line of the study: many machines at a share of their tolerances.

@@ -75,10 +75,10 @@ pub use online::wiring::MappedColumn;
 pub use online::{error::DiagnoseError, options::DiagnoseOptions};
 /// The recordings that are diagnosed.
 pub use recordings::{
-    self, AskedFor, Channel, ChannelKind, ChannelName, ColumnGuess, ColumnMap, ColumnMapError,
-    CommandColumn, CommandSource, CsvFormat, Current, EnvelopeKind, FileFormat, Gaps, Metadata,
-    OtherColumn, RecordError, Recording, RecordingDate, Sampling, SharedNumbers, StatedUnit,
-    WriteError, guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
+    self, AskedFor, Channel, ChannelKind, ChannelName, ClockNote, ColumnGuess, ColumnMap,
+    ColumnMapError, CommandColumn, CommandSource, CsvFormat, Current, EnvelopeKind, FileFormat,
+    Gaps, Metadata, OtherColumn, RecordError, Recording, RecordingDate, Sampling, SharedNumbers,
+    StatedUnit, WriteError, guess_columns, is_decoding, list_recordings, nearest, recording_sha256,
 };
 /// The compression whose settings stand in this crate's interface.
 pub use reduction;

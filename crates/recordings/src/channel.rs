@@ -1,6 +1,10 @@
 //! Channels of a recording: samples with times.
 
-use crate::{ChannelName, RecordError, Sampling, SharedNumbers, clock::Clock};
+use crate::{
+    ChannelName, RecordError, Sampling, SharedNumbers,
+    clock::Clock,
+    kernel::{Between, Nodes},
+};
 
 /// The samples of one channel.
 ///
@@ -12,6 +16,8 @@ pub struct Channel {
     values: SharedNumbers,
     time_quantum_s: f64,
     resampling_error: f64,
+    /// Times of the samples that the values were made of, where these were off the clock, s.
+    taken_s: Option<SharedNumbers>,
 }
 
 impl Channel {
@@ -67,17 +73,18 @@ impl Channel {
         time_quantum_s: f64,
     ) -> Self {
         debug_assert_eq!(times_s.len(), values.len());
-        Self { name, times_s, values, time_quantum_s, resampling_error: 0.0 }
+        Self { name, times_s, values, time_quantum_s, resampling_error: 0.0, taken_s: None }
     }
 
-    /// As brought onto the places of its clock.
+    /// As brought onto the places of its clock, with the times of samples that stood beside them.
     pub(super) fn resampled(
         name: ChannelName,
         times_s: SharedNumbers,
         values: SharedNumbers,
         resampling_error: f64,
+        taken_s: Option<SharedNumbers>,
     ) -> Self {
-        Self { resampling_error, ..Self::from_rows(name, times_s, values, 0.0) }
+        Self { resampling_error, taken_s, ..Self::from_rows(name, times_s, values, 0.0) }
     }
 
     /// The current of a star's phase by those of the others, which have the same times.
@@ -85,6 +92,7 @@ impl Channel {
         let values = one.values.iter().zip(two.values.iter()).map(|(one, two)| -(one + two));
         Self {
             resampling_error: one.resampling_error.hypot(two.resampling_error),
+            taken_s: one.taken_s.clone(),
             ..Self::from_rows(name, one.times_s.clone(), values.collect(), one.time_quantum_s)
         }
     }
@@ -92,6 +100,12 @@ impl Channel {
     /// Puts as many increasing times in place of its own.
     pub(super) fn take_times(&mut self, times_s: SharedNumbers) {
         debug_assert_eq!(times_s.len(), self.values.len());
+        if let Some(taken_s) = &self.taken_s {
+            let [own, other] = [&self.times_s, &times_s].map(|all| (all[0], all[all.len() - 1]));
+            let scale = (other.1 - other.0) / (own.1 - own.0);
+            let moved = taken_s.iter().map(|taken_s| other.0 + scale * (taken_s - own.0));
+            self.taken_s = Some(moved.collect());
+        }
         self.times_s = times_s;
     }
 
@@ -102,7 +116,11 @@ impl Channel {
             return None;
         }
         let (times_s, values) = (self.times_s[first..].into(), self.values[first..].into());
-        Some(Self { times_s, values, ..self.clone() })
+        let taken_s = self.taken_s.as_ref().map(|taken_s| {
+            let first = taken_s.partition_point(|time_s| *time_s < start_s);
+            taken_s[first..].into()
+        });
+        Some(Self { times_s, values, taken_s, ..self.clone() })
     }
 
     /// Which channel it is.
@@ -124,6 +142,27 @@ impl Channel {
     /// over all samples, in the unit of the [`name`](Self::name); 0 where neither was done.
     pub fn resampling_error(&self) -> f64 {
         self.resampling_error
+    }
+
+    /// Times of the samples in the file that the values were made of, s; `None` where these stood on
+    /// an even clock.
+    pub fn taken_s(&self) -> Option<&[f64]> {
+        self.taken_s.as_deref()
+    }
+
+    /// Brings other samples, taken when the channel's were, onto its [`times_s`](Self::times_s) in the
+    /// way that the channel's own were; `None` where these stood on an even clock.
+    ///
+    /// # Panics
+    ///
+    /// When there are not as many as [`taken_s`](Self::taken_s): a programming error.
+    pub fn brought_onto_clock(&self, samples: &[f64]) -> Option<Vec<f64>> {
+        let taken_s = self.taken_s.as_ref()?;
+        assert_eq!(samples.len(), taken_s.len(), "samples differ in number from their times");
+        let (first_s, last) = (self.times_s[0], self.times_s.len() - 1);
+        let rate_hz = last as f64 / (self.times_s[last] - first_s);
+        let at: Vec<f64> = taken_s.iter().map(|taken_s| (taken_s - first_s) * rate_hz).collect();
+        Some(Nodes { at: &at, values: samples }.on_places(last, Between::Kernel).values)
     }
 
     /// Times of the samples, s, with a share in their memory.

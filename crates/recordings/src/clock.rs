@@ -1,6 +1,8 @@
 //! The clock behind the stamps of a channel: a robust line, and the place of each sample on it.
 
-use crate::places::RoughClock;
+use core::f64::consts::TAU;
+
+use crate::places::{Misplaced, Placed, RoughClock};
 
 /// Fewest samples that tell a clock from steps of chance, whose sum strays.
 const LEAST_SAMPLES: usize = 100;
@@ -14,6 +16,8 @@ const MOST_LOST_SHARE: f64 = 0.5;
 const MOST_LATE_ROWS: usize = 64;
 /// Share of the samples that may be late or doubled.
 const MOST_DISORDER_SHARE: f64 = 0.1;
+/// Places by which the first count of lost samples may be off.
+const MOST_MISCOUNTED: f64 = 3.0;
 /// Standard errors that the rate of a clock may be off a round number.
 const RATE_STD_ERRORS: f64 = 3.0;
 
@@ -56,7 +60,7 @@ pub(crate) struct Clock {
     /// Samples that stand after one of a later time.
     pub(crate) late: usize,
     /// Samples by which the place of a loss may be off, where stamps are coarser than samples.
-    pub(crate) misplaced: usize,
+    pub(crate) misplaced: Misplaced,
     /// Root mean square distance of the stamps from the clock, s.
     pub(crate) error_s: f64,
     /// True where the stamps are farther off the clock than rounding explains.
@@ -81,9 +85,14 @@ impl Clock {
         let is_repeated: Vec<bool> =
             order.kept.iter().map(|index| repeated.binary_search(index).is_ok()).collect();
         let rough = RoughClock::of(&sorted, &is_repeated, quantum_s)?;
-        let (places, misplaced) = (rough.places()?, rough.misplaced());
+        let Placed { places, misplaced } = rough.places()?;
         let (places, sorted) = order.keep_placed(&places, &sorted);
         let line = Line::of(&places, &sorted);
+        let is_fine = quantum_s < 0.5 * line.step_s_per_place;
+        let (places, line) = match is_fine.then(|| line.replaced(&sorted)).flatten() {
+            Some(nearest) => nearest,
+            None => (places, line),
+        };
         let period_s = line.step_s_per_place;
         let last = *places.last()?;
         let is_understood = period_s > 0.0
@@ -239,6 +248,40 @@ impl Line {
         let error_s = (distances().map(|off_s| off_s * off_s).sum::<f64>() / count).sqrt();
         Self { start_s, step_s_per_place, error_s, most_s: distances().fold(0.0, f64::max) }
     }
+}
+
+impl Line {
+    /// Nearest places on an even clock of the line's period, or of the round one to which a few
+    /// places too many or too few would lead, with the line through them: losses that are near one
+    /// another confuse the level of the residuals. Nothing where neither is nearer to the stamps than
+    /// this line.
+    fn replaced(&self, stamps_s: &[f64]) -> Option<(Vec<usize>, Self)> {
+        let (own_hz, span_s) =
+            (self.step_s_per_place.recip(), stamps_s[stamps_s.len() - 1] - stamps_s[0]);
+        let round_hz = roundest(own_hz, MOST_MISCOUNTED / span_s);
+        let on_clocks = [own_hz, round_hz].into_iter().filter_map(|rate_hz| {
+            let places = nearest_places(stamps_s, rate_hz)?;
+            let line = Self::of(&places, stamps_s);
+            Some((places, line))
+        });
+        let nearest = on_clocks.min_by(|a, b| a.1.error_s.total_cmp(&b.1.error_s))?;
+        (nearest.1.error_s < self.error_s).then_some(nearest)
+    }
+}
+
+/// The places of stamps on a clock of a rate, whose phase is the mean of theirs; nothing where two
+/// have one place.
+fn nearest_places(stamps_s: &[f64], rate_hz: f64) -> Option<Vec<usize>> {
+    let turns = |stamp_s: &f64| (stamp_s - stamps_s[0]) * rate_hz;
+    let (sin, cos) = stamps_s
+        .iter()
+        .map(|stamp_s| (TAU * turns(stamp_s)).sin_cos())
+        .fold((0.0, 0.0), |(sin_sum, cos_sum), (sin, cos)| (sin_sum + sin, cos_sum + cos));
+    let phase = sin.atan2(cos) / TAU;
+    let places: Vec<f64> =
+        stamps_s.iter().map(|stamp_s| (turns(stamp_s) - phase).round()).collect();
+    let increase = places.windows(2).all(|pair| pair[1] > pair[0]);
+    increase.then(|| places.iter().map(|place| (place - places[0]) as usize).collect())
 }
 
 /// Median; of an even number the upper of the two in the middle.
@@ -403,6 +446,63 @@ mod tests {
                 let clean = stamps(5000, &[], decimals);
                 let clock = Clock::of_rows(&clean, quantum_s, &[at, at + within]).unwrap();
                 assert_eq!((clock.doubled.len(), clock.lost()), (0, 0), "{decimals}");
+            }
+        }
+    }
+
+    #[test]
+    fn repeated_rows_near_one_another_are_found() {
+        let mut twice = stamps(5000, &[], 4);
+        let rows = [638, 1421, 1426, 4948];
+        for at in rows {
+            twice.insert(at, twice[at - 1]);
+        }
+        let clock = Clock::of_rows(&twice, 1e-4, &rows).unwrap();
+        assert_eq!((clock.lost(), clock.rate_hz), (0, RATE_HZ));
+        assert_eq!(clock.doubled, rows.map(|at| (at - 1, at)));
+    }
+
+    /// Two losses with two samples between, at a jitter whose steps stray by half a sample.
+    #[test]
+    fn jitter_hides_no_losses_near_one_another() {
+        for case in 0..10 {
+            let lost = [40 + case, 43 + case, 2100, 3500, 3503];
+            let off_s = |(index, time_s): (usize, f64)| {
+                time_s + 0.28 / RATE_HZ * scatter(index + 5000 * case)
+            };
+            let off: Vec<f64> = stamps(5000, &lost, 9).into_iter().enumerate().map(off_s).collect();
+            let clock = Clock::of(&off, 1e-12).unwrap();
+            assert_eq!((clock.lost(), clock.rate_hz), (5, RATE_HZ), "{case}");
+            let empty: Vec<usize> = (0..5000).filter(|n| !clock.places.contains(n)).collect();
+            assert_eq!(empty, lost, "{case}");
+        }
+    }
+
+    /// Of 20 recordings with 16 samples lost by chance each, whatever way their times are made and
+    /// wherever they begin.
+    #[test]
+    fn losses_are_found_where_stamps_are_coarser_than_samples() {
+        let printed = |time_s: f64| format!("{time_s:.3}").parse().unwrap();
+        let ways: [&dyn Fn(usize) -> f64; 4] = [
+            &|n| printed(n as f64 / RATE_HZ),
+            &|n| printed(n as f64 * 1e-4),
+            &|n| (n as f64 / RATE_HZ * 1e3).round_ties_even() / 1e3,
+            &|n| (n as f64 * 1e-4 * 1e3).round_ties_even() / 1e3,
+        ];
+        for case in 0..20 {
+            let lost: Vec<usize> = (0..16)
+                .map(|k| 300 * k + 100 + (99.0 * scatter(k + 100 * case)) as usize)
+                .collect();
+            let first = 137 * case;
+            for way in ways {
+                let kept = (0..5000).filter(|place| !lost.contains(place));
+                let stamps: Vec<f64> = kept.map(|place| way(first + place)).collect();
+                let clock = Clock::of(&stamps, 1e-3).unwrap();
+                assert_eq!((clock.lost(), clock.rate_hz), (16, RATE_HZ), "{case}");
+                let empty: Vec<usize> = (0..5000).filter(|n| !clock.places.contains(n)).collect();
+                for (found, lost) in empty.iter().zip(&lost) {
+                    assert!(found.abs_diff(*lost) <= 10, "{case}: {found} {lost}");
+                }
             }
         }
     }

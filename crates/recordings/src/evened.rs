@@ -247,7 +247,9 @@ impl Evener {
             return Ok(Channel::from_rows(name, stamps_s, values, quantum_s));
         }
         let (values, error) = on_clock(name, clock, &stamps_s, &values);
-        let channel = Channel::resampled(name, axis.times_s.clone(), values, error);
+        let kept_s = || clock.kept.iter().map(|&index| stamps_s[index]).collect();
+        let taken_s = clock.is_jittered.then(kept_s);
+        let channel = Channel::resampled(name, axis.times_s.clone(), values, error, taken_s);
         self.tell(at, name);
         Ok(channel)
     }
@@ -396,13 +398,14 @@ fn of_many_turns(angles_rad: Vec<f64>) -> Vec<f64> {
 /// A loss of `c` samples that is `m` places off puts `m` samples `c` places off. With a slope `s` for
 /// each place their errors add up to `c·m·s`; `m` is anything from `−b` to `b`, of variance `b²/3`.
 fn misplacement_error(clock: &Clock, values: &[f64]) -> f64 {
-    let (by, last) = (clock.misplaced, values.len() - 1);
-    let of_loss = |(before, pair): (usize, &[usize])| {
-        let lost = (pair[1] - pair[0] - 1) as f64;
+    let last = values.len() - 1;
+    let losses = clock.places.windows(2).enumerate().filter(|(_, pair)| pair[1] > pair[0] + 1);
+    let of_loss = |(loss, (before, pair)): (usize, (usize, &[usize]))| {
+        let (by, lost) = (clock.misplaced.of(loss), (pair[1] - pair[0] - 1) as f64);
         let rise = values[(before + by).min(last)] - values[before.saturating_sub(by)];
         (lost * rise).powi(2) / 12.0
     };
-    let squares: f64 = clock.places.windows(2).enumerate().map(of_loss).sum();
+    let squares: f64 = losses.enumerate().map(of_loss).sum();
     (squares / (last + 1) as f64).sqrt()
 }
 

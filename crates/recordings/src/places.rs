@@ -20,6 +20,8 @@ const WHOLE_WITHIN: f64 = 0.4;
 const EXACT_WITHIN: f64 = 1e-3;
 /// Fewest losses that tell chance from a slower clock, whose long steps are evenly apart.
 const LEAST_LOSSES: usize = 4;
+/// Most places without a sample in a row that are looked for by their stamps.
+const MOST_SKIPPED: usize = 1000;
 /// Share of a period that the level of rounded stamps may scatter for a shift to be read off it.
 const SETTLED_STD: f64 = 0.1;
 
@@ -89,14 +91,9 @@ impl<'a> RoughClock<'a> {
         })
     }
 
-    /// Samples by which the place of a loss may be off: as many as have one stamp, and three times as
-    /// many where ties that are rounded either way show it late.
-    pub(crate) fn misplaced(&self) -> usize {
-        match self.alike {
-            1 => 0,
-            alike if self.is_settled() => alike,
-            alike => 3 * alike,
-        }
+    /// Samples by which the place of a loss that the level shows may be off: as many as have one stamp.
+    fn misplaced_by_level(&self) -> usize {
+        if self.alike == 1 { 0 } else { self.alike }
     }
 
     /// Tells whether the level of rounded stamps is steady enough to read a shift off it.
@@ -113,51 +110,136 @@ impl<'a> RoughClock<'a> {
         samples.clamp(least, (count / 4).max(least))
     }
 
-    /// The places of samples in the order of time, `None` for those that only repeat the one before;
-    /// nothing where a shift is backwards.
-    pub(crate) fn places(&self) -> Option<Vec<Option<usize>>> {
+    /// The places of samples in the order of time; nothing where a shift is backwards.
+    pub(crate) fn places(&self) -> Option<Placed> {
         if let Some(places) = self.places_by_steps() {
-            return Some(places.into_iter().map(Some).collect());
+            return Some(Placed { places, misplaced: Misplaced::Each(0) });
         }
+        let by_level = || {
+            let misplaced = Misplaced::Each(self.misplaced_by_level());
+            Some(Placed { places: self.places_by_level()?, misplaced })
+        };
         if !self.is_coarse {
-            return self.places_by_level();
+            return by_level();
         }
-        let by_level = self.is_settled().then(|| self.places_by_level());
-        by_level.flatten().or_else(|| self.places_by_range())
+        self.places_by_rule()
+            .or_else(|| self.is_settled().then(by_level).flatten())
+            .or_else(|| self.places_by_range())
     }
 
     /// Places by single steps, where each is near a whole number of periods. Coarse stamps show it
-    /// where their quantum is a whole number of times in the period, the shortest step.
-    fn places_by_steps(&self) -> Option<Vec<usize>> {
-        let steps_s = || self.stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
+    /// where their quantum is a whole number of times in the period, the shortest step; a row that
+    /// repeats the one before, its stamp too, is no step.
+    fn places_by_steps(&self) -> Option<Vec<Option<usize>>> {
+        let is_repeated = |index: usize| {
+            self.is_coarse
+                && self.is_repeated[index]
+                && self.stamps_s[index] == self.stamps_s[index - 1]
+        };
+        let apart = (1..self.stamps_s.len()).filter(|&index| !is_repeated(index));
+        let step_s = |index: usize| self.stamps_s[index] - self.stamps_s[index - 1];
         let (period_s, within) = if self.is_coarse {
-            (steps_s().fold(f64::INFINITY, f64::min), EXACT_WITHIN)
+            (apart.map(step_s).fold(f64::INFINITY, f64::min), EXACT_WITHIN)
         } else {
             (self.period_s, WHOLE_WITHIN)
         };
         if period_s <= 0.0 {
             return None;
         }
-        let mut places = vec![0];
+        let mut places = vec![Some(0)];
         let mut place = 0;
-        for step_s in steps_s() {
-            let periods = (step_s / period_s).round();
-            if periods < 1.0 || (step_s / period_s - periods).abs() > within {
+        for index in 1..self.stamps_s.len() {
+            if is_repeated(index) {
+                places.push(None);
+                continue;
+            }
+            let step = step_s(index) / period_s;
+            if step.round() < 1.0 || (step - step.round()).abs() > within {
                 return None;
             }
-            place += periods as usize;
-            places.push(place);
+            place += step.round() as usize;
+            places.push(Some(place));
         }
-        (!self.is_coarse || are_by_chance(&places)).then_some(places)
+        let kept: Vec<usize> = places.iter().flatten().copied().collect();
+        let is_known = || {
+            let has_repeated = kept.len() < places.len();
+            has_repeated && place + 1 == kept.len() || are_by_chance(&kept)
+        };
+        (!self.is_coarse || is_known()).then_some(places)
+    }
+
+    /// Places by the very numbers that a program writes for the samples of a counted clock, where one
+    /// way of computing and rounding them gives each stamp: ties do not hide a loss then.
+    fn places_by_rule(&self) -> Option<Placed> {
+        let rate_hz = self.period_s.recip();
+        let first = (self.stamps_s[0] * rate_hz).round() as i64;
+        // counted from nought, or from any sample whose time is written so
+        let reach = if self.stamps_s[0] == 0.0 { 0 } else { self.alike as i64 };
+        let starts = (first - reach..=first + reach).filter(|start| *start >= 0);
+        let tried = starts.flat_map(|start| WrittenBy::ALL.map(|way| (start, way)));
+        let found = tried.filter_map(|(start, way)| {
+            let stamp_s =
+                |place: usize| way.stamp_s(start as usize + place, rate_hz, self.quantum_s);
+            self.places_as_written(stamp_s)
+        });
+        // a recording may begin at any sample of its first stamp: what is not there is not lost
+        let places = found.min_by_key(|places| places.iter().flatten().last().copied())?;
+        Some(Placed { places, misplaced: Misplaced::Each(self.misplaced_by_level()) })
+    }
+
+    /// The places whose stamps are these, as early as they can be; nothing where one is not written.
+    fn places_as_written(&self, written_s: impl Fn(usize) -> f64) -> Option<Vec<Option<usize>>> {
+        let least_s = 0.5 * self.quantum_s;
+        let mut places: Vec<Option<usize>> = Vec::with_capacity(self.stamps_s.len());
+        let mut next = 0;
+        for (index, &stamp_s) in self.stamps_s.iter().enumerate() {
+            let mut expected_s = written_s(next);
+            if expected_s > stamp_s + least_s {
+                // a row too many: the last one that repeats the one before
+                let is_doubled =
+                    |&before: &usize| self.is_repeated[before] && places[before].is_some();
+                let doubled = (index.saturating_sub(2 * self.alike)..index).rev().find(is_doubled);
+                let doubled = if self.is_repeated[index] { None } else { Some(doubled?) };
+                next = next.checked_sub(1)?;
+                if let Some(doubled) = doubled {
+                    for place in &mut places[doubled..] {
+                        *place = place.map(|place| place - 1);
+                    }
+                    places[doubled] = None;
+                } else {
+                    places.push(None);
+                    continue;
+                }
+                expected_s = written_s(next);
+            }
+            let most = if index == 0 { next } else { next + MOST_SKIPPED };
+            while expected_s < stamp_s - least_s && next < most {
+                next += 1;
+                expected_s = written_s(next);
+            }
+            if (expected_s - stamp_s).abs() > least_s {
+                return None;
+            }
+            places.push(Some(next));
+            next += 1;
+        }
+        Some(places)
     }
 
     /// Places by the range of stamps that rounding leaves them: residuals lie within one quantum,
     /// until a sample is lost or doubled.
-    fn places_by_range(&self) -> Option<Vec<Option<usize>>> {
-        let most_s = self.quantum_s + COARSE_QUANTUM * self.period_s;
+    ///
+    /// A loss shows when a residual leaves the range above. It is after the last residual at the lower
+    /// end, which a residual after the loss does not reach, and is placed half way from there.
+    fn places_by_range(&self) -> Option<Placed> {
+        let tolerance_s = COARSE_QUANTUM * self.period_s;
+        let most_s = self.quantum_s + tolerance_s;
         let (mut least_s, mut greatest_s) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut shift: isize = 0;
         let mut places: Vec<Option<usize>> = Vec::with_capacity(self.stamps_s.len());
+        let mut misplaced = Vec::new();
+        // no sample is lost up to here that is not counted
+        let mut whole = 0;
         for (index, stamp_s) in self.stamps_s.iter().enumerate() {
             let mut residual_s = stamp_s - (index as f64 + shift as f64) * self.period_s;
             if residual_s < greatest_s - most_s {
@@ -173,12 +255,22 @@ impl<'a> RoughClock<'a> {
             }
             let above_s = residual_s - least_s - most_s;
             let periods = (above_s / self.period_s).ceil().max(0.0);
-            shift += periods as isize;
-            residual_s -= periods * self.period_s;
+            if periods > 0.0 {
+                let from = whole + 1 + (index - whole - 1) / 2;
+                for place in &mut places[from..] {
+                    *place = place.map(|place| place + periods as usize);
+                }
+                misplaced.push(((index - whole) / 2).max(self.alike));
+                shift += periods as isize;
+                residual_s -= periods * self.period_s;
+            }
             (least_s, greatest_s) = (residual_s.min(least_s), residual_s.max(greatest_s));
+            if periods > 0.0 || residual_s <= least_s + tolerance_s {
+                whole = index;
+            }
             places.push(index.checked_add_signed(shift));
         }
-        Some(places)
+        Some(Placed { places, misplaced: Misplaced::One(misplaced) })
     }
 
     /// Places by the level of the residuals.
@@ -269,6 +361,68 @@ impl<'a> RoughClock<'a> {
             return residuals_s.iter().sum::<f64>() / residuals_s.len() as f64;
         }
         median(&mut residuals_s.to_vec())
+    }
+}
+
+/// How programs write the time of a sample by its number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct WrittenBy {
+    /// `n/f`, else `n·(1/f)`.
+    divides: bool,
+    /// By the decimals of the number itself, as `printf` does; else by the whole number nearest to it
+    /// times a power of ten, as arrays are rounded.
+    prints: bool,
+}
+
+impl WrittenBy {
+    const ALL: [Self; 4] = [
+        Self { divides: true, prints: true },
+        Self { divides: false, prints: true },
+        Self { divides: true, prints: false },
+        Self { divides: false, prints: false },
+    ];
+
+    /// The stamp of a sample, written to a multiple of a quantum, s.
+    fn stamp_s(self, sample: usize, rate_hz: f64, quantum_s: f64) -> f64 {
+        let sample = sample as f64;
+        let time_s = if self.divides { sample / rate_hz } else { sample * rate_hz.recip() };
+        let scale = quantum_s.recip().round();
+        if self.prints {
+            // the product is rounded to a tie where the number itself is beside it
+            let ticks = (time_s * scale).round_ties_even();
+            let beyond = |tie: f64| time_s.mul_add(scale, -tie);
+            let up = f64::from(u8::from(beyond(ticks + 0.5) > 0.0));
+            let down = f64::from(u8::from(beyond(ticks - 0.5) < 0.0));
+            (ticks + up - down) / scale
+        } else {
+            (time_s * scale).round_ties_even() / scale
+        }
+    }
+}
+
+/// Samples with their places.
+pub(crate) struct Placed {
+    /// Places of the samples in the order of time; `None` for one that only repeats the one before.
+    pub(crate) places: Vec<Option<usize>>,
+    pub(crate) misplaced: Misplaced,
+}
+
+/// Samples by which the places of losses may be off, where stamps are coarser than samples.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Misplaced {
+    /// Every loss by as many.
+    Each(usize),
+    /// One after the other.
+    One(Vec<usize>),
+}
+
+impl Misplaced {
+    /// Samples by which one loss may be off, by its number from 0.
+    pub(crate) fn of(&self, loss: usize) -> usize {
+        match self {
+            Self::Each(samples) => *samples,
+            Self::One(samples) => samples.get(loss).copied().unwrap_or(0),
+        }
     }
 }
 

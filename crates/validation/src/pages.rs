@@ -7,6 +7,7 @@
 mod as_recorded;
 mod bar;
 mod bayesopt;
+mod clocks;
 mod cranfield;
 mod diagnosis;
 mod experiments;
@@ -82,6 +83,7 @@ const PAGES: &[Page] = &[
         quick: as_recorded::quick,
         text: |_| as_recorded::text().map(Into::into),
     },
+    Page { name: "clocks", quick: clocks::quick, text: |_| clocks::text().map(Into::into) },
     Page { name: "setup", quick: setup::quick, text: |_| setup::text().map(Into::into) },
     Page {
         name: "explaining",

@@ -12,12 +12,8 @@ use fdi_core::{
     report::{RecordDiagnosis, Verdict},
 };
 
-use super::{
-    bound::Evidence,
-    hidden::{Chance, Hidden},
-    learnt::Owned,
-};
-use crate::request::EvaluationError;
+use super::{bound::Evidence, hidden::Hidden, learnt::Owned};
+use crate::{chance::Chance, request::EvaluationError};
 
 /// Evidence of the effects, [`HiddenEffect::lambda`]: the least asked for, and the most drawn.
 const LAMBDA: [f64; 2] = [60.0, 600.0];

@@ -11,7 +11,7 @@ use fdi_core::{
     report::FaultId,
 };
 
-use crate::request::EvaluationError;
+use crate::{chance::Chance, request::EvaluationError};
 
 /// Standard deviations of one machine from its data sheet, relative unless named otherwise.
 ///
@@ -121,41 +121,12 @@ pub(super) const SESSION: Scatter = Scatter {
     coefficients: [0.0; 4],
 };
 
-/// Standard deviations beyond which nothing is drawn.
-const FARTHEST: f64 = 2.5;
 /// Sensors of the recordings: 20 mA, 12 bits over ±20 A.
 pub(super) const SENSORS: PhaseSensors =
     PhaseSensors { noise_a: 0.020, converter: Some(Converter::DEFAULT) };
 
 /// Least share of a number that a machine is given.
 const LEAST_RATIO: f64 = 0.05;
-
-/// Random numbers of one machine.
-pub(super) struct Chance {
-    root: RootSeed,
-    drawn: u64,
-}
-
-impl Chance {
-    pub(super) fn new(seed: u64) -> Self {
-        Self { root: RootSeed(seed), drawn: 0 }
-    }
-
-    pub(super) fn uniform(&mut self) -> f64 {
-        self.drawn += 1;
-        (self.root.derive(Purpose::Units, self.drawn) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub(super) fn normal(&mut self) -> f64 {
-        loop {
-            let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-            let value = radius * (std::f64::consts::TAU * self.uniform()).cos();
-            if value.abs() <= FARTHEST {
-                return value;
-            }
-        }
-    }
-}
 
 /// Statements of a recording about itself.
 #[derive(Clone, Debug, Default)]

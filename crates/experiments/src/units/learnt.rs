@@ -12,11 +12,11 @@ use fdi_core::{
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{
-    hidden::{Chance, Hidden, HiddenDamage, Label, SESSION, Scatter, UNIT},
+    hidden::{Hidden, HiddenDamage, Label, SESSION, Scatter, UNIT},
     score::{UnitsScore, scored},
     tolerance_at,
 };
-use crate::request::EvaluationError;
+use crate::{chance::Chance, request::EvaluationError};
 
 /// Chance that a z-score against the references calls a healthy machine faulty.
 const Z_RATE: f64 = 0.02;

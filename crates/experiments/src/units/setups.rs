@@ -15,11 +15,12 @@ use fdi_core::{
 };
 
 use super::{
-    hidden::{Chance, HiddenDamage, SENSORS, electronics_seed, sensor_seed},
+    hidden::{HiddenDamage, SENSORS, electronics_seed, sensor_seed},
     learnt::{Day, Owned},
 };
 use crate::{
     as_recorded::{ORDERS, Wiring},
+    chance::Chance,
     request::EvaluationError,
 };
 

@@ -10,10 +10,10 @@ use fdi_core::{
 
 use super::{
     HiddenDamage,
-    hidden::{Chance, Hidden, Label, SESSION, UNIT},
+    hidden::{Hidden, Label, SESSION, UNIT},
     tolerance_at,
 };
-use crate::{request::EvaluationError, score::median};
+use crate::{chance::Chance, request::EvaluationError, score::median};
 
 /// Directions that damage shares with the data sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

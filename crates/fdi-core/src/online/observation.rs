@@ -154,12 +154,10 @@ impl Observation {
         notices.append(&mut observation.notices);
         (observation.notices, observation.start) = (notices, start);
         // a drive computes its own current at its ticks
-        if matches!(current, Current::Phases(_))
-            && let Some(instants) = observation.out_of_step(late_s, experiment)
+        if let Current::Phases([phase, ..]) = current
+            && let Some(instants) = observation.out_of_step(phase, late_s, experiment)
         {
-            let ripple_a = vec![0.0; observation.signal_a.len()];
-            observation.ripple = Some(TakenRipple { instants, ripple_a });
-            observation.take_ripple_of(&FaultCoordinates([0.0; FAULT_COUNT]), experiment)?;
+            observation.take_ripple_if_shown(instants, experiment)?;
         }
         Ok(observation)
     }
@@ -184,11 +182,52 @@ impl Observation {
 impl Observation {
     /// Tells whether the phases were sampled out of step with the controller, from a start on that is
     /// known, so that they show ripple.
-    fn out_of_step(&self, late_s: f64, experiment: &Experiment) -> Option<SamplingInstants> {
-        let instants = SamplingInstants { rate_hz: self.phase_rate_hz, late_s };
-        let carrier_hz = experiment.actuator.inverter.carrier_hz;
-        let is_out = !instants.are_in_step(carrier_hz);
+    fn out_of_step(
+        &self,
+        phase: &Channel,
+        late_s: f64,
+        experiment: &Experiment,
+    ) -> Option<SamplingInstants> {
+        let off_clock = phase.taken_s().map(|_| phase.clone());
+        let instants = SamplingInstants { rate_hz: self.phase_rate_hz, late_s, off_clock };
+        let is_out = !instants.are_in_step(experiment.actuator.inverter.carrier_hz);
         (is_out && self.start_std_s() == 0.0).then_some(instants)
+    }
+
+    /// Takes the ripple of a machine as new off the signal, where the currents show it or samples on a
+    /// clock must have it.
+    fn take_ripple_if_shown(
+        &mut self,
+        instants: SamplingInstants,
+        experiment: &Experiment,
+    ) -> Result<(), SimulationError> {
+        let Some(angle_rad) = self.start_angle_rad else { return Ok(()) };
+        let as_new = FaultCoordinates([0.0; FAULT_COUNT]);
+        let shown = instants.shown(experiment, angle_rad, &as_new)?;
+        if let (Some(_), Some(envelope)) = (&instants.off_clock, &self.envelope) {
+            let from_start = advanced(&envelope.samples_a, instants.late_s * envelope.rate_hz);
+            if !shown.is_in(&from_start) {
+                return Ok(());
+            }
+            let left_a = self.left_of_ripple_a(shown.noise_beside_a(&from_start), experiment);
+            self.resampling_error_a = self.resampling_error_a.hypot(left_a);
+        }
+        let ripple_a = vec![0.0; self.signal_a.len()];
+        self.ripple = Some(TakenRipple { instants, ripple_a });
+        self.take_ripple(shown.ripple_a(experiment));
+        Ok(())
+    }
+
+    /// Noise on each phase sample that an envelope less its ripple has beyond that of the sensors and of
+    /// the drive's current feedback, A: what the prediction of the ripple misses.
+    fn left_of_ripple_a(&self, noise_of_envelope_a: f64, experiment: &Experiment) -> f64 {
+        let Some(sensors_a) = self.noise_beside_gains_a.or(self.measured_noise_a) else {
+            return 0.0;
+        };
+        let feedback_a2 = experiment.actuator.sensing.current_noise_half_width_a.powi(2) / 3.0;
+        let of_phase = experiment.envelope.noise_variance();
+        let left_a2 = (noise_of_envelope_a.powi(2) - feedback_a2) / of_phase - sensors_a.powi(2);
+        left_a2.max(0.0).sqrt()
     }
 
     /// Takes the ripple of a machine with some damage off the signal, in place of what was taken off
@@ -198,20 +237,23 @@ impl Observation {
         damage: &FaultCoordinates,
         experiment: &Experiment,
     ) -> Result<(), SimulationError> {
-        let (Some(taken), Some(angle_rad)) = (&mut self.ripple, self.start_angle_rad) else {
+        let (Some(taken), Some(angle_rad)) = (&self.ripple, self.start_angle_rad) else {
             return Ok(());
         };
-        let by = taken.instants.late_s * taken.instants.rate_hz;
-        let ripple_a = taken
-            .instants
-            .ripple_a(experiment, angle_rad, damage, |seen_a| advanced(seen_a, by))?;
+        let shown = taken.instants.shown(experiment, angle_rad, damage)?;
+        self.take_ripple(shown.ripple_a(experiment));
+        Ok(())
+    }
+
+    /// Takes ripple off the signal, in place of what was taken off before.
+    fn take_ripple(&mut self, ripple_a: Vec<f64>) {
+        let Some(taken) = &mut self.ripple else { return };
         let before_a = core::mem::replace(&mut taken.ripple_a, ripple_a);
         for ((value, ripple_a), before_a) in
             self.signal_a.iter_mut().zip(&taken.ripple_a).zip(before_a)
         {
             *value += before_a - ripple_a;
         }
-        Ok(())
     }
 }
 

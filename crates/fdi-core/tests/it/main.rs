@@ -12,4 +12,5 @@ mod composite;
 mod encoding;
 mod fuzz;
 mod outside;
+mod own_clock;
 mod properties;

@@ -118,9 +118,9 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
             unit: "1".to_owned(),
         };
         [
-            figure("healthy", score.healthy as f64, 0.0),
-            figure("faulty", score.faulty as f64, 0.0),
-            figure("width", score.width.0, SEARCHED_REL),
+            figure("healthy", score.answers.healthy as f64, 0.0),
+            figure("faulty", score.answers.faulty as f64, 0.0),
+            figure("width", score.answers.width.0, SEARCHED_REL),
             figure("wiring", score.wiring_right as f64, 0.0),
         ]
     };
@@ -145,7 +145,7 @@ pub(super) fn text() -> Result<String> {
 }
 
 fn rows(page: &mut String, scores: &[AsRecordedScore], tolerance: ToleranceUse) -> Result<()> {
-    let most_alarms = scores[0].false_alarms + MORE_ALARMS;
+    let most_alarms = scores[0].answers.false_alarms + MORE_ALARMS;
     scores.iter().try_for_each(|score| row(page, score, most_alarms, tolerance))
 }
 
@@ -155,8 +155,8 @@ fn row(
     most_alarms: usize,
     tolerance: ToleranceUse,
 ) -> Result<()> {
-    let (held, all) = score.held;
-    let percent = 100.0 * held as f64 / all.max(1) as f64;
+    let answers = &score.answers;
+    let percent = answers.held_percent();
     let [least, most] = HOLD_PERCENT;
     // a machine that is exactly its file has less to be told from than tolerances allow for
     let holds = percent >= least && (tolerance == ToleranceUse::Model || percent <= most);
@@ -164,16 +164,16 @@ fn row(
         page,
         "| {} | {} {} | {} | {} | {} | {} | {percent:.1} {} | {:.2}, {:.2} {} | {} {} |",
         score.name,
-        score.false_alarms,
-        met(score.false_alarms <= most_alarms),
-        score.healthy,
-        score.faulty,
-        score.inadequate,
-        score.refused,
+        answers.false_alarms,
+        met(answers.false_alarms <= most_alarms),
+        answers.healthy,
+        answers.faulty,
+        answers.inadequate,
+        answers.refused,
         met(holds),
-        score.width.0,
-        score.width.1,
-        met(score.width.0 <= MOST_WIDTH),
+        answers.width.0,
+        answers.width.1,
+        met(answers.width.0 <= MOST_WIDTH),
         score.wiring_right,
         met(100 * score.wiring_right >= LEAST_WIRING_PERCENT * 2 * MACHINES),
     )?;

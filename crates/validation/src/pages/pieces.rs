@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 35] = [
+const OF_METHOD: [&str; 37] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -20,6 +20,8 @@ const OF_METHOD: [&str; 35] = [
     "bayesopt/limits.md",
     "bayesopt/problems.md",
     "bayesopt/speed.md",
+    "clocks/head.md",
+    "clocks/limits.md",
     "cranfield/head.md",
     "cranfield/limits.md",
     "cranfield/table.md",
