@@ -9,7 +9,7 @@ use fdi_core::{
 
 use crate::score::median;
 
-/// Sensors of the bench: 20 mA, 12 bits.
+/// Sensors of the recordings: 20 mA, 12 bits over ±20 A.
 pub(crate) const SENSORS: PhaseSensors =
     PhaseSensors { noise_a: 0.020, converter: Some(Converter::DEFAULT) };
 /// Levels that are scored: k1 to k5; the eccentricity has none where it is absent.

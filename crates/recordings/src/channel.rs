@@ -1,10 +1,6 @@
 //! Channels of a recording: samples with times.
 
-use crate::{
-    ChannelName, RecordError, Sampling, SharedNumbers,
-    clock::Clock,
-    kernel::{Between, Nodes},
-};
+use crate::{ChannelName, RecordError, Sampling, SharedNumbers, clock::Clock, kernel::Nodes};
 
 /// The samples of one channel.
 ///
@@ -162,7 +158,7 @@ impl Channel {
         let (first_s, last) = (self.times_s[0], self.times_s.len() - 1);
         let rate_hz = last as f64 / (self.times_s[last] - first_s);
         let at: Vec<f64> = taken_s.iter().map(|taken_s| (taken_s - first_s) * rate_hz).collect();
-        Some(Nodes { at: &at, values: samples }.on_places(last, Between::Kernel).values)
+        Some(Nodes { at: &at, values: samples }.values_on_places(last))
     }
 
     /// Times of the samples, s, with a share in their memory.

@@ -248,9 +248,7 @@ impl Line {
         let error_s = (distances().map(|off_s| off_s * off_s).sum::<f64>() / count).sqrt();
         Self { start_s, step_s_per_place, error_s, most_s: distances().fold(0.0, f64::max) }
     }
-}
 
-impl Line {
     /// Nearest places on an even clock of the line's period, or of the round one to which a few
     /// places too many or too few would lead, with the line through them: losses that are near one
     /// another confuse the level of the residuals. Nothing where neither is nearer to the stamps than
@@ -478,8 +476,8 @@ mod tests {
         }
     }
 
-    /// Of 20 recordings with 16 samples lost by chance each, whatever way their times are made and
-    /// wherever they begin.
+    /// Each of 16 lost samples is found to ten, in 20 recordings that begin anywhere, whatever way their
+    /// times are made.
     #[test]
     fn losses_are_found_where_stamps_are_coarser_than_samples() {
         let printed = |time_s: f64| format!("{time_s:.3}").parse().unwrap();

@@ -64,7 +64,16 @@ impl Nodes<'_> {
             };
             return OnClock { values: (0..count).map(held).collect(), error: 0.0 };
         }
-        let misses = Misses::of(self);
+        self.by_kernel(last, &Misses::of(self))
+    }
+
+    /// The values alone, without what they miss.
+    pub(crate) fn values_on_places(self, last: usize) -> Vec<f64> {
+        self.by_kernel(last, &Misses::default()).values
+    }
+
+    fn by_kernel(self, last: usize, misses: &Misses) -> OnClock {
+        let count = last + 1;
         let (mut values, mut squares) = (Vec::with_capacity(count), 0.0);
         let mut after = 0;
         for place in 0..count {
@@ -174,7 +183,8 @@ impl Nodes<'_> {
     }
 }
 
-/// By how much samples miss what their neighbours predict.
+/// By how much samples miss what their neighbours predict; nothing, where it was not looked at.
+#[derive(Default)]
 struct Misses {
     /// Mean squares over that of the remainder's product, of a cubic and of a straight line.
     per_remainder2: [f64; 2],

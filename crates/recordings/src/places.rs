@@ -195,21 +195,13 @@ impl<'a> RoughClock<'a> {
         for (index, &stamp_s) in self.stamps_s.iter().enumerate() {
             let mut expected_s = written_s(next);
             if expected_s > stamp_s + least_s {
-                // a row too many: the last one that repeats the one before
-                let is_doubled =
-                    |&before: &usize| self.is_repeated[before] && places[before].is_some();
-                let doubled = (index.saturating_sub(2 * self.alike)..index).rev().find(is_doubled);
-                let doubled = if self.is_repeated[index] { None } else { Some(doubled?) };
+                // a row too many: this one, or the last before that repeats another
                 next = next.checked_sub(1)?;
-                if let Some(doubled) = doubled {
-                    for place in &mut places[doubled..] {
-                        *place = place.map(|place| place - 1);
-                    }
-                    places[doubled] = None;
-                } else {
+                if self.is_repeated[index] {
                     places.push(None);
                     continue;
                 }
+                self.take_out_repeated(&mut places, index.saturating_sub(2 * self.alike))?;
                 expected_s = written_s(next);
             }
             let most = if index == 0 { next } else { next + MOST_SKIPPED };
@@ -243,14 +235,8 @@ impl<'a> RoughClock<'a> {
         for (index, stamp_s) in self.stamps_s.iter().enumerate() {
             let mut residual_s = stamp_s - (index as f64 + shift as f64) * self.period_s;
             if residual_s < greatest_s - most_s {
-                let is_doubled =
-                    |&before: &usize| self.is_repeated[before] && places[before].is_some();
-                let doubled = (1..index).rev().find(is_doubled)?;
+                self.take_out_repeated(&mut places, 1)?;
                 shift -= 1;
-                for place in &mut places[doubled..] {
-                    *place = place.map(|place| place - 1);
-                }
-                places[doubled] = None;
                 residual_s += self.period_s;
             }
             let above_s = residual_s - least_s - most_s;
@@ -271,6 +257,18 @@ impl<'a> RoughClock<'a> {
             places.push(index.checked_add_signed(shift));
         }
         Some(Placed { places, misplaced: Misplaced::One(misplaced) })
+    }
+
+    /// Takes the place of the last row, of those from one on, that repeats the one before, and moves
+    /// those after it up; nothing where there is none.
+    fn take_out_repeated(&self, places: &mut [Option<usize>], from: usize) -> Option<()> {
+        let is_placed = |&at: &usize| self.is_repeated[at] && places[at].is_some();
+        let repeated = (from..places.len()).rev().find(is_placed)?;
+        for place in &mut places[repeated..] {
+            *place = place.map(|place| place - 1);
+        }
+        places[repeated] = None;
+        Some(())
     }
 
     /// Places by the level of the residuals.

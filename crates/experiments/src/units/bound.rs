@@ -7,8 +7,8 @@ use fdi_core::{
 };
 use inference::{BandedCholesky, BandedMatrix, SymmetricMatrix, dot, tapered_covariance};
 
-use super::hidden::{Hidden, SENSORS, SESSION, UNIT};
-use crate::request::EvaluationError;
+use super::hidden::{Hidden, SESSION, UNIT};
+use crate::{answers::SENSORS, request::EvaluationError};
 
 /// Simulations behind the covariance of the electronics' noise.
 const NOISE_RUNS: u64 = 200;

@@ -4,14 +4,13 @@
 use fdi_core::{
     Channel, ChannelName, CommandSource, Experiment, Metadata, Purpose, Recording, RootSeed,
     ema_sim::{
-        Actuator, Converter, Effect, FaultCoordinates, HighFidelity, LowFidelity, Parameter,
-        PhaseSensors, PhysicalFaults, Scenario, Sector, SimulationError, ThermalNumber,
-        UncertainNumber,
+        Actuator, Effect, FaultCoordinates, HighFidelity, LowFidelity, Parameter, PhysicalFaults,
+        Scenario, Sector, SimulationError, ThermalNumber, UncertainNumber,
     },
     report::FaultId,
 };
 
-use crate::{chance::Chance, request::EvaluationError};
+use crate::{answers::SENSORS, chance::Chance, request::EvaluationError};
 
 /// Standard deviations of one machine from its data sheet, relative unless named otherwise.
 ///
@@ -120,10 +119,6 @@ pub(super) const SESSION: Scatter = Scatter {
     temperature_k: 15.0,
     coefficients: [0.0; 4],
 };
-
-/// Sensors of the recordings: 20 mA, 12 bits over ±20 A.
-pub(super) const SENSORS: PhaseSensors =
-    PhaseSensors { noise_a: 0.020, converter: Some(Converter::DEFAULT) };
 
 /// Least share of a number that a machine is given.
 const LEAST_RATIO: f64 = 0.05;

@@ -15,10 +15,11 @@ use fdi_core::{
 };
 
 use super::{
-    hidden::{HiddenDamage, SENSORS, electronics_seed, sensor_seed},
+    hidden::{HiddenDamage, electronics_seed, sensor_seed},
     learnt::{Day, Owned},
 };
 use crate::{
+    answers::SENSORS,
     as_recorded::{ORDERS, Wiring},
     chance::Chance,
     request::EvaluationError,

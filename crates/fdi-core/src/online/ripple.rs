@@ -96,8 +96,8 @@ impl SamplingInstants {
     fn instants_s(&self, model: &HighFidelity) -> Vec<f64> {
         let last_s = (model.samples() - 1) as f64 / model.tick_hz();
         let within = |since_first_s: f64| (since_first_s - self.late_s).clamp(0.0, last_s);
-        if let Some((phase, taken_s)) =
-            self.off_clock.as_ref().and_then(|phase| Some((phase, phase.taken_s()?)))
+        if let Some(phase) = &self.off_clock
+            && let Some(taken_s) = phase.taken_s()
         {
             return taken_s.iter().map(|taken_s| within(taken_s - phase.times_s()[0])).collect();
         }
@@ -146,9 +146,7 @@ impl ShownEnvelope {
         }
         product > LEAST_SHARE * square
     }
-}
 
-impl ShownEnvelope {
     /// White noise of an envelope before its filter beside this one, A: by second differences, which
     /// the rest of the machine moves little.
     pub(crate) fn noise_beside_a(&self, envelope_a: &[f64]) -> f64 {

@@ -4,15 +4,9 @@ use core::f64::consts::PI;
 
 /// A signal from some samples after its first on: through a windowed sinc (Lanczos), the ends held.
 pub(crate) fn advanced(signal: &[f64], by: f64) -> Vec<f64> {
-    let last = signal.len() as i64 - 1;
     let whole = by.floor();
     let weights = lanczos_weights(by - whole);
-    let value = |n: usize| {
-        let first = n as i64 + whole as i64 - LANCZOS_REACH;
-        let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
-        weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
-    };
-    (0..signal.len()).map(value).collect()
+    (0..signal.len()).map(|n| weighted(signal, n as i64 + whole as i64, &weights)).collect()
 }
 
 /// A signal that is slower than a drive's ticks at each of these, through the same windowed sinc; one
@@ -24,7 +18,7 @@ pub(crate) fn at_ticks(signal: &[f64], rate_hz: f64, tick_hz: f64) -> (Vec<f64>,
     if rate_hz > tick_hz * (1.0 - 1e-6) {
         return (signal.to_vec(), rate_hz);
     }
-    let last = signal.len() as i64 - 1;
+    let last = signal.len() - 1;
     let count = (last as f64 * tick_hz / rate_hz + 1e-6).floor() as usize + 1;
     let value = |tick: usize| {
         let place = tick as f64 * rate_hz / tick_hz;
@@ -32,16 +26,21 @@ pub(crate) fn at_ticks(signal: &[f64], rate_hz: f64, tick_hz: f64) -> (Vec<f64>,
         if (place - nearest).abs() < 1e-6 {
             return signal[nearest as usize];
         }
-        let first = place.floor() as i64 - LANCZOS_REACH;
-        let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
-        let weights = lanczos_weights(place - place.floor());
-        weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
+        weighted(signal, place.floor() as i64, &lanczos_weights(place - place.floor()))
     };
     ((0..count).map(value).collect(), tick_hz)
 }
 
 /// Samples to either side that one between two is made of.
 const LANCZOS_REACH: i64 = 8;
+
+/// Weighted sum of the samples around a middle one, the ends of the signal held.
+fn weighted(signal: &[f64], middle: i64, weights: &[f64]) -> f64 {
+    let last = signal.len() as i64 - 1;
+    let first = middle - LANCZOS_REACH;
+    let at = |tap: usize| signal[(first + tap as i64).clamp(0, last) as usize];
+    weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum()
+}
 
 /// Weights of the samples from `LANCZOS_REACH` before to as many after, for one that lies a share
 /// of a period after the middle one; their sum is one.

@@ -16,10 +16,7 @@ use crate::simulation::experiment::Experiment;
 /// variance [`Envelope::noise_variance`](ema_sim::Envelope::noise_variance).
 pub fn unit_noise_covariance(experiment: &Experiment, phase_rate_hz: f64) -> BandedMatrix {
     let white = filtered_white_noise(&experiment.filter, phase_rate_hz, experiment.samples());
-    match experiment.envelope.noise_variance() {
-        1.0 => white,
-        variance => white.scaled(variance),
-    }
+    white.scaled(experiment.envelope.noise_variance())
 }
 
 /// Covariance of a filtered signal for white noise of unit variance before the filter, at any rate:
