@@ -54,9 +54,9 @@ pub use start::{Beginning, BeginningRequest, BeginningScore, evaluate_beginnings
 pub use units::{
     BoundCase, DecisionsLine, DecisionsResult, EffectLine, HiddenDamage, HiddenEffect, LearntLine,
     LearntResult, NumberBound, NumberScore, NumbersLine, NumbersResult, SetupsLine, SetupsResult,
-    Stated, Symmetry, SymmetryResult, Unfit, UnitsLine, UnitsResult, UnitsScore, WearLine,
-    bundle_at, bundle_of_scaled_torques, bundle_over_days, difference_of_diagnosers,
-    evaluate_decisions, evaluate_effects, evaluate_learnt, evaluate_numbers, evaluate_setups,
-    evaluate_symmetries, evaluate_unfit, evaluate_units, evaluate_wear, hidden_recordings,
-    number_bounds, unit_bounds, unit_recordings,
+    Stated, Symmetry, SymmetryResult, TogetherLine, TogetherResult, Unfit, UnitsLine, UnitsResult,
+    UnitsScore, WearLine, bundle_at, bundle_of_scaled_torques, bundle_over_days,
+    difference_of_diagnosers, evaluate_decisions, evaluate_effects, evaluate_learnt,
+    evaluate_numbers, evaluate_setups, evaluate_symmetries, evaluate_together, evaluate_unfit,
+    evaluate_units, evaluate_wear, hidden_recordings, number_bounds, unit_bounds, unit_recordings,
 };

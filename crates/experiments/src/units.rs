@@ -12,6 +12,7 @@ mod numbers;
 mod score;
 mod setups;
 mod symmetry;
+mod together;
 
 pub use bound::{BoundCase, NumberBound, number_bounds, unit_bounds};
 pub use decisions::{DecisionsLine, DecisionsResult, Stated, evaluate_decisions};
@@ -28,6 +29,7 @@ pub use symmetry::{
     Symmetry, SymmetryResult, bundle_of_scaled_torques, difference_of_diagnosers,
     evaluate_symmetries,
 };
+pub use together::{TogetherLine, TogetherResult, evaluate_together};
 
 use fdi_core::{
     Bundle, BundleError, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Experiment, Purpose,

@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, FileFormat, Metadata, RecordError, Recording, decide,
+    ColumnMap, DiagnosedAlone, FileFormat, Metadata, RecordError, Recording, decide,
     report::{ActionLevels, Failure, RecordDiagnosis},
 };
 
@@ -97,25 +97,34 @@ pub(crate) struct Batch<'a> {
 impl Batch<'_> {
     /// Answer to a recording; what goes wrong with it, a panic included, is in the answer.
     pub(crate) fn answer(&self, source: &Source) -> Answer {
+        match self.caught(source, |name, identity| self.diagnose(source, name, identity)) {
+            Ok(record) => Answer::Diagnosed(Box::new(record)),
+            Err(failure) => Answer::Failed(failure),
+        }
+    }
+
+    /// A recording by itself, for an answer to several; what goes wrong with it as its failure.
+    pub(crate) fn alone(&self, source: &Source) -> Result<DiagnosedAlone, Failure> {
+        self.caught(source, |name, identity| self.diagnose_alone(source, name, identity))
+    }
+
+    /// Result of the work on a recording, else its failure: a defect that one recording brings to light must
+    /// not take the others with it.
+    fn caught<T>(
+        &self,
+        source: &Source,
+        work: impl FnOnce(&Path, &mut Identity) -> Result<T>,
+    ) -> Result<T, Failure> {
         if let Source::Broken(failure) = source {
-            return Answer::Failed(failure.clone());
+            return Err(failure.clone());
         }
         let name = source.path();
-        // a defect that one recording brings to light must not take the others with it
         let mut identity = Identity::of(self.names, &name, &source.metadata());
-        let outcome =
-            catch_unwind(AssertUnwindSafe(|| self.diagnose(source, &name, &mut identity)))
-                .unwrap_or_else(|_| bail!("internal error, please report it"));
+        let outcome = catch_unwind(AssertUnwindSafe(|| work(&name, &mut identity)))
+            .unwrap_or_else(|_| bail!("internal error, please report it"));
         let Identity { actuator_id, date, .. } = identity;
-        match outcome {
-            Ok(record) => {
-                Answer::Diagnosed(Box::new(RecordDiagnosis { actuator_id, date, ..record }))
-            }
-            Err(error) => {
-                let error = format!("{error:#}");
-                Answer::Failed(Failure { actuator_id, date, ..failure(&name, error) })
-            }
-        }
+        let failed = |error| Failure { actuator_id, date, ..failure(&name, format!("{error:#}")) };
+        outcome.map_err(failed)
     }
 
     fn diagnose(
@@ -125,21 +134,54 @@ impl Batch<'_> {
         identity: &mut Identity,
     ) -> Result<RecordDiagnosis> {
         let start = clock();
-        let (mut recording, sha256) = self.read(source, name)?;
-        *identity = Identity::of(self.names, name, &recording.metadata);
-        identity.put_into(&mut recording)?;
+        let (recording, sha256) = self.read_named(source, name, identity)?;
         let mut record = self.diagnoser.diagnose(&recording)?;
+        identity.put_into_answer(&mut record);
+        record.recording_sha256 = sha256;
+        record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
+        self.finish(&mut record)?;
+        Ok(record)
+    }
+
+    fn diagnose_alone(
+        &self,
+        source: &Source,
+        name: &Path,
+        identity: &mut Identity,
+    ) -> Result<DiagnosedAlone> {
+        let start = clock();
+        let (recording, _) = self.read_named(source, name, identity)?;
+        let mut alone = self.diagnoser.diagnose_alone(&recording)?;
+        identity.put_into_answer(alone.answer_mut());
+        alone.answer_mut().elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
+        Ok(alone)
+    }
+
+    /// Adds what the settings ask for to an answer.
+    pub(crate) fn finish(&self, record: &mut RecordDiagnosis) -> Result<()> {
         if self.one_a_line {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
         }
-        record.action = self.levels.as_ref().map(|levels| decide(&record, levels));
-        record.recording_sha256 = sha256;
-        record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
-        if let Some(name) = record.not_finite() {
-            bail!("internal error, please report it: `{name}` is not finite");
+        record.action = self.levels.as_ref().map(|levels| decide(record, levels));
+        match record.not_finite() {
+            Some(name) => bail!("internal error, please report it: `{name}` is not finite"),
+            None => Ok(()),
         }
-        Ok(record)
+    }
+
+    /// The recording with the identity that its name says, and the SHA-256 of its file where that is
+    /// to be kept.
+    fn read_named(
+        &self,
+        source: &Source,
+        name: &Path,
+        identity: &mut Identity,
+    ) -> Result<(Recording, Option<String>)> {
+        let (mut recording, sha256) = self.read(source, name)?;
+        *identity = Identity::of(self.names, name, &recording.metadata);
+        identity.put_into(&mut recording)?;
+        Ok((recording, sha256))
     }
 
     /// The recording, and the SHA-256 of its file where that is to be kept.

@@ -334,6 +334,13 @@ pub struct DiagnoseArgs {
     /// The unit that `fdi unit learn` has learnt, or a folder of units, matched by `actuator-id`: levels are changes since it was new
     #[arg(long, value_name = "FILE|FOLDER", conflicts_with = "reference")]
     pub unit: Option<PathBuf>,
+    /// One answer to all recordings of an actuator, of one session or of all, in one state of health
+    ///
+    /// Recordings are of one actuator by `actuator-id` (those without one count as one actuator's),
+    /// and of one session by `session`, else by the day of `date`. Needs `--method gls`, `--fidelity
+    /// low`, `--encoding full` and `--tolerance model`, which are the defaults.
+    #[arg(long, value_name = "BY", conflicts_with_all = ["resume", "shard"])]
+    pub together: Option<TogetherBy>,
     /// How the fault levels are searched
     #[arg(long, value_parser = published::<Method>(), default_value_t = Method::Gls)]
     pub method: Method,
@@ -399,6 +406,25 @@ impl DiagnoseArgs {
         let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
         let levels = self.levels.levels()?;
         Ok((is_asked || self.levels.are_given()).then_some(levels))
+    }
+}
+
+/// Recordings that one answer is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TogetherBy {
+    /// Recordings of an actuator in a session.
+    Session,
+    /// All recordings of an actuator.
+    Actuator,
+}
+
+impl TogetherBy {
+    /// The choice as the command line spells it.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Session => "session",
+            Self::Actuator => "actuator",
+        }
     }
 }
 

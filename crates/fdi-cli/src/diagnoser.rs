@@ -9,9 +9,10 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use fdi_core::{
-    Bundle, DiagnoseOptions, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding, Experiment, FitSignals,
-    LearntUnit, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError,
-    ema_sim::model_file::Model, fitting_experiment, list_recordings, report::RecordDiagnosis,
+    Bundle, DiagnoseOptions, DiagnosedAlone, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding,
+    Experiment, FitSignals, LearntUnit, Purpose, Recording, RootSeed, ToleranceUse,
+    UnitLearningError, ema_sim::model_file::Model, fitting_experiment, list_recordings,
+    report::RecordDiagnosis,
 };
 
 use crate::{DiagnoseArgs, args::ReadingArgs, identity::read_named, unit_file::Units};
@@ -35,6 +36,14 @@ pub trait Diagnoser: Send + Sync {
     /// # Errors
     /// Why this recording cannot be diagnosed, in one line.
     fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis>;
+
+    /// A recording by itself, for an answer to several.
+    ///
+    /// # Errors
+    /// As [`diagnose`](Self::diagnose), and where there is no answer to several.
+    fn diagnose_alone(&self, recording: &Recording) -> Result<DiagnosedAlone> {
+        Err(anyhow!("{}: this diagnosis is of one recording", recording.name))
+    }
 
     /// The signals behind the answer to a recording, where it has any to show.
     ///
@@ -319,6 +328,16 @@ impl Diagnoser for BundleDiagnoser {
             answer.bundle = Some(prepared.sha256.clone());
         }
         Ok(answer)
+    }
+
+    fn diagnose_alone(&self, recording: &Recording) -> Result<DiagnosedAlone> {
+        let prepared = self.fitting(recording);
+        let (diagnoser, options) = self.prepared(recording)?;
+        let mut alone = diagnoser.diagnose_alone(recording, &options)?;
+        if prepared.sha256 != self.bundle_sha256() {
+            alone.answer_mut().bundle = Some(prepared.sha256.clone());
+        }
+        Ok(alone)
     }
 
     fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use fdi_core::{ColumnMap, Metadata, Recording, RecordingDate};
+use fdi_core::{ColumnMap, Metadata, Recording, RecordingDate, report::RecordDiagnosis};
 
 use crate::args::NameArgs;
 
@@ -38,6 +38,12 @@ impl Identity {
         recording.metadata.actuator_id.clone_from(&self.actuator_id);
         recording.metadata.date = self.date.as_deref().and_then(RecordingDate::parse);
         Ok(())
+    }
+
+    /// Puts actuator and date into an answer.
+    pub(crate) fn put_into_answer(&self, record: &mut RecordDiagnosis) {
+        record.actuator_id.clone_from(&self.actuator_id);
+        record.date.clone_from(&self.date);
     }
 }
 

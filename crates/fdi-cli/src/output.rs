@@ -43,6 +43,8 @@ pub(crate) struct Tally {
     /// Answers of an earlier run among them.
     taken_over: usize,
     verdicts: [usize; 4],
+    /// Recordings that answers to several are of.
+    together: usize,
     /// Recordings that are neither healthy nor faulty: nothing was concluded.
     pub(crate) without_conclusion: usize,
     pub(crate) failures: Vec<Failure>,
@@ -76,8 +78,12 @@ impl Tally {
                     let of = self.decided.entry(action.severity).or_default();
                     of.push(record.recording.clone());
                 }
+                self.together += record.together.len();
                 if record.verdict == Verdict::ModelInadequate {
-                    self.unexplained.push(record.recording.clone());
+                    let own =
+                        [&record.recording].into_iter().filter(|_| record.together.is_empty());
+                    let several = record.together.iter().map(|one| &one.recording);
+                    self.unexplained.extend(own.chain(several).cloned());
                 }
             }
             Answer::Failed(failure) => self.failures.push(failure.clone()),
@@ -117,6 +123,10 @@ impl Tally {
         let failed = if failed == 0 { String::new() } else { format!("; {failed} failed") };
         let noun = |count: usize| if count == 1 { "recording" } else { "recordings" };
         let done = match (all - self.taken_over, self.taken_over) {
+            (now, _) if self.together > 0 => {
+                let answers = if now == 1 { "answer" } else { "answers" };
+                format!("{now} {answers} to {} {}", self.together, noun(self.together))
+            }
             (now, 0) => format!("{now} {} diagnosed", noun(now)),
             (now, taken) => {
                 format!("{now} {} diagnosed now, {taken} taken over", noun(now))

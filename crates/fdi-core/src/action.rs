@@ -551,6 +551,7 @@ mod tests {
             action: None,
             covariance,
             notices: Vec::new(),
+            together: Vec::new(),
         }
     }
 

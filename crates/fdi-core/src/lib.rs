@@ -105,5 +105,6 @@ pub use unit::{
     learning::{Disagreement, NotLearnt, UnitLearningError},
     learnt_unit::{LearntUnit, OtherBundle, UnitRecording, UnitState},
     numbers::{LearntNumber, LearntNumbers},
+    pooled::{DiagnosedAlone, TogetherError, diagnose_together},
     search::UnitSearchError,
 };

@@ -17,6 +17,7 @@ pub(crate) mod learnt_unit;
 pub(crate) mod modelled;
 pub(crate) mod monitor;
 pub(crate) mod numbers;
+pub(crate) mod pooled;
 pub(crate) mod quantities;
 pub(crate) mod search;
 pub(crate) mod sensors;

@@ -20,6 +20,7 @@ mod prediction;
 mod proposal;
 mod setup;
 mod signal;
+mod together;
 mod tolerance_use;
 mod unit;
 
@@ -55,6 +56,7 @@ pub use setup::{
     Acceptance, FaultTests, SetupChoice, SetupRefusal, SetupRefusalCode, SetupSummary,
 };
 pub use signal::{SignalCode, SignalFinding};
+pub use together::{PooledLevel, PooledRecording};
 pub use tolerance_use::ToleranceUse;
 pub use unit::{LearntFrom, UnitNumber, UnitSummary};
 

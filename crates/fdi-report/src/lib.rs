@@ -35,11 +35,11 @@ pub use document::{
     EvaluationSettings, Explanation, ExplanationVerdict, Failure, Fault, FaultAction,
     FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, FaultTests, Fidelity, Finding,
     FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut,
-    Limits, Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, Prediction,
-    Proposal, ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve,
-    ResumeHead, SCHEMA_VERSION, Sensitivity, Separation, SetupChoice, SetupRefusal,
-    SetupRefusalCode, SetupSummary, Severity, SignalCode, SignalFinding, Slope, Standing, Status,
-    ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
+    Limits, Method, MethodEvaluation, NoiseSource, NominalChange, Notice, NoticeCode, PooledLevel,
+    PooledRecording, Prediction, Proposal, ProposedRecording, Quartiles, RecordDiagnosis,
+    RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation,
+    SetupChoice, SetupRefusal, SetupRefusalCode, SetupSummary, Severity, SignalCode, SignalFinding,
+    Slope, Standing, Status, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
 };
 pub use figure::{
     CompressionCurve, CompressionPanel, DrawnMode, compression_figure_svg, convergence_figure_svg,
@@ -54,4 +54,5 @@ pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
 pub use sentence::{
     BACKLASH_GAIN, FRICTION_GAIN, detected_findings, percent, plus_minus, sentence, three_digits,
+    to_digits_of,
 };

@@ -11,6 +11,7 @@ mod explanation;
 mod findings;
 mod html;
 mod setup;
+mod together;
 
 pub use content::{Figure, Page};
 pub use diagnosis::{DiagnosisPage, SettingRow};

@@ -57,6 +57,10 @@ pub fn detected_findings(record: &RecordDiagnosis) -> Option<String> {
 }
 
 fn residual(record: &RecordDiagnosis) -> String {
+    let disagree = |notice: &&Notice| notice.code == NoticeCode::RecordingsDisagree;
+    if let Some(notice) = record.notices.iter().find(disagree) {
+        return notice.message.clone();
+    }
     let is_form = |notice: &&Notice| notice.code == NoticeCode::UnmodelledPhysics;
     if let Some(form) = record.notices.iter().find(is_form) {
         return form.message.clone();
@@ -113,7 +117,7 @@ pub fn plus_minus(value: f64, std: f64, sign: &str) -> String {
 }
 
 /// A number to the digits that its standard deviation leaves it; zero has no sign.
-pub(crate) fn to_digits_of(value: f64, std: f64) -> String {
+pub fn to_digits_of(value: f64, std: f64) -> String {
     const FEWEST: i32 = 3;
     const MOST: i32 = 6;
     let needed = if std > 0.0 { -std.log10().floor() } else { f64::from(MOST) };

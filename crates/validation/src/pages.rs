@@ -23,6 +23,7 @@ mod real_recordings;
 mod reduction;
 mod section;
 mod setup;
+mod several;
 mod signal_chain;
 mod simulator;
 mod units;
@@ -91,6 +92,7 @@ const PAGES: &[Page] = &[
         text: |_| explaining::text().map(Into::into),
     },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
+    Page { name: "tests", quick: several::quick, text: |_| several::text().map(Into::into) },
     Page { name: "units", quick: units::quick, text: |_| units::text() },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
     Page {

@@ -20,13 +20,17 @@ const REFIT_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Share of a number's scatter that its slope is taken over.
 const SLOPE_SHARE: f64 = 0.3;
 
-/// Recordings that a bound is of: the one diagnosed, and those of the unit as new.
+/// Recordings that a bound is of: those diagnosed, and those of the unit as new.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundCase {
     /// Share of the tolerances.
     pub scale: f64,
     /// Recordings of the unit as new, each of a day of its own.
     pub references: usize,
+    /// Days on which the unit is recorded to be diagnosed, in one state of health.
+    pub days: usize,
+    /// Recordings of each of these days.
+    pub each: usize,
     /// Half-width of the winding's temperature over days, K; `None`: normal, as days usually are.
     pub half_width_k: Option<f64>,
     /// Standard deviation of the winding's temperature as read, K; `None`: it is not read.
@@ -41,6 +45,8 @@ impl BoundCase {
         Self {
             scale,
             references: 0,
+            days: 1,
+            each: 1,
             half_width_k: None,
             reading_std_k: None,
             with_model_error: false,
@@ -51,13 +57,20 @@ impl BoundCase {
         self.half_width_k.map_or(self.scale * SESSION.temperature_k, |half| half / 3f64.sqrt())
     }
 
-    /// Temperature of each recording beyond that of the numbers, K: references in even steps over
-    /// the days, the one diagnosed one standard deviation away.
+    /// Day of each recording: each reference has its own, those diagnosed follow.
+    fn days(&self) -> Vec<usize> {
+        let later = (0..self.days).flat_map(|day| vec![self.references + day; self.each]);
+        (0..self.references).chain(later).collect()
+    }
+
+    /// Temperature of each day beyond that of the numbers, K: days of references in even steps, those
+    /// diagnosed one standard deviation away, in turn above and below.
     fn temperatures_k(&self) -> Vec<f64> {
         let std_k = self.temperature_std_k();
         let count = self.references as f64;
         let even = |n: usize| 3f64.sqrt() * std_k * (2.0 * (n as f64 + 0.5) / count - 1.0);
-        (0..self.references).map(even).chain([std_k]).collect()
+        let later = (0..self.days).map(|day| if day % 2 == 0 { std_k } else { -std_k });
+        (0..self.references).map(even).chain(later).collect()
     }
 }
 
@@ -87,7 +100,7 @@ pub fn unit_bounds(
     jobs: usize,
 ) -> Result<[f64; 6], EvaluationError> {
     let unknowns = unknowns(case.scale);
-    let parts = parts(&unknowns, case, case.references + 1);
+    let parts = parts(&unknowns, case, &case.days());
     let Whole { information, .. } = whole(bundle, case, &unknowns, &parts, jobs)?;
     let variance = |place: usize| variance(&information, &[(place, 1.0)]);
     let std = |place: usize| match place {
@@ -121,7 +134,7 @@ pub fn number_bounds(
     let mut unknowns = unknowns(case.scale);
     // machines as new have no damage
     unknowns.retain(|unknown| !matches!(unknown.scatter, ScatterOfBound::Damage));
-    let parts = parts(&unknowns, case, case.references);
+    let parts = parts(&unknowns, case, &case.days()[..case.references]);
     let Whole { information, .. } = whole(bundle, case, &unknowns, &parts, jobs)?;
     let of_unit = |part: &Part| part.shares.iter().all(|share| *share == 1.0);
     let is_number = |part: &Part| {
@@ -161,7 +174,7 @@ impl Evidence {
     pub(super) fn of_one_recording(bundle: &Bundle, jobs: usize) -> Result<Self, EvaluationError> {
         let case = BoundCase::alone(1.0);
         let unknowns = unknowns(case.scale);
-        let parts = parts(&unknowns, &case, 1);
+        let parts = parts(&unknowns, &case, &case.days());
         let whole = whole(bundle, &case, &unknowns, &parts, jobs)?;
         Ok(Self { whole, parts, unknowns })
     }
@@ -313,34 +326,37 @@ struct Part {
     precision: f64,
 }
 
-/// Damage of the recording diagnosed, the last, then numbers of the unit and of each day.
-fn parts(unknowns: &[UnknownOfBound], case: &BoundCase, recordings: usize) -> Vec<Part> {
-    let only =
-        |one: usize| (0..recordings).map(|r| f64::from(u8::from(r == one))).collect::<Vec<f64>>();
+/// Damage of the recordings diagnosed, then numbers of the unit and of each day.
+fn parts(unknowns: &[UnknownOfBound], case: &BoundCase, day_of: &[usize]) -> Vec<Part> {
+    let share = |is_there: bool| f64::from(u8::from(is_there));
+    let of_day = |day: usize| day_of.iter().map(|&one| share(one == day)).collect::<Vec<f64>>();
+    let days = day_of.last().map_or(0, |last| last + 1);
     let temperatures_k = case.temperatures_k();
     let precision = |std: f64| 1.0 / (std * std);
     let mut parts = Vec::new();
     for (unknown, number) in unknowns.iter().enumerate() {
         let mut add = |shares, precision: f64| parts.push(Part { unknown, shares, precision });
         match number.scatter {
-            ScatterOfBound::Damage => add(only(recordings - 1), 0.0),
+            ScatterOfBound::Damage => {
+                add(day_of.iter().map(|&day| share(day >= case.references)).collect(), 0.0);
+            }
             ScatterOfBound::Number { unit, session } => {
                 if unit > 0.0 {
-                    add(vec![1.0; recordings], precision(unit));
+                    add(vec![1.0; day_of.len()], precision(unit));
                 }
-                for one in (0..recordings).filter(|_| session > 0.0) {
-                    add(only(one), precision(session));
+                for day in (0..days).filter(|_| session > 0.0) {
+                    add(of_day(day), precision(session));
                 }
             }
             ScatterOfBound::Temperature => {
                 let std_k = case.temperature_std_k();
                 let read = case.reading_std_k.map_or(0.0, precision);
-                for one in (0..recordings).filter(|_| std_k > 0.0) {
-                    add(only(one), precision(std_k) + read);
+                for day in (0..days).filter(|_| std_k > 0.0) {
+                    add(of_day(day), precision(std_k) + read);
                 }
             }
             ScatterOfBound::Coefficient(std) if std > 0.0 => {
-                add(temperatures_k[..recordings].to_vec(), precision(std));
+                add(day_of.iter().map(|&day| temperatures_k[day]).collect(), precision(std));
             }
             ScatterOfBound::Coefficient(_) => {}
         }

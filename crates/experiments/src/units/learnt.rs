@@ -120,9 +120,9 @@ pub fn evaluate_learnt(
 
 /// Days on which a unit is recorded.
 #[derive(Clone, Copy, Debug)]
-struct Days {
-    half_width_k: f64,
-    reading_std_k: Option<f64>,
+pub(super) struct Days {
+    pub(super) half_width_k: f64,
+    pub(super) reading_std_k: Option<f64>,
 }
 
 /// Cold and hot halls, the temperature read.
@@ -140,7 +140,7 @@ pub(super) struct Owned<'a> {
 }
 
 impl<'a> Owned<'a> {
-    fn drawn(experiment: &'a Experiment, days: Days, misstated: f64, seed: u64) -> Self {
+    pub(super) fn drawn(experiment: &'a Experiment, days: Days, misstated: f64, seed: u64) -> Self {
         let mut chance = Chance::new(seed);
         let unit = UNIT.misstated(misstated, &mut chance);
         // the temperature is drawn by the days
@@ -173,8 +173,19 @@ impl<'a> Owned<'a> {
         &mut self,
         damage: FaultCoordinates,
     ) -> Result<Recording, EvaluationError> {
+        self.record_several(damage, 1).map(|mut one| one.remove(0))
+    }
+
+    /// Recordings of a new day, each with noise of its own.
+    pub(super) fn record_several(
+        &mut self,
+        damage: FaultCoordinates,
+        recordings: usize,
+    ) -> Result<Vec<Recording>, EvaluationError> {
         let Day { hidden, label, seed } = self.day(damage);
-        hidden.record(self.experiment, seed, &label)
+        let seeds = (1..recordings as u64).map(|nth| RootSeed(seed).derive(Purpose::Units, nth));
+        let seeds = std::iter::once(seed).chain(seeds);
+        seeds.map(|seed| hidden.record(self.experiment, seed, &label)).collect()
     }
 
     /// The unit with its damage on a new day.

@@ -2,6 +2,7 @@
 
 mod after;
 mod answers;
+mod together;
 
 use std::{
     fs,
@@ -53,6 +54,7 @@ pub(crate) fn diagnose(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
+    together::check(args)?;
     let one_a_line = args.resume.is_some() || global.output_format == OutputFormat::Jsonl;
     let map = args.map.column_map()?;
     let is_kept = args.resume.is_some();
@@ -83,7 +85,10 @@ pub(crate) fn diagnose(
         part,
     };
     let asked = Asked { inputs, head };
-    let (tally, left) = tell(&batch, &asked, resume, &mut records, global, streams)?;
+    let (tally, left) = match args.together {
+        Some(by) => together::tell(&batch, &asked, by, &mut records, global, streams)?,
+        None => tell(&batch, &asked, resume, &mut records, global, streams)?,
+    };
     if let (Some(path), true) = (&global.output, left) {
         say_left(path, global, streams);
     }

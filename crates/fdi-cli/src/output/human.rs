@@ -8,8 +8,8 @@ use std::{
 
 use anstyle::{AnsiColor, Style};
 use fdi_report::{
-    Action, Fault, FaultId, NoticeCode, OpenFindings, RecordDiagnosis, Verdict, common_folder,
-    detected_findings, plus_minus, sentence,
+    Action, Fault, FaultId, NoticeCode, OpenFindings, PooledRecording, RecordDiagnosis, Verdict,
+    common_folder, detected_findings, plus_minus, sentence, to_digits_of,
 };
 
 use super::{
@@ -39,6 +39,7 @@ struct Row {
     detected: bool,
     /// Severity and next step.
     action: Option<String>,
+    together: Vec<PooledRecording>,
 }
 
 impl<'a> Human<'a> {
@@ -96,7 +97,7 @@ impl<'a> Human<'a> {
                 write!(text, "\n{}", block.concat())?;
             }
         }
-        Ok(())
+        names.iter().zip(&self.rows).try_for_each(|(name, row)| members(text, name, row))
     }
 }
 
@@ -125,6 +126,7 @@ impl AnswerWriter for Human<'_> {
                 let Action { severity, reason, next, .. } = one;
                 format!("{severity}: {reason}: {next}")
             }),
+            together: record.together.clone(),
         });
         Ok(())
     }
@@ -140,6 +142,37 @@ impl AnswerWriter for Human<'_> {
         }
         self.out.write_all(text.as_bytes())
     }
+}
+
+/// The recordings that an answer is of, with what each shows by itself.
+fn members(text: &mut String, name: &str, row: &Row) -> fmt::Result {
+    if row.together.len() < 2 {
+        return Ok(());
+    }
+    writeln!(text, "\n{name}, each by itself (in brackets ± of the answer without it):\n")?;
+    let full: Vec<&str> = row.together.iter().map(|one| one.recording.as_str()).collect();
+    let folder = common_folder(&full);
+    let ids = &FaultId::ALL[..6];
+    let header: Vec<String> = ["recording", "session", "verdict"].map(str::to_owned).into();
+    let header = [header, ids.iter().map(|id| id.short_name()).collect()].concat();
+    let cells = |one: &PooledRecording| -> Vec<String> {
+        let level = |id: &FaultId| {
+            let Some(level) = one.levels.iter().find(|level| level.id == *id) else {
+                return "-".to_owned();
+            };
+            let without = level.std_without.map(|std| format!(" ({})", to_digits_of(std, std)));
+            plus_minus(level.value, level.std, "±") + &without.unwrap_or_default()
+        };
+        let session = one.session.clone().unwrap_or_else(|| "-".to_owned());
+        let verdict = match one.left_out {
+            Some(_) => format!("{} (left out)", one.verdict),
+            None => one.verdict.to_string(),
+        };
+        let told = vec![one.recording[folder..].to_owned(), session, verdict];
+        [told, ids.iter().map(level).collect()].concat()
+    };
+    let rows: Vec<Vec<String>> = row.together.iter().map(cells).collect();
+    table(text, &header, &rows)
 }
 
 /// The recordings of a notice; a long list is cut, JSON has it all.

@@ -31,6 +31,7 @@ mod schema;
 mod servo_axis;
 mod setup;
 mod stand_in;
+mod together;
 mod two_phases;
 mod unit;
 mod wiring;

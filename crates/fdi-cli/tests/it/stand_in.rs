@@ -107,6 +107,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
             matrix: vec![vec![4e-6]],
         },
         notices: Vec::new(),
+        together: Vec::new(),
     }
 }
 

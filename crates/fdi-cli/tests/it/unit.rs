@@ -21,14 +21,14 @@ const MACHINE: &str = "base = \"ema-48\"\n[motor]\nback-emf-v-s-per-rad = 0.0368
                        inertia-kg-m2 = 2.55e-5\n[transmission]\nbacklash-rad = 6.0e-5\n";
 
 /// A folder with a machine of the fleet.
-fn fleet() -> TempDir {
+pub(crate) fn fleet() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("machine.toml"), MACHINE).unwrap();
     folder
 }
 
 /// Records a machine with damage on a day, as `A-7_2026-11-02.csv`.
-fn record(folder: &TempDir, id: &str, day: &str, faults: &str, seed: &str) -> String {
+pub(crate) fn record(folder: &TempDir, id: &str, day: &str, faults: &str, seed: &str) -> String {
     let name = format!("{id}_{day}.csv");
     let test = ["simulate", "--model", "machine.toml", "--faults", faults, "--noise-a", "0.02"];
     let all = [&test[..], &["--adc-bits", "12", "--seed", seed, "-o", &name]].concat();
@@ -38,7 +38,7 @@ fn record(folder: &TempDir, id: &str, day: &str, faults: &str, seed: &str) -> St
 }
 
 /// Four recordings of a machine as new, of four days, and the unit learnt from them.
-fn learnt() -> TempDir {
+pub(crate) fn learnt() -> TempDir {
     let folder = fleet();
     let days = ["2026-11-02", "2026-11-03", "2026-11-05", "2026-11-09"];
     let seeds = ["1", "2", "3", "4"];
@@ -63,7 +63,7 @@ fn diagnosed(folder: &TempDir, name: &str, options: &[&str]) -> RecordDiagnosis 
     document.records.into_iter().next().unwrap()
 }
 
-fn refusal(folder: &TempDir, arguments: &[&str]) -> String {
+pub(crate) fn refusal(folder: &TempDir, arguments: &[&str]) -> String {
     let said = output(folder.path(), arguments);
     assert_eq!(said.status.code(), Some(2), "{}", whole(&said));
     String::from_utf8_lossy(&said.stderr).into_owned()

@@ -21,7 +21,7 @@ use crate::{
         envelope::{envelope_kind, envelope_of},
         experiment::Experiment,
     },
-    unit::{error::UnitError, quantities::Quantities},
+    unit::{error::UnitError, evidence::InCommon, quantities::Quantities},
 };
 
 /// Layout of a bundle; the experiment first, since it can be read alone.
@@ -119,7 +119,8 @@ struct UnitErrorData {
     coefficients: RoundedSignals,
     covariance: CovarianceData,
     wide: Option<CovarianceData>,
-    shared: f64,
+    /// Shares of the covariance in common: of a unit, of a state of health, of a session.
+    in_common: [f64; 3],
     ln_misfit_mean: f64,
     ln_misfit_std: f64,
 }
@@ -199,7 +200,7 @@ impl UnitErrorData {
             coefficients: RoundedSignals::of(&error.coefficients, CODE_STEPS),
             covariance: CovarianceData::of(&error.covariance),
             wide: error.wide.as_ref().map(CovarianceData::of),
-            shared: error.shared,
+            in_common: error.in_common.shares(),
             ln_misfit_mean: error.ln_misfit_mean,
             ln_misfit_std: error.ln_misfit_std,
         }
@@ -217,11 +218,8 @@ impl UnitErrorData {
             && self.spread.len() == quantities
             && coefficients.len() == terms
             && self.spread.iter().all(|spread| *spread > 0.0)
-            && (0.0..=1.0).contains(&self.shared)
             && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
-        if !fits {
-            return Err(wrong_size());
-        }
+        let in_common = InCommon::of_shares(self.in_common).filter(|_| fits);
         Ok(UnitError {
             start: start_of(self.start),
             coefficients,
@@ -230,7 +228,7 @@ impl UnitErrorData {
             bent,
             covariance: covariance(self.covariance)?,
             wide: self.wide.map(covariance).transpose()?,
-            shared: self.shared,
+            in_common: in_common.ok_or_else(wrong_size)?,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,
         })

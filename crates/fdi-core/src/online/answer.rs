@@ -65,6 +65,7 @@ impl Run<'_> {
             action: None,
             covariance: outcome.posterior.report_covariance(),
             notices,
+            together: Vec::new(),
         }
     }
 

@@ -41,7 +41,7 @@ pub(crate) fn mixture(sought: &[usize], mut outcomes: Vec<Outcome>) -> Option<Ou
         indices: free.iter().map(|&place| sought[place]).collect(),
         estimate: mean,
         covariance,
-        evidence: None,
+        explained: None,
     };
     Some(best)
 }

@@ -85,7 +85,7 @@ impl Run<'_> {
                 indices: experiment.sought_indices(),
                 estimate: fit.estimate,
                 covariance,
-                evidence: None,
+                explained: None,
             },
             residual_a: fit.residual_a,
             floor_a: likelihood.floor_a(),

@@ -11,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::{
     report::{Covariance, Fault, FaultId},
-    unit::evidence::Evidence,
+    unit::search::Explained,
 };
 
 /// Probability of the stated intervals.
@@ -28,7 +28,7 @@ pub(crate) struct Posterior {
     pub(crate) estimate: Vec<f64>,
     pub(crate) covariance: DMatrix<f64>,
     /// Evidence of the recording on its machine, where the machine was within its tolerances.
-    pub(crate) evidence: Option<Evidence>,
+    pub(crate) explained: Option<Explained>,
 }
 
 /// Where the eccentricity stands in the coordinates.
@@ -198,7 +198,7 @@ mod tests {
             indices: vec![5, 6],
             estimate: vec![x, 0.0],
             covariance: DMatrix::from_diagonal_element(2, 2, 1e-6),
-            evidence: None,
+            explained: None,
         };
         let faults = posterior(0.002).faults();
         assert_eq!(faults[5].detected, Some(false));

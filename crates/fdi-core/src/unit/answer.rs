@@ -11,16 +11,17 @@ use crate::{
         outcome::MISFIT_DEVIATIONS, posterior::Posterior, run::Run,
     },
     report::{
-        Fault, FaultId, Fidelity, Fit, Method, NoiseSource, Notice, NoticeCode, RecordDiagnosis,
-        Status, Verdict,
+        Fault, FaultId, Fidelity, Finding, Fit, Method, NoiseSource, Notice, NoticeCode,
+        RecordDiagnosis, Status, Verdict,
     },
     unit::{
         error::UnitError,
         finding::{Findings, History, Since},
-        joint::{DamageFit, Joint, OfUnit, Wear},
-        learnt_unit::{Earlier, LearntUnit},
+        joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
+        layout::Layout,
+        learnt_unit::{Earlier, Learnt, LearntUnit},
         quantities::Quantities,
-        search::{Observed, UnitFit, UnitSearchError, explain},
+        search::{Explained, Observed, UnitFit, UnitSearchError, explain},
     },
 };
 
@@ -63,6 +64,9 @@ impl Within {
     /// coordinates: what is detected stays so.
     pub(crate) fn widened(mut self, by: &DMatrix<f64>) -> Self {
         self.posterior.covariance += by;
+        if let Some(explained) = &mut self.posterior.explained {
+            explained.is_widened = true;
+        }
         for (fault, wide) in self.answer.faults.iter_mut().zip(self.posterior.faults()) {
             if fault.value.is_some() {
                 *fault = Fault { detected: fault.detected, ..wide };
@@ -195,39 +199,23 @@ impl<'a> Run<'a> {
         let unmodelled_as_new = unit.is_some_and(LearntUnit::is_unmodelled_as_new);
         let adequate = to_the_noise && (unmodelled.is_empty() || unmodelled_as_new);
         let (history, damage) = self.with_unit(unit, quantities, fit)?;
-        let since = history.since;
-        let findings = Findings::of(layout, &history, &damage);
-        let posterior = Posterior {
-            indices: layout.sought.clone(),
-            estimate: damage.estimate,
-            covariance: damage.covariance,
-            evidence: to_the_noise.then(|| fit.evidence.clone()),
-        };
-        let mut faults = posterior.faults();
-        for fault in &mut faults {
-            if fault.detected.is_some() {
-                fault.detected = (!unfinished).then(|| findings.detected.contains(&fault.id));
-            }
-        }
-        if faults[5].value.is_some() && faults[5].detected != Some(true) {
-            faults[6] = Fault::undetermined(FaultId::K7);
-        }
-        let hidden = hidden(&faults, since);
-        let limits = self.limits(noise, &faults);
+        let explained = to_the_noise.then(|| Explained::from(fit));
+        let found = Conclusion::of(layout, &history, damage, explained, unfinished);
+        let limits = self.limits(noise, &found.faults);
         let is_loud = limits.iter().any(|notice| notice.code == NoticeCode::NoiseAboveBundle);
-        let is_found = findings.all.iter().any(|finding| finding.detected);
         let verdict = if unfinished {
             Verdict::Undetermined
         } else if !adequate {
             Verdict::ModelInadequate
-        } else if is_found {
-            Verdict::Faulty
-        } else if hidden.is_empty() && !is_loud {
-            Verdict::Healthy
         } else {
-            Verdict::Undetermined
+            found.verdict(is_loud)
         };
-        let mut notices = notices(End::of(unfinished, fit), &faults, verdict, &hidden, since);
+        let mut notices = match End::of(unfinished, fit).notice() {
+            Some(notice) => vec![notice],
+            None => found.direction_notice().into_iter().collect(),
+        };
+        notices.extend(found.hidden_notice(verdict));
+        let Conclusion { posterior, faults, findings, .. } = found;
         notices.extend(limits);
         notices.extend(unit.map(unit_notice));
         notices.extend(unmodelled_notice(unmodelled, unmodelled_as_new));
@@ -253,10 +241,11 @@ impl<'a> Run<'a> {
                 adequate,
             },
             faults,
-            findings: findings.all,
+            findings,
             action: None,
             covariance: posterior.report_covariance(),
             notices,
+            together: Vec::new(),
         };
         Ok((answer, posterior))
     }
@@ -264,24 +253,26 @@ impl<'a> Run<'a> {
     /// A recording with those that its unit was learnt from, and the damage that they show
     /// together.
     fn with_unit<'q>(
-        &self,
-        unit: Option<&LearntUnit>,
+        &'q self,
+        unit: Option<&'q LearntUnit>,
         quantities: &'q Quantities,
-        fit: &UnitFit,
+        fit: &'q UnitFit,
     ) -> Result<(History<'q>, DamageFit), DiagnoseError> {
         let session = self.observation.session.as_deref();
-        let earlier = unit.map(|unit| unit.earlier(session));
+        let test = OfTest::only(quantities);
+        let earlier = unit.map(|unit| Earlier::of(&[Learnt { unit, test }], &[session]));
         if let Some(known) = unit.and_then(|unit| unit.with_evidence(&fit.evidence)) {
             return Err(DiagnoseError::OwnReference { learnt_as: known.name.clone() });
         }
         let own = OfUnit {
             evidence: &fit.evidence,
-            session: earlier.as_ref().map_or(0, |earlier| earlier.session),
+            test,
+            session: earlier.as_ref().map_or(0, |earlier| earlier.sessions[0]),
             wear: Wear::AsNew,
             replaced: unit.map(|unit| unit.replaced).unwrap_or_default(),
         };
         let others = earlier.as_ref().map_or(&[][..], |earlier| &earlier.others);
-        let joint = Joint::new(quantities, others, &own, &fit.point);
+        let joint = Joint::new(others, &[own], &fit.point);
         let joint = joint.ok_or(UnitSearchError::Undetermined)?;
         let alone = DamageFit::from(fit);
         let Some(Earlier { worn, nth, .. }) = earlier else {
@@ -293,7 +284,7 @@ impl<'a> Run<'a> {
             ..joint.damage().ok_or(UnitSearchError::Undetermined)?
         };
         let own = OfUnit { wear: worn, ..own };
-        let worn = (nth > 1).then(|| Joint::worn(quantities, others, &own, &fit.point)).flatten();
+        let worn = (nth > 1).then(|| Joint::worn(others, &[own], &fit.point)).flatten();
         Ok((History { joint, worn, since: Since::References, nth }, damage))
     }
 }
@@ -325,6 +316,73 @@ impl Run<'_> {
         let expected_a = self.learnt.bundle.noise_a;
         let all = [self.coarse_phases(), loud_notice(noise, expected_a), damage, temperature];
         all.into_iter().flatten().collect()
+    }
+}
+
+/// Levels and findings by the damage that recordings show.
+pub(crate) struct Conclusion {
+    pub(crate) posterior: Posterior,
+    pub(crate) faults: Vec<Fault>,
+    pub(crate) findings: Vec<Finding>,
+    /// Faults that could be at or beyond their watch levels, undetected, each with how far.
+    pub(crate) hidden: Vec<(FaultId, f64)>,
+    since: Since,
+}
+
+impl Conclusion {
+    /// Nothing is detected by a search that did not finish.
+    pub(crate) fn of(
+        layout: &Layout,
+        history: &History<'_>,
+        damage: DamageFit,
+        explained: Option<Explained>,
+        unfinished: bool,
+    ) -> Self {
+        let findings = Findings::of(layout, history, &damage);
+        let posterior = Posterior {
+            indices: layout.sought.clone(),
+            estimate: damage.estimate,
+            covariance: damage.covariance,
+            explained,
+        };
+        let mut faults = posterior.faults();
+        for fault in &mut faults {
+            if fault.detected.is_some() {
+                fault.detected = (!unfinished).then(|| findings.detected.contains(&fault.id));
+            }
+        }
+        if faults[5].value.is_some() && faults[5].detected != Some(true) {
+            faults[6] = Fault::undetermined(FaultId::K7);
+        }
+        let since = history.since;
+        let hidden = hidden(&faults, since);
+        Self { posterior, faults, findings: findings.all, hidden, since }
+    }
+
+    /// The verdict, where the model explains the recordings.
+    pub(crate) fn verdict(&self, is_loud: bool) -> Verdict {
+        if self.findings.iter().any(|finding| finding.detected) {
+            Verdict::Faulty
+        } else if self.hidden.is_empty() && !is_loud {
+            Verdict::Healthy
+        } else {
+            Verdict::Undetermined
+        }
+    }
+
+    /// The notice that an eccentricity that is not detected has no direction.
+    pub(crate) fn direction_notice(&self) -> Option<Notice> {
+        let is_open = self.faults[5].value.is_some() && self.faults[6].value.is_none();
+        is_open.then(|| Notice {
+            code: NoticeCode::PhaseUndetermined,
+            message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
+        })
+    }
+
+    /// The notice of levels that stay open, where the verdict is that something does.
+    pub(crate) fn hidden_notice(&self, verdict: Verdict) -> Option<Notice> {
+        let is_open = verdict == Verdict::Undetermined && !self.hidden.is_empty();
+        is_open.then(|| hidden_notice(&self.hidden, self.since))
     }
 }
 
@@ -415,42 +473,20 @@ impl End {
         }
     }
 
-    /// Where a search ended that is not finished.
-    fn unfinished(self) -> Option<&'static str> {
-        match self {
-            Self::Finished => None,
-            Self::Spent => Some("when the evaluations allowed were spent"),
-            Self::Unexplained => Some("where the model does not explain the recording"),
-        }
-    }
-}
-
-/// Notices of what limits an answer.
-fn notices(
-    end: End,
-    faults: &[Fault],
-    verdict: Verdict,
-    hidden: &[(FaultId, f64)],
-    since: Since,
-) -> Vec<Notice> {
-    let mut notices = Vec::new();
-    if let Some(ended) = end.unfinished() {
-        notices.push(Notice {
+    /// The notice of a search that is not finished.
+    fn notice(self) -> Option<Notice> {
+        let ended = match self {
+            Self::Finished => return None,
+            Self::Spent => "when the evaluations allowed were spent",
+            Self::Unexplained => "where the model does not explain the recording",
+        };
+        Some(Notice {
             code: NoticeCode::SearchUnfinished,
             message: format!(
                 "the search ended {ended}; the levels are where it stopped, and nothing is decided"
             ),
-        });
-    } else if faults[5].value.is_some() && faults[6].value.is_none() {
-        notices.push(Notice {
-            code: NoticeCode::PhaseUndetermined,
-            message: "no eccentricity is detected, so that it has no direction (k7)".to_owned(),
-        });
+        })
     }
-    if verdict == Verdict::Undetermined && !hidden.is_empty() {
-        notices.push(hidden_notice(hidden, since));
-    }
-    notices
 }
 
 fn hidden_notice(hidden: &[(FaultId, f64)], since: Since) -> Notice {

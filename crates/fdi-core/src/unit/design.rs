@@ -42,10 +42,15 @@ pub(crate) enum Session {
     First,
     /// Another day of the first units: the numbers as built and the damage are the same.
     Second,
+    /// The first day again: the drive's noise alone is another.
+    Again,
+    /// The second day, the damage not there yet.
+    Undamaged,
 }
 
-/// Units that are recorded twice.
-pub(crate) const TWICE: usize = 200;
+/// Units that are recorded on another day, and of those on the first day again and without damage.
+const TWICE: usize = 200;
+const AGAIN: usize = 100;
 
 /// Draws units in a session.
 pub(crate) fn draw(
@@ -63,10 +68,15 @@ pub(crate) fn draw(
         for (place, &coordinate) in layout.sought.iter().enumerate() {
             let (is_there, level) = (random.uniform() < FAULT_CHANCE, random.uniform());
             let signed = if coordinate < 5 { level } else { 2.0 * level - 1.0 };
+            let is_there = is_there && session != Session::Undamaged;
             point[place] = if is_there { MOST_DAMAGE * signed } else { 0.0 };
         }
         let second = RootSeed(root.derive(Purpose::Units, (1 << 40) | stream));
-        let mut of_session = Draws::new(second.derive(Purpose::Units, session as u64));
+        let day = match session {
+            Session::First | Session::Again => 0,
+            Session::Second | Session::Undamaged => 1,
+        };
+        let mut of_session = Draws::new(second.derive(Purpose::Units, day));
         for (value, number) in point[layout.sought.len()..].iter_mut().zip(&layout.numbers) {
             let Scatter { machine, session, recording } = number.scatter;
             let day = session.hypot(recording) * of_session.normal_within(FARTHEST);
@@ -83,6 +93,7 @@ pub(crate) fn draw(
     let units = match session {
         Session::First => UNITS,
         Session::Second => TWICE,
+        Session::Again | Session::Undamaged => AGAIN,
     };
     (0..units).map(one).collect()
 }

@@ -33,6 +33,7 @@ use crate::{
     simulation::experiment::Experiment,
     unit::{
         design::{Session, Unit, draw, signals},
+        evidence::InCommon,
         monitor::UnitMonitor,
         quantities::{Bent, Quantities},
     },
@@ -78,8 +79,8 @@ pub(crate) struct UnitError {
     pub(crate) covariance: BandedMatrix,
     /// `S` of machines with a wide play, where it was learnt apart.
     pub(crate) wide: Option<BandedMatrix>,
-    /// Share of `S` that recordings of one unit have in common.
-    pub(crate) shared: f64,
+    /// Shares of `S` that recordings of one unit have in common.
+    pub(crate) in_common: InCommon,
     /// Mean of ln(misfit) of units left out, with the bundle's noise.
     pub(crate) ln_misfit_mean: f64,
     /// Standard deviation of ln(misfit) of units left out.
@@ -111,7 +112,7 @@ impl UnitError {
             coefficients: Vec::new(),
             covariance: BandedMatrix::zeros(0, 0),
             wide: None,
-            shared: 0.0,
+            in_common: InCommon::default(),
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,
         };
@@ -121,11 +122,19 @@ impl UnitError {
         let support = (TAPER_S * experiment.filter.output_hz).round().max(2.0) as usize;
         learnt.learn_covariance(&at, &residuals, support);
         learnt.learn_misfits(&at, &residuals, unit_noise, noise_a, root)?;
-        let (again_at, mut again) = drawn(Session::Second)?;
-        for (at, difference) in again_at.iter().zip(&mut again) {
-            learnt.take_mean(at, difference);
-        }
-        learnt.learn_shared(&at, &residuals, &again, &unit_noise.scaled(noise_a * noise_a))?;
+        let noise = unit_noise.scaled(noise_a * noise_a);
+        let in_common = |session| -> Result<f64, UnitErrorError> {
+            let (again_at, mut again) = drawn(session)?;
+            for (at, difference) in again_at.iter().zip(&mut again) {
+                learnt.take_mean(at, difference);
+            }
+            Ok(learnt.in_common(&at, &residuals, &again, &noise)?)
+        };
+        learnt.in_common = InCommon::nested(
+            in_common(Session::Undamaged)?,
+            in_common(Session::Second)?,
+            in_common(Session::Again)?,
+        );
         Ok(learnt)
     }
 
@@ -177,15 +186,15 @@ impl UnitError {
         Ok([factor(0.0)?, factor(1.0)?])
     }
 
-    /// Share of the error that a unit has again in another session, over what a diagnosis weighs:
-    /// `Σ r₁ᵀ·Σ⁻¹·r₂ / Σ r₁ᵀ·Σ⁻¹·r₁`.
-    fn learn_shared(
-        &mut self,
+    /// Share of the error that units have again in other recordings, over what a diagnosis weighs:
+    /// `Σ r₁ᵀ·Σ⁻¹·r₂ / Σ |L⁻¹·r₁|·|L⁻¹·r₂|`.
+    fn in_common(
+        &self,
         at: &[Vec<f64>],
         first: &[Vec<f64>],
         second: &[Vec<f64>],
         noise: &BandedMatrix,
-    ) -> Result<(), ErrorModelError> {
+    ) -> Result<f64, ErrorModelError> {
         let factors = self.factors(noise)?;
         let (mut together, mut own) = (0.0, 0.0);
         for ((first, second), at) in first.iter().zip(second).zip(at) {
@@ -199,8 +208,7 @@ impl UnitError {
             together += dot(&first, &second);
             own += (dot(&first, &first) * dot(&second, &second)).sqrt();
         }
-        self.shared = (together / own.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        Ok(())
+        Ok(together / own.max(f64::MIN_POSITIVE))
     }
 
     /// Takes the mean error at some quantities off a difference of the models.
@@ -378,7 +386,7 @@ pub(crate) mod tests {
             coefficients: Vec::new(),
             covariance,
             wide: None,
-            shared: 0.0,
+            in_common: InCommon::default(),
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,
         }

@@ -26,14 +26,63 @@ pub(crate) struct Evidence {
     pub(crate) information: DMatrix<f64>,
     /// Half of the descent of the form at `q₀`, `g`.
     pub(crate) descent: Vec<f64>,
-    /// Covariance of `g` by that error of the low-fidelity model which every recording of the unit
-    /// has, `Jᵀ·Σ⁻¹·S_u·Σ⁻¹·J`.
-    pub(crate) shared: DMatrix<f64>,
+    /// Covariance of `g` by the learnt error of the low-fidelity model, `Jᵀ·Σ⁻¹·S·Σ⁻¹·J`.
+    pub(crate) error: DMatrix<f64>,
+    /// Shares of it that other recordings of the unit have too.
+    pub(crate) in_common: InCommon,
     /// Temperature of the winding, where it was read.
     pub(crate) temperature: Option<TemperatureReading>,
     /// Effects that the model file does not have and that the residual has the form of; none where
     /// damage is beyond that of the machines whose error was learnt.
     pub(crate) unmodelled: Vec<EffectId>,
+}
+
+/// Shares of the learnt error that recordings of one unit and test have in common, each with those
+/// before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct InCommon {
+    /// In whatever state of health, on whatever day.
+    pub(crate) unit: f64,
+    /// In one state of health, on whatever day.
+    pub(crate) state: f64,
+    /// In one state of health on one day, where the drive's noise alone is another.
+    pub(crate) session: f64,
+}
+
+impl InCommon {
+    /// Shares as they were found, each at least as large as the one before.
+    pub(crate) fn nested(unit: f64, state: f64, session: f64) -> Self {
+        let unit = unit.clamp(0.0, 1.0);
+        let state = state.clamp(unit, 1.0);
+        Self { unit, state, session: session.clamp(state, 1.0) }
+    }
+
+    /// The shares as they are kept.
+    pub(crate) fn shares(self) -> [f64; 3] {
+        [self.unit, self.state, self.session]
+    }
+
+    /// Shares that were kept; `None` where they are none.
+    pub(crate) fn of_shares([unit, state, session]: [f64; 3]) -> Option<Self> {
+        let is_nested = 0.0 <= unit && unit <= state && state <= session && session <= 1.0;
+        is_nested.then_some(Self { unit, state, session })
+    }
+
+    /// Shares that some recording has with others: none of those that no other recording is of.
+    pub(crate) fn with(self, others: With) -> Self {
+        let unit = if others.of_unit { self.unit } else { 0.0 };
+        let state = if others.of_state { self.state } else { unit };
+        Self { unit, state, session: if others.of_session { self.session } else { state } }
+    }
+}
+
+/// Other recordings that there are: of the unit, of its state of health, of the session in that
+/// state.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct With {
+    pub(crate) of_unit: bool,
+    pub(crate) of_state: bool,
+    pub(crate) of_session: bool,
 }
 
 /// Temperature of the winding as it was read beside a recording.
@@ -53,15 +102,34 @@ pub(crate) struct WhiteEvidence {
     upper: DMatrix<f64>,
     /// `L⁻¹·g`.
     white: DVector<f64>,
-    /// Additions of one unit of each shared error of the model, beside other recordings of the unit.
-    shared: Option<DMatrix<f64>>,
+    /// Additions of one unit of each error of the model in common with other recordings: of the unit,
+    /// of the state, of the session.
+    in_common: [Option<DMatrix<f64>>; 3],
     /// Temperature of the winding, where it was read.
     pub(crate) temperature: Option<TemperatureReading>,
 }
 
+/// Recordings that an error of the model is common to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CommonTo {
+    Unit,
+    State,
+    Session,
+}
+
 impl Evidence {
-    /// The form as a sum of squares, for a recording alone; `None` where it is not finite.
-    pub(crate) fn white(&self) -> Option<WhiteEvidence> {
+    /// The form as a sum of squares, with the error of the model set apart that others of its unit
+    /// have too:
+    ///
+    /// ```text
+    /// K = L⁻¹·(Jᵀ·Σ⁻¹·S·Σ⁻¹·J)·L⁻ᵀ
+    /// z = (1 − ρ_d·K)^(−½)·(L⁻¹·g − Lᵀ·(q − q₀) − (ρ_u·K)^½·β_u − ((ρ_s − ρ_u)·K)^½·β_s
+    ///                       − ((ρ_d − ρ_s)·K)^½·β_d)
+    /// ```
+    ///
+    /// with `β` normal: one for all recordings of the unit, one for those of a state of health, one
+    /// for those of a session; `None` where the form is not finite.
+    pub(crate) fn white(&self, in_common: InCommon) -> Option<WhiteEvidence> {
         // what does not show at `q₀`, such as a static friction below the kinetic one, gets next to
         // no information in place of none, so that there is a factor
         let mut information = self.information.clone();
@@ -71,36 +139,31 @@ impl Evidence {
         }
         let lower = information.cholesky()?.l();
         let white = lower.solve_lower_triangular(&DVector::from_column_slice(&self.descent))?;
-        let (at, upper, temperature) = (self.at.clone(), lower.transpose(), self.temperature);
-        Some(WhiteEvidence { at, upper, white, shared: None, temperature })
-    }
-
-    /// The form for a recording beside others of its unit, with the shared error of the model set
-    /// apart:
-    ///
-    /// ```text
-    /// K = L⁻¹·(Jᵀ·Σ⁻¹·S_u·Σ⁻¹·J)·L⁻ᵀ
-    /// z = (1 − K)^(−½)·(L⁻¹·g − Lᵀ·(q − q₀) − K^½·β)        β normal, one for all recordings
-    /// ```
-    pub(crate) fn white_beside_others(&self) -> Option<WhiteEvidence> {
-        let alone = self.white()?;
-        let lower = alone.upper.transpose();
-        let half = lower.solve_lower_triangular(&self.shared)?;
+        let (at, temperature) = (self.at.clone(), self.temperature);
+        if in_common.session == 0.0 {
+            let (upper, in_common) = (lower.transpose(), [None, None, None]);
+            return Some(WhiteEvidence { at, upper, white, in_common, temperature });
+        }
+        let half = lower.solve_lower_triangular(&self.error)?;
         let share = lower.solve_lower_triangular(&half.transpose())?;
         let share = SymmetricEigen::new(0.5 * (&share + share.transpose()));
-        let values = share.eigenvalues.map(|value| value.clamp(0.0, MOST_SHARED));
-        let function = |of: fn(f64) -> f64| {
+        let most = MOST_SHARED / in_common.session;
+        let values = share.eigenvalues.map(|value| value.clamp(0.0, most.min(1.0)));
+        let function = |of: &dyn Fn(f64) -> f64| {
             &share.eigenvectors
                 * DMatrix::from_diagonal(&values.map(of))
                 * share.eigenvectors.transpose()
         };
-        let apart = function(|value| 1.0 / (1.0 - value).sqrt());
+        let apart = function(&|value| 1.0 / (1.0 - in_common.session * value).sqrt());
+        let InCommon { unit, state, session } = in_common;
+        let additions = [unit, state - unit, session - state]
+            .map(|share| (share > 0.0).then(|| &apart * function(&|value| (share * value).sqrt())));
         Some(WhiteEvidence {
-            upper: &apart * alone.upper,
-            white: &apart * alone.white,
-            shared: Some(&apart * function(f64::sqrt)),
-            at: alone.at,
-            temperature: alone.temperature,
+            upper: &apart * lower.transpose(),
+            white: &apart * white,
+            in_common: additions,
+            at,
+            temperature,
         })
     }
 }
@@ -111,12 +174,13 @@ impl WhiteEvidence {
         self.white.len()
     }
 
-    /// Addition of one unit of a shared error of the model; `None` for a recording alone.
-    pub(crate) fn shared(&self, error: usize) -> Option<DVector<f64>> {
-        Some(self.shared.as_ref()?.column(error).into_owned())
+    /// Addition of one unit of an error of the model in common; `None` where no other recording has
+    /// it.
+    pub(crate) fn addition(&self, to: CommonTo, error: usize) -> Option<DVector<f64>> {
+        Some(self.in_common[to as usize].as_ref()?.column(error).into_owned())
     }
 
-    /// White residual at what a signal shows, without the shared error.
+    /// White residual at what a signal shows, without the errors in common.
     pub(crate) fn residual(&self, shown: &[f64]) -> DVector<f64> {
         let moved = shown.iter().zip(&self.at).map(|(now, at)| now - at);
         &self.white - &self.upper * DVector::from_iterator(self.at.len(), moved)

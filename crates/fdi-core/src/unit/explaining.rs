@@ -456,7 +456,7 @@ impl Machine<'_> {
         let count = indices.len();
         let covariance = block(&fit.found.covariance, count);
         let estimate = fit.found.numbers[..count].to_vec();
-        Posterior { indices, estimate, covariance, evidence: None }.faults()
+        Posterior { indices, estimate, covariance, explained: None }.faults()
     }
 
     /// Each recording beside two fits.

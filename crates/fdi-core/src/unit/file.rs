@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use crate::{
     offline::store::{self, ArtefactKind, Decode, Encode, StoreError},
     unit::{
-        evidence::{Evidence, TemperatureReading},
+        evidence::{Evidence, InCommon, TemperatureReading},
         layout::Component,
         learnt_unit::{LearntUnit, UnitRecording, UnitState},
     },
@@ -33,7 +33,9 @@ struct RecordingData {
     information: Vec<f64>,
     descent: Vec<f64>,
     /// Lower triangle, row by row.
-    shared: Vec<f64>,
+    error: Vec<f64>,
+    /// Shares of the error in common: of a unit, of a state of health, of a session.
+    in_common: [f64; 3],
     /// Temperature of the winding beyond that of the model file, K, and its standard deviation.
     temperature_k: Option<[f64; 2]>,
     /// Symbols of effects that the residual has the form of.
@@ -57,7 +59,8 @@ impl RecordingData {
             at: evidence.at.clone(),
             information: lower(&evidence.information),
             descent: evidence.descent.clone(),
-            shared: lower(&evidence.shared),
+            error: lower(&evidence.error),
+            in_common: evidence.in_common.shares(),
             temperature_k,
             unmodelled: evidence.unmodelled.iter().map(|id| id.info().symbol.to_owned()).collect(),
         }
@@ -66,11 +69,11 @@ impl RecordingData {
     /// `None` where the sizes contradict one another.
     fn into_recording(self) -> Option<UnitRecording> {
         let rows = self.at.len();
-        let numbers = [&self.at, &self.information, &self.descent, &self.shared];
+        let numbers = [&self.at, &self.information, &self.descent, &self.error];
         let read = self.temperature_k.map(|[away_k, std_k]| TemperatureReading { away_k, std_k });
         let lower = rows * (rows + 1) / 2;
         let is_sound = self.information.len() == lower
-            && self.shared.len() == lower
+            && self.error.len() == lower
             && self.descent.len() == rows
             && read.is_none_or(|read| read.away_k.is_finite() && read.std_k > 0.0)
             && numbers.into_iter().flatten().all(|value| value.is_finite());
@@ -85,10 +88,19 @@ impl RecordingData {
                 lower[high * (high + 1) / 2 + low]
             })
         };
-        let (information, shared) = (whole(&self.information), whole(&self.shared));
+        let (information, error) = (whole(&self.information), whole(&self.error));
+        let in_common = InCommon::of_shares(self.in_common)?;
         let (at, descent, temperature) = (self.at, self.descent, read);
         Some(UnitRecording {
-            evidence: Evidence { at, information, descent, shared, temperature, unmodelled },
+            evidence: Evidence {
+                at,
+                information,
+                descent,
+                error,
+                in_common,
+                temperature,
+                unmodelled,
+            },
             name: self.name,
             session: self.session,
             state: if self.as_new { UnitState::AsNew } else { UnitState::Since },

@@ -1,10 +1,10 @@
-//! Damage of one recording beside other recordings of the same unit.
+//! Damage of recordings in one state of health beside other recordings of the same unit.
 //!
 //! ```text
 //! ν_r = u + w_s + e_r    numbers in recording r of session s, each part with its own prior
 //! c_r = 0                as new
 //! c_r = n_r·d            since, n_r sessions of a part after those as new: d is what a session wears
-//! c_r = c                the recording that is diagnosed
+//! c_r = c                the recordings that are diagnosed
 //! ```
 //!
 //! The numbers as built are common to all recordings, so that they leave the damage `c` no more open
@@ -31,7 +31,7 @@ use inference::{MostProbable, SymmetricMatrix, Unknown, Whitened, dot, most_prob
 use nalgebra::{DMatrix, DVector};
 
 use crate::unit::{
-    evidence::{Evidence, TemperatureReading, WhiteEvidence},
+    evidence::{CommonTo, Evidence, TemperatureReading, WhiteEvidence, With},
     layout::{Component, Layout, UnitNumber},
     quantities::Quantities,
     search::{DAMAGE_REACH, UnitFit, number_unknown},
@@ -56,10 +56,27 @@ impl Wear {
     }
 }
 
+/// Test that a recording is of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OfTest<'a> {
+    /// Quantities that the test shows; tests of one machine have one layout of the unknowns.
+    pub(crate) quantities: &'a Quantities,
+    /// Number among the tests of the recordings.
+    pub(crate) number: usize,
+}
+
+impl<'a> OfTest<'a> {
+    /// The one test that all recordings are of.
+    pub(crate) fn only(quantities: &'a Quantities) -> Self {
+        Self { quantities, number: 0 }
+    }
+}
+
 /// Evidence of a recording among those of its unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OfUnit<'a> {
     pub(crate) evidence: &'a Evidence,
+    pub(crate) test: OfTest<'a>,
     /// Number of its session.
     pub(crate) session: usize,
     pub(crate) wear: Wear,
@@ -100,23 +117,27 @@ pub(crate) struct BuiltFit {
 
 /// A recording of a unit among those that are explained together.
 #[derive(Clone, Debug)]
-struct Seen {
+struct Seen<'a> {
     evidence: WhiteEvidence,
+    test: OfTest<'a>,
     session: usize,
     replaced: [u32; Component::COUNT],
-    /// True for the recording whose damage is looked for by itself.
+    /// True for recordings whose damage is looked for by itself.
     is_diagnosed: bool,
     /// Sessions of wear of each component.
     wear: [f64; Component::COUNT],
 }
 
-impl Seen {
+impl<'a> Seen<'a> {
     /// `None` where the evidence is not finite.
-    fn of(one: &OfUnit<'_>, is_alone: bool) -> Option<Self> {
-        let &OfUnit { evidence, session, replaced, wear } = one;
-        let white = if is_alone { evidence.white() } else { evidence.white_beside_others() };
-        let (evidence, wear) = (white?, wear.sessions());
-        Some(Self { evidence, session, replaced, is_diagnosed: false, wear })
+    fn of(one: &OfUnit<'a>, is_diagnosed: bool, with: With, readings: usize) -> Option<Self> {
+        let &OfUnit { evidence, test, session, replaced, wear } = one;
+        let mut evidence = evidence.white(evidence.in_common.with(with))?;
+        if let Some(reading) = &mut evidence.temperature {
+            // the thermometer's error is that of the session: together its readings tell what one does
+            reading.std_k *= (readings as f64).sqrt();
+        }
+        Some(Self { evidence, test, session, replaced, is_diagnosed, wear: wear.sessions() })
     }
 }
 
@@ -130,7 +151,7 @@ struct Part {
 }
 
 /// The recordings that an unknown is of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Of {
     Diagnosed,
     /// Wear of a session of a component after so many replacements of it.
@@ -139,16 +160,41 @@ enum Of {
     Built(Option<(Component, u32)>),
     Session(usize),
     Recording(usize),
-    /// Every recording, through the error of the model that they share; `place` counts its white
-    /// numbers.
-    SharedError,
+    /// Every recording of a test, through the error of the model that they have in common; `place`
+    /// counts its white numbers.
+    UnitError(usize),
+    /// Recordings of a test in one state of health, diagnosed or not, through what these have in
+    /// common beyond it.
+    StateError(usize, bool),
 }
 
-/// Recordings of a unit that are explained together, the one diagnosed last.
+impl Of {
+    /// The error of the model that it is.
+    fn error(self) -> Option<CommonTo> {
+        match self {
+            Self::UnitError(_) => Some(CommonTo::Unit),
+            Self::StateError(..) => Some(CommonTo::State),
+            _ => None,
+        }
+    }
+
+    /// True where it is an error of the model that a recording has.
+    fn is_error_of(self, seen: &Seen<'_>) -> bool {
+        match self {
+            Self::UnitError(test) => test == seen.test.number,
+            Self::StateError(test, is_diagnosed) => {
+                test == seen.test.number && is_diagnosed == seen.is_diagnosed
+            }
+            _ => false,
+        }
+    }
+}
+
+/// Recordings of a unit that are explained together, those diagnosed last.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint<'a> {
-    quantities: &'a Quantities,
-    seen: Vec<Seen>,
+    layout: &'a Layout,
+    seen: Vec<Seen<'a>>,
     /// Recordings that share a session, with the factor of what their numbers have of it.
     sessions: Vec<Session>,
     parts: Vec<Part>,
@@ -165,32 +211,30 @@ struct Session {
 }
 
 impl<'a> Joint<'a> {
-    /// A recording with others of its unit, its search from a point of the unknowns; `None` where
-    /// some evidence is not finite.
+    /// Recordings in one state of health with others of their unit, the search from a point of the
+    /// unknowns; `None` where there are none, or some evidence is not finite.
     pub(crate) fn new(
-        quantities: &'a Quantities,
-        others: &[OfUnit<'_>],
-        own: &OfUnit<'_>,
+        others: &[OfUnit<'a>],
+        diagnosed: &[OfUnit<'a>],
         start: &[f64],
     ) -> Option<Self> {
-        let is_alone = others.is_empty();
-        let mut seen = seen_of(others, is_alone)?;
-        let own = Seen::of(own, is_alone)?;
-        seen.push(Seen { is_diagnosed: true, wear: [0.0; Component::COUNT], ..own });
-        Self::of_seen(quantities, seen, is_alone, start)
+        let is_alone = others.len() + diagnosed.len() == 1;
+        let mut seen = seen_of(others, diagnosed)?;
+        for one in seen.iter_mut().filter(|one| one.is_diagnosed) {
+            one.wear = [0.0; Component::COUNT];
+        }
+        Self::of_seen(seen, is_alone, start)
     }
 
-    /// A recording with others of its unit, its damage the wear of so many sessions as that of the
+    /// Recordings with others of their unit, their damage the wear of so many sessions as that of the
     /// others is; `None` where some evidence is not finite, or no part has worn.
     pub(crate) fn worn(
-        quantities: &'a Quantities,
-        others: &[OfUnit<'_>],
-        own: &OfUnit<'_>,
+        others: &[OfUnit<'a>],
+        diagnosed: &[OfUnit<'a>],
         start: &[f64],
     ) -> Option<Self> {
-        let mut seen = seen_of(others, false)?;
-        seen.push(Seen::of(own, false)?);
-        let mut joint = Self::of_seen(quantities, seen, false, start)?;
+        let seen = seen_of(others, diagnosed)?;
+        let mut joint = Self::of_seen(seen, false, start)?;
         joint.retain(|part| part.of != Of::Diagnosed);
         let has_worn = joint.parts.iter().any(|part| matches!(part.of, Of::Wear(..)));
         has_worn.then_some(joint)
@@ -206,14 +250,9 @@ impl<'a> Joint<'a> {
     /// Recordings that a unit was learnt from, none of them diagnosed: what they say of its numbers
     /// after so many replacements of each component. Of a component that no recording has seen since,
     /// the tolerances alone are known.
-    pub(crate) fn learnt(
-        quantities: &'a Quantities,
-        all: &[OfUnit<'_>],
-        replaced: &[u32; Component::COUNT],
-    ) -> Option<Self> {
-        let mut joint = Self::of_seen(quantities, seen_of(all, all.len() == 1)?, false, &[])?;
-        joint.retain(|part| part.of != Of::Diagnosed);
-        let layout = quantities.layout();
+    pub(crate) fn learnt(all: &[OfUnit<'a>], replaced: &[u32; Component::COUNT]) -> Option<Self> {
+        let mut joint = Self::as_new(all)?;
+        let layout = joint.layout;
         for (number, place) in layout.numbers.iter().zip(layout.sought.len()..) {
             let Some(component) = number.acts.component() else { continue };
             let of = Of::Built(Some((component, replaced[component as usize])));
@@ -227,19 +266,22 @@ impl<'a> Joint<'a> {
         Some(joint)
     }
 
-    fn of_seen(
-        quantities: &'a Quantities,
-        seen: Vec<Seen>,
-        is_alone: bool,
-        start: &[f64],
-    ) -> Option<Self> {
-        let parts = parts(quantities.layout(), &seen, is_alone);
+    /// Recordings of which none is diagnosed.
+    pub(crate) fn as_new(all: &[OfUnit<'a>]) -> Option<Self> {
+        let mut joint = Self::of_seen(seen_of(all, &[])?, false, &[])?;
+        joint.retain(|part| part.of != Of::Diagnosed);
+        Some(joint)
+    }
+
+    fn of_seen(seen: Vec<Seen<'a>>, is_alone: bool, start: &[f64]) -> Option<Self> {
+        let layout = seen.first()?.test.quantities.layout();
+        let parts = parts(layout, &seen, is_alone);
         let start = parts.iter().map(|part| match part.of {
             Of::Diagnosed | Of::Built(_) => start.get(part.place).copied().unwrap_or(0.0),
             _ => 0.0,
         });
         let start: Vec<f64> = start.collect();
-        let mut joint = Self { quantities, start, seen, sessions: Vec::new(), parts };
+        let mut joint = Self { layout, start, seen, sessions: Vec::new(), parts };
         joint.sessions = joint.sessions(is_alone)?;
         Some(joint)
     }
@@ -259,7 +301,7 @@ impl<'a> Joint<'a> {
 
     /// Lower factor of the covariance of a session's white numbers.
     fn factor(&self, recordings: &[usize]) -> Option<DMatrix<f64>> {
-        let layout = self.quantities.layout();
+        let layout = self.layout;
         let length = recordings.iter().map(|&one| self.white_len(one)).sum();
         let mut covariance = DMatrix::identity(length, length);
         // one column a number of the session, and one a number of each recording
@@ -282,10 +324,41 @@ impl<'a> Joint<'a> {
             begin += self.white_len(recording);
         }
         columns.extend(of_session.into_iter().filter(|column| column.amax() > 0.0));
+        columns.extend(self.errors_in_common(recordings, length));
         for column in &columns {
             covariance.ger(1.0, column, column, 1.0);
         }
         Some(covariance.cholesky()?.l())
+    }
+
+    /// Additions of errors of the model that recordings of a session in one state of health have in
+    /// common, one column an error.
+    fn errors_in_common(&self, recordings: &[usize], length: usize) -> Vec<DVector<f64>> {
+        let group = |one: usize| (self.seen[one].test.number, self.seen[one].is_diagnosed);
+        let mut columns = Vec::new();
+        for of in distinct(recordings.iter().map(|&one| group(one))) {
+            let first = recordings.iter().find(|&&one| group(one) == of);
+            let errors = first.map_or(0, |&one| self.seen[one].evidence.len());
+            for error in 0..errors {
+                let mut column = DVector::zeros(length);
+                let mut begin = 0;
+                for &one in recordings {
+                    let addition = self.seen[one].evidence.addition(CommonTo::Session, error);
+                    if let Some(addition) = addition.filter(|_| group(one) == of) {
+                        column.rows_mut(begin, addition.len()).copy_from(&addition);
+                    }
+                    begin += self.white_len(one);
+                }
+                columns.push(column);
+            }
+        }
+        columns.retain(|column| column.amax() > 0.0);
+        columns
+    }
+
+    /// White numbers of all recordings.
+    pub(crate) fn white_numbers(&self) -> usize {
+        (0..self.seen.len()).map(|one| self.white_len(one)).sum()
     }
 
     /// White numbers of a recording.
@@ -298,12 +371,12 @@ impl<'a> Joint<'a> {
     fn white(&self, recording: usize, values: &[f64]) -> DVector<f64> {
         let seen = &self.seen[recording];
         let point = self.point(recording, values);
-        let mut white = seen.evidence.residual(&self.quantities.shown_at(&point));
+        let mut white = seen.evidence.residual(&seen.test.quantities.shown_at(&point));
         for (part, value) in self.parts.iter().zip(values) {
-            if part.of == Of::SharedError
-                && let Some(shared) = seen.evidence.shared(part.place)
+            if let Some(to) = part.of.error().filter(|_| self.share(part, recording) > 0.0)
+                && let Some(addition) = seen.evidence.addition(to, part.place)
             {
-                white -= *value * shared;
+                white -= *value * addition;
             }
         }
         match self.temperature_of(seen) {
@@ -315,7 +388,7 @@ impl<'a> Joint<'a> {
     /// White slopes of a recording in its own unknowns.
     fn white_slopes(&self, recording: usize, values: &[f64]) -> Vec<DVector<f64>> {
         let seen = &self.seen[recording];
-        let slopes = self.quantities.shown_slopes(&self.point(recording, values));
+        let slopes = seen.test.quantities.shown_slopes(&self.point(recording, values));
         let white = slopes.iter().map(|slope| seen.evidence.slope(slope));
         let Some((place, reading)) = self.temperature_of(seen) else { return white.collect() };
         let own = |unknown: usize| if unknown == place { 1.0 / reading.std_k } else { 0.0 };
@@ -325,7 +398,7 @@ impl<'a> Joint<'a> {
     /// The most probable damage; `None` where the recordings and the tolerances do not determine it.
     pub(crate) fn damage(&self) -> Option<DamageFit> {
         let found = Constrained::new(self, &[], &[]).found()?;
-        let damage = self.quantities.layout().sought.len();
+        let damage = self.layout.sought.len();
         let block = |of: &SymmetricMatrix| DMatrix::from_fn(damage, damage, |i, j| of.at(i, j));
         Some(DamageFit {
             estimate: found.numbers[..damage].to_vec(),
@@ -343,7 +416,7 @@ impl<'a> Joint<'a> {
             Of::Built(Some((component, times))) => times == replaced[component as usize],
             _ => false,
         };
-        let damage = self.quantities.layout().sought.len();
+        let damage = self.layout.sought.len();
         let mut kept: Vec<usize> =
             (0..self.parts.len()).filter(|&part| latest(&self.parts[part])).collect();
         kept.sort_by_key(|&part| self.parts[part].place);
@@ -359,7 +432,7 @@ impl<'a> Joint<'a> {
     /// Twice the negative logarithm of the probability of the best explanation, up to a constant,
     /// with the damage diagnosed at right angles to some weights; `None` where there is none.
     pub(crate) fn least_sum(&self, weights: &[Vec<f64>]) -> Option<f64> {
-        let damage: Vec<usize> = (0..self.quantities.layout().sought.len()).collect();
+        let damage: Vec<usize> = (0..self.layout.sought.len()).collect();
         self.sum_of(&Constrained::new(self, &damage, weights))
     }
 
@@ -367,7 +440,7 @@ impl<'a> Joint<'a> {
     /// that they weigh has not worn since it was replaced.
     pub(crate) fn least_sum_of_wear(&self, weights: &[Vec<f64>]) -> Option<f64> {
         let latest = &self.seen.last()?.replaced;
-        let sought = self.quantities.layout().sought.iter().enumerate();
+        let sought = self.layout.sought.iter().enumerate();
         let wear = |(place, &coordinate): (usize, &usize)| {
             let component = Component::of_damage(coordinate);
             let of = Of::Wear(component, latest[component as usize]);
@@ -394,8 +467,8 @@ impl<'a> Joint<'a> {
 
     /// The unknowns of one recording.
     fn point(&self, recording: usize, values: &[f64]) -> Vec<f64> {
-        let mut point = vec![0.0; self.quantities.layout().len()];
-        let of_point = |(part, _): &(&Part, &f64)| part.of != Of::SharedError;
+        let mut point = vec![0.0; self.layout.len()];
+        let of_point = |(part, _): &(&Part, &f64)| part.of.error().is_none();
         for (part, value) in self.parts.iter().zip(values).filter(of_point) {
             point[part.place] += self.share(part, recording) * value;
         }
@@ -403,8 +476,8 @@ impl<'a> Joint<'a> {
     }
 
     /// Place of the winding's temperature among the unknowns of a recording, and its reading.
-    fn temperature_of(&self, seen: &Seen) -> Option<(usize, TemperatureReading)> {
-        self.quantities.layout().temperature().zip(seen.evidence.temperature)
+    fn temperature_of(&self, seen: &Seen<'_>) -> Option<(usize, TemperatureReading)> {
+        self.layout.temperature().zip(seen.evidence.temperature)
     }
 
     /// Share of an unknown that a recording has.
@@ -416,7 +489,8 @@ impl<'a> Joint<'a> {
                 return seen.wear[component as usize];
             }
             Of::Wear(..) => false,
-            Of::Built(None) | Of::SharedError => true,
+            Of::Built(None) => true,
+            of @ (Of::UnitError(_) | Of::StateError(..)) => of.is_error_of(seen),
             Of::Session(session) => session == seen.session,
             Of::Recording(one) => one == recording,
             Of::Built(Some((component, times))) => seen.replaced[component as usize] == times,
@@ -425,14 +499,32 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// Recordings beside the one diagnosed, or one alone.
-fn seen_of(all: &[OfUnit<'_>], is_alone: bool) -> Option<Vec<Seen>> {
-    all.iter().map(|one| Seen::of(one, is_alone)).collect()
+/// Recordings that are not diagnosed, then those that are; `None` where some evidence is not finite.
+fn seen_of<'a>(others: &[OfUnit<'a>], diagnosed: &[OfUnit<'a>]) -> Option<Vec<Seen<'a>>> {
+    let all: Vec<(&OfUnit<'a>, bool)> = others
+        .iter()
+        .map(|one| (one, false))
+        .chain(diagnosed.iter().map(|one| (one, true)))
+        .collect();
+    let seen = |&(one, is_diagnosed): &(&OfUnit<'a>, bool)| {
+        let of_test = all.iter().filter(|(other, _)| other.test.number == one.test.number);
+        let of_state = of_test.clone().filter(|(_, other)| *other == is_diagnosed);
+        let of_session = of_state.clone().filter(|(other, _)| other.session == one.session);
+        let with = With {
+            of_unit: of_test.count() > 1,
+            of_state: of_state.count() > 1,
+            of_session: of_session.count() > 1,
+        };
+        let of_day = all.iter().filter(|(other, _)| other.session == one.session);
+        let readings = of_day.filter(|(other, _)| other.evidence.temperature.is_some()).count();
+        Seen::of(one, is_diagnosed, with, readings)
+    };
+    all.iter().map(seen).collect()
 }
 
 /// The unknowns of recordings together, the damage diagnosed first; of a recording alone the levels
 /// of its numbers together.
-fn parts(layout: &Layout, seen: &[Seen], is_alone: bool) -> Vec<Part> {
+fn parts(layout: &Layout, seen: &[Seen<'_>], is_alone: bool) -> Vec<Part> {
     let damage = |place: usize, of| {
         let unknown = Unknown { prior_std: None, reach: DAMAGE_REACH[layout.sought[place]] };
         Part { unknown, place, of }
@@ -474,10 +566,15 @@ fn parts(layout: &Layout, seen: &[Seen], is_alone: bool) -> Vec<Part> {
             }
         }
     }
-    if seen.len() > 1 {
-        let unknown = Unknown { prior_std: Some(1.0), reach: f64::INFINITY };
-        let white = seen[0].evidence.len();
-        parts.extend((0..white).map(|place| Part { unknown, place, of: Of::SharedError }));
+    let unknown = Unknown { prior_std: Some(1.0), reach: f64::INFINITY };
+    let of_unit = seen.iter().map(|one| Of::UnitError(one.test.number));
+    let of_state = seen.iter().map(|one| Of::StateError(one.test.number, one.is_diagnosed));
+    for of in distinct(of_unit.chain(of_state)) {
+        let Some(to) = of.error() else { continue };
+        let has_it =
+            |one: &&Seen<'_>| of.is_error_of(one) && one.evidence.addition(to, 0).is_some();
+        let white = seen.iter().find(has_it).map_or(0, |one| one.evidence.len());
+        parts.extend((0..white).map(|place| Part { unknown, place, of }));
     }
     parts
 }
@@ -562,9 +659,9 @@ impl Whitened for &Constrained<'_> {
                 for (&recording, slopes) in session.recordings.iter().zip(&slopes) {
                     let (share, begin) = (joint.share(part, recording), white.len());
                     white.resize(begin + joint.white_len(recording), 0.0);
-                    let slope = match part.of {
-                        Of::SharedError => joint.seen[recording].evidence.shared(part.place),
-                        _ => slopes.get(part.place).cloned(),
+                    let slope = match part.of.error() {
+                        Some(to) => joint.seen[recording].evidence.addition(to, part.place),
+                        None => slopes.get(part.place).cloned(),
                     };
                     for (value, slope) in white[begin..].iter_mut().zip(slope.iter().flatten()) {
                         *value = share * slope;

@@ -219,6 +219,14 @@ impl Layout {
         Self { sought: experiment.sought_indices(), numbers }
     }
 
+    /// True where another test of the machine has the same unknowns.
+    pub(crate) fn is_of_machine(&self, other: &Self) -> bool {
+        let alike = |(a, b): (&UnitNumber, &UnitNumber)| a.key == b.key && a.scatter == b.scatter;
+        self.sought == other.sought
+            && self.numbers.len() == other.numbers.len()
+            && self.numbers.iter().zip(&other.numbers).all(alike)
+    }
+
     /// Unknowns altogether.
     pub(crate) fn len(&self) -> usize {
         self.sought.len() + self.numbers.len()

@@ -11,9 +11,11 @@ use crate::{
     unit::{
         evidence::Evidence,
         finding::{Findings, History, Since},
-        joint::{Joint, OfUnit, Wear},
+        joint::{Joint, OfTest, OfUnit, Wear},
         layout::Component,
-        learnt_unit::{LearntUnit, OtherBundle, UnitRecording, UnitState, basis, session_of},
+        learnt_unit::{
+            Earlier, Learnt, LearntUnit, OtherBundle, UnitRecording, UnitState, basis, session_of,
+        },
     },
 };
 
@@ -140,11 +142,11 @@ impl Diagnoser {
                 .diagnose_shown(recording, &of_unit, &Watch::NOTHING)
                 .map_err(|reason| failed(recording, reason))?;
             let name = recording.name.clone();
-            match (answer.verdict, posterior.evidence) {
-                (Verdict::Healthy | Verdict::Undetermined, Some(evidence))
+            match (answer.verdict, posterior.explained) {
+                (Verdict::Healthy | Verdict::Undetermined, Some(explained))
                     if answer.fit.adequate =>
                 {
-                    updated.take(recording, evidence, UnitState::Since)?;
+                    updated.take(recording, explained.evidence, UnitState::Since)?;
                 }
                 (Verdict::Faulty, _) => {
                     let reason = format!("{} detected", detected(&answer).join(", "));
@@ -168,11 +170,12 @@ impl Diagnoser {
     pub fn disagreements(&self, unit: &LearntUnit) -> Result<Vec<Disagreement>, UnitLearningError> {
         unit.check_basis(self.bundle(), &self.learnt.quantities())?;
         let quantities = self.learnt.quantities();
-        let earlier = unit.earlier(None).others;
+        let learnt = Learnt { unit, test: OfTest::only(&quantities) };
+        let earlier = Earlier::of(&[learnt], &[]).others;
         let shows = |place: usize, others: &[OfUnit<'_>]| -> Vec<String> {
-            let own = &earlier[place];
+            let own = earlier[place];
             let since = if others.is_empty() { Since::AsBuilt } else { Since::References };
-            let joint = Joint::new(&quantities, others, own, &[]);
+            let joint = Joint::new(others, &[own], &[]);
             let damage = joint.as_ref().and_then(Joint::damage);
             let Some((joint, damage)) = joint.zip(damage) else { return Vec::new() };
             let history = History { joint, worn: None, since, nth: 1 };
@@ -212,7 +215,8 @@ impl Diagnoser {
             .diagnose_shown(recording, &alone, &Watch::NOTHING)
             .map_err(|reason| failed(recording, reason))?;
         // physics that the model file does not have is the unit's own, where it has it as new
-        posterior.evidence.ok_or_else(|| {
+        let explained = posterior.explained.map(|explained| explained.evidence);
+        explained.ok_or_else(|| {
             let (name, reason) = (recording.name.clone(), unexplained(&answer));
             UnitLearningError::Unexplained { name, reason }
         })

@@ -11,7 +11,7 @@ use crate::{
     offline::bundle::Bundle,
     unit::{
         evidence::Evidence,
-        joint::{BuiltFit, Joint, OfUnit, Wear},
+        joint::{BuiltFit, Joint, OfTest, OfUnit, Wear},
         layout::Component,
         quantities::Quantities,
     },
@@ -108,7 +108,9 @@ impl LearntUnit {
 
     /// Sessions of the recordings; those that state none count as one.
     pub fn sessions(&self) -> usize {
-        self.session_numbers(None).1
+        let mut sessions = Sessions::default();
+        self.session_numbers(&mut sessions);
+        sessions.known.len()
     }
 
     /// Notes that a component was replaced: what was learnt of it is of the old one.
@@ -118,51 +120,21 @@ impl LearntUnit {
         self
     }
 
-    /// Number of each recording's session, and that of another recording.
-    ///
-    /// Recordings that state no session share one. A recording diagnosed that states none has its
-    /// own: nothing says that it is of the references' day.
-    fn session_numbers(&self, other: Option<&str>) -> (Vec<usize>, usize) {
-        let mut known: Vec<Option<&str>> = Vec::new();
-        let mut numbers = Vec::new();
-        for recording in &self.recordings {
-            let session = recording.session.as_deref();
-            let number = known.iter().position(|one| *one == session).unwrap_or_else(|| {
-                known.push(session);
-                known.len() - 1
-            });
-            numbers.push(number);
-        }
-        let of_other = known.iter().position(|one| one.is_some() && *one == other);
-        (numbers, of_other.unwrap_or(known.len()))
-    }
-
-    /// The recordings as they are explained together with one of a session.
-    pub(crate) fn earlier(&self, session: Option<&str>) -> Earlier<'_> {
-        let (numbers, of_other) = self.session_numbers(session);
-        let mut later: Vec<(usize, [u32; Component::COUNT])> = Vec::new();
-        let others = self.recordings.iter().zip(numbers).map(|(recording, session)| {
-            let replaced = recording.replaced;
-            let wear = match recording.state {
-                UnitState::AsNew => Wear::AsNew,
-                UnitState::Since => {
-                    later.push((session, replaced));
-                    Wear::Since(sessions_worn(&later))
-                }
-            };
-            OfUnit { evidence: &recording.evidence, session, wear, replaced }
-        });
-        let others = others.collect();
-        let nth = later.len() + 1;
-        later.push((of_other, self.replaced));
-        Earlier { others, session: of_other, worn: Wear::Since(sessions_worn(&later)), nth }
+    /// Number of each recording's session; recordings that state none share one.
+    fn session_numbers<'a>(&'a self, sessions: &mut Sessions<'a>) -> Vec<usize> {
+        let stated = |one: &'a UnitRecording| match &one.session {
+            Some(session) => Session::Stated(session),
+            None => Session::OfTheUnit,
+        };
+        self.recordings.iter().map(|one| sessions.number(stated(one))).collect()
     }
 
     /// The machine as built with the parts that it has now, by all its recordings; `None` where they and
     /// the tolerances do not determine it.
     pub(crate) fn as_built(&self, quantities: &Quantities) -> Option<BuiltFit> {
-        let all = self.earlier(None).others;
-        Joint::learnt(quantities, &all, &self.replaced)?.as_built(&self.replaced)
+        let learnt = Learnt { unit: self, test: OfTest::only(quantities) };
+        let all = Earlier::of(&[learnt], &[]).others;
+        Joint::learnt(&all, &self.replaced)?.as_built(&self.replaced)
     }
 
     /// True where the unit was learnt with a bundle of this model, test and set of numbers.
@@ -190,31 +162,124 @@ impl LearntUnit {
     }
 }
 
-/// Recordings of a unit beside one that is diagnosed.
+/// Unit as it was learnt from recordings of a test.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Learnt<'a> {
+    pub(crate) unit: &'a LearntUnit,
+    pub(crate) test: OfTest<'a>,
+}
+
+/// Recordings of a machine, of one test or several, beside those that are diagnosed.
 #[derive(Clone, Debug)]
 pub(crate) struct Earlier<'a> {
     pub(crate) others: Vec<OfUnit<'a>>,
-    /// Number of the session diagnosed.
-    pub(crate) session: usize,
-    /// Wear that the recording diagnosed has where parts wear alike each session.
+    /// Number of the session of each recording diagnosed.
+    pub(crate) sessions: Vec<usize>,
+    /// Wear that the recordings diagnosed have where parts wear alike each session.
     pub(crate) worn: Wear,
-    /// Place of the recording diagnosed among those that are not as new, from 1.
+    /// Place of the recordings diagnosed among those that are not as new, from 1.
     pub(crate) nth: usize,
 }
 
-/// Sessions of each component after those in which it was new, up to the last of some recordings that
-/// are not as new, each given by its session and the parts replaced before it.
+impl<'a> Earlier<'a> {
+    /// The recordings that units of one machine were learnt from, as they are explained together with
+    /// recordings of some sessions, all in one state of health.
+    ///
+    /// Recordings diagnosed that state no session have one of their own: nothing says that it is of
+    /// the references' day.
+    pub(crate) fn of(units: &[Learnt<'a>], diagnosed: &[Option<&'a str>]) -> Self {
+        let mut sessions = Sessions::default();
+        let recordings: Vec<(&UnitRecording, OfTest<'a>, usize)> = units
+            .iter()
+            .flat_map(|learnt| {
+                let numbers = learnt.unit.session_numbers(&mut sessions);
+                let of_test = |(one, number)| (one, learnt.test, number);
+                learnt.unit.recordings.iter().zip(numbers).map(of_test).collect::<Vec<_>>()
+            })
+            .collect();
+        let of_diagnosed = |stated: Option<&'a str>| match stated {
+            Some(session) => sessions.number(Session::Stated(session)),
+            None => sessions.number(Session::OfTheDiagnosed),
+        };
+        let own: Vec<usize> = diagnosed.iter().copied().map(of_diagnosed).collect();
+        let since =
+            |(one, ..): &&(&UnitRecording, OfTest<'a>, usize)| one.state == UnitState::Since;
+        let mut later: Vec<OfPart> = recordings
+            .iter()
+            .filter(since)
+            .map(|(one, _, session)| OfPart { session: *session, replaced: one.replaced })
+            .collect();
+        let nth = later.len() + 1;
+        let replaced = units.first().map(|learnt| learnt.unit.replaced).unwrap_or_default();
+        let newest = own.first().map_or(sessions.known.len(), |&session| session);
+        let diagnosed = OfPart { session: newest, replaced };
+        later.push(diagnosed);
+        let others = recordings.iter().map(|&(recording, test, session)| {
+            let replaced = recording.replaced;
+            let wear = match recording.state {
+                UnitState::AsNew => Wear::AsNew,
+                UnitState::Since => {
+                    Wear::Since(sessions_worn(&later, OfPart { session, replaced }))
+                }
+            };
+            OfUnit { evidence: &recording.evidence, test, session, wear, replaced }
+        });
+        let others = others.collect();
+        let worn = Wear::Since(sessions_worn(&later, diagnosed));
+        Self { others, sessions: own, worn, nth }
+    }
+}
+
+/// Session of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Session<'a> {
+    Stated(&'a str),
+    /// None stated, of a recording that a unit was learnt from.
+    OfTheUnit,
+    /// None stated, of a recording that is diagnosed.
+    OfTheDiagnosed,
+}
+
+/// Sessions in the order in which they were met.
+#[derive(Clone, Debug, Default)]
+struct Sessions<'a> {
+    known: Vec<Session<'a>>,
+}
+
+impl<'a> Sessions<'a> {
+    /// Number of a session, from 0.
+    fn number(&mut self, session: Session<'a>) -> usize {
+        self.known.iter().position(|one| *one == session).unwrap_or_else(|| {
+            self.known.push(session);
+            self.known.len() - 1
+        })
+    }
+}
+
+/// Session of a recording with the parts replaced before it.
+#[derive(Clone, Copy, Debug)]
+struct OfPart {
+    session: usize,
+    replaced: [u32; Component::COUNT],
+}
+
+/// Sessions of each component after those in which it was new, up to one of some recordings that are
+/// not as new.
 ///
 /// The first session of a part that was replaced is its session as new.
-fn sessions_worn(later: &[(usize, [u32; Component::COUNT])]) -> [usize; Component::COUNT] {
+fn sessions_worn(later: &[OfPart], latest: OfPart) -> [usize; Component::COUNT] {
     let mut worn = [0; Component::COUNT];
-    let Some((_, latest)) = later.last() else { return worn };
     for (component, count) in worn.iter_mut().enumerate() {
-        let same = later.iter().filter(|(_, replaced)| replaced[component] == latest[component]);
-        let mut sessions: Vec<usize> = same.map(|(session, _)| *session).collect();
-        sessions.sort_unstable();
-        sessions.dedup();
-        *count = sessions.len() - usize::from(latest[component] > 0);
+        let times = latest.replaced[component];
+        let mut sessions: Vec<usize> = Vec::new();
+        for one in later.iter().filter(|one| one.replaced[component] == times) {
+            if !sessions.contains(&one.session) {
+                sessions.push(one.session);
+            }
+        }
+        let place = sessions.iter().position(|&session| session == latest.session);
+        let nth = place.map_or(sessions.len(), |place| place + 1);
+        *count = nth - usize::from(times > 0);
     }
     worn
 }

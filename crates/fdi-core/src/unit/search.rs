@@ -93,6 +93,30 @@ pub(crate) struct UnitFit {
     pub(crate) evaluations: u64,
 }
 
+/// Remains of an explanation for an answer to several recordings.
+#[derive(Clone, Debug)]
+pub(crate) struct Explained {
+    pub(crate) evidence: Evidence,
+    /// Damage looked for, then numbers.
+    pub(crate) point: Vec<f64>,
+    /// Covariance of the damage, were every number known.
+    pub(crate) known_numbers: DMatrix<f64>,
+    /// True where damage is beyond that of the machines whose error was learnt, so that the answer
+    /// is wider than the evidence.
+    pub(crate) is_widened: bool,
+}
+
+impl From<&UnitFit> for Explained {
+    fn from(fit: &UnitFit) -> Self {
+        Self {
+            evidence: fit.evidence.clone(),
+            point: fit.point.clone(),
+            known_numbers: fit.known_numbers.clone(),
+            is_widened: false,
+        }
+    }
+}
+
 /// Explains a recording of a unit. A step that has begun is finished, so that the search takes more
 /// evaluations than the most asked for by less than one step's.
 pub(crate) fn explain(
@@ -211,7 +235,8 @@ impl Compared<'_> {
             at: self.modelled.quantities.shown_at(&found.numbers),
             information: DMatrix::from_fn(rows.len(), rows.len(), product),
             descent: rows.iter().map(|row| dot(row, white)).collect(),
-            shared: self.shared(),
+            error: self.error(),
+            in_common: self.modelled.error.in_common,
             temperature: self.modelled.observed.temperature,
             unmodelled,
         };
@@ -235,9 +260,8 @@ impl Compared<'_> {
 }
 
 impl Compared<'_> {
-    /// `Jᵀ·Σ⁻¹·S_u·Σ⁻¹·J` with `S_u` the share of the learnt error that recordings of a unit have in
-    /// common.
-    fn shared(&self) -> DMatrix<f64> {
+    /// `Jᵀ·Σ⁻¹·S·Σ⁻¹·J` with `S` the covariance of the learnt error.
+    fn error(&self) -> DMatrix<f64> {
         let through: Vec<Vec<f64>> = self
             .white_slopes
             .iter()
@@ -247,11 +271,10 @@ impl Compared<'_> {
                 weighted
             })
             .collect();
-        let error = self.modelled.error;
-        let covariance = error.covariance_of(self.wideness);
+        let covariance = self.modelled.error.covariance_of(self.wideness);
         let spread: Vec<Vec<f64>> = through.iter().map(|row| covariance.times(row)).collect();
         // one order of each product, so that the matrix is its own transpose to the last bit
-        let entry = |i: usize, j: usize| error.shared * dot(&through[i.max(j)], &spread[i.min(j)]);
+        let entry = |i: usize, j: usize| dot(&through[i.max(j)], &spread[i.min(j)]);
         DMatrix::from_fn(through.len(), through.len(), entry)
     }
 

@@ -6,8 +6,8 @@ use super::{
     error::UnitError,
     evidence::{Evidence, TemperatureReading},
     finding::{Findings, History, Since},
-    joint::{DamageFit, Joint, OfUnit, Wear},
-    learnt_unit::{LearntUnit, UnitRecording, UnitState},
+    joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
+    learnt_unit::{Earlier, Learnt, LearntUnit, UnitRecording, UnitState},
     monitor::UnitMonitor,
     quantities::Quantities,
     search::{Observed, UnitFit, explain},
@@ -178,8 +178,8 @@ fn findings_tell_a_phase_and_leave_a_weak_magnet_open() {
     let chirp = Chirp::new();
     let found = |set: &[(&str, f64)]| {
         let fit = chirp.fit(&chirp.signal(&chirp.point(set)));
-        let own = of_unit(&fit, 0);
-        let joint = Joint::new(&chirp.quantities, &[], &own, &fit.point).unwrap();
+        let own = of_unit(&chirp, &fit, 0);
+        let joint = Joint::new(&[], &[own], &fit.point).unwrap();
         let layout = chirp.quantities.layout();
         let history = History { joint, worn: None, since: Since::AsBuilt, nth: 1 };
         let findings = Findings::of(layout, &history, &DamageFit::from(&fit));
@@ -195,15 +195,16 @@ fn findings_tell_a_phase_and_leave_a_weak_magnet_open() {
     assert_eq!(found(&[("k1", 0.6)]), ["friction"]);
 }
 
-fn of_unit(fit: &UnitFit, session: usize) -> OfUnit<'_> {
-    OfUnit { evidence: &fit.evidence, session, wear: Wear::AsNew, replaced: [0; 3] }
+fn of_unit<'a>(chirp: &'a Chirp, fit: &'a UnitFit, session: usize) -> OfUnit<'a> {
+    let test = OfTest::only(&chirp.quantities);
+    OfUnit { evidence: &fit.evidence, test, session, wear: Wear::AsNew, replaced: [0; 3] }
 }
 
 /// Standard deviations of a damage beside so many references, each of a day of its own.
 fn stds_beside(chirp: &Chirp, fit: &UnitFit, references: usize) -> Vec<f64> {
-    let others: Vec<_> = (0..references).map(|day| of_unit(fit, day)).collect();
-    let own = of_unit(fit, references);
-    let joint = Joint::new(&chirp.quantities, &others, &own, &fit.point).unwrap();
+    let others: Vec<_> = (0..references).map(|day| of_unit(chirp, fit, day)).collect();
+    let own = of_unit(chirp, fit, references);
+    let joint = Joint::new(&others, &[own], &fit.point).unwrap();
     let damage = joint.damage().unwrap();
     (0..damage.estimate.len()).map(|place| damage.covariance[(place, place)].sqrt()).collect()
 }
@@ -228,6 +229,44 @@ fn references_leave_sessions_and_noise() {
 }
 
 #[test]
+fn recordings_of_one_session_have_most_of_the_error_in_common() {
+    let chirp = Chirp::new();
+    let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
+    let references: Vec<_> = (0..4).map(|day| of_unit(&chirp, &fit, day)).collect();
+    let stds = |sessions: &[usize]| -> Vec<f64> {
+        let own: Vec<_> = sessions.iter().map(|&day| of_unit(&chirp, &fit, day)).collect();
+        let damage = Joint::new(&references, &own, &fit.point).unwrap().damage().unwrap();
+        (0..7).map(|place| damage.covariance[(place, place)].sqrt()).collect()
+    };
+    let one = stds(&[4]);
+    let (one_day, four_days) = (stds(&[4; 4]), stds(&[4, 5, 6, 7]));
+    for place in 0..7 {
+        let (one, day, days) = (one[place], one_day[place], four_days[place]);
+        assert!(days < day && day < one, "{place}: {one} {day} {days}");
+        // four of one day are not worth four days, and these not four independent ones: both have
+        // the references and the unit in common
+        assert!(day > 1.05 * days && days > 0.5 * one, "{place}: {one} {day} {days}");
+    }
+}
+
+#[test]
+fn readings_of_one_session_are_those_of_one_thermometer() {
+    let chirp = Chirp::new();
+    let mut fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
+    fit.evidence.temperature = Some(TemperatureReading { away_k: 0.0, std_k: 3.0 });
+    let mut precise = fit.clone();
+    precise.evidence.temperature = Some(TemperatureReading { away_k: 0.0, std_k: 1.5 });
+    let std = |fit: &UnitFit, recordings: usize| {
+        let references: Vec<_> = (0..4).map(|day| of_unit(&chirp, fit, day)).collect();
+        let own = vec![of_unit(&chirp, fit, 4); recordings];
+        let damage = Joint::new(&references, &own, &fit.point).unwrap().damage().unwrap();
+        damage.covariance[(2, 2)].sqrt()
+    };
+    // a thermometer of half the error tells more than four readings of one
+    assert!(std(&precise, 1) < std(&fit, 4), "{} {}", std(&precise, 1), std(&fit, 4));
+}
+
+#[test]
 fn a_change_is_told_from_what_was_there_as_built() {
     let chirp = Chirp::new();
     let fit = |set: &[(&str, f64)]| chirp.fit(&chirp.signal(&chirp.point(set)));
@@ -236,8 +275,8 @@ fn a_change_is_told_from_what_was_there_as_built() {
     let as_new = fit(&built);
     let shows = |later: &[(&str, f64)]| {
         let later = fit(&[&built[..], later].concat());
-        let (others, own) = ([of_unit(&as_new, 0)], of_unit(&later, 1));
-        let joint = Joint::new(&chirp.quantities, &others, &own, &later.point).unwrap();
+        let (others, own) = ([of_unit(&chirp, &as_new, 0)], of_unit(&chirp, &later, 1));
+        let joint = Joint::new(&others, &[own], &later.point).unwrap();
         let damage = joint.damage().unwrap();
         let layout = chirp.quantities.layout();
         let history = History { joint, worn: None, since: Since::References, nth: 1 };
@@ -258,9 +297,9 @@ fn a_part_that_was_replaced_is_not_known() {
     let chirp = Chirp::new();
     let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
     let stds = |replaced: [u32; 3]| {
-        let others = [of_unit(&fit, 0)];
-        let own = OfUnit { replaced, ..of_unit(&fit, 1) };
-        let joint = Joint::new(&chirp.quantities, &others, &own, &fit.point).unwrap();
+        let others = [of_unit(&chirp, &fit, 0)];
+        let own = OfUnit { replaced, ..of_unit(&chirp, &fit, 1) };
+        let joint = Joint::new(&others, &[own], &fit.point).unwrap();
         let damage = joint.damage().unwrap();
         [1, 5].map(|place| damage.covariance[(place, place)].sqrt())
     };
@@ -294,14 +333,18 @@ fn unit_of(as_new: &[&UnitFit], later: &[(&UnitFit, [u32; 3])]) -> LearntUnit {
     }
 }
 
+fn earlier<'a>(chirp: &'a Chirp, unit: &'a LearntUnit, session: Option<&'a str>) -> Earlier<'a> {
+    Earlier::of(&[Learnt { unit, test: OfTest::only(&chirp.quantities) }], &[session])
+}
+
 /// Findings that a recording of a new day shows with the others of a unit.
 fn found_beside(chirp: &Chirp, unit: &LearntUnit, own: &UnitFit) -> Vec<String> {
-    let earlier = unit.earlier(Some("another day"));
-    let one = OfUnit { replaced: unit.replaced, ..of_unit(own, earlier.session) };
-    let joint = Joint::new(&chirp.quantities, &earlier.others, &one, &own.point).unwrap();
+    let earlier = earlier(chirp, unit, Some("another day"));
+    let one = OfUnit { replaced: unit.replaced, ..of_unit(chirp, own, earlier.sessions[0]) };
+    let joint = Joint::new(&earlier.others, &[one], &own.point).unwrap();
     let damage = joint.damage().unwrap();
     let worn = OfUnit { wear: earlier.worn, ..one };
-    let worn = Joint::worn(&chirp.quantities, &earlier.others, &worn, &own.point);
+    let worn = Joint::worn(&earlier.others, &[worn], &own.point);
     let since = Since::References;
     let history = History { joint, worn, since, nth: earlier.nth };
     let findings = Findings::of(chirp.quantities.layout(), &history, &damage);
@@ -317,7 +360,7 @@ fn a_slow_wear_is_found_over_the_sessions_and_none_where_there_is_none() {
         (fit(0.0), (1..=6).map(|session| fit(3e-4 * f64::from(session))).collect());
     let later: Vec<_> = worn[..5].iter().map(|fit| (fit, [0; 3])).collect();
     let unit = unit_of(&[&new; 4], &later);
-    assert_eq!(unit.earlier(None).nth, 6);
+    assert_eq!(earlier(&chirp, &unit, None).nth, 6);
     assert!(found_beside(&chirp, &unit, &worn[5]).contains(&"play".to_owned()));
     // anti-test: the same sessions without wear
     let healthy = unit_of(&[&new; 4], &[(&new, [0; 3]); 5]);
@@ -330,7 +373,7 @@ fn wear_is_counted_from_the_replacement_of_a_part() {
     let fit = chirp.fit(&chirp.signal(&chirp.point(&[])));
     let (old, gear) = ([0; 3], [0, 1, 0]);
     let unit = unit_of(&[&fit], &[(&fit, old), (&fit, old), (&fit, gear), (&fit, gear)]);
-    let earlier = unit.earlier(Some("another day"));
+    let earlier = earlier(&chirp, &unit, Some("another day"));
     let worn: Vec<Wear> = earlier.others.iter().map(|one| one.wear).chain([earlier.worn]).collect();
     // motor, gear, sensors: the first session with another gear has that gear as new
     let since = |sessions: [usize; 3]| Wear::Since(sessions);
@@ -358,16 +401,16 @@ fn a_reading_of_the_temperature_tells_magnets_from_a_warm_day() {
         read
     };
     let std = |fit: &UnitFit| {
-        let (others, own) = ([of_unit(fit, 0)], of_unit(fit, 1));
-        let joint = Joint::new(&chirp.quantities, &others, &own, &fit.point).unwrap();
+        let (others, own) = ([of_unit(&chirp, fit, 0)], of_unit(&chirp, fit, 1));
+        let joint = Joint::new(&others, &[own], &fit.point).unwrap();
         joint.damage().unwrap().covariance[(2, 2)].sqrt()
     };
     assert!(std(&read(&fit, 0.0)) < 0.9 * std(&fit), "{} {}", std(&read(&fit, 0.0)), std(&fit));
     // 30 K warmer, the drag falls to 55 % and the magnets by 3 %: no change
     let warm = chirp.fit(&chirp.signal(&chirp.point(&[("test.winding-temperature-k", 30.0)])));
     let (new, warm) = (read(&fit, 0.0), read(&warm, 30.0));
-    let (others, own) = ([of_unit(&new, 0)], of_unit(&warm, 1));
-    let joint = Joint::new(&chirp.quantities, &others, &own, &warm.point).unwrap();
+    let (others, own) = ([of_unit(&chirp, &new, 0)], of_unit(&chirp, &warm, 1));
+    let joint = Joint::new(&others, &[own], &warm.point).unwrap();
     let damage = joint.damage().unwrap();
     assert!(damage.estimate.iter().all(|level| level.abs() < 4e-3), "{:?}", damage.estimate);
 }

@@ -324,8 +324,9 @@ impl Whitening {
         let covariance = error.covariance_of(wideness);
         let of = |share: f64| joined(&covariance.scaled(share), noise).cholesky();
         let others = recordings.saturating_sub(1) as f64;
-        let own = if has_one_start { 1.0 - error.shared } else { 1.0 };
-        Ok(Self { mean: of(1.0 + others * error.shared)?, differences: of(own)? })
+        let shared = error.in_common.state;
+        let own = if has_one_start { 1.0 - shared } else { 1.0 };
+        Ok(Self { mean: of(1.0 + others * shared)?, differences: of(own)? })
     }
 
     /// White numbers of the signals of all recordings.
@@ -475,7 +476,7 @@ mod tests {
     fn contrasts_whiten_recordings_that_share_a_part_of_the_error() {
         let (samples, count, shared) = (6, 3, 0.4);
         let mut error = crate::unit::error::tests::with_covariance(covariance(samples, 2.0));
-        error.shared = shared;
+        error.in_common.state = shared;
         let noise = covariance(samples, 0.5);
         let whitening = Whitening::new(&error, 0.0, &noise, count, true).unwrap();
         let mut random = Draws::new(RootSeed(11).derive(Purpose::Units, 0));
@@ -492,7 +493,7 @@ mod tests {
         let expected = all.dot(&(whole.try_inverse().unwrap() * &all));
         assert_relative_eq!(dot(&white, &white), expected, max_relative = 1e-9);
         // anti-test: as if each had an error of its own
-        error.shared = 0.0;
+        error.in_common.state = 0.0;
         let apart = Whitening::new(&error, 0.0, &noise, count, true).unwrap().whiten(signals);
         assert!((dot(&apart, &apart) / expected - 1.0).abs() > 1e-3);
     }

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Action, Covariance, Fault, FaultId, Finding, Notice, NoticeCode, words};
+use super::{
+    Action, Covariance, Fault, FaultId, Finding, Notice, NoticeCode, PooledRecording, words,
+};
 
 /// The answer to a batch of recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -81,10 +83,10 @@ pub struct Failure {
     pub error: String,
 }
 
-/// The answer to one recording.
+/// The answer to one recording, or with `--together` to several of one machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RecordDiagnosis {
-    /// The path as it was given.
+    /// The path as it was given; of several recordings their number, actuator and session.
     pub recording: String,
     /// SHA-256 of the recording's file, hexadecimal; only with `--resume`, which diagnoses a
     /// recording again whose file is another.
@@ -129,6 +131,9 @@ pub struct RecordDiagnosis {
     pub covariance: Covariance,
     /// Things that the reader of the answer should know.
     pub notices: Vec<Notice>,
+    /// Recordings that the answer is of; only with `--together`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub together: Vec<PooledRecording>,
 }
 
 /// Completeness of an answer.
@@ -333,6 +338,7 @@ pub(crate) mod tests {
                 code: NoticeCode::StartAngleUnknown,
                 message: "no angle".to_owned(),
             }],
+            together: Vec::new(),
         }
     }
 

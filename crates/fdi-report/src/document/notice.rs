@@ -66,11 +66,15 @@ pub enum NoticeCode {
     PhaseComputed,
     /// The rotor's angle shows another order or sense of the phases than the columns state.
     PhasesRewired,
+    /// Recordings that the answer to several together does not rest on.
+    RecordingsLeftOut,
+    /// No machine in one state of health explains the recordings together.
+    RecordingsDisagree,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 25] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -94,6 +98,8 @@ impl NoticeCode {
         Self::SamplesMended,
         Self::PhaseComputed,
         Self::PhasesRewired,
+        Self::RecordingsLeftOut,
+        Self::RecordingsDisagree,
     ];
 
     /// The code as JSON has it.
@@ -122,6 +128,8 @@ impl NoticeCode {
             Self::SamplesMended => "samples-mended",
             Self::PhaseComputed => "phase-computed",
             Self::PhasesRewired => "phases-rewired",
+            Self::RecordingsLeftOut => "recordings-left-out",
+            Self::RecordingsDisagree => "recordings-disagree",
         }
     }
 }

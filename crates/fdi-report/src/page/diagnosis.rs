@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     content::{Block, Cell, Column, Figure, Page, Section, Table},
-    decisions, findings,
+    decisions, findings, together,
 };
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, Failure, Fault, FaultChange,
@@ -271,6 +271,7 @@ impl DiagnosisPage<'_> {
         );
         blocks.push(figure("levels", fault_figure_svg(record), caption));
         blocks.extend(findings::table(record).map(Block::Table));
+        blocks.extend(together::table(record).map(Block::Table));
         if let Some(signals) = signals {
             let caption = format!(
                 "Filtered envelope of the stator current in A at {} Hz: measured, and the \

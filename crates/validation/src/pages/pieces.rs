@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 37] = [
+const OF_METHOD: [&str; 39] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -44,6 +44,8 @@ const OF_METHOD: [&str; 37] = [
     "real_recordings/references.md",
     "setup/head.md",
     "setup/limits.md",
+    "tests/head.md",
+    "tests/limits.md",
     "signal_chain/emps.md",
     "signal_chain/head.md",
     "signal_chain/laas.md",

@@ -65,6 +65,10 @@ pub(super) fn batch(
                 .collect(),
         };
         report.page(|record| {
+            if record.together.len() > 1 {
+                // there is no one signal to draw
+                return Ok(None);
+            }
             let recording = Recording::read(Path::new(&record.recording), &batch.map)
                 .with_context(|| record.recording.clone())?;
             batch.diagnoser.signals(&recording)

@@ -67,6 +67,7 @@ pub(super) fn head(
         ("seed", word(&global.seed)),
         ("skip-lines", word(&args.map.skip_lines)),
         ("stable", switch(global.stable)),
+        ("together", args.together.map(|by| by.word().to_owned())),
         ("tolerance", Some(args.tolerance.word().to_owned())),
         ("unit", several(&units)),
         ("watch", several(&watch)),

@@ -43,7 +43,7 @@ impl Run<'_> {
                 indices: emulator.sought().to_vec(),
                 estimate: found.estimate,
                 covariance,
-                evidence: None,
+                explained: None,
             },
             residual_a,
             floor_a: likelihood.floor_a(),

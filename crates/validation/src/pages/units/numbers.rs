@@ -23,6 +23,8 @@ pub(super) fn text(diagnoser: &Diagnoser) -> Result<String> {
     let case = BoundCase {
         scale: 1.0,
         references: REFERENCES,
+        days: 1,
+        each: 1,
         half_width_k: Some(HALF_WIDTH_K),
         reading_std_k: Some(READING_STD_K),
         with_model_error: false,

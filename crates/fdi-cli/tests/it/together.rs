@@ -1,0 +1,122 @@
+//! One answer to several recordings of an actuator.
+
+use std::fs;
+
+use fdi_core::{
+    Schema,
+    report::{Diagnosis, NoticeCode, RecordDiagnosis, Verdict},
+};
+use tempfile::TempDir;
+
+use crate::{
+    commands::{answer, output, whole},
+    unit::{learnt, record, refusal},
+};
+
+const TOGETHER: [&str; 8] = [
+    "diagnose",
+    "--id-from",
+    "{id}_{date}",
+    "--output-format",
+    "json",
+    "--stable",
+    "--unit",
+    "A-7.fdi-unit",
+];
+
+fn together(folder: &TempDir, by: &str, names: &[&str]) -> Diagnosis {
+    let said = output(folder.path(), &[&TOGETHER[..], &["--together", by], names].concat());
+    answer(&said, Schema::Diagnosis)
+}
+
+fn std_of(record: &RecordDiagnosis, fault: usize) -> f64 {
+    record.faults[fault].std.unwrap()
+}
+
+fn has(record: &RecordDiagnosis, code: NoticeCode) -> bool {
+    record.notices.iter().any(|notice| notice.code == code)
+}
+
+#[test]
+fn recordings_of_one_state_of_health_have_one_answer() {
+    let folder = learnt();
+    let days = ["2027-11-02", "2027-11-03", "2027-11-04"];
+    let names: Vec<String> = days
+        .iter()
+        .zip(["21", "22", "23"])
+        .map(|(day, seed)| record(&folder, "A-7", day, "k2=0.002", seed))
+        .collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let all = together(&folder, "actuator", &names);
+    let [one] = &all.records[..] else { panic!("{:?}", all.records) };
+    assert_eq!(one.recording, "3 recordings of A-7");
+    assert_eq!((one.verdict, one.date.as_deref()), (Verdict::Faulty, Some("2027-11-04")));
+    assert_eq!(one.faults[1].detected, Some(true));
+    // friction differs from day to day: three days tell more than one, though not as three fresh ones
+    assert_eq!(one.together.len(), 3);
+    for (told, name) in one.together.iter().zip(&names) {
+        assert_eq!((told.recording.as_str(), &told.left_out), (*name, &None));
+        let friction = &told.levels[0];
+        let (alone, without) = (friction.std, friction.std_without.unwrap());
+        let joined = std_of(one, 0);
+        assert!(joined < without && without < alone, "{joined} {without} {alone}");
+        assert!(joined > alone / 3_f64.sqrt(), "{joined} {alone}");
+    }
+    // each day by itself
+    let each = together(&folder, "session", &names);
+    assert_eq!(each.records.len(), 3);
+    assert_eq!(each.records[0].recording, names[0]);
+    let alone = one.together[0].levels[0].std;
+    assert!((std_of(&each.records[0], 0) / alone - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_machine_that_changed_and_what_is_no_second_recording_are_told() {
+    let folder = learnt();
+    let sound = record(&folder, "A-7", "2027-11-02", "", "31");
+    let worn = record(&folder, "A-7", "2027-11-03", "k2=0.01", "32");
+    fs::copy(folder.path().join(&sound), folder.path().join("A-7_2027-11-04.csv")).unwrap();
+    fs::write(folder.path().join("A-7_2027-11-05.csv"), "time_s\n0\n").unwrap();
+    let said =
+        together(&folder, "actuator", &[&sound, &worn, "A-7_2027-11-04.csv", "A-7_2027-11-05.csv"]);
+    let [one] = &said.records[..] else { panic!("{:?}", said.records) };
+    assert_eq!(one.verdict, Verdict::ModelInadequate);
+    assert!(has(one, NoticeCode::RecordingsDisagree) && has(one, NoticeCode::RecordingsLeftOut));
+    let again = one.together[2].left_out.as_deref();
+    assert_eq!(again, Some("it is `A-7_2027-11-02.csv` again"));
+    // what cannot be read is told beside, and takes nothing with it
+    let [failed] = &said.failed[..] else { panic!("{:?}", said.failed) };
+    assert_eq!(failed.recording, "A-7_2027-11-05.csv");
+    // anti-test: without the change they agree
+    let same = record(&folder, "A-7", "2027-11-06", "", "33");
+    let said = together(&folder, "actuator", &[&sound, &same]);
+    assert_eq!(said.records[0].verdict, Verdict::Healthy, "{:?}", said.records[0]);
+}
+
+#[test]
+fn people_are_told_what_each_recording_contributes() {
+    let folder = learnt();
+    let names = [
+        record(&folder, "A-7", "2027-11-02", "", "41"),
+        record(&folder, "A-7", "2027-11-03", "", "42"),
+    ];
+    let asked = ["diagnose", "--id-from", "{id}_{date}", "--unit", "A-7.fdi-unit"];
+    let by = ["--together", "actuator", "--report", "r.html", &names[0], &names[1]];
+    let told = whole(&output(folder.path(), &[&asked[..], &by].concat()));
+    assert!(told.contains("1 answer to 2 recordings: 1 healthy"), "{told}");
+    assert!(told.contains("each by itself (in brackets ± of the answer without it):"), "{told}");
+    let page = fs::read_to_string(folder.path().join("r.html")).unwrap();
+    assert!(page.contains("Recordings that the answer is of"), "{page}");
+}
+
+#[test]
+fn settings_without_an_answer_to_several_are_refused() {
+    let folder = learnt();
+    let name = record(&folder, "A-7", "2027-11-02", "", "51");
+    let ask = |more: &[&str]| {
+        refusal(&folder, &[&["diagnose", &name, "--together", "session"], more].concat())
+    };
+    assert_eq!(ask(&["--tolerance", "none"]), "error: `--together` needs `--tolerance model`\n");
+    assert_eq!(ask(&["--method", "ei"]), "error: `--together` needs `--method gls`\n");
+    assert!(ask(&["--resume", "kept.jsonl"]).contains("cannot be used with"));
+}

@@ -1,0 +1,463 @@
+//! One answer to several recordings of a machine in one state of health.
+//!
+//! ```text
+//! c, ν̂ = arg min  Σ_r |z_r(c, ν_r)|² + |references|² + |priors|²       z_r white, ν_r = u + w_s + e_r
+//! D = ℓ(all) − ℓ(the first)                       χ² with the white numbers of the others
+//! ```
+//!
+//! Each recording is diagnosed by itself first, with the bundle of its test. What is left of it, its
+//! evidence (`crates/fdi-core/src/unit/evidence.rs`), is explained with that of the others and of the
+//! references: one damage `c`, numbers as built `u` in common, what differs between sessions and
+//! recordings apart. No signal is simulated any more. `ℓ` is the least sum of squares; where `D` is
+//! beyond what one state of health shows, the recordings are said to disagree.
+//!
+//! # Source
+//!
+//! Hierarchical normal model, Gelman et al., *Bayesian Data Analysis*, 3rd ed., chapter 5;
+//! `docs/models/units.md`.
+
+use std::sync::Arc;
+
+use inference::chi_squared_log_tail;
+use nalgebra::DMatrix;
+use recordings::Recording;
+
+use crate::{
+    diagnose::Diagnoser,
+    online::{error::DiagnoseError, options::DiagnoseOptions, posterior::Posterior, watch::Watch},
+    report::{
+        FaultId, Fit, Notice, NoticeCode, PooledLevel, PooledRecording, RecordDiagnosis, Status,
+        Verdict,
+    },
+    unit::{
+        answer::Conclusion,
+        finding::{History, Since},
+        joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
+        layout::Layout,
+        learnt_unit::{Earlier, Learnt, LearntUnit, basis, session_of},
+        quantities::Quantities,
+        search::Explained,
+    },
+};
+
+/// Chance, by the normal distribution, with which recordings of one state of health are called of
+/// different ones. The model's error is not normal: of 500 units of another seed than those that are
+/// scored, the least likely had 1e-6.
+const DISAGREEMENT_RATE: f64 = 1e-7;
+
+/// A recording that was diagnosed by itself, with what it leaves for an answer to several.
+#[derive(Clone, Debug)]
+pub struct DiagnosedAlone {
+    answer: RecordDiagnosis,
+    explained: Option<Explained>,
+    session: Option<String>,
+    quantities: Arc<Quantities>,
+    /// Identity of the test.
+    basis: String,
+    unit: Option<Arc<LearntUnit>>,
+}
+
+impl DiagnosedAlone {
+    /// The answer to the recording by itself.
+    pub fn answer(&self) -> &RecordDiagnosis {
+        &self.answer
+    }
+
+    /// The answer to the recording by itself, to be given name, date and actuator.
+    pub fn answer_mut(&mut self) -> &mut RecordDiagnosis {
+        &mut self.answer
+    }
+
+    /// Session of the recording, else its day, where it states either.
+    pub fn session(&self) -> Option<&str> {
+        self.session.as_deref()
+    }
+
+    fn layout(&self) -> &Layout {
+        self.quantities.layout()
+    }
+
+    /// Why an answer to several cannot rest on the recording; `None` where it can.
+    fn reason_against(&self) -> Option<String> {
+        let Some(explained) = &self.explained else {
+            let of = |code| self.answer.notices.iter().find(move |notice| notice.code == code);
+            let unused = of(NoticeCode::TolerancesUnused).map(|notice| notice.message.clone());
+            return Some(unused.unwrap_or_else(|| "the model does not explain it".to_owned()));
+        };
+        if explained.is_widened {
+            Some("its damage is beyond that of the machines whose error was learnt".to_owned())
+        } else if self.answer.is_unfinished() {
+            Some("its search did not finish".to_owned())
+        } else if !self.answer.fit.adequate {
+            Some(
+                "its residual has the form of physics that the model file does not have".to_owned(),
+            )
+        } else {
+            None
+        }
+    }
+}
+
+/// Why recordings have no answer together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TogetherError {
+    /// There is none.
+    #[error("no recording to diagnose")]
+    Nothing,
+    /// Bundles of two machines.
+    #[error(
+        "{name}: its bundle is of a machine with other tolerances or faults than that of `{first}`"
+    )]
+    OtherMachine {
+        /// Recording.
+        name: String,
+        /// Recording that it is compared with.
+        first: String,
+    },
+    /// Recordings of one test with different units.
+    #[error("{name}: its unit is another than that of `{first}`")]
+    OtherUnit {
+        /// Recording.
+        name: String,
+        /// Recording that it is compared with.
+        first: String,
+    },
+    /// The recordings and the tolerances leave a level without a most probable value.
+    #[error("the recordings together do not determine all faults looked for")]
+    Undetermined,
+}
+
+impl Diagnoser {
+    /// Diagnoses a recording by itself, for an answer to several by [`diagnose_together`].
+    ///
+    /// # Errors
+    ///
+    /// [`DiagnoseError`] for a recording that does not fit the bundle.
+    pub fn diagnose_alone(
+        &self,
+        recording: &Recording,
+        options: &DiagnoseOptions,
+    ) -> Result<DiagnosedAlone, DiagnoseError> {
+        let (mut answer, posterior) = self.diagnose_shown(recording, options, &Watch::NOTHING)?;
+        answer.recording.clone_from(&recording.name);
+        let quantities = self.learnt.quantities();
+        Ok(DiagnosedAlone {
+            answer,
+            explained: posterior.explained,
+            session: session_of(&recording.metadata),
+            basis: basis(self.bundle(), &quantities),
+            quantities,
+            unit: options.unit.clone(),
+        })
+    }
+}
+
+/// Answers recordings of one machine in one state of health together.
+///
+/// The recordings may be of several sessions and of several tests, each diagnosed with the bundle of
+/// its test, and with the unit as it was learnt with that bundle. What the answer does not rest on,
+/// such as a recording that the model does not explain, is told in `together`.
+///
+/// Where it can rest on none, it is that of the recording with the worst verdict.
+///
+/// # Errors
+///
+/// [`TogetherError`] where there is no recording, or the recordings are not of one machine.
+pub fn diagnose_together(recordings: &[DiagnosedAlone]) -> Result<RecordDiagnosis, TogetherError> {
+    let pool = Pool::of(recordings)?;
+    if pool.used.is_empty() { pool.worst() } else { pool.answer() }
+}
+
+/// Recordings of one machine.
+struct Pool<'a> {
+    all: &'a [DiagnosedAlone],
+    /// Why the answer does not rest on each; `None` where it does.
+    against: Vec<Option<String>>,
+    /// Recordings that the answer rests on.
+    used: Vec<usize>,
+    /// One recording of each test.
+    tests: Vec<&'a DiagnosedAlone>,
+}
+
+impl<'a> Pool<'a> {
+    fn of(all: &'a [DiagnosedAlone]) -> Result<Self, TogetherError> {
+        let again = |place: usize| {
+            let own = all[place].explained.as_ref()?;
+            let is_same = |other: &&DiagnosedAlone| {
+                other.explained.as_ref().is_some_and(|one| one.evidence == own.evidence)
+            };
+            let known = all[..place].iter().find(is_same)?;
+            Some(format!("it is `{}` again", known.answer.recording))
+        };
+        let against = |place: usize| all[place].reason_against().or_else(|| again(place));
+        let against: Vec<Option<String>> = (0..all.len()).map(against).collect();
+        let used: Vec<usize> = (0..all.len()).filter(|&place| against[place].is_none()).collect();
+        let mut tests: Vec<&DiagnosedAlone> = Vec::new();
+        for one in used.iter().map(|&place| &all[place]) {
+            let names =
+                |of: &DiagnosedAlone| (one.answer.recording.clone(), of.answer.recording.clone());
+            if let Some(first) = tests.first()
+                && !one.layout().is_of_machine(first.layout())
+            {
+                let (name, first) = names(first);
+                return Err(TogetherError::OtherMachine { name, first });
+            }
+            match tests.iter().find(|test| test.basis == one.basis) {
+                Some(test) if test.unit != one.unit => {
+                    let (name, first) = names(test);
+                    return Err(TogetherError::OtherUnit { name, first });
+                }
+                Some(_) => {}
+                None => tests.push(one),
+            }
+        }
+        Ok(Self { all, against, used, tests })
+    }
+
+    /// The unknowns of the machine.
+    fn layout(&self) -> &'a Layout {
+        self.tests[0].layout()
+    }
+
+    /// Some of the recordings with what their units were learnt from.
+    fn beside(&self, used: &[usize]) -> Option<Beside<'a>> {
+        let number = |one: &DiagnosedAlone| {
+            self.tests.iter().position(|test| test.basis == one.basis).unwrap_or_default()
+        };
+        let test =
+            |one: &'a DiagnosedAlone| OfTest { quantities: &one.quantities, number: number(one) };
+        let learnt =
+            |one: &&'a DiagnosedAlone| Some(Learnt { unit: one.unit.as_deref()?, test: test(one) });
+        let units: Vec<Learnt<'a>> = self.tests.iter().filter_map(learnt).collect();
+        let sessions: Vec<Option<&str>> =
+            used.iter().map(|&place| self.all[place].session()).collect();
+        let Earlier { others, sessions, worn, nth } = Earlier::of(&units, &sessions);
+        let own = used.iter().zip(sessions).map(|(&place, session)| {
+            let one = &self.all[place];
+            Some(OfUnit {
+                evidence: &one.explained.as_ref()?.evidence,
+                test: test(one),
+                session,
+                wear: Wear::AsNew,
+                replaced: one.unit.as_ref().map(|unit| unit.replaced).unwrap_or_default(),
+            })
+        });
+        let own = own.collect::<Option<Vec<_>>>()?;
+        let since = if units.is_empty() { Since::AsBuilt } else { Since::References };
+        Some(Beside { others, own, worn, nth, since, start: self.start(used) })
+    }
+
+    /// Mean of the most probable unknowns of some recordings.
+    fn start(&self, used: &[usize]) -> Vec<f64> {
+        let mut mean = vec![0.0; self.layout().len()];
+        let points = used.iter().filter_map(|&place| self.all[place].explained.as_ref());
+        for explained in points {
+            for (mean, value) in mean.iter_mut().zip(&explained.point) {
+                *mean += value / used.len() as f64;
+            }
+        }
+        mean
+    }
+
+    /// Covariance of the damage, were every number known.
+    fn known_numbers(&self) -> Option<DMatrix<f64>> {
+        let damage = self.layout().sought.len();
+        let mut information = DMatrix::zeros(damage, damage);
+        for &place in &self.used {
+            let explained = self.all[place].explained.as_ref()?;
+            information += explained.known_numbers.clone().try_inverse()?;
+        }
+        information.try_inverse()
+    }
+
+    fn answer(&self) -> Result<RecordDiagnosis, TogetherError> {
+        let undetermined = || TogetherError::Undetermined;
+        let beside = self.beside(&self.used).ok_or_else(undetermined)?;
+        let joint = beside.joint().ok_or_else(undetermined)?;
+        let damage = DamageFit {
+            known_numbers: self.known_numbers().ok_or_else(undetermined)?,
+            ..joint.damage().ok_or_else(undetermined)?
+        };
+        let disagree = self.disagree(&joint);
+        let history = beside.history(joint);
+        let found = Conclusion::of(self.layout(), &history, damage, None, false);
+        let mut notices: Vec<Notice> = found.direction_notice().into_iter().collect();
+        notices.extend(disagree.then(|| self.disagreement_notice()));
+        let verdict =
+            if disagree { Verdict::ModelInadequate } else { found.verdict(self.is_loud()) };
+        notices.extend(found.hidden_notice(verdict));
+        notices.extend(self.notices());
+        let is_whole = self.used.len() == self.all.len() && !disagree;
+        let first = &self.all[self.used[0]].answer;
+        let Conclusion { posterior, faults, findings, .. } = found;
+        Ok(RecordDiagnosis {
+            status: if is_whole { Status::Ok } else { Status::Partial },
+            verdict,
+            evaluations: self.all.iter().map(|one| one.answer.evaluations).sum(),
+            discrepancy: self.root_mean_square(|answer| answer.discrepancy),
+            fit: Fit {
+                rms_a: self.root_mean_square(|answer| answer.fit.rms_a),
+                noise_floor_a: self.root_mean_square(|answer| answer.fit.noise_floor_a),
+                noise_a: self.root_mean_square(|answer| answer.fit.noise_a),
+                adequate: !disagree,
+                ..first.fit
+            },
+            faults,
+            findings,
+            action: None,
+            covariance: posterior.report_covariance(),
+            notices,
+            together: self.told(),
+            ..first.clone()
+        })
+    }
+
+    /// The answer to the recording with the worst verdict.
+    fn worst(&self) -> Result<RecordDiagnosis, TogetherError> {
+        let rank = |one: &&DiagnosedAlone| match one.answer.verdict {
+            Verdict::Faulty => 3,
+            Verdict::ModelInadequate => 2,
+            Verdict::Undetermined => 1,
+            Verdict::Healthy => 0,
+        };
+        let worst = self.all.iter().max_by_key(rank).ok_or(TogetherError::Nothing)?;
+        let mut answer = RecordDiagnosis { together: self.told(), ..worst.answer.clone() };
+        answer.notices.extend(self.left_out_notice());
+        Ok(answer)
+    }
+
+    /// True where no machine in one state of health shows the recordings.
+    fn disagree(&self, joint: &Joint<'_>) -> bool {
+        let others = |first: &Joint<'_>| {
+            let excess = joint.least_sum(&[])? - first.least_sum(&[])?;
+            Some((excess, joint.white_numbers() - first.white_numbers()))
+        };
+        let first = self.beside(&self.used[..1]).and_then(|beside| beside.joint());
+        let compared = first.as_ref().and_then(others);
+        compared.is_some_and(|(excess, degrees)| {
+            chi_squared_log_tail(excess, degrees) < DISAGREEMENT_RATE.ln()
+        })
+    }
+
+    /// True where the noise of every recording is far above that of the bundle.
+    fn is_loud(&self) -> bool {
+        let is_loud = |notice: &Notice| notice.code == NoticeCode::NoiseAboveBundle;
+        self.used.iter().all(|&place| self.all[place].answer.notices.iter().any(is_loud))
+    }
+
+    fn root_mean_square(&self, of: impl Fn(&RecordDiagnosis) -> f64) -> f64 {
+        let squares = self.used.iter().map(|&place| of(&self.all[place].answer)).map(|x| x * x);
+        (squares.sum::<f64>() / self.used.len() as f64).sqrt()
+    }
+
+    /// Notices of the recordings that the answer rests on, each once.
+    fn notices(&self) -> Vec<Notice> {
+        // those are of an answer by itself
+        let own = [NoticeCode::PhaseUndetermined, NoticeCode::TolerancesHideLevels];
+        let mut known: Vec<(Notice, Vec<&str>)> = Vec::new();
+        for &place in &self.used {
+            let answer = &self.all[place].answer;
+            let kept = answer.notices.iter().filter(|notice| !own.contains(&notice.code));
+            for notice in kept {
+                match known.iter_mut().find(|(one, _)| one == notice) {
+                    Some((_, of)) => of.push(&answer.recording),
+                    None => known.push((notice.clone(), vec![&answer.recording])),
+                }
+            }
+        }
+        let all = self.used.len();
+        let with_names = |(notice, of): (Notice, Vec<&str>)| {
+            if of.len() == all {
+                return notice;
+            }
+            Notice { message: format!("{}: {}", of.join(", "), notice.message), ..notice }
+        };
+        known.into_iter().map(with_names).chain(self.left_out_notice()).collect()
+    }
+
+    fn left_out_notice(&self) -> Option<Notice> {
+        let told = self.all.iter().zip(&self.against).filter_map(|(one, against)| {
+            Some(format!("{}: {}", one.answer.recording, against.as_ref()?))
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| Notice {
+            code: NoticeCode::RecordingsLeftOut,
+            message: format!("the answer does not rest on {}", told.join("; ")),
+        })
+    }
+
+    fn disagreement_notice(&self) -> Notice {
+        Notice {
+            code: NoticeCode::RecordingsDisagree,
+            message: format!(
+                "no machine in one state of health explains the {} recordings together; diagnose \
+                 them session by session, or one by one",
+                self.used.len()
+            ),
+        }
+    }
+
+    /// Each recording with what it shows by itself, and what the answer would be without it.
+    fn told(&self) -> Vec<PooledRecording> {
+        let told = |place: usize| {
+            let DiagnosedAlone { answer, session, .. } = &self.all[place];
+            let without = self.stds_without(place);
+            let level = |&id: &FaultId| {
+                let fault = answer.fault(id)?;
+                let (value, std) = (fault.value?, fault.std?);
+                let std_without = without.as_ref().and_then(|stds| stds[id as usize]);
+                Some(PooledLevel { id, value, std, std_without })
+            };
+            PooledRecording {
+                recording: answer.recording.clone(),
+                session: session.clone(),
+                date: answer.date.clone(),
+                verdict: answer.verdict,
+                left_out: self.against[place].clone(),
+                levels: FaultId::ALL[..6].iter().filter_map(level).collect(),
+            }
+        };
+        (0..self.all.len()).map(told).collect()
+    }
+
+    /// Standard deviations of k1 to k6 without a recording; `None` where the answer does not rest on
+    /// it, or on nothing else.
+    fn stds_without(&self, place: usize) -> Option<[Option<f64>; 6]> {
+        let others: Vec<usize> = self.used.iter().copied().filter(|&one| one != place).collect();
+        if others.is_empty() || others.len() == self.used.len() {
+            return None;
+        }
+        let DamageFit { estimate, covariance, .. } = self.beside(&others)?.joint()?.damage()?;
+        let indices = self.layout().sought.clone();
+        let faults = Posterior { indices, estimate, covariance, explained: None }.faults();
+        Some([0, 1, 2, 3, 4, 5].map(|fault| faults[fault].std))
+    }
+}
+
+/// Recordings beside those that their units were learnt from.
+struct Beside<'a> {
+    others: Vec<OfUnit<'a>>,
+    own: Vec<OfUnit<'a>>,
+    /// Wear of the recordings where parts wear alike each session.
+    worn: Wear,
+    nth: usize,
+    since: Since,
+    start: Vec<f64>,
+}
+
+impl<'a> Beside<'a> {
+    fn joint(&self) -> Option<Joint<'a>> {
+        Joint::new(&self.others, &self.own, &self.start)
+    }
+
+    fn history(&self, joint: Joint<'a>) -> History<'a> {
+        let worn = || {
+            let own: Vec<OfUnit<'a>> =
+                self.own.iter().map(|one| OfUnit { wear: self.worn, ..*one }).collect();
+            Joint::worn(&self.others, &own, &self.start)
+        };
+        let worn = if self.nth > 1 { worn() } else { None };
+        History { joint, worn, since: self.since, nth: self.nth }
+    }
+}
