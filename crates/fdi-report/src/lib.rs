@@ -54,5 +54,4 @@ pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
 pub use sentence::{
     BACKLASH_GAIN, FRICTION_GAIN, detected_findings, percent, plus_minus, sentence, three_digits,
-    to_digits_of,
 };

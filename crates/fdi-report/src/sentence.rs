@@ -1,8 +1,6 @@
 //! Meaning of a diagnosis, in sentences that an engineer can act on.
 
-use crate::{
-    Fault, FaultId, Finding, INCIPIENT_LEVEL, Notice, NoticeCode, RecordDiagnosis, Verdict,
-};
+use crate::{Fault, FaultId, Finding, INCIPIENT_LEVEL, NoticeCode, RecordDiagnosis, Verdict};
 
 /// Friction at k1 = 1 is three times nominal: FREEDOM paper, Table 1, read linearly.
 pub const FRICTION_GAIN: f64 = 2.0;
@@ -57,13 +55,9 @@ pub fn detected_findings(record: &RecordDiagnosis) -> Option<String> {
 }
 
 fn residual(record: &RecordDiagnosis) -> String {
-    let disagree = |notice: &&Notice| notice.code == NoticeCode::RecordingsDisagree;
-    if let Some(notice) = record.notices.iter().find(disagree) {
+    let codes = [NoticeCode::RecordingsDisagree, NoticeCode::UnmodelledPhysics];
+    if let Some(notice) = codes.into_iter().find_map(|code| record.notice(code)) {
         return notice.message.clone();
-    }
-    let is_form = |notice: &&Notice| notice.code == NoticeCode::UnmodelledPhysics;
-    if let Some(form) = record.notices.iter().find(is_form) {
-        return form.message.clone();
     }
     let (rms_a, floor_a) = (record.fit.rms_a, record.fit.noise_floor_a);
     let times = if floor_a > 0.0 { rms_a / floor_a } else { f64::INFINITY };
@@ -117,7 +111,7 @@ pub fn plus_minus(value: f64, std: f64, sign: &str) -> String {
 }
 
 /// A number to the digits that its standard deviation leaves it; zero has no sign.
-pub fn to_digits_of(value: f64, std: f64) -> String {
+pub(crate) fn to_digits_of(value: f64, std: f64) -> String {
     const FEWEST: i32 = 3;
     const MOST: i32 = 6;
     let needed = if std > 0.0 { -std.log10().floor() } else { f64::from(MOST) };
@@ -150,6 +144,7 @@ pub fn percent(probability: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Notice;
     use crate::document::finding_tests::finding;
 
     const SHORTS: [&str; 4] = ["k3", "k4", "k5", "motor.back-emf-v-s-per-rad"];

@@ -48,8 +48,6 @@ pub struct TogetherResult {
     pub last: UnitsScore,
     /// Units whose recordings are said to disagree.
     pub disagree: usize,
-    /// Recordings that answers do not rest on.
-    pub left_out: usize,
 }
 
 /// Answers to a unit.
@@ -78,19 +76,14 @@ pub fn evaluate_together(
         let pairs: Vec<_> = judged.iter().map(|one| (&one.damage, of(one))).collect();
         scored(&pairs)
     };
-    let together = || judged.iter().filter_map(|one| one.together.as_ref());
-    let disagrees = |answer: &&RecordDiagnosis| {
-        answer.notices.iter().any(|notice| notice.code == NoticeCode::RecordingsDisagree)
-    };
-    let left_out = |answer: &RecordDiagnosis| {
-        answer.together.iter().filter(|one| one.left_out.is_some()).count()
-    };
+    let together = judged.iter().filter_map(|one| one.together.as_ref());
+    let disagrees =
+        |answer: &&RecordDiagnosis| answer.notice(NoticeCode::RecordingsDisagree).is_some();
     Ok(TogetherResult {
         line: *line,
         together: answers(|one| one.together.as_ref()),
         last: answers(|one| one.last.as_ref()),
-        disagree: together().filter(disagrees).count(),
-        left_out: together().map(left_out).sum(),
+        disagree: together.filter(disagrees).count(),
     })
 }
 

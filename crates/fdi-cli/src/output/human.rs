@@ -8,8 +8,8 @@ use std::{
 
 use anstyle::{AnsiColor, Style};
 use fdi_report::{
-    Action, Fault, FaultId, NoticeCode, OpenFindings, PooledRecording, RecordDiagnosis, Verdict,
-    common_folder, detected_findings, plus_minus, sentence, to_digits_of,
+    Action, Fault, FaultId, NoticeCode, OpenFindings, PooledLevel, PooledRecording,
+    RecordDiagnosis, Verdict, common_folder, detected_findings, plus_minus, sentence,
 };
 
 use super::{
@@ -156,13 +156,8 @@ fn members(text: &mut String, name: &str, row: &Row) -> fmt::Result {
     let header: Vec<String> = ["recording", "session", "verdict"].map(str::to_owned).into();
     let header = [header, ids.iter().map(|id| id.short_name()).collect()].concat();
     let cells = |one: &PooledRecording| -> Vec<String> {
-        let level = |id: &FaultId| {
-            let Some(level) = one.levels.iter().find(|level| level.id == *id) else {
-                return "-".to_owned();
-            };
-            let without = level.std_without.map(|std| format!(" ({})", to_digits_of(std, std)));
-            plus_minus(level.value, level.std, "±") + &without.unwrap_or_default()
-        };
+        let level =
+            |&id: &FaultId| one.level(id).map_or_else(|| "-".to_owned(), PooledLevel::in_words);
         let session = one.session.clone().unwrap_or_else(|| "-".to_owned());
         let verdict = match one.left_out {
             Some(_) => format!("{} (left out)", one.verdict),

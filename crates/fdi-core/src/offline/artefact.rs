@@ -219,7 +219,9 @@ impl UnitErrorData {
             && coefficients.len() == terms
             && self.spread.iter().all(|spread| *spread > 0.0)
             && [self.ln_misfit_mean, self.ln_misfit_std].iter().all(|x| x.is_finite());
-        let in_common = InCommon::of_shares(self.in_common).filter(|_| fits);
+        if !fits {
+            return Err(wrong_size());
+        }
         Ok(UnitError {
             start: start_of(self.start),
             coefficients,
@@ -228,7 +230,7 @@ impl UnitErrorData {
             bent,
             covariance: covariance(self.covariance)?,
             wide: self.wide.map(covariance).transpose()?,
-            in_common: in_common.ok_or_else(wrong_size)?,
+            in_common: InCommon::of_shares(self.in_common).ok_or_else(wrong_size)?,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,
         })

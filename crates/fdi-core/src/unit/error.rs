@@ -122,13 +122,14 @@ impl UnitError {
         let support = (TAPER_S * experiment.filter.output_hz).round().max(2.0) as usize;
         learnt.learn_covariance(&at, &residuals, support);
         learnt.learn_misfits(&at, &residuals, unit_noise, noise_a, root)?;
-        let noise = unit_noise.scaled(noise_a * noise_a);
+        let factors = learnt.factors(&unit_noise.scaled(noise_a * noise_a));
+        let factors = factors.map_err(ErrorModelError::from)?;
         let in_common = |session| -> Result<f64, UnitErrorError> {
             let (again_at, mut again) = drawn(session)?;
             for (at, difference) in again_at.iter().zip(&mut again) {
                 learnt.take_mean(at, difference);
             }
-            Ok(learnt.in_common(&at, &residuals, &again, &noise)?)
+            Ok(learnt.in_common(&at, &residuals, &again, &factors))
         };
         learnt.in_common = InCommon::nested(
             in_common(Session::Undamaged)?,
@@ -193,9 +194,8 @@ impl UnitError {
         at: &[Vec<f64>],
         first: &[Vec<f64>],
         second: &[Vec<f64>],
-        noise: &BandedMatrix,
-    ) -> Result<f64, ErrorModelError> {
-        let factors = self.factors(noise)?;
+        factors: &[BandedCholesky; 2],
+    ) -> f64 {
         let (mut together, mut own) = (0.0, 0.0);
         for ((first, second), at) in first.iter().zip(second).zip(at) {
             let whole = &factors[usize::from(self.is_wide(at))];
@@ -208,7 +208,7 @@ impl UnitError {
             together += dot(&first, &second);
             own += (dot(&first, &first) * dot(&second, &second)).sqrt();
         }
-        Ok(together / own.max(f64::MIN_POSITIVE))
+        together / own.max(f64::MIN_POSITIVE)
     }
 
     /// Takes the mean error at some quantities off a difference of the models.

@@ -25,7 +25,7 @@
 //! Hierarchical normal model, Gelman et al., *Bayesian Data Analysis*, 3rd ed., chapter 5;
 //! `docs/models/units.md`.
 
-use std::convert::Infallible;
+use std::{borrow::Cow, cell::OnceCell, convert::Infallible};
 
 use inference::{MostProbable, SymmetricMatrix, Unknown, Whitened, dot, most_probable};
 use nalgebra::{DMatrix, DVector};
@@ -200,6 +200,8 @@ pub(crate) struct Joint<'a> {
     parts: Vec<Part>,
     /// Where the search begins.
     start: Vec<f64>,
+    /// Best explanation, once it was asked for.
+    best: OnceCell<Option<MostProbable>>,
 }
 
 /// Recordings of one session.
@@ -281,7 +283,8 @@ impl<'a> Joint<'a> {
             _ => 0.0,
         });
         let start: Vec<f64> = start.collect();
-        let mut joint = Self { layout, start, seen, sessions: Vec::new(), parts };
+        let (sessions, best) = (Vec::new(), OnceCell::new());
+        let mut joint = Self { layout, seen, sessions, parts, start, best };
         joint.sessions = joint.sessions(is_alone)?;
         Some(joint)
     }
@@ -373,7 +376,7 @@ impl<'a> Joint<'a> {
         let point = self.point(recording, values);
         let mut white = seen.evidence.residual(&seen.test.quantities.shown_at(&point));
         for (part, value) in self.parts.iter().zip(values) {
-            if let Some(to) = part.of.error().filter(|_| self.share(part, recording) > 0.0)
+            if let Some(to) = part.of.error().filter(|_| part.of.is_error_of(seen))
                 && let Some(addition) = seen.evidence.addition(to, part.place)
             {
                 white -= *value * addition;
@@ -395,9 +398,15 @@ impl<'a> Joint<'a> {
         white.enumerate().map(|(unknown, slope)| slope.push(own(unknown))).collect()
     }
 
+    /// The best explanation, which several questions about the recordings need; `None` where the
+    /// recordings and the tolerances do not determine it.
+    fn best(&self) -> Option<&MostProbable> {
+        self.best.get_or_init(|| Constrained::new(self, &[], &[]).found()).as_ref()
+    }
+
     /// The most probable damage; `None` where the recordings and the tolerances do not determine it.
     pub(crate) fn damage(&self) -> Option<DamageFit> {
-        let found = Constrained::new(self, &[], &[]).found()?;
+        let found = self.best()?;
         let damage = self.layout.sought.len();
         let block = |of: &SymmetricMatrix| DMatrix::from_fn(damage, damage, |i, j| of.at(i, j));
         Some(DamageFit {
@@ -410,7 +419,7 @@ impl<'a> Joint<'a> {
     /// The machine as built, after so many replacements of each component, by the recordings
     /// together; `None` where they and the tolerances do not determine it.
     pub(crate) fn as_built(&self, replaced: &[u32; Component::COUNT]) -> Option<BuiltFit> {
-        let found = Constrained::new(self, &[], &[]).found()?;
+        let found = self.best()?;
         let latest = |part: &Part| match part.of {
             Of::Built(None) => true,
             Of::Built(Some((component, times))) => times == replaced[component as usize],
@@ -457,7 +466,11 @@ impl<'a> Joint<'a> {
     }
 
     fn sum_of(&self, constrained: &Constrained<'_>) -> Option<f64> {
-        let found = constrained.found()?;
+        let found = if constrained.bound.is_empty() {
+            Cow::Borrowed(self.best()?)
+        } else {
+            Cow::Owned(constrained.found()?)
+        };
         let prior = constrained.kept.iter().zip(&found.numbers).map(|(&part, value)| {
             let std = self.parts[part].unknown.prior_std;
             std.map_or(0.0, |std| (value / std) * (value / std))

@@ -80,9 +80,9 @@ impl DiagnosedAlone {
     /// Why an answer to several cannot rest on the recording; `None` where it can.
     fn reason_against(&self) -> Option<String> {
         let Some(explained) = &self.explained else {
-            let of = |code| self.answer.notices.iter().find(move |notice| notice.code == code);
-            let unused = of(NoticeCode::TolerancesUnused).map(|notice| notice.message.clone());
-            return Some(unused.unwrap_or_else(|| "the model does not explain it".to_owned()));
+            let unused = self.answer.notice(NoticeCode::TolerancesUnused);
+            let reason = unused.map_or("the model does not explain it", |notice| &notice.message);
+            return Some(reason.to_owned());
         };
         if explained.is_widened {
             Some("its damage is beyond that of the machines whose error was learnt".to_owned())
@@ -342,8 +342,8 @@ impl<'a> Pool<'a> {
 
     /// True where the noise of every recording is far above that of the bundle.
     fn is_loud(&self) -> bool {
-        let is_loud = |notice: &Notice| notice.code == NoticeCode::NoiseAboveBundle;
-        self.used.iter().all(|&place| self.all[place].answer.notices.iter().any(is_loud))
+        let loud = |&place: &usize| self.all[place].answer.notice(NoticeCode::NoiseAboveBundle);
+        self.used.iter().all(|place| loud(place).is_some())
     }
 
     fn root_mean_square(&self, of: impl Fn(&RecordDiagnosis) -> f64) -> f64 {

@@ -257,7 +257,12 @@ impl RecordDiagnosis {
 
     /// Tells whether the search ended before the model explained the recording.
     pub fn is_unfinished(&self) -> bool {
-        self.notices.iter().any(|notice| notice.code == NoticeCode::SearchUnfinished)
+        self.notice(NoticeCode::SearchUnfinished).is_some()
+    }
+
+    /// The first notice of a kind.
+    pub fn notice(&self, code: NoticeCode) -> Option<&Notice> {
+        self.notices.iter().find(|notice| notice.code == code)
     }
 
     /// Tells whether the levels are to be believed: the model explains the recording, and the search

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{FaultId, Verdict};
+use crate::{plus_minus, sentence::to_digits_of};
 
 /// A recording among several that one answer is of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,4 +39,20 @@ pub struct PooledLevel {
     /// rest on it, or on nothing else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_without: Option<f64>,
+}
+
+impl PooledRecording {
+    /// A level that the recording determines.
+    pub fn level(&self, id: FaultId) -> Option<&PooledLevel> {
+        self.levels.iter().find(|level| level.id == id)
+    }
+}
+
+impl PooledLevel {
+    /// Level and standard deviation, in brackets that of the answer without the recording:
+    /// `0.021±0.001 (0.002)`.
+    pub fn in_words(&self) -> String {
+        let without = self.std_without.map(|std| format!(" ({})", to_digits_of(std, std)));
+        plus_minus(self.value, self.std, "±") + &without.unwrap_or_default()
+    }
 }

@@ -1,7 +1,7 @@
 //! The table of the recordings that one answer is of.
 
 use super::content::{Cell, Column, Table};
-use crate::{FaultId, PooledRecording, RecordDiagnosis, plus_minus, to_digits_of};
+use crate::{FaultId, PooledLevel, PooledRecording, RecordDiagnosis};
 
 const CAPTION: &str = "Recordings that the answer is of, each by itself: level before it is joined with the others, \
      ± standard deviation. In brackets: the standard deviation that the answer would have without \
@@ -23,21 +23,14 @@ pub(super) fn table(record: &RecordDiagnosis) -> Option<Table> {
             text(&one.session),
             Cell::text(one.verdict.word()),
         ];
-        cells.extend(ids.iter().map(|id| level(one, *id)));
+        cells.extend(ids.iter().map(|&id| {
+            let level = one.level(id);
+            let words = |_| level.map(PooledLevel::in_words).unwrap_or_default();
+            Cell::number(level.map(|level| level.value), words)
+        }));
         cells.push(text(&one.left_out));
         cells
     };
     let rows = record.together.iter().map(row).collect();
     Some(Table { caption: CAPTION.to_owned(), columns, rows })
-}
-
-fn level(one: &PooledRecording, id: FaultId) -> Cell {
-    let level = one.levels.iter().find(|level| level.id == id);
-    Cell::number(level.map(|level| level.value), |value| {
-        let std = level.map_or(0.0, |level| level.std);
-        let without = level.and_then(|level| level.std_without);
-        let without =
-            without.map(|std| format!(" ({})", to_digits_of(std, std))).unwrap_or_default();
-        plus_minus(value, std, "±") + &without
-    })
 }

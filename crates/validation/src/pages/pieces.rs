@@ -44,13 +44,13 @@ const OF_METHOD: [&str; 39] = [
     "real_recordings/references.md",
     "setup/head.md",
     "setup/limits.md",
-    "tests/head.md",
-    "tests/limits.md",
     "signal_chain/emps.md",
     "signal_chain/head.md",
     "signal_chain/laas.md",
     "signal_chain/limits.md",
     "simulator/limits.md",
+    "tests/head.md",
+    "tests/limits.md",
 ];
 
 /// Words of a verdict on figures.

@@ -4,12 +4,16 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
-    BoundCase, HiddenDamage, TogetherLine, TogetherResult, UnitsScore, bundle_over_days,
-    evaluate_together, unit_bounds,
+    BoundCase, HiddenDamage, TogetherLine, TogetherResult, UnitsScore, evaluate_together,
+    unit_bounds,
 };
-use fdi_core::{Bundle, Diagnoser, report::FaultId};
+use fdi_core::{Bundle, report::FaultId};
 
-use super::{bar::met, figure::Figure};
+use super::{
+    bar::met,
+    figure::Figure,
+    units::{HALF_WIDTH_K, READING_STD_K, diagnoser, percent},
+};
 use crate::processor::jobs;
 
 const HEAD: &str = include_str!("tests/head.md");
@@ -17,10 +21,6 @@ const LIMITS: &str = include_str!("tests/limits.md");
 
 /// Root seed of the hidden units; development used others.
 const SEED: u64 = 20_261_204;
-/// Root seed of what the bundle learns.
-const BUNDLE_SEED: u64 = 20_231;
-const HALF_WIDTH_K: f64 = 40.0;
-const READING_STD_K: f64 = 3.0;
 /// Units of a line that false alarms or power are read from, and of another.
 const MANY: usize = 500;
 const SOME: usize = 300;
@@ -72,10 +72,6 @@ const LINES: [(&str, TogetherLine); 8] = [
         TogetherLine { damage: HiddenDamage::Alone(FaultId::K2, 0.01), ..LAST },
     ),
 ];
-
-fn diagnoser() -> Result<Diagnoser> {
-    Ok(Diagnoser::new(bundle_over_days(HALF_WIDTH_K, BUNDLE_SEED)?)?)
-}
 
 /// Four units: seconds.
 pub(super) fn quick() -> Result<Vec<Figure>> {
@@ -202,8 +198,4 @@ fn width(widths: &mut String, result: &TogetherResult, bundle: &Bundle) -> Resul
         writeln!(widths, "| {recordings} | {answer} | {} |", cells.join(" | "))?;
     }
     Ok(())
-}
-
-fn percent(part: usize, of: usize) -> f64 {
-    100.0 * part as f64 / of.max(1) as f64
 }

@@ -11,7 +11,6 @@ use fdi_core::{Diagnoser, report::FaultId};
 
 use self::setting::{
     BUNDLE_SEED, Bounds, FAULTS, JOBS, MACHINES, SEED, TWINS, beside, both_bounds, embedded, line,
-    percent,
 };
 use super::{
     figure::{Figure, Rendered},
@@ -25,6 +24,11 @@ mod learnt;
 mod numbers;
 mod setting;
 mod symmetry;
+
+pub(super) use self::{
+    learnt::{HALF_WIDTH_K, READING_STD_K, diagnoser},
+    setting::percent,
+};
 
 /// Shares of the tolerances.
 const SCALES: [f64; 5] = [0.0, 0.03, 0.1, 0.3, 1.0];

@@ -28,21 +28,17 @@ pub(super) fn check(args: &DiagnoseArgs) -> Result<()> {
         return Ok(());
     }
     let needed = [
-        (args.method == Method::Gls, "--method gls"),
-        (args.fidelity == Fidelity::Low, "--fidelity low"),
-        (args.encoding == Encoding::Full, "--encoding full"),
-        (args.tolerance == ToleranceUse::Model, "--tolerance model"),
+        (args.method == Method::Gls, "`--method gls`"),
+        (args.fidelity == Fidelity::Low, "`--fidelity low`"),
+        (args.encoding == Encoding::Full, "`--encoding full`"),
+        (args.tolerance == ToleranceUse::Model, "`--tolerance model`"),
         (args.max_delay_s.is_none_or(|most_s| most_s == 0.0), "no `--max-delay-s`"),
         (!args.free_start, "no `--free-start`"),
     ];
     for (is_met, setting) in needed {
-        ensure!(is_met, "`--together` needs {}", quoted(setting));
+        ensure!(is_met, "`--together` needs {setting}");
     }
     Ok(())
-}
-
-fn quoted(setting: &str) -> String {
-    if setting.starts_with("--") { format!("`{setting}`") } else { setting.to_owned() }
 }
 
 /// Recordings that one answer is of.

@@ -18,14 +18,14 @@ const SHIFTED: usize = 10;
 /// Recordings of each unit as new.
 pub(super) const REFERENCES: usize = 4;
 /// Half-width of the winding's temperature over days, K.
-pub(super) const HALF_WIDTH_K: f64 = 40.0;
+pub(crate) const HALF_WIDTH_K: f64 = 40.0;
 /// Standard deviation of the winding's temperature as read, K.
-pub(super) const READING_STD_K: f64 = 3.0;
+pub(crate) const READING_STD_K: f64 = 3.0;
 /// Units of a line of slow wear, and sessions that each is followed.
 const WORN_UNITS: usize = 50;
 const SESSIONS: usize = 40;
 
-pub(super) fn diagnoser() -> Result<Diagnoser> {
+pub(crate) fn diagnoser() -> Result<Diagnoser> {
     Ok(Diagnoser::new(bundle_over_days(HALF_WIDTH_K, BUNDLE_SEED)?)?)
 }
 
@@ -75,13 +75,10 @@ pub(super) fn text() -> Result<String> {
             row(&mut text, name, temperature, fault, &result);
             if damage == HiddenDamage::Healthy {
                 let case = BoundCase {
-                    scale: 1.0,
                     references: REFERENCES,
-                    days: 1,
-                    each: 1,
                     half_width_k: Some(HALF_WIDTH_K),
                     reading_std_k,
-                    with_model_error: false,
+                    ..BoundCase::alone(1.0)
                 };
                 let bounds = both_bounds(diagnoser.bundle(), case)?;
                 let _ = writeln!(

@@ -21,13 +21,10 @@ pub(super) fn text(diagnoser: &Diagnoser) -> Result<String> {
     let line = NumbersLine { references: REFERENCES, units: UNITS };
     let result = evaluate_numbers(diagnoser, &line, SEED + 450, JOBS)?;
     let case = BoundCase {
-        scale: 1.0,
         references: REFERENCES,
-        days: 1,
-        each: 1,
         half_width_k: Some(HALF_WIDTH_K),
         reading_std_k: Some(READING_STD_K),
-        with_model_error: false,
+        ..BoundCase::alone(1.0)
     };
     let with_error = BoundCase { with_model_error: true, ..case };
     let bounds = [case, with_error].map(|case| number_bounds(diagnoser.bundle(), &case, JOBS));

@@ -35,7 +35,7 @@ pub(super) fn line(scale: f64, damage: HiddenDamage) -> UnitsLine {
 }
 
 /// Share in percent; none of nothing.
-pub(super) fn percent(part: usize, of: usize) -> f64 {
+pub(crate) fn percent(part: usize, of: usize) -> f64 {
     100.0 * part as f64 / of.max(1) as f64
 }
 
