@@ -9,6 +9,7 @@ mod effects;
 mod hidden;
 mod learnt;
 mod numbers;
+mod planned;
 mod score;
 mod setups;
 mod symmetry;
@@ -19,10 +20,11 @@ pub use decisions::{DecisionsLine, DecisionsResult, Stated, evaluate_decisions};
 pub use effects::{EffectLine, HiddenEffect, evaluate_effects};
 pub use hidden::HiddenDamage;
 pub use learnt::{
-    LearntLine, LearntResult, WearLine, bundle_over_days, evaluate_learnt, evaluate_wear,
-    unit_recordings,
+    LearntLine, LearntResult, WearLine, bundle_of_test, bundle_over_days, evaluate_learnt,
+    evaluate_wear, over_days, unit_recordings,
 };
 pub use numbers::{NumberScore, NumbersLine, NumbersResult, evaluate_numbers};
+pub use planned::{plan_request, planned_test, test_by_hand};
 pub use score::UnitsScore;
 pub use setups::{SetupsLine, SetupsResult, Unfit, evaluate_setups, evaluate_unfit};
 pub use symmetry::{

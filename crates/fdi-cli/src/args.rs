@@ -24,7 +24,7 @@ use published::published;
 pub use effects::EffectsArgs;
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
-pub use explain::{CalibrateArgs, ExplainArgs, ProposeArgs, RecordArgs};
+pub use explain::{CalibrateArgs, ExplainArgs, PlanArgs, ProposeArgs, RecordArgs};
 pub use report::{FleetArgs, NameArgs, ReportArgs};
 pub use setup::SetupArgs;
 pub use unit::{
@@ -204,7 +204,7 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Errors of a simulation, their cause, the extended model and the gain
     Explain(ExplainArgs),
-    /// The recording to take next: which safe command tells open causes apart
+    /// The recording to take next: which safe command tells open causes apart, or tells faults best
     Propose(ProposeArgs),
     /// Learn single machines of a type, and learn on from later sessions
     #[command(subcommand)]

@@ -8,6 +8,7 @@ use fdi_core::{
     ema_sim::{
         Geometry,
         model_file::{AxisModel, Model},
+        presets,
     },
     read_model,
 };
@@ -34,6 +35,16 @@ pub(crate) fn experiment_of(model: &Model, args: &TestArgs) -> Result<Experiment
         let blamed = if error.is_of_the_command() { &args.command } else { &args.model };
         anyhow::Error::new(error).context(blamed.clone())
     })
+}
+
+/// Gives a model without tolerances those that are usual for such actuators; true where it had none.
+pub(crate) fn take_usual_tolerances(model: &mut Model) -> bool {
+    if !model.tolerance.is_empty() {
+        return false;
+    }
+    model.tolerance = presets::ema_48_tolerance();
+    model.temperature = model.temperature.or_else(|| Some(presets::ema_48_temperature()));
+    true
 }
 
 /// The test of a servo axis that the options name.

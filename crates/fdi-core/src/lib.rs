@@ -31,6 +31,7 @@ mod action;
 mod diagnose;
 mod offline;
 mod online;
+mod planning;
 mod seed;
 mod setup;
 mod signal_diagnosis;
@@ -73,6 +74,7 @@ pub use online::observation_error::ObservationError;
 pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::wiring::MappedColumn;
 pub use online::{error::DiagnoseError, options::DiagnoseOptions};
+pub use planning::{PlanError, PlanRequest, PlannedTest, expected_stds, motion_limits, plan_test};
 /// The recordings that are diagnosed.
 pub use recordings::{
     self, AskedFor, Channel, ChannelKind, ChannelName, ClockNote, ColumnGuess, ColumnMap,

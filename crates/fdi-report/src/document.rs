@@ -20,6 +20,7 @@ mod prediction;
 mod proposal;
 mod setup;
 mod signal;
+mod test_plan;
 mod together;
 mod tolerance_use;
 mod unit;
@@ -56,6 +57,7 @@ pub use setup::{
     Acceptance, FaultTests, SetupChoice, SetupRefusal, SetupRefusalCode, SetupSummary,
 };
 pub use signal::{SignalCode, SignalFinding};
+pub use test_plan::{ExpectedStd, MotionLimits, PlannedFault, PlannedMotion, SharedWith, TestPlan};
 pub use together::{PooledLevel, PooledRecording};
 pub use tolerance_use::ToleranceUse;
 pub use unit::{LearntFrom, UnitNumber, UnitSummary};

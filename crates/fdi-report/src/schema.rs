@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{
     BundleSummary, Calibration, Diagnosis, EffectCatalogue, Evaluation, Explanation, Fleet,
-    Proposal, SetupSummary, UnitSummary, words,
+    Proposal, SetupSummary, TestPlan, UnitSummary, words,
 };
 
 /// A form that the program reads or writes.
@@ -30,6 +30,8 @@ pub enum Schema {
     Calibration,
     /// The JSON of `propose`.
     Proposal,
+    /// The JSON of `propose --faults`.
+    TestPlan,
     /// The JSON of `effects`.
     Effects,
     /// The JSON of the trends beside a report of `diagnose`.
@@ -42,7 +44,7 @@ pub enum Schema {
 
 impl Schema {
     /// Every form.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Recording,
         Self::Diagnosis,
         Self::Bundle,
@@ -50,6 +52,7 @@ impl Schema {
         Self::Explanation,
         Self::Calibration,
         Self::Proposal,
+        Self::TestPlan,
         Self::Effects,
         Self::Fleet,
         Self::Unit,
@@ -66,6 +69,7 @@ impl Schema {
             Self::Explanation => json_schema::<Explanation>(),
             Self::Calibration => json_schema::<Calibration>(),
             Self::Proposal => json_schema::<Proposal>(),
+            Self::TestPlan => json_schema::<TestPlan>(),
             Self::Effects => json_schema::<EffectCatalogue>(),
             Self::Fleet => json_schema::<Fleet>(),
             Self::Unit => json_schema::<UnitSummary>(),
@@ -78,7 +82,7 @@ words! {
     Schema {
         Recording "recording", Diagnosis "diagnosis", Bundle "bundle", Evaluation "evaluation",
         Explanation "explanation", Calibration "calibration", Proposal "proposal",
-        Effects "effects", Fleet "fleet", Unit "unit", Setup "setup",
+        TestPlan "test-plan", Effects "effects", Fleet "fleet", Unit "unit", Setup "setup",
     }
 }
 

@@ -18,6 +18,7 @@ mod machine;
 mod measured;
 #[cfg(test)]
 mod pieces;
+mod planned;
 mod plot;
 mod real_recordings;
 mod reduction;
@@ -92,6 +93,7 @@ const PAGES: &[Page] = &[
         text: |_| explaining::text().map(Into::into),
     },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
+    Page { name: "planned", quick: planned::quick, text: |_| planned::text().map(Into::into) },
     Page { name: "tests", quick: several::quick, text: |_| several::text().map(Into::into) },
     Page { name: "units", quick: units::quick, text: |_| units::text() },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use fdi_core::{
-    Bundle, BundleError, Channel, ChannelName, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES,
-    Encoding, Experiment, Purpose, Recording, RootSeed, ToleranceUse, UnitLearningError,
-    ema_sim::{FaultCoordinates, Level, Spread, UncertainNumber, presets},
+    Bundle, BundleError, Channel, ChannelName, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser,
+    EMBEDDED_BUNDLES, Encoding, Experiment, Purpose, Recording, ReferenceDesign, RootSeed,
+    ToleranceUse, UnitLearningError, default_noise_a,
+    ema_sim::{FaultCoordinates, Imperfections, Level, Spread, UncertainNumber, presets},
     in_parallel,
     report::FaultId,
 };
@@ -60,16 +61,45 @@ pub struct LearntResult {
 /// [`BundleError`] when nothing can be learnt.
 pub fn bundle_over_days(half_width_k: f64, seed: u64) -> Result<Bundle, BundleError> {
     let embedded = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
-    let mut experiment = embedded.experiment.clone();
-    experiment.tolerance = tolerance_at(1.0, true);
-    for tolerance in &mut experiment.tolerance {
-        if tolerance.number == UncertainNumber::WindingTemperature {
-            tolerance.spread = Spread::HalfWidth(half_width_k);
-            tolerance.level = Level::Session;
+    let experiment = over_days(embedded.experiment, half_width_k);
+    Bundle::build(&experiment, embedded.datasets, embedded.noise_a, RootSeed(seed))
+}
+
+/// A test of EMA-48 at its usual tolerances, on days with winding's temperatures within a half-width.
+pub fn over_days(test: Experiment, half_width_k: f64) -> Experiment {
+    let mut tolerance = tolerance_at(1.0, true);
+    for one in &mut tolerance {
+        if one.number == UncertainNumber::WindingTemperature {
+            one.spread = Spread::HalfWidth(half_width_k);
+            one.level = Level::Session;
         }
     }
-    experiment.temperature = Some(presets::ema_48_temperature());
-    Bundle::build(&experiment, embedded.datasets, embedded.noise_a, RootSeed(seed))
+    Experiment { tolerance, temperature: Some(presets::ema_48_temperature()), ..test }
+}
+
+/// A bundle of a test, learnt from machines at rest at its start.
+///
+/// # Errors
+///
+/// [`EvaluationError`] when its machines cannot be simulated, or nothing can be learnt.
+pub fn bundle_of_test(
+    test: &Experiment,
+    seed: u64,
+    jobs: usize,
+) -> Result<Bundle, EvaluationError> {
+    const CONDITIONS: usize = 100;
+    let dataset = |design| {
+        let request = DatasetRequest {
+            design,
+            conditions: CONDITIONS,
+            seed,
+            imperfections: Imperfections::REAL,
+            jobs,
+        };
+        Dataset::generate(test, &request)
+    };
+    let datasets = vec![dataset(ReferenceDesign::Incipient)?, dataset(ReferenceDesign::Sparse)?];
+    Ok(Bundle::build(test, datasets, default_noise_a(&test.actuator), RootSeed(seed))?)
 }
 
 /// Learns the units of a line and diagnoses them.

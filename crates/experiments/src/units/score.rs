@@ -26,6 +26,8 @@ pub struct UnitsScore {
     pub covered: [usize; 6],
     /// Median standard deviations of k1 to k5 and k6.
     pub std_median: [f64; 6],
+    /// Root mean square errors of k1 to k5, and of each of the eccentricity's coordinates.
+    pub error_rms: [f64; 6],
     /// Median evaluations of the low-fidelity model.
     pub evaluations_median: f64,
 }
@@ -33,6 +35,7 @@ pub struct UnitsScore {
 pub(super) fn scored(judged: &[(&FaultCoordinates, Option<&RecordDiagnosis>)]) -> UnitsScore {
     let mut score = UnitsScore { machines: judged.len(), ..UnitsScore::default() };
     let mut stds: [Vec<f64>; 6] = Default::default();
+    let mut errors: [Vec<f64>; 6] = Default::default();
     let mut evaluations = Vec::new();
     for (damage, answer) in judged {
         let Some(answer) = answer else {
@@ -63,11 +66,28 @@ pub(super) fn scored(judged: &[(&FaultCoordinates, Option<&RecordDiagnosis>)]) -
         }
         score.covered[5] += usize::from(region_holds(answer, damage));
         stds[5].extend(answer.faults[5].std);
+        for (off, of) in errors_of(answer, damage) {
+            errors[of].push(off);
+        }
         evaluations.push(answer.evaluations as f64);
     }
     score.std_median = stds.map(median);
+    let rms =
+        |of: Vec<f64>| (of.iter().map(|x| x * x).sum::<f64>() / of.len().max(1) as f64).sqrt();
+    score.error_rms = errors.map(rms);
     score.evaluations_median = median(evaluations);
     score
+}
+
+/// Errors of the estimate, each with the fault that it is of.
+fn errors_of(answer: &RecordDiagnosis, damage: &FaultCoordinates) -> Vec<(f64, usize)> {
+    let covariance = &answer.covariance;
+    let known = covariance.parameters.iter().zip(&covariance.estimate);
+    let error = |(name, estimate): (&String, &f64)| {
+        let place = FaultCoordinates::NAMES.iter().position(|coordinate| coordinate == name)?;
+        Some((estimate - damage.0[place], place.min(5)))
+    };
+    known.filter_map(error).collect()
 }
 
 /// Tells whether the 95 % region of the eccentricity holds the truth.

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use fdi_core::report::Prediction;
+use fdi_core::{ema_sim::FaultId, report::Prediction};
 
-use super::{MapArgs, ReportArgs, published};
+use super::{MapArgs, ReportArgs, finite, positive, published};
 
 /// Recordings of one machine, by what they are for.
 #[derive(Clone, Debug, Args)]
@@ -82,12 +82,75 @@ pub struct CalibrateArgs {
     pub bundle: Option<PathBuf>,
 }
 
+/// Options of a test that is planned for faults.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "A test for faults")]
+pub struct PlanArgs {
+    /// Plan the test that tells these faults best, `k1` to `k6`; without a list all of the model. No
+    /// recordings are needed
+    #[arg(
+        long,
+        value_name = "K,...",
+        value_delimiter = ',',
+        num_args = 0..,
+        value_parser = fault,
+        conflicts_with_all = ["train", "without", "fidelity"]
+    )]
+    pub faults: Option<Vec<FaultId>>,
+    /// Longest that the test may last: `10s`
+    #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "10s", conflicts_with = "train")]
+    pub within: f64,
+    /// Recordings of the machine as new, each of another day, that there will be of the test
+    #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "train")]
+    pub references: usize,
+    /// Plan for a test in which the winding's temperature is read, with this standard deviation, K;
+    /// without it, expectations are told for 3 K too
+    #[arg(long, value_name = "K", value_parser = positive, conflicts_with = "train")]
+    pub reading_std_k: Option<f64>,
+    /// Constant load on the surface, N·m, positive against positive motion
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 0.0,
+        value_parser = finite,
+        allow_negative_numbers = true,
+        conflicts_with = "train"
+    )]
+    pub load_n_m: f64,
+    /// Travel to either side [default: half of the way to a stop]
+    #[arg(long, value_name = "RAD", value_parser = positive, conflicts_with = "train")]
+    pub most_travel_rad: Option<f64>,
+    /// Speed of the rotor [default: three quarters of the drive's limit]
+    #[arg(long, value_name = "RAD/S", value_parser = positive, conflicts_with = "train")]
+    pub most_speed_rad_per_s: Option<f64>,
+    /// Current [default: half of the drive's limit]
+    #[arg(long, value_name = "A", value_parser = positive, conflicts_with = "train")]
+    pub most_current_a: Option<f64>,
+    /// Test to compare with: `chirp`, `sine` or a recording with the column `command_rad`
+    #[arg(long, value_name = "NAME|FILE", default_value = "chirp", conflicts_with = "train")]
+    pub before: String,
+}
+
+/// A fault whose size a test tells.
+fn fault(text: &str) -> Result<FaultId, String> {
+    let sizes = FaultId::ALL.into_iter().filter(|fault| *fault != FaultId::EccentricityPhase);
+    let mut named = sizes.filter(|fault| fault.symbol() == text);
+    named.next().ok_or_else(|| "expected `k1` to `k6`".to_owned())
+}
+
+/// A time with or without its unit.
+fn seconds(text: &str) -> Result<f64, String> {
+    positive(text.strip_suffix('s').unwrap_or(text).trim_end())
+        .map_err(|_| "expected a positive time in seconds: `10s`".to_owned())
+}
+
 /// Options of `fdi propose`.
 ///
 /// A command stays within the travel of the recordings, asks for no more than half of the
 /// controller's limit of speed, or the fastest pace recorded where that is more or no limit is
 /// known, and needs no more than half of its limit of current.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("train", |train| train.required(false).required_unless_present("faults")))]
 pub struct ProposeArgs {
     /// Model that is compared with the recordings: `ema-48`, `bench` or a model file
     #[arg(long, value_name = "MODEL", default_value = "ema-48")]
@@ -101,4 +164,7 @@ pub struct ProposeArgs {
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]
     pub without: Vec<String>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
+    pub plan: PlanArgs,
 }

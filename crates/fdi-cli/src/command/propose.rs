@@ -4,12 +4,14 @@ use std::{fmt::Write, time::Instant};
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    command_channel,
+    ChannelName, command_channel,
     ema_sim::{Geometry, model_file::MachineModel},
     load_channel, read_machine,
     report::{Prediction, Proposal, ProposedRecording, SCHEMA_VERSION, Separation},
 };
 use greybox::{Options, Proposed, with_holdout};
+
+mod faults;
 
 use super::explain::{effects, in_form, rounded, sound, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
@@ -21,6 +23,9 @@ pub(crate) fn propose(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
+    if let Some(faults) = &args.plan.faults {
+        return faults::propose(args, faults, global, streams);
+    }
     let start = Instant::now();
     if args.fidelity == Some(Prediction::Learnt) {
         bail!("`--fidelity learnt`: proposals predict with `ideal`, `low` or `high`");
@@ -117,16 +122,26 @@ fn human(answer: &Proposal, tie_nats: f64) -> String {
 
 /// A command as a recording without measurements.
 fn command(proposed: &Proposed, proposal: &greybox::Proposal, geometry: Geometry) -> String {
-    let (name, load) = (command_channel(geometry, proposal.kind), load_channel(geometry));
-    let mut text = format!("# command = \"recorded\"\n# rate-hz = {:?}\n", proposal.rate_hz);
+    let name = command_channel(geometry, proposal.kind);
+    let load = proposed.load.as_deref().map(|load| (load_channel(geometry), load));
+    command_text(proposal.rate_hz, (name, &proposed.command), load)
+}
+
+/// Columns of a command, and of a load where there is one, as a recording without measurements.
+fn command_text(
+    rate_hz: f64,
+    (name, command): (ChannelName, &[f64]),
+    load: Option<(ChannelName, &[f64])>,
+) -> String {
+    let mut text = format!("# command = \"recorded\"\n# rate-hz = {rate_hz:?}\n");
     let _ = write!(text, "time_s,{name}");
-    if proposed.load.is_some() {
-        let _ = write!(text, ",{load}");
+    if let Some((name, _)) = load {
+        let _ = write!(text, ",{name}");
     }
     text.push('\n');
-    for (n, value) in proposed.command.iter().enumerate() {
-        let _ = write!(text, "{:.6},{value:.8}", n as f64 / proposal.rate_hz);
-        if let Some(load) = &proposed.load {
+    for (n, value) in command.iter().enumerate() {
+        let _ = write!(text, "{:.6},{value:.8}", n as f64 / rate_hz);
+        if let Some((_, load)) = load {
             let _ = write!(text, ",{:.4}", load[n]);
         }
         text.push('\n');

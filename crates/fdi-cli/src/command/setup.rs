@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use fdi_core::{
     Bundle, ChannelName, Dataset, DatasetRequest, Diagnoser, Experiment, MappedColumn, Recording,
     ReferenceDesign, Setup, SetupError, SetupOptions, check_test, default_noise_a,
-    ema_sim::{Imperfections, presets},
+    ema_sim::Imperfections,
     read_model,
     report::{SCHEMA_VERSION, SetupChoice, SetupSummary},
 };
@@ -152,9 +152,7 @@ fn prepared(
         chosen("bundle", "the embedded one", reason, "--bundle FILE");
         return Ok(Prepared { diagnoser, built: None, choices });
     }
-    if model.tolerance.is_empty() {
-        model.tolerance = presets::ema_48_tolerance();
-        model.temperature = model.temperature.or_else(|| Some(presets::ema_48_temperature()));
+    if experiment::take_usual_tolerances(&mut model) {
         let reason = "the model file has no `[tolerance]`: those that are usual for such actuators \
                       (`docs/models/tolerances.md`); write your own into the file if you know better";
         chosen("tolerances", "the usual ones", reason, "[tolerance] in the model file");

@@ -25,6 +25,7 @@ mod guides;
 mod killed;
 mod merge;
 mod missed;
+mod planned;
 mod reference;
 mod report;
 mod schema;

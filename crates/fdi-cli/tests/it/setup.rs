@@ -118,7 +118,9 @@ fn the_guide_goes_from_recordings_to_a_decision() {
     const GUIDE: &str = include_str!("../../../../docs/guide/set-up-and-decide.md");
 
     let folder = prepared();
-    let [inspect, set_up, decide, follow] = &blocks(GUIDE, "sh")[..] else { panic!("four blocks") };
+    let [inspect, set_up, decide, follow, plan] = &blocks(GUIDE, "sh")[..] else {
+        panic!("five blocks")
+    };
     let commands = GUIDE.lines().filter(|line| line.starts_with("fdi ") || line.starts_with("cp "));
     assert!(commands.count() <= 10);
     run(folder.path(), inspect);
@@ -127,4 +129,6 @@ fn the_guide_goes_from_recordings_to_a_decision() {
     assert!(decided.contains("watch: short circuit of phase B"), "{decided}");
     run(folder.path(), follow);
     assert!(folder.path().join("A-7.html").is_file());
+    assert!(run(folder.path(), plan).contains("k1 friction"));
+    assert!(folder.path().join("test.csv").is_file());
 }

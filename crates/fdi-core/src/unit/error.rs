@@ -20,7 +20,9 @@
 use std::borrow::Cow;
 
 use ema_sim::SimulationError;
-use inference::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, tapered_covariance};
+use inference::{
+    BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, gaspari_cohn, tapered_covariance,
+};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -50,6 +52,9 @@ const FARTHEST: f64 = 4.0;
 /// over which the two are mixed.
 const WIDE_PLAY: f64 = 2.0;
 const PLAY_BLEND: f64 = 0.5;
+/// Shares of a guessed error that recordings of one unit have in common, near those of the embedded
+/// bundles.
+const GUESSED_IN_COMMON: InCommon = InCommon { unit: 0.1, state: 0.2, session: 0.55 };
 /// Machines of either play from which both have a covariance of their own.
 const LEAST_MACHINES: usize = 100;
 
@@ -104,23 +109,11 @@ impl UnitError {
         };
         let (at, differences) = drawn(Session::First)?;
         let (centre, spread) = centre_and_spread(&at);
-        let mut learnt = Self {
-            start,
-            bent: quantities.bent(),
-            centre,
-            spread,
-            coefficients: Vec::new(),
-            covariance: BandedMatrix::zeros(0, 0),
-            wide: None,
-            in_common: InCommon::default(),
-            ln_misfit_mean: 0.0,
-            ln_misfit_std: 0.0,
-        };
+        let mut learnt = Self::unlearnt(&quantities, start, centre, spread);
         let terms: Vec<Vec<f64>> = at.iter().map(|at| learnt.terms(at)).collect();
         let (coefficients, residuals) = trend(&terms, &differences)?;
         learnt.coefficients = coefficients;
-        let support = (TAPER_S * experiment.filter.output_hz).round().max(2.0) as usize;
-        learnt.learn_covariance(&at, &residuals, support);
+        learnt.learn_covariance(&at, &residuals, taper_samples(experiment.filter.output_hz));
         learnt.learn_misfits(&at, &residuals, unit_noise, noise_a, root)?;
         let factors = learnt.factors(&unit_noise.scaled(noise_a * noise_a));
         let factors = factors.map_err(ErrorModelError::from)?;
@@ -137,6 +130,55 @@ impl UnitError {
             in_common(Session::Again)?,
         );
         Ok(learnt)
+    }
+
+    /// Guesses the error in a test that it has not been learnt for, of a few machines without damage: a
+    /// trend that is straight in the quantities, and a covariance with a size for each time and one
+    /// correlation for all, tapered as a learnt one is:
+    ///
+    /// ```text
+    /// S_ij = s_i·s_j·ρ(|i − j|)
+    /// ```
+    pub(crate) fn guessed(
+        experiment: &Experiment,
+        quantities: &Quantities,
+        root: RootSeed,
+        jobs: usize,
+    ) -> Result<Self, UnitErrorError> {
+        let start = StartAngle::Zero;
+        let units = draw(experiment, quantities.layout(), start, Session::Undamaged, root);
+        let (at, differences) = differences(experiment, quantities, &units, jobs)?;
+        let (centre, spread) = drawn_spread(experiment, quantities, root);
+        let mut guessed = Self::unlearnt(quantities, start, centre, spread);
+        let straight = |at: &Vec<f64>| [vec![1.0], guessed.away(at)].concat();
+        let (coefficients, residuals) =
+            trend(&at.iter().map(straight).collect::<Vec<_>>(), &differences)?;
+        let support = taper_samples(experiment.filter.output_hz);
+        guessed.coefficients = coefficients;
+        guessed.covariance = sized_covariance(&residuals, support);
+        guessed.in_common = GUESSED_IN_COMMON;
+        Ok(guessed)
+    }
+
+    /// An error of which nothing is learnt but where machines are.
+    fn unlearnt(
+        quantities: &Quantities,
+        start: StartAngle,
+        centre: Vec<f64>,
+        spread: Vec<f64>,
+    ) -> Self {
+        Self {
+            start,
+            bent: quantities.bent(),
+            centre,
+            spread,
+            coefficients: Vec::new(),
+            covariance: BandedMatrix::zeros(0, 0),
+            wide: None,
+            in_common: InCommon::default(),
+            ln_misfit_mean: 0.0,
+            ln_misfit_std: 0.0,
+        }
     }
 
     /// `S` of machines with a narrow play and with a wide one; of all, where few have either.
@@ -321,6 +363,51 @@ fn centre_and_spread(at: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     };
     let spread = (0..quantities).map(spread).collect();
     (centre, spread)
+}
+
+/// Mean and standard deviation of each quantity over the machines drawn.
+pub(crate) fn drawn_spread(
+    experiment: &Experiment,
+    quantities: &Quantities,
+    root: RootSeed,
+) -> (Vec<f64>, Vec<f64>) {
+    let units = draw(experiment, quantities.layout(), StartAngle::Zero, Session::First, root);
+    let at: Rows = units.iter().map(|unit| quantities.at(&unit.point)).collect();
+    centre_and_spread(&at)
+}
+
+fn taper_samples(rate_hz: f64) -> usize {
+    (TAPER_S * rate_hz).round().max(2.0) as usize
+}
+
+/// Covariance with a size for each time, that of the residuals within the taper's reach, and one
+/// correlation.
+fn sized_covariance(residuals: &[Vec<f64>], support: usize) -> BandedMatrix {
+    let samples = residuals.first().map_or(0, Vec::len);
+    let square = |n: usize| residuals.iter().map(|r| r[n] * r[n]).sum::<f64>();
+    let squares: Vec<f64> = (0..samples).map(square).collect();
+    let size = |n: usize| {
+        let near = n.saturating_sub(support / 2)..samples.min(n + support / 2 + 1);
+        let count = (near.len() * residuals.len()) as f64;
+        (squares[near].iter().sum::<f64>() / count).sqrt().max(f64::MIN_POSITIVE)
+    };
+    let sizes: Vec<f64> = (0..samples).map(size).collect();
+    let product = |lag: usize| {
+        let of_one = |r: &Vec<f64>| {
+            let pairs = (lag..samples).map(|n| r[n] / sizes[n] * (r[n - lag] / sizes[n - lag]));
+            pairs.sum::<f64>()
+        };
+        residuals.iter().map(of_one).sum::<f64>()
+    };
+    let whole = product(0).max(f64::MIN_POSITIVE);
+    let mut covariance = BandedMatrix::zeros(samples, support.saturating_sub(1));
+    for lag in 0..support.min(samples) {
+        let correlation = product(lag) / whole * gaspari_cohn(lag as f64 / support as f64);
+        for n in lag..samples {
+            *covariance.at_mut(n, n - lag) = sizes[n] * sizes[n - lag] * correlation;
+        }
+    }
+    covariance
 }
 
 /// A row a term or a unit.

@@ -128,17 +128,8 @@ pub(crate) fn explain(
     most_evaluations: u64,
 ) -> Result<UnitFit, UnitSearchError> {
     let layout = quantities.layout();
-    let whole = joined(&error.covariance, observed.noise);
-    let mut compared = Compared {
-        modelled: Modelled::new(experiment, quantities, error, observed),
-        effects,
-        floor_a: whole.mean_diagonal().sqrt(),
-        weight: Weight::new(whole)?,
-        rate_hz: experiment.filter.output_hz,
-        wideness: 0.0,
-        white_slopes: Vec::new(),
-        most_evaluations,
-    };
+    let mut compared = Compared::new(experiment, quantities, error, observed, effects)?;
+    compared.most_evaluations = most_evaluations;
     let mut start = vec![0.0; layout.len()];
     start[..observed.damage.len()].copy_from_slice(observed.damage);
     if observed.start_std_s > 0.0 {
@@ -156,6 +147,22 @@ pub(crate) fn explain(
     }
     let found = most_probable(&mut compared, &unknowns(layout), &start)?;
     compared.fit(found.ok_or(UnitSearchError::Undetermined)?)
+}
+
+/// Evidence that a recording of the model file's machine will be on it: its signal is taken to be the
+/// one that the model expects.
+pub(crate) fn expected_evidence(
+    experiment: &Experiment,
+    quantities: &Quantities,
+    error: &UnitError,
+    observed: &Observed<'_>,
+) -> Result<Evidence, UnitSearchError> {
+    let origin = vec![0.0; quantities.layout().len()];
+    let mut compared = Compared::new(experiment, quantities, error, observed, &[])?;
+    compared.residual(&origin)?;
+    compared.slopes(&origin)?;
+    let as_expected = vec![0.0; observed.signal_a.len()];
+    Ok(compared.evidence(&origin, &as_expected, Vec::new()))
 }
 
 /// The unknowns with their priors: none for damage.
@@ -188,6 +195,28 @@ struct Compared<'a> {
     white_slopes: Vec<Vec<f64>>,
     /// Evaluations after which no further step is taken.
     most_evaluations: u64,
+}
+
+impl<'a> Compared<'a> {
+    fn new(
+        experiment: &'a Experiment,
+        quantities: &'a Quantities,
+        error: &'a UnitError,
+        observed: &'a Observed<'a>,
+        effects: &'a [EffectSlopes],
+    ) -> Result<Self, UnitSearchError> {
+        let whole = joined(&error.covariance, observed.noise);
+        Ok(Self {
+            modelled: Modelled::new(experiment, quantities, error, observed),
+            effects,
+            floor_a: whole.mean_diagonal().sqrt(),
+            weight: Weight::new(whole)?,
+            rate_hz: experiment.filter.output_hz,
+            wideness: 0.0,
+            white_slopes: Vec::new(),
+            most_evaluations: u64::MAX,
+        })
+    }
 }
 
 impl Compared<'_> {
@@ -229,17 +258,7 @@ impl Compared<'_> {
         let late_s = self.late_s(&found);
         let samples = self.modelled.observed.signal_a.len();
         let white = &found.white[..samples];
-        let rows = &self.white_slopes;
-        let product = |i: usize, j: usize| dot(&rows[i], &rows[j]);
-        let evidence = Evidence {
-            at: self.modelled.quantities.shown_at(&found.numbers),
-            information: DMatrix::from_fn(rows.len(), rows.len(), product),
-            descent: rows.iter().map(|row| dot(row, white)).collect(),
-            error: self.error(),
-            in_common: self.modelled.error.in_common,
-            temperature: self.modelled.observed.temperature,
-            unmodelled,
-        };
+        let evidence = self.evidence(&found.numbers, white, unmodelled);
         let damage = self.modelled.quantities.layout().sought.len();
         let known_numbers = block(&found.information, damage).try_inverse();
         Ok(UnitFit {
@@ -260,6 +279,21 @@ impl Compared<'_> {
 }
 
 impl Compared<'_> {
+    /// Evidence at a point of the unknowns with a white residual, by the slopes of the last point.
+    fn evidence(&self, point: &[f64], white: &[f64], unmodelled: Vec<EffectId>) -> Evidence {
+        let rows = &self.white_slopes;
+        let product = |i: usize, j: usize| dot(&rows[i], &rows[j]);
+        Evidence {
+            at: self.modelled.quantities.shown_at(point),
+            information: DMatrix::from_fn(rows.len(), rows.len(), product),
+            descent: rows.iter().map(|row| dot(row, white)).collect(),
+            error: self.error(),
+            in_common: self.modelled.error.in_common,
+            temperature: self.modelled.observed.temperature,
+            unmodelled,
+        }
+    }
+
     /// `Jᵀ·Σ⁻¹·S·Σ⁻¹·J` with `S` the covariance of the learnt error.
     fn error(&self) -> DMatrix<f64> {
         let through: Vec<Vec<f64>> = self

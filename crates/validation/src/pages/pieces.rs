@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 39] = [
+const OF_METHOD: [&str; 41] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -40,6 +40,8 @@ const OF_METHOD: [&str; 39] = [
     "measured/map.md",
     "measured/residual.md",
     "measured/speed.md",
+    "planned/head.md",
+    "planned/limits.md",
     "real_recordings/head.md",
     "real_recordings/references.md",
     "setup/head.md",

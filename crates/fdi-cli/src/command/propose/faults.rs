@@ -1,0 +1,230 @@
+//! `fdi propose --faults`.
+
+use std::{cell::RefCell, fmt::Write as _, path::Path, time::Instant};
+
+use anyhow::{Context, Result, bail};
+use fdi_core::{
+    ChannelName, Experiment, PlanRequest, PlannedTest,
+    ema_sim::{FaultId, model_file::Model},
+    motion_limits, plan_test, read_model,
+    report::{ExpectedStd, MotionLimits, PlannedFault, SCHEMA_VERSION, TestPlan},
+};
+
+use super::{super::explain::in_form, command_text};
+use crate::{
+    ExitStatus, GlobalArgs, Streams,
+    args::{PlanArgs, ProposeArgs, TestArgs},
+    experiment,
+    output::{TOOL, table},
+    stamp,
+};
+
+/// Standard deviation of a thermometer on the winding where none is given, K.
+const READING_STD_K: f64 = 3.0;
+/// Share of the least standard deviation to which a test tells all that there is.
+const AS_GOOD_AS_LEAST: f64 = 1.1;
+
+/// Plans a test for some faults, or for all where none is named, and writes its command.
+#[expect(clippy::disallowed_methods, reason = "the time taken is part of the answer")]
+pub(super) fn propose(
+    args: &ProposeArgs,
+    faults: &[FaultId],
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<ExitStatus> {
+    let start = Instant::now();
+    check(args)?;
+    let mut model = read_model(&args.model)?;
+    let told = RefCell::new(&mut *streams);
+    let tell = |what: &str| {
+        if !global.quiet {
+            told.borrow_mut().say(format_args!("{what}"));
+        }
+    };
+    if experiment::take_usual_tolerances(&mut model) {
+        tell(
+            "the model file has no `[tolerance]`: taken are those that are usual for such actuators \
+             (`docs/models/tolerances.md`)",
+        );
+    }
+    let request = request(&args.plan, faults, &model, global);
+    let before = compared(&args.plan.before, &model)?;
+    let name = model.name.clone().unwrap_or_default();
+    let plan = plan_test(&name, &model, Some(&before), &request, &tell)
+        .with_context(|| args.model.clone())?;
+    let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
+    let answer = document(&plan, name, &args.plan, &request, global, elapsed_s);
+    let text = in_form(global.output_format, &answer, human)?;
+    streams.product(None, |out| out.write_all(text.as_bytes()))?;
+    if let Some(path) = &global.output {
+        let load = vec![request.load_n_m; plan.command_rad.len()];
+        let load = (request.load_n_m != 0.0).then_some((ChannelName::Load, load.as_slice()));
+        let text = command_text(plan.rate_hz, (ChannelName::Command, &plan.command_rad), load);
+        streams.product(Some(path), |out| out.write_all(text.as_bytes()))?;
+    }
+    Ok(ExitStatus::Done)
+}
+
+/// Refuses options of the other kind of proposal.
+fn check(args: &ProposeArgs) -> Result<()> {
+    let records = &args.records;
+    let given = [
+        (!records.holdout.is_empty(), "--holdout"),
+        (!records.repeat.is_empty(), "--repeat"),
+        (records.command.is_some(), "--command"),
+        (records.inverse_dynamics, "--inverse-dynamics"),
+        (records.correct, "--correct"),
+    ];
+    match given.into_iter().find(|(is_given, _)| *is_given) {
+        Some((_, option)) => bail!("`{option}`: a test for faults is planned without recordings"),
+        None => Ok(()),
+    }
+}
+
+fn request(args: &PlanArgs, faults: &[FaultId], model: &Model, global: &GlobalArgs) -> PlanRequest {
+    let usual = motion_limits(&model.actuator);
+    let sizes = |fault: &FaultId| *fault != FaultId::EccentricityPhase;
+    let all = || model.faults.iter().copied().filter(sizes).collect();
+    PlanRequest {
+        faults: if faults.is_empty() { all() } else { faults.to_vec() },
+        within_s: args.within,
+        references: args.references,
+        reading_std_k: args.reading_std_k.unwrap_or(READING_STD_K),
+        is_read: args.reading_std_k.is_some(),
+        load_n_m: args.load_n_m,
+        limits: MotionLimits {
+            travel_rad: args.most_travel_rad.unwrap_or(usual.travel_rad),
+            speed_rad_per_s: args.most_speed_rad_per_s.unwrap_or(usual.speed_rad_per_s),
+            current_a: args.most_current_a.unwrap_or(usual.current_a),
+        },
+        seed: global.root_seed(),
+        jobs: global.threads(),
+    }
+}
+
+/// The test that the plan is compared with.
+fn compared(command: &str, model: &Model) -> Result<Experiment> {
+    let test = TestArgs {
+        model: String::new(),
+        command: command.to_owned(),
+        load_n_m: None,
+        start_angle_rad: 0.0,
+    };
+    experiment::experiment_of(model, &test).with_context(|| format!("`--before {command}`"))
+}
+
+fn document(
+    plan: &PlannedTest,
+    model: String,
+    args: &PlanArgs,
+    request: &PlanRequest,
+    global: &GlobalArgs,
+    elapsed_s: Option<f64>,
+) -> TestPlan {
+    let file = Path::new(&args.before).file_name();
+    TestPlan {
+        schema_version: SCHEMA_VERSION,
+        tool: TOOL.to_owned(),
+        seed: global.seed,
+        stamp: global.stamp.then(stamp::now),
+        model,
+        compared_with: file.map_or(args.before.clone(), |name| name.to_string_lossy().into()),
+        references: request.references,
+        reading_std_k: request.reading_std_k,
+        load_n_m: request.load_n_m,
+        within_s: request.within_s,
+        limits: request.limits,
+        duration_s: plan.command_rad.len() as f64 / plan.rate_hz,
+        motions: plan.motions.clone(),
+        candidates: plan.candidates,
+        faults: plan.faults.clone(),
+        elapsed_s,
+    }
+}
+
+fn human(plan: &TestPlan) -> String {
+    let mut text = String::new();
+    // text takes what is written
+    let _ = write_human(&mut text, plan);
+    text
+}
+
+fn write_human(text: &mut String, plan: &TestPlan) -> std::fmt::Result {
+    let asked: Vec<&str> =
+        plan.faults.iter().filter(|fault| fault.is_asked).map(|fault| fault.id.id()).collect();
+    let MotionLimits { travel_rad, speed_rad_per_s, current_a } = plan.limits;
+    writeln!(
+        text,
+        "{}: test of {:.2} s for {}: {} of {} motions within ±{travel_rad} rad, {speed_rad_per_s} rad/s \
+         of the rotor and {current_a} A, under {} N·m\n",
+        plan.model,
+        plan.duration_s,
+        asked.join(", "),
+        plan.motions.len(),
+        plan.candidates,
+        plan.load_n_m
+    )?;
+    let cells = |cells: [&str; 4]| cells.map(str::to_owned).to_vec();
+    let motions: Vec<Vec<String>> = plan
+        .motions
+        .iter()
+        .map(|motion| {
+            let times = [motion.begins_s, motion.duration_s].map(|time_s| format!("{time_s:.2} s"));
+            let speed = format!("{:.0} rad/s", motion.rotor_rad_per_s);
+            [times.to_vec(), vec![motion.description.clone(), speed]].concat()
+        })
+        .collect();
+    table(text, &cells(["from", "for", "motion", "rotor"]), &motions)?;
+    writeln!(
+        text,
+        "\nstandard deviation expected of one recording beside {} as new of the same test; in brackets \
+         with the winding's temperature read to {} K",
+        plan.references, plan.reading_std_k
+    )?;
+    let header = cells(["fault", &plan.compared_with, "this test", "any test"]);
+    let faults: Vec<Vec<String>> = plan
+        .faults
+        .iter()
+        .map(|fault| {
+            let stds = [fault.before, fault.planned, fault.least].map(in_words);
+            [vec![fault.id.short_name()], stds.to_vec()].concat()
+        })
+        .collect();
+    table(text, &header, &faults)?;
+    let limits: Vec<String> = plan.faults.iter().filter_map(limit).collect();
+    if !limits.is_empty() {
+        writeln!(text, "\nno longer test of the current tells much more of")?;
+        limits.iter().try_for_each(|line| writeln!(text, "  {line}"))?;
+    }
+    Ok(())
+}
+
+fn in_words(std: Option<ExpectedStd>) -> String {
+    std.map_or("-".to_owned(), |std| {
+        format!("{} ({})", digits(std.alone), digits(std.with_reading))
+    })
+}
+
+/// A standard deviation to two digits.
+fn digits(std: f64) -> String {
+    let decimals = (1.0 - std.max(1e-9).log10().floor()).max(0.0) as usize;
+    format!("{std:.decimals$}")
+}
+
+/// The limit of a fault that the test tells as well as any, in words.
+fn limit(fault: &PlannedFault) -> Option<String> {
+    let (planned, least) = (fault.planned?, fault.least?);
+    if planned.alone > AS_GOOD_AS_LEAST * least.alone {
+        return None;
+    }
+    let id = fault.id;
+    Some(match &fault.shared_with {
+        Some(shared) => format!(
+            "{id}: {}; it is shared with `{}` of `[tolerance]`, and would be {} were that known",
+            digits(least.alone),
+            shared.key,
+            digits(shared.std)
+        ),
+        None => format!("{id}: {}", digits(least.alone)),
+    })
+}
