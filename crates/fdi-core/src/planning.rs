@@ -40,6 +40,10 @@ pub use request::{PlanError, PlanRequest, motion_limits};
 /// Standard deviation from which a fault is not told: that of nothing known.
 const TELLS_NOTHING: f64 = 1.0;
 
+/// Share of a motion's amplitude that the surface has to reach: a machine that does not follow shows
+/// nothing.
+const LEAST_FOLLOWED: f64 = 0.2;
+
 /// A planned test.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -145,16 +149,22 @@ impl Planner<'_> {
         Ok(experiment.of_model(self.name, self.model)?)
     }
 
-    /// Motions of the menu that keep the limits as the machine follows them.
+    /// Motions of the menu that the machine follows within the limits, by the low-fidelity model.
     fn safe_motions(&self) -> Result<Vec<Motion>, PlanError> {
         let PlanRequest { limits, within_s, .. } = *self.request;
         let mut safe = Vec::new();
         for motion in Motion::menu(&self.model.actuator, &limits, within_s) {
-            let experiment = self.test(motion.command_rad())?;
+            let experiment = match self.test(motion.command_rad()) {
+                Err(PlanError::Experiment(error)) if error.is_of_the_command() => continue,
+                tested => tested?,
+            };
             let model = experiment.low_fidelity(&experiment.scenario)?;
             let trace = model.simulate(&PhysicalFaults::from(&HealthState::HEALTHY));
             let keeps = |channel: &[f64], most: f64| channel.iter().all(|x| x.abs() <= most);
-            if keeps(&trace.current_a, limits.current_a)
+            let surface = trace.surface_angle_rad.iter();
+            let reached_rad = surface.fold(0.0_f64, |most, x| most.max(x.abs()));
+            if reached_rad >= LEAST_FOLLOWED * motion.amplitude_rad
+                && keeps(&trace.current_a, limits.current_a)
                 && keeps(&trace.motor_speed_rad_per_s, limits.speed_rad_per_s)
                 && keeps(&trace.surface_angle_rad, limits.travel_rad)
             {

@@ -145,6 +145,9 @@ fn described(what: &str, train: usize, holdout: usize) -> String {
     format!("{what} {train} {noun}{held}")
 }
 
+/// Message for the form of a table.
+pub(super) const NO_SUCH_FORM: &str = "no such form: `--output-format human|json|jsonl`";
+
 /// An answer in the form asked for, of those that are no tables.
 pub(super) fn in_form<T: Serialize>(
     form: OutputFormat,
@@ -155,7 +158,7 @@ pub(super) fn in_form<T: Serialize>(
         OutputFormat::Human => human(answer),
         OutputFormat::Json => serde_json::to_string_pretty(answer)? + "\n",
         OutputFormat::Jsonl => serde_json::to_string(answer)? + "\n",
-        _ => bail!("no such form: `--output-format human|json|jsonl`"),
+        _ => bail!("{NO_SUCH_FORM}"),
     })
 }
 

@@ -54,14 +54,15 @@ fn a_planned_test_is_a_command_that_can_be_run() {
     // another plan is compared with this one
     let beside = ["propose", "--faults", "k2", "--within", "0.3", "--before", "test.csv"];
     let words = whole(&output(folder.path(), &beside));
-    assert!(words.contains("for k2: ") && words.contains("test.csv  "), "{words}");
+    assert!(words.contains("for k2: ") && words.contains("test.csv, 0 N·m  "), "{words}");
     assert!(words.contains("any test"), "{words}");
 }
 
 #[test]
 fn what_belongs_to_the_other_kind_of_proposal_is_refused() {
     let folder = TempDir::new().unwrap();
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
+        (&["propose", "--faults", "--output-format", "csv"], "no such form"),
         (&["propose"], "--train <REC>..."),
         (&["propose", "--train", "r.csv", "--within", "3s"], "cannot be used with"),
         (&["propose", "--faults", "k1", "--train", "r.csv"], "cannot be used with"),

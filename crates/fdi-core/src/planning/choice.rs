@@ -4,7 +4,10 @@ use ema_sim::FaultId;
 
 use crate::unit::quantities::Quantities;
 
-use super::expectation::{Beside, Worth};
+use super::{
+    expectation::{Beside, Worth},
+    motion::SAME_TIME_S,
+};
 
 /// Least gain in the objective that a motion is exchanged for.
 const LEAST_GAIN: f64 = 1e-4;
@@ -63,7 +66,8 @@ impl Choice<'_> {
             };
             let best = (0..self.candidates.len())
                 .filter(|place| {
-                    !chosen.contains(place) && self.candidates[*place].duration_s <= left_s
+                    !chosen.contains(place)
+                        && self.candidates[*place].duration_s <= left_s + SAME_TIME_S
                 })
                 .map(|place| (place, gain(place)))
                 .max_by(|a, b| a.1.total_cmp(&b.1));
@@ -81,7 +85,10 @@ impl Choice<'_> {
             let left_s = self.within_s - self.duration_s(chosen);
             let with = |new: usize| self.objective(&[chosen.as_slice(), &[new]].concat());
             let best = (0..self.candidates.len())
-                .filter(|new| !chosen.contains(new) && self.candidates[*new].duration_s <= left_s)
+                .filter(|new| {
+                    !chosen.contains(new)
+                        && self.candidates[*new].duration_s <= left_s + SAME_TIME_S
+                })
                 .map(|new| (new, with(new)))
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             chosen.push(best.map_or(old, |(new, _)| new));

@@ -8,6 +8,8 @@ use crate::report::MotionLimits;
 
 /// Rate of a planned command.
 pub(super) const RATE_HZ: f64 = 1000.0;
+/// Difference of times that is rounding, s.
+pub(super) const SAME_TIME_S: f64 = 1e-9;
 /// Rest behind each motion, s.
 const REST_S: f64 = 0.05;
 /// Speeds of triangles, over the limit of speed.
@@ -27,7 +29,7 @@ const LEAST_PLAYS: f64 = 3.0;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) shape: Shape,
-    amplitude_rad: f64,
+    pub(super) amplitude_rad: f64,
     moving_s: f64,
     /// Largest speed of the rotor that the command asks for.
     pub(super) rotor_rad_per_s: f64,
@@ -63,7 +65,7 @@ impl Motion {
         let least_rad = LEAST_PLAYS * actuator.transmission.backlash_rad;
         let fits = |motion: &Self| {
             (least_rad..=limits.travel_rad).contains(&motion.amplitude_rad)
-                && motion.duration_s() <= within_s
+                && motion.duration_s() <= within_s + SAME_TIME_S
         };
         triangles.chain(sines).filter(fits).collect()
     }

@@ -21,10 +21,15 @@ pub struct TestPlan {
     pub model: String,
     /// Test that the plan is compared with.
     pub compared_with: String,
+    /// Load on the surface in that test, N·m; left out where the machine cannot run it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared_load_n_m: Option<f64>,
     /// Recordings of the unit as new that the expectations take, of the test that they are of.
     pub references: usize,
     /// Standard deviation of the thermometer's reading that `with_reading` takes, K.
     pub reading_std_k: f64,
+    /// True where the test is planned for such a reading.
+    pub is_read: bool,
     /// Load on the surface in the planned test, N·m.
     pub load_n_m: f64,
     /// Longest that the test may last, s.

@@ -10,9 +10,12 @@ use fdi_core::{
     report::{ExpectedStd, MotionLimits, PlannedFault, SCHEMA_VERSION, TestPlan},
 };
 
-use super::{super::explain::in_form, command_text};
+use super::{
+    super::explain::{NO_SUCH_FORM, in_form},
+    command_text,
+};
 use crate::{
-    ExitStatus, GlobalArgs, Streams,
+    ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{PlanArgs, ProposeArgs, TestArgs},
     experiment,
     output::{TOOL, table},
@@ -21,6 +24,8 @@ use crate::{
 
 /// Standard deviation of a thermometer on the winding where none is given, K.
 const READING_STD_K: f64 = 3.0;
+/// Test that a plan is compared with where none is named.
+const DEFAULT_BEFORE: &str = "chirp";
 /// Share of the least standard deviation to which a test tells all that there is.
 const AS_GOOD_AS_LEAST: f64 = 1.1;
 
@@ -33,7 +38,7 @@ pub(super) fn propose(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let start = Instant::now();
-    check(args)?;
+    check(args, global)?;
     let mut model = read_model(&args.model)?;
     let told = RefCell::new(&mut *streams);
     let tell = |what: &str| {
@@ -48,12 +53,12 @@ pub(super) fn propose(
         );
     }
     let request = request(&args.plan, faults, &model, global);
-    let before = compared(&args.plan.before, &model)?;
+    let before = compared(args, &model, &tell)?;
     let name = model.name.clone().unwrap_or_default();
-    let plan = plan_test(&name, &model, Some(&before), &request, &tell)
+    let plan = plan_test(&name, &model, before.as_ref(), &request, &tell)
         .with_context(|| args.model.clone())?;
-    let elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
-    let answer = document(&plan, name, &args.plan, &request, global, elapsed_s);
+    let mut answer = document(&plan, name, before.as_ref(), args, &request, global);
+    answer.elapsed_s = (!global.stable).then(|| start.elapsed().as_secs_f64());
     let text = in_form(global.output_format, &answer, human)?;
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
@@ -65,8 +70,12 @@ pub(super) fn propose(
     Ok(ExitStatus::Done)
 }
 
-/// Refuses options of the other kind of proposal.
-fn check(args: &ProposeArgs) -> Result<()> {
+/// Refuses options of the other kind of proposal, and forms that there are not.
+fn check(args: &ProposeArgs, global: &GlobalArgs) -> Result<()> {
+    let form = global.output_format;
+    if !matches!(form, OutputFormat::Human | OutputFormat::Json | OutputFormat::Jsonl) {
+        bail!("{NO_SUCH_FORM}");
+    }
     let records = &args.records;
     let given = [
         (!records.holdout.is_empty(), "--holdout"),
@@ -84,9 +93,14 @@ fn check(args: &ProposeArgs) -> Result<()> {
 fn request(args: &PlanArgs, faults: &[FaultId], model: &Model, global: &GlobalArgs) -> PlanRequest {
     let usual = motion_limits(&model.actuator);
     let sizes = |fault: &FaultId| *fault != FaultId::EccentricityPhase;
+    let all_sizes = FaultId::ALL.into_iter().filter(sizes);
     let all = || model.faults.iter().copied().filter(sizes).collect();
     PlanRequest {
-        faults: if faults.is_empty() { all() } else { faults.to_vec() },
+        faults: if faults.is_empty() {
+            all()
+        } else {
+            all_sizes.filter(|fault| faults.contains(fault)).collect()
+        },
         within_s: args.within,
         references: args.references,
         reading_std_k: args.reading_std_k.unwrap_or(READING_STD_K),
@@ -102,35 +116,47 @@ fn request(args: &PlanArgs, faults: &[FaultId], model: &Model, global: &GlobalAr
     }
 }
 
-/// The test that the plan is compared with.
-fn compared(command: &str, model: &Model) -> Result<Experiment> {
+/// The test that the plan is compared with; `None` where it is the default and the machine cannot run
+/// it.
+fn compared(args: &ProposeArgs, model: &Model, tell: &dyn Fn(&str)) -> Result<Option<Experiment>> {
+    let command = &args.plan.before;
     let test = TestArgs {
-        model: String::new(),
-        command: command.to_owned(),
+        model: args.model.clone(),
+        command: command.clone(),
         load_n_m: None,
         start_angle_rad: 0.0,
     };
-    experiment::experiment_of(model, &test).with_context(|| format!("`--before {command}`"))
+    match experiment::experiment_of(model, &test) {
+        Ok(before) => Ok(Some(before)),
+        Err(error) if command == DEFAULT_BEFORE => {
+            tell(&format!("no comparison with the chirp: {error:#}"));
+            Ok(None)
+        }
+        Err(error) => Err(error.context(format!("`--before {command}`"))),
+    }
 }
 
 fn document(
     plan: &PlannedTest,
-    model: String,
-    args: &PlanArgs,
+    name: String,
+    before: Option<&Experiment>,
+    args: &ProposeArgs,
     request: &PlanRequest,
     global: &GlobalArgs,
-    elapsed_s: Option<f64>,
 ) -> TestPlan {
-    let file = Path::new(&args.before).file_name();
+    let named = &args.plan.before;
+    let file = Path::new(named).file_name();
     TestPlan {
         schema_version: SCHEMA_VERSION,
         tool: TOOL.to_owned(),
         seed: global.seed,
         stamp: global.stamp.then(stamp::now),
-        model,
-        compared_with: file.map_or(args.before.clone(), |name| name.to_string_lossy().into()),
+        model: name,
+        compared_with: file.map_or(named.clone(), |name| name.to_string_lossy().into()),
+        compared_load_n_m: before.map(|test| test.scenario.load_n_m),
         references: request.references,
         reading_std_k: request.reading_std_k,
+        is_read: request.is_read,
         load_n_m: request.load_n_m,
         within_s: request.within_s,
         limits: request.limits,
@@ -138,7 +164,7 @@ fn document(
         motions: plan.motions.clone(),
         candidates: plan.candidates,
         faults: plan.faults.clone(),
-        elapsed_s,
+        elapsed_s: None,
     }
 }
 
@@ -181,7 +207,9 @@ fn write_human(text: &mut String, plan: &TestPlan) -> std::fmt::Result {
          with the winding's temperature read to {} K",
         plan.references, plan.reading_std_k
     )?;
-    let header = cells(["fault", &plan.compared_with, "this test", "any test"]);
+    let load = plan.compared_load_n_m.map(|load_n_m| format!(", {load_n_m} N·m"));
+    let before = plan.compared_with.clone() + &load.unwrap_or_default();
+    let header = cells(["fault", &before, "this test", "any test"]);
     let faults: Vec<Vec<String>> = plan
         .faults
         .iter()
@@ -191,7 +219,8 @@ fn write_human(text: &mut String, plan: &TestPlan) -> std::fmt::Result {
         })
         .collect();
     table(text, &header, &faults)?;
-    let limits: Vec<String> = plan.faults.iter().filter_map(limit).collect();
+    let limits: Vec<String> =
+        plan.faults.iter().filter_map(|fault| limit(fault, plan.is_read)).collect();
     if !limits.is_empty() {
         writeln!(text, "\nno longer test of the current tells much more of")?;
         limits.iter().try_for_each(|line| writeln!(text, "  {line}"))?;
@@ -212,19 +241,24 @@ fn digits(std: f64) -> String {
 }
 
 /// The limit of a fault that the test tells as well as any, in words.
-fn limit(fault: &PlannedFault) -> Option<String> {
-    let (planned, least) = (fault.planned?, fault.least?);
-    if planned.alone > AS_GOOD_AS_LEAST * least.alone {
+fn limit(fault: &PlannedFault, is_read: bool) -> Option<String> {
+    let [planned, least] = [fault.planned?, fault.least?]
+        .map(|std| if is_read { std.with_reading } else { std.alone });
+    if planned > AS_GOOD_AS_LEAST * least {
         return None;
     }
     let id = fault.id;
-    Some(match &fault.shared_with {
-        Some(shared) => format!(
-            "{id}: {}; it is shared with `{}` of `[tolerance]`, and would be {} were that known",
-            digits(least.alone),
-            shared.key,
-            digits(shared.std)
-        ),
-        None => format!("{id}: {}", digits(least.alone)),
-    })
+    // numbers are known in turn without a thermometer
+    let shared = fault.shared_with.as_ref().filter(|_| !is_read);
+    Some(shared.map_or_else(
+        || format!("{id}: {}", digits(least)),
+        |shared| {
+            format!(
+                "{id}: {}; it is shared with `{}` of `[tolerance]`, and would be {} were that known",
+                digits(least),
+                shared.key,
+                digits(shared.std)
+            )
+        },
+    ))
 }
