@@ -24,6 +24,7 @@ use published::published;
 pub use effects::EffectsArgs;
 pub use evaluate::{EvaluateArgs, ProtocolArg, Switch};
 pub use experiment::{DatasetArgs, DesignArg, TestArgs};
+pub(crate) use explain::DEFAULT_BEFORE;
 pub use explain::{CalibrateArgs, ExplainArgs, PlanArgs, ProposeArgs, RecordArgs};
 pub use report::{FleetArgs, NameArgs, ReportArgs};
 pub use setup::SetupArgs;

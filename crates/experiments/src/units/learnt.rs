@@ -77,7 +77,7 @@ pub fn over_days(test: Experiment, half_width_k: f64) -> Experiment {
     Experiment { tolerance, temperature: Some(presets::ema_48_temperature()), ..test }
 }
 
-/// A bundle of a test, learnt from machines at rest at its start.
+/// A bundle of a test, built as `fdi setup` does, for a rotor that starts where the test does.
 ///
 /// # Errors
 ///

@@ -72,9 +72,7 @@ pub(super) fn scored(judged: &[(&FaultCoordinates, Option<&RecordDiagnosis>)]) -
         evaluations.push(answer.evaluations as f64);
     }
     score.std_median = stds.map(median);
-    let rms =
-        |of: Vec<f64>| (of.iter().map(|x| x * x).sum::<f64>() / of.len().max(1) as f64).sqrt();
-    score.error_rms = errors.map(rms);
+    score.error_rms = errors.map(|of| inference::rms(&of));
     score.evaluations_median = median(evaluations);
     score
 }

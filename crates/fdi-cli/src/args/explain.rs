@@ -82,6 +82,9 @@ pub struct CalibrateArgs {
     pub bundle: Option<PathBuf>,
 }
 
+/// Test that a plan is compared with where none is named.
+pub(crate) const DEFAULT_BEFORE: &str = "chirp";
+
 /// Options of a test that is planned for faults.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "A test for faults")]
@@ -127,7 +130,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "A", value_parser = positive, conflicts_with = "train")]
     pub most_current_a: Option<f64>,
     /// Test to compare with: `chirp`, `sine` or a recording with the column `command_rad`
-    #[arg(long, value_name = "NAME|FILE", default_value = "chirp", conflicts_with = "train")]
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BEFORE, conflicts_with = "train")]
     pub before: String,
 }
 

@@ -182,10 +182,10 @@ impl Least {
         beside: &[Beside; 2],
         root: RootSeed,
     ) -> Option<Self> {
-        let of = |experiment: &Experiment, beside: &Beside| {
+        let of = |experiment: &Experiment| {
             let quantities = Quantities::new(experiment);
             let spreads = spreads(experiment, &quantities, root);
-            Worth::of_everything(&spreads).stds(&quantities, beside)
+            (Worth::of_everything(&spreads), quantities)
         };
         let [alone, read] = beside;
         let mut keys: Vec<&str> = model.tolerance.iter().map(ema_sim::Tolerance::key).collect();
@@ -194,10 +194,12 @@ impl Least {
         let known = |key: &str| {
             let mut known = experiment.clone();
             known.tolerance.retain(|tolerance| tolerance.key() != key);
-            Some((key.to_owned(), of(&known, alone)?))
+            let (worth, quantities) = of(&known);
+            Some((key.to_owned(), worth.stds(&quantities, alone)?))
         };
+        let (worth, quantities) = of(experiment);
         Some(Self {
-            all: [of(experiment, alone)?, of(experiment, read)?],
+            all: [worth.stds(&quantities, alone)?, worth.stds(&quantities, read)?],
             known: keys.into_iter().filter_map(known).collect(),
         })
     }

@@ -28,7 +28,7 @@ const LEAST_PLAYS: f64 = 3.0;
 /// A motion from rest at zero to rest at zero.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
-    pub(super) shape: Shape,
+    shape: Shape,
     pub(super) amplitude_rad: f64,
     moving_s: f64,
     /// Largest speed of the rotor that the command asks for.
@@ -36,7 +36,7 @@ pub(super) struct Motion {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+enum Shape {
     /// There, to the other side, and back, at one speed.
     Triangle,
     Sine,

@@ -1,4 +1,11 @@
-//! Words for what is asked of a figure.
+//! Bars on figures, and words for what is asked of one.
+
+/// Most healthy units with something detected, %.
+pub(super) const MOST_ALARMS: f64 = 3.0;
+/// Fewest units whose damage is detected, %.
+pub(super) const LEAST_POWER: f64 = 90.0;
+/// Bounds on the coverage of 95 % intervals, %.
+pub(super) const COVERAGE: [f64; 2] = [91.0, 98.5];
 
 /// Says whether what is asked for was found.
 pub(super) fn met(is_met: bool) -> &'static str {

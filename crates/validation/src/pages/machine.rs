@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use experiments::bundle_of_test;
 use fdi_core::{
-    Bundle, ColumnMap, Dataset, DatasetRequest, EMBEDDED_BUNDLES, Experiment, Recording,
-    ReferenceDesign, RootSeed, default_noise_a,
-    ema_sim::{Imperfections, presets},
-    read_model,
+    Bundle, ColumnMap, EMBEDDED_BUNDLES, Experiment, Recording, ema_sim::presets, read_model,
 };
 
 use crate::processor::jobs;
@@ -29,14 +27,5 @@ pub(super) fn built(model: &str, command: Option<&Path>) -> Result<Bundle> {
     };
     let own = model.name.clone().context("a model that is read has a name")?;
     let experiment = test.of_model(&own, &model)?;
-    let dataset = |design| {
-        let imperfections = Imperfections::REAL;
-        let request =
-            DatasetRequest { design, conditions: 100, seed: 0, imperfections, jobs: jobs() };
-        Dataset::generate(&experiment, &request)
-    };
-    let datasets = [ReferenceDesign::Incipient, ReferenceDesign::Sparse].map(dataset);
-    let datasets = datasets.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let noise_a = default_noise_a(&experiment.actuator);
-    Ok(Bundle::build(&experiment, datasets, noise_a, RootSeed(0))?)
+    Ok(bundle_of_test(&experiment, 0, jobs())?)
 }

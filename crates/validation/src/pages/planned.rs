@@ -13,7 +13,7 @@ use fdi_core::{
 };
 
 use super::{
-    bar::met,
+    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
     figure::Figure,
     units::{HALF_WIDTH_K, READING_STD_K, percent},
 };
@@ -33,10 +33,6 @@ const QUICK_S: f64 = 0.4;
 /// Units without damage, and with it.
 const HEALTHY: usize = 500;
 const DAMAGED: usize = 200;
-/// Bars, in percent.
-const MOST_ALARMS: f64 = 3.0;
-const LEAST_POWER: f64 = 90.0;
-const COVERAGE: [f64; 2] = [91.0, 98.5];
 /// Bar on expectations over what is stated.
 const NEAR: [f64; 2] = [0.75, 1.25];
 

@@ -10,7 +10,7 @@ use experiments::{
 use fdi_core::{Bundle, report::FaultId};
 
 use super::{
-    bar::met,
+    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
     figure::Figure,
     units::{HALF_WIDTH_K, READING_STD_K, diagnoser, percent},
 };
@@ -26,10 +26,6 @@ const MANY: usize = 500;
 const SOME: usize = 300;
 /// Units of the quick figures.
 const FEW: usize = 4;
-/// Bars, in percent.
-const MOST_ALARMS: f64 = 3.0;
-const LEAST_POWER: f64 = 90.0;
-const COVERAGE: [f64; 2] = [91.0, 98.5];
 
 /// Sixteen references, three later days.
 const DAYS: TogetherLine = TogetherLine {

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
-    args::{PlanArgs, ProposeArgs, TestArgs},
+    args::{DEFAULT_BEFORE, PlanArgs, ProposeArgs, TestArgs},
     experiment,
     output::{TOOL, table},
     stamp,
@@ -24,8 +24,6 @@ use crate::{
 
 /// Standard deviation of a thermometer on the winding where none is given, K.
 const READING_STD_K: f64 = 3.0;
-/// Test that a plan is compared with where none is named.
-const DEFAULT_BEFORE: &str = "chirp";
 /// Share of the least standard deviation to which a test tells all that there is.
 const AS_GOOD_AS_LEAST: f64 = 1.1;
 
@@ -92,15 +90,10 @@ fn check(args: &ProposeArgs, global: &GlobalArgs) -> Result<()> {
 
 fn request(args: &PlanArgs, faults: &[FaultId], model: &Model, global: &GlobalArgs) -> PlanRequest {
     let usual = motion_limits(&model.actuator);
-    let sizes = |fault: &FaultId| *fault != FaultId::EccentricityPhase;
-    let all_sizes = FaultId::ALL.into_iter().filter(sizes);
-    let all = || model.faults.iter().copied().filter(sizes).collect();
+    let asked = if faults.is_empty() { &model.faults } else { faults };
+    let is_size = |fault: &FaultId| *fault != FaultId::EccentricityPhase && asked.contains(fault);
     PlanRequest {
-        faults: if faults.is_empty() {
-            all()
-        } else {
-            all_sizes.filter(|fault| faults.contains(fault)).collect()
-        },
+        faults: FaultId::ALL.into_iter().filter(is_size).collect(),
         within_s: args.within,
         references: args.references,
         reading_std_k: args.reading_std_k.unwrap_or(READING_STD_K),
