@@ -333,6 +333,7 @@ fn recordings(folder: &Path) -> Result<Vec<Product>> {
             phase_rate_hz: None,
             sensor_seed: root.derive(Purpose::SensorNoise, stream),
             content: fixture.content,
+            has_voltage: false,
         }
         .record(&fixture.experiment, &name)?;
         write!(truth, "{name}")?;

@@ -82,6 +82,8 @@ pub(crate) struct FieldOriented {
     integral_v: (f64, f64),
     /// Potentials of the legs in the next period over half of the supply, −1 to 1.
     pub(crate) pending: PerPhase,
+    /// Voltage along the quadrature axis in the next period, V.
+    pub(crate) pending_q_v: f64,
     noise_half_width_a: f64,
     noise: NoiseSource,
 }
@@ -100,6 +102,7 @@ impl FieldOriented {
             limit_v: 0.5 * inverter.bus_voltage_v,
             integral_v: (0.0, scenario.initial.current_integral_v),
             pending: [0.0; 3],
+            pending_q_v: 0.0,
             noise_half_width_a: if noisy {
                 actuator.sensing.current_noise_half_width_a
             } else {
@@ -129,6 +132,7 @@ impl FieldOriented {
         } else {
             share = 1.0 / size_v;
         }
+        self.pending_q_v = self.limit_v * share * wanted_v.1;
         let next = angles.phases_of(share * wanted_v.0, share * wanted_v.1);
         core::mem::replace(&mut self.pending, next.map(|u| u.clamp(-1.0, 1.0)))
     }

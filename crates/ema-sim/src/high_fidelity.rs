@@ -412,10 +412,15 @@ impl HighFidelity {
         if dead_s == 0.0 {
             run.first_edge(period_s);
         }
+        let bus_v = self.actuator.inverter.bus_voltage_v;
+        let mut voltages_v = Vec::with_capacity(self.command_rad.len());
         self.ticks(run, trace, |run, references| {
             for period in 0..periods {
                 let reference_a = reference_in(period, periods, &references);
                 let duty = current_loop.step(reference_a, run.seen().feedback_a);
+                if period == 0 {
+                    voltages_v.push(duty * bus_v);
+                }
                 if dead_s == 0.0 {
                     run.carrier_period(duty, current_loop.pending_duty, period_s);
                 } else {
@@ -424,6 +429,7 @@ impl HighFidelity {
                 run.read_sensor(period_s);
             }
         });
+        trace.motor_voltage_v = voltages_v;
     }
 
     /// The field-oriented drive under the carrier.
@@ -431,14 +437,19 @@ impl HighFidelity {
         let mut current_loop = FieldOriented::new(&self.actuator, &self.scenario);
         let (periods, period_s) = (self.periods(), current_loop.period_s);
         self.begin(run, &current_loop.pending, period_s);
+        let mut voltages_v = Vec::with_capacity(self.command_rad.len());
         self.ticks(run, trace, |run, references| {
             for period in 0..periods {
                 let reference_a = reference_in(period, periods, &references);
+                if period == 0 {
+                    voltages_v.push(current_loop.pending_q_v);
+                }
                 let motor_rad = self.scenario.start_angle_rad + run.sample.angle_rad;
                 let duties = current_loop.step(reference_a, &run.seen().currents_a, motor_rad);
                 self.apply(run, &duties, &current_loop.pending, period_s);
             }
         });
+        trace.motor_voltage_v = voltages_v;
     }
 
     /// Holds the legs before the first period with all of them connected.
@@ -550,6 +561,7 @@ fn empty_trace(actuator: &Actuator, samples: usize) -> HighFidelityTrace {
         motor_angle_rad: room(),
         motor_speed_rad_per_s: room(),
         surface_angle_rad: room(),
+        motor_voltage_v: Vec::new(),
         segments: 0,
         runaway: None,
     }

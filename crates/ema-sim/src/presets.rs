@@ -171,7 +171,7 @@ const fn session(number: UncertainNumber, std: f64) -> Usual {
 
 /// Standard deviations of a machine like [`EMA_48`], by key: between units, and between sessions
 /// of one unit.
-const EMA_48_SCATTER: [Usual; 23] = [
+const EMA_48_SCATTER: [Usual; 25] = [
     unit(UncertainNumber::Eccentricity, 0.02),
     unit(UncertainNumber::Turns, 0.003),
     unit(UncertainNumber::Parameter(&Parameter::BUS_VOLTAGE), 0.01),
@@ -186,6 +186,8 @@ const EMA_48_SCATTER: [Usual; 23] = [
     session(UncertainNumber::PhaseGain, 0.002),
     unit(UncertainNumber::PhaseOffset, 0.020),
     session(UncertainNumber::PhaseOffset, 0.010),
+    unit(UncertainNumber::VoltageGain, 0.01),
+    session(UncertainNumber::VoltageGain, 0.001),
     unit(UncertainNumber::Load, 0.103),
     session(UncertainNumber::WindingTemperature, 15.0),
     unit(UncertainNumber::Parameter(&Parameter::BACKLASH), 0.30),
@@ -234,6 +236,7 @@ fn normal(usual: &[Usual]) -> Vec<Tolerance> {
 /// | supply | 1 % | 1 % | choice |
 /// | gain of a phase's sensor | 1 % | 0.2 % | choice: that of a shunt |
 /// | offset of a phase's sensor | 20 mA | 10 mA | choice: 0.1 % of ±20 A, and half of it |
+/// | gain of the voltage's measurement | 1 % | 0.1 % | choice: a divider of 1 % resistors, 50 ppm/K over 20 K |
 /// | turns of a phase | 0.3 % | | choice |
 /// | eccentricity | 2 % of the air gap | | choice |
 ///
@@ -250,7 +253,7 @@ fn normal(usual: &[Usual]) -> Vec<Tolerance> {
 /// use ema_sim::{Level, presets::ema_48_tolerance};
 ///
 /// let of_units = ema_48_tolerance().into_iter().filter(|one| one.level == Level::Unit);
-/// assert_eq!(of_units.count(), 16);
+/// assert_eq!(of_units.count(), 17);
 /// ```
 pub fn ema_48_tolerance() -> Vec<Tolerance> {
     normal(&EMA_48_SCATTER)

@@ -50,6 +50,7 @@ impl Level {
 /// | [`Load`](Self::Load) | `test.load-n-m` | N·m |
 /// | [`PhaseGain`](Self::PhaseGain) | `sensors.phase-gain` | share of its value |
 /// | [`PhaseOffset`](Self::PhaseOffset) | `sensors.phase-offset-a` | A |
+/// | [`VoltageGain`](Self::VoltageGain) | `sensors.voltage-gain` | share of its value |
 /// | [`Turns`](Self::Turns) | `as-built.turns` | share of the turns |
 /// | [`Eccentricity`](Self::Eccentricity) | `as-built.eccentricity` | share of the air gap |
 /// | [`WindingTemperature`](Self::WindingTemperature) | `test.winding-temperature-k` | K |
@@ -67,6 +68,8 @@ pub enum UncertainNumber {
     PhaseGain,
     /// Offset of a sensor of the phase currents, A, each phase by itself.
     PhaseOffset,
+    /// Gain of the measurement of the motor's voltage, or of the supply's.
+    VoltageGain,
     /// Turns of a phase as built, each phase by itself.
     Turns,
     /// Eccentricity as built: rms amplitude `ζ` of the air gap's modulation. Each of the two
@@ -79,11 +82,12 @@ pub enum UncertainNumber {
 
 impl UncertainNumber {
     /// The numbers that are no parameter of an actuator.
-    pub const BESIDES_PARAMETERS: [Self; 7] = [
+    pub const BESIDES_PARAMETERS: [Self; 8] = [
         Self::StaticOverKinetic,
         Self::Load,
         Self::PhaseGain,
         Self::PhaseOffset,
+        Self::VoltageGain,
         Self::Turns,
         Self::Eccentricity,
         Self::WindingTemperature,
@@ -97,6 +101,7 @@ impl UncertainNumber {
             Self::Load => "test.load-n-m",
             Self::PhaseGain => "sensors.phase-gain",
             Self::PhaseOffset => "sensors.phase-offset-a",
+            Self::VoltageGain => "sensors.voltage-gain",
             Self::Turns => "as-built.turns",
             Self::Eccentricity => "as-built.eccentricity",
             Self::WindingTemperature => "test.winding-temperature-k",

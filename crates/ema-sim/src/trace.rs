@@ -17,6 +17,11 @@ pub struct HighFidelityTrace {
     pub motor_speed_rad_per_s: Vec<f64>,
     /// Angle of the surface.
     pub surface_angle_rad: Vec<f64>,
+    /// Voltage that the current loop puts on the motor in the carrier period that begins at the tick:
+    /// its duty times the supply, of a field-oriented drive along the quadrature axis, as an amplitude
+    /// of the phases. Empty where no current loop makes the duties: under hysteresis control, and where
+    /// they are given.
+    pub motor_voltage_v: Vec<f64>,
     /// Cost of the run: segments between events.
     pub segments: u64,
     /// Why the run ended before its test, where it did; its channels are NaN from there on.
@@ -64,7 +69,8 @@ impl Ended for HighFidelityTrace {
         let [a, b, c] = &mut self.phase_currents_a;
         let turning = [&mut self.motor_angle_rad, &mut self.motor_speed_rad_per_s];
         let outside = [&mut self.command_rad, &mut self.surface_angle_rad];
-        turning.into_iter().chain(outside).chain([a, b, c]).collect()
+        let voltage = Some(&mut self.motor_voltage_v).filter(|voltage_v| !voltage_v.is_empty());
+        turning.into_iter().chain(outside).chain([a, b, c]).chain(voltage).collect()
     }
 }
 

@@ -232,6 +232,7 @@ impl Machine {
             phase_rate_hz: Some(FINE as f64 * RATE_HZ),
             sensor_seed: 0,
             content: RecordedContent::Phases,
+            has_voltage: false,
         };
         let recording = recorded.record(experiment, "r")?;
         let values = |place: usize| recording.channels()[place].values().to_vec();

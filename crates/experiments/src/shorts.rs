@@ -184,6 +184,7 @@ impl Short {
             phase_rate_hz: None,
             sensor_seed: seed.derive(Purpose::SensorNoise, index),
             content: RecordedContent::Phases,
+            has_voltage: false,
         };
         let recording = recording.record(machine, "short")?;
         let answer = |tolerance| {

@@ -335,6 +335,9 @@ pub struct DiagnoseArgs {
     /// The unit that `fdi unit learn` has learnt, or a folder of units, matched by `actuator-id`: levels are changes since it was new
     #[arg(long, value_name = "FILE|FOLDER", conflicts_with = "reference")]
     pub unit: Option<PathBuf>,
+    /// Say for each fault how well it can be told: at best, what it is shared with, and what would help; a report has it but with `--resume` and `--shard`
+    #[arg(long)]
+    pub identifiability: bool,
     /// One answer to all recordings of an actuator, of one session or of all, in one state of health
     ///
     /// Recordings are of one actuator by `actuator-id` (those without one count as one actuator's),
@@ -525,6 +528,9 @@ pub struct SimulateArgs {
     /// Rate of the phase samples in Hz [default: that of the model's controller; 10000 for `ema-48`]
     #[arg(long, value_name = "N", value_parser = positive)]
     pub rate_hz: Option<f64>,
+    /// Record the voltage that the drive puts on the motor beside the phases
+    #[arg(long)]
+    pub motor_voltage: bool,
 }
 
 /// Levels of the seven faults.

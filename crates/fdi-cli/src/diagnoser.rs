@@ -66,6 +66,12 @@ pub trait Diagnoser: Send + Sync {
     }
 }
 
+/// True where a report is made of these answers alone: answers that are kept depend on options that
+/// are given.
+fn reports_at_once(args: &DiagnoseArgs) -> bool {
+    args.report.report.is_some() && args.resume.is_none() && args.shard.is_none()
+}
+
 /// The diagnosis that the options ask for.
 pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn Diagnoser>> {
     let options = DiagnoseOptions {
@@ -77,6 +83,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         free_start: args.free_start,
         tolerance: args.tolerance,
         unit: None,
+        identifiability: args.identifiability || reports_at_once(args),
         seed: seed.derive(Purpose::Diagnosis, 0),
     };
     let bundles = read_bundles(args.bundle.as_ref())?;

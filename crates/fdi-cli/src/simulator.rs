@@ -78,6 +78,7 @@ fn axis(
     for (given, option, why) in [
         (args.adc_bits.is_some(), "--adc-bits", "has no phases to digitise"),
         (args.short_resistance_ohm.is_some(), "--short-resistance-ohm", "has no turns to short"),
+        (args.motor_voltage, "--motor-voltage", "has no current loop"),
         (args.rate_hz.is_some(), "--rate-hz", "is recorded at the rate of its controller"),
         (args.fidelity == Fidelity::Low, "--fidelity low", "has one model"),
     ] {
@@ -117,7 +118,11 @@ fn actuator(
         phase_rate_hz: args.rate_hz,
         sensor_seed: seed.derive(Purpose::SensorNoise, 0),
         content: RecordedContent::Phases,
+        has_voltage: args.motor_voltage,
     };
+    if args.motor_voltage && args.fidelity == Fidelity::Low {
+        bail!("`--motor-voltage`: the low-fidelity model has no current loop");
+    }
     let recorded = match args.fidelity {
         Fidelity::High => simulated.record_visited(&experiment, "simulated"),
         Fidelity::Low => simulated.record_low_fidelity_visited(&experiment, "simulated"),

@@ -548,6 +548,7 @@ mod tests {
             },
             faults: Vec::new(),
             findings: Vec::new(),
+            identifiability: Vec::new(),
             action: None,
             covariance,
             notices: Vec::new(),

@@ -109,4 +109,5 @@ pub use unit::{
     numbers::{LearntNumber, LearntNumbers},
     pooled::{DiagnosedAlone, TogetherError, diagnose_together},
     search::UnitSearchError,
+    voltage::VoltageWorth,
 };

@@ -17,6 +17,7 @@ pub(crate) mod learnt;
 pub(crate) mod likelihood;
 pub(crate) mod method;
 pub(crate) mod mixture;
+pub(crate) mod motor_voltage;
 pub(crate) mod noise_grid;
 pub(crate) mod noise_level;
 pub(crate) mod observation;

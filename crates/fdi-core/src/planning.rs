@@ -119,20 +119,24 @@ pub fn expected_stds(
     let nothing = Worth::of_nothing(&spreads(experiment, &quantities, request.seed));
     let worth = Worth::of_test(experiment, &quantities, request.seed, request.jobs)?;
     let worth = nothing.and(&worth);
-    let stds = beside(request).map(|beside| worth.stds(&quantities, &beside));
-    Ok(std::array::from_fn(|place| told([stds[0].as_ref()?, stds[1].as_ref()?], place)))
+    let [alone, read, voltage] = beside(request).map(|beside| worth.stds(&quantities, &beside));
+    Ok(std::array::from_fn(|place| {
+        told([alone.as_ref()?, read.as_ref()?, voltage.as_ref()?], place)
+    }))
 }
 
-/// Standard deviations of a fault without a thermometer and with one; `None` where it is not told.
-fn told(stds: [&Stds; 2], place: usize) -> Option<ExpectedStd> {
-    let [alone, with_reading] = stds.map(|stds| stds[place]);
-    (alone < TELLS_NOTHING).then_some(ExpectedStd { alone, with_reading })
+/// Standard deviations of a fault alone, with a thermometer and with the motor's voltage; `None` where
+/// it is not told.
+fn told(stds: [&Stds; 3], place: usize) -> Option<ExpectedStd> {
+    let [alone, with_reading, with_voltage] = stds.map(|stds| stds[place]);
+    (alone < TELLS_NOTHING).then_some(ExpectedStd { alone, with_reading, with_voltage })
 }
 
-/// Recordings beside the planned one, without a thermometer and with one.
-fn beside(request: &PlanRequest) -> [Beside; 2] {
-    [None, Some(request.reading_std_k)]
-        .map(|reading_std_k| Beside { references: request.references, reading_std_k })
+/// Recordings beside the planned one: alone, with a thermometer, with the motor's voltage.
+fn beside(request: &PlanRequest) -> [Beside; 3] {
+    let references = request.references;
+    [(None, false), (Some(request.reading_std_k), false), (None, true)]
+        .map(|(reading_std_k, has_voltage)| Beside { references, reading_std_k, has_voltage })
 }
 
 /// A machine with what is asked of its test.
@@ -181,7 +185,7 @@ impl Planner<'_> {
         menu: &'m [Motion],
         whole: &Experiment,
     ) -> Result<Vec<&'m Motion>, PlanError> {
-        let PlanRequest { seed, jobs, within_s, is_read, .. } = *self.request;
+        let PlanRequest { seed, jobs, within_s, is_read, has_voltage, .. } = *self.request;
         let quantities = Quantities::new(whole);
         let candidate = |motion: &Motion| {
             let experiment = self.test(motion.command_rad())?;
@@ -193,7 +197,11 @@ impl Planner<'_> {
             candidates: &candidates,
             nothing: &Worth::of_nothing(&spreads(whole, &quantities, seed)),
             quantities: &quantities,
-            beside: beside(self.request)[usize::from(is_read)],
+            beside: Beside {
+                references: self.request.references,
+                reading_std_k: is_read.then_some(self.request.reading_std_k),
+                has_voltage,
+            },
             faults: &self.request.faults,
             within_s,
         };
@@ -245,6 +253,7 @@ mod tests {
             references: 1,
             reading_std_k: 3.0,
             is_read: false,
+            has_voltage: false,
             load_n_m: 0.0,
             limits: motion_limits(&presets::EMA_48),
             seed: RootSeed(1),

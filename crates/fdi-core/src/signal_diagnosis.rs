@@ -5,6 +5,7 @@ use crate::{
     online::{
         damage::coordinates_of,
         error::DiagnoseError,
+        motor_voltage::MotorVoltage,
         observation::{Observation, UnfilteredEnvelope},
         options::DiagnoseOptions,
     },
@@ -42,6 +43,7 @@ impl EnvelopeSignal {
                 wiring: None,
                 session: None,
                 winding_temperature_k: None,
+                motor_voltage: MotorVoltage::NotRecorded,
                 notices: Vec::new(),
             },
         }

@@ -73,6 +73,7 @@ mod tests {
             phase_rate_hz: None,
             sensor_seed: 6,
             content: RecordedContent::Phases,
+            has_voltage: false,
         };
         let recording = simulated.record(&bundle.experiment, "r").unwrap();
         let diagnoser = Diagnoser::new(bundle).unwrap();

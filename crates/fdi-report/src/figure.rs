@@ -6,6 +6,7 @@ mod diagnosis;
 mod drawing;
 mod evaluation;
 mod explanation;
+mod identifiability;
 mod mode;
 
 pub use compression::{CompressionCurve, CompressionPanel, compression_figure_svg};
@@ -17,4 +18,5 @@ pub use explanation::{
     fault_change_figure_svg, held_out_figure_svg, residual_curve_figure_svg,
     residual_curves_figure_svg,
 };
+pub use identifiability::identifiability_figure_svg;
 pub use mode::{DrawnMode, mode_figure_svg};

@@ -34,19 +34,20 @@ pub use document::{
     Diagnosis, EffectCatalogue, EffectFinding, EffectNumber, Encoding, EncodingSummary, Evaluation,
     EvaluationSettings, ExpectedStd, Explanation, ExplanationVerdict, Failure, Fault, FaultAction,
     FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, FaultTests, Fidelity, Finding,
-    FindingKind, Fit, Fleet, Holdout, HypothesisOutcome, HypothesisRefit, LearntFrom, LeftOut,
-    Limits, Method, MethodEvaluation, MotionLimits, NoiseSource, NominalChange, Notice, NoticeCode,
-    PlannedFault, PlannedMotion, PooledLevel, PooledRecording, Prediction, Proposal,
-    ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder, ResidualCurve, ResumeHead,
-    SCHEMA_VERSION, Sensitivity, Separation, SetupChoice, SetupRefusal, SetupRefusalCode,
-    SetupSummary, Severity, SharedWith, SignalCode, SignalFinding, Slope, Standing, Status,
-    TestPlan, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
+    FindingKind, Fit, Fleet, Further, Holdout, HypothesisOutcome, HypothesisRefit, Identifiability,
+    LearntFrom, LeftOut, Limits, Method, MethodEvaluation, MotionLimits, NoiseSource,
+    NominalChange, Notice, NoticeCode, PlannedFault, PlannedMotion, PooledLevel, PooledRecording,
+    Prediction, Proposal, ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder,
+    ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation, SetupChoice, SetupRefusal,
+    SetupRefusalCode, SetupSummary, Severity, SharedWith, SignalCode, SignalFinding, Slope,
+    Standing, Status, TestPlan, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
+    WouldHelp,
 };
 pub use figure::{
     CompressionCurve, CompressionPanel, DrawnMode, compression_figure_svg, convergence_figure_svg,
     detection_figure_svg, fault_change_figure_svg, fault_figure_svg, fit_figure_svg,
-    held_out_figure_svg, mode_figure_svg, residual_curve_figure_svg, residual_curves_figure_svg,
-    search_figure_svg, trend_figure_svg,
+    held_out_figure_svg, identifiability_figure_svg, mode_figure_svg, residual_curve_figure_svg,
+    residual_curves_figure_svg, search_figure_svg, trend_figure_svg,
 };
 pub use fit_signals::FitSignals;
 pub use folder::common_folder;
@@ -55,4 +56,5 @@ pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
 pub use sentence::{
     BACKLASH_GAIN, FRICTION_GAIN, detected_findings, percent, plus_minus, sentence, three_digits,
+    two_digits,
 };

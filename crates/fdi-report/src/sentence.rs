@@ -121,6 +121,12 @@ pub(crate) fn to_digits_of(value: f64, std: f64) -> String {
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
+/// A standard deviation to two digits.
+pub fn two_digits(std: f64) -> String {
+    let decimals = (1.0 - std.max(1e-9).log10().floor()).max(0.0) as usize;
+    format!("{std:.decimals$}")
+}
+
 /// A number to three digits, without zeros at its end.
 pub fn three_digits(size: f64) -> String {
     let decimals = (2 - size.abs().max(1e-3).log10().floor() as i32).clamp(0, 3) as usize;

@@ -4,9 +4,10 @@ use std::fmt;
 
 use super::{
     ChannelName::{
-        self, BusVoltage, Command, Current, Force, HallState, LinearCommand, Load, MotorAngle,
-        MotorSpeed, PhaseACurrent, PhaseAVoltage, PhaseBCurrent, PhaseBVoltage, PhaseCCurrent,
-        PhaseCVoltage, Position, QAxisCurrent, QAxisVoltage, SurfaceAngle, WindingTemperature,
+        self, BusVoltage, Command, Current, Duty, Force, HallState, LinearCommand, Load,
+        MotorAngle, MotorSpeed, MotorVoltage, PhaseACurrent, PhaseAVoltage, PhaseBCurrent,
+        PhaseBVoltage, PhaseCCurrent, PhaseCVoltage, Position, QAxisCurrent, QAxisVoltage,
+        SurfaceAngle, WindingTemperature,
     },
     column_map::Target,
     unit::si_unit,
@@ -131,6 +132,8 @@ const NAMES: &[(Target, &[&str])] = &[
     (of(PhaseBVoltage), &["phase b voltage", "v b", "vb", "u b", "ub", "u v"]),
     (of(PhaseCVoltage), &["phase c voltage", "v c", "vc", "u c", "uc", "u w"]),
     (of(QAxisVoltage), &["vq", "uq", "v q", "u q", "q axis voltage"]),
+    (of(MotorVoltage), &["motor voltage", "v motor", "u motor", "motorspannung"]),
+    (of(Duty), &["duty", "duty cycle", "duty ratio", "pwm duty", "tastgrad"]),
     (
         of(BusVoltage),
         &["bus voltage", "dc bus", "dc link", "dc link voltage", "vdc", "udc", "v dc"],

@@ -28,6 +28,7 @@ mod several;
 mod signal_chain;
 mod simulator;
 mod units;
+mod voltage;
 
 use std::{fs, path::Path};
 
@@ -95,6 +96,7 @@ const PAGES: &[Page] = &[
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "planned", quick: planned::quick, text: |_| planned::text().map(Into::into) },
     Page { name: "tests", quick: several::quick, text: |_| several::text().map(Into::into) },
+    Page { name: "voltage", quick: voltage::quick, text: |_| voltage::text().map(Into::into) },
     Page { name: "units", quick: units::quick, text: |_| units::text() },
     Page { name: "measured", quick: measured::quick, text: |f| measured::text(f).map(Into::into) },
     Page {

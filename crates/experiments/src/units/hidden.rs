@@ -4,8 +4,9 @@
 use fdi_core::{
     Channel, ChannelName, CommandSource, Experiment, Metadata, Purpose, Recording, RootSeed,
     ema_sim::{
-        Actuator, Effect, FaultCoordinates, HighFidelity, LowFidelity, Parameter, PhysicalFaults,
-        Scenario, Sector, SimulationError, ThermalNumber, UncertainNumber,
+        Actuator, Effect, FaultCoordinates, HighFidelity, HighFidelityTrace, LowFidelity,
+        Parameter, PhysicalFaults, Scenario, Sector, SimulationError, ThermalNumber,
+        UncertainNumber,
     },
     report::FaultId,
 };
@@ -120,6 +121,14 @@ pub(super) const SESSION: Scatter = Scatter {
     coefficients: [0.0; 4],
 };
 
+/// Scatter of the gain with which a supply is measured: of units, and of sessions of one unit.
+pub(super) const BUS_GAIN: [f64; 2] = [0.01, 0.001];
+/// Noise and step of the supply's measurement: 12 bits of 100 V.
+const BUS_NOISE_V: f64 = 0.05;
+const BUS_STEP_V: f64 = 100.0 / 4096.0;
+/// Step of the drive's duty: 1250 counts of its timer.
+const DUTY_STEP: f64 = 1.0 / 1250.0;
+
 /// Least share of a number that a machine is given.
 const LEAST_RATIO: f64 = 0.05;
 
@@ -129,6 +138,8 @@ pub(super) struct Label {
     pub(super) session: Option<String>,
     /// Error of the winding's temperature as it was read, where it was read.
     pub(super) temperature_error_k: Option<f64>,
+    /// Error of the supply's measurement, where duty and supply were recorded.
+    pub(super) bus_gain: Option<f64>,
 }
 
 /// A machine that no one has seen: numbers, sensors and damage.
@@ -253,11 +264,34 @@ impl Hidden {
         scenario: &Scenario,
         seed: u64,
     ) -> Result<([Vec<f64>; 3], Vec<f64>), SimulationError> {
+        let trace = self.trace(scenario, seed)?;
+        Ok((self.sensed(trace.phase_currents_a), trace.motor_angle_rad))
+    }
+
+    /// Run of the high-fidelity model.
+    fn trace(&self, scenario: &Scenario, seed: u64) -> Result<HighFidelityTrace, SimulationError> {
         let scenario = Scenario { load_n_m: self.load_n_m, ..scenario.clone() };
         let scenario = scenario.with_real_electronics(seed);
         let model = HighFidelity::new(&self.warm(), &scenario)?.with_effects(&self.effects)?;
-        let trace = model.try_simulate(&self.faults())?;
-        Ok((self.sensed(trace.phase_currents_a), trace.motor_angle_rad))
+        model.try_simulate(&self.faults())
+    }
+
+    /// Duty of the drive, and the supply as it is measured with a gain and noise.
+    fn duty_and_bus(
+        &self,
+        voltage_v: &[f64],
+        gain: f64,
+        seed: u64,
+    ) -> [(ChannelName, Vec<f64>); 2] {
+        let bus_v = self.actuator.inverter.bus_voltage_v;
+        let mut chance = Chance::new(RootSeed(seed).derive(Purpose::SensorNoise, 1));
+        let mut measured = || {
+            let noisy_v = (1.0 + gain) * bus_v + BUS_NOISE_V * chance.normal();
+            (noisy_v / BUS_STEP_V).round() * BUS_STEP_V
+        };
+        let measured_v: Vec<f64> = voltage_v.iter().map(|_| measured()).collect();
+        let duty = voltage_v.iter().map(|v| (v / bus_v / DUTY_STEP).round() * DUTY_STEP).collect();
+        [(ChannelName::Duty, duty), (ChannelName::BusVoltage, measured_v)]
     }
 
     /// Filtered envelope of the high-fidelity model without the sensors' noise, A.
@@ -326,7 +360,10 @@ impl Hidden {
         seed: u64,
         label: &Label,
     ) -> Result<Recording, EvaluationError> {
-        let (phases, angle_rad) = self.phases(&experiment.scenario, electronics_seed(seed))?;
+        let trace = self.trace(&experiment.scenario, electronics_seed(seed))?;
+        let voltage =
+            label.bus_gain.map(|gain| self.duty_and_bus(&trace.motor_voltage_v, gain, seed));
+        let (phases, angle_rad) = (self.sensed(trace.phase_currents_a), trace.motor_angle_rad);
         let views = [&phases[0][..], &phases[1][..], &phases[2][..]];
         let [a, b, c] = SENSORS.measure(views, sensor_seed(seed));
         let rate_hz = experiment.actuator.controller.sample_hz;
@@ -338,6 +375,7 @@ impl Hidden {
         ];
         let channels = channels
             .into_iter()
+            .chain(voltage.into_iter().flatten())
             .map(|(name, values)| Channel::uniform(name, 0.0, rate_hz, values))
             .collect::<Result<Vec<_>, _>>()?;
         let metadata = Metadata {

@@ -13,7 +13,7 @@ use fdi_core::{
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{
-    hidden::{Hidden, HiddenDamage, Label, SESSION, Scatter, UNIT},
+    hidden::{BUS_GAIN, Hidden, HiddenDamage, Label, SESSION, Scatter, UNIT},
     score::{UnitsScore, scored},
     tolerance_at,
 };
@@ -31,6 +31,8 @@ pub struct LearntLine {
     pub half_width_k: f64,
     /// Standard deviation of the winding's temperature as read, K; `None`: it is not read.
     pub reading_std_k: Option<f64>,
+    /// True where the drive's duty and its supply are recorded.
+    pub has_voltage: bool,
     /// Damage when the unit is diagnosed.
     pub damage: HiddenDamage,
     /// Most that a number's scatter is more or less than stated, as a factor.
@@ -117,7 +119,8 @@ pub fn evaluate_learnt(
     let indices: Vec<u64> = (0..line.units as u64).collect();
     let judged = in_parallel(&indices, jobs, |_, &index| -> Result<_, EvaluationError> {
         let own = RootSeed(seed).derive(Purpose::Units, index);
-        let days = Days { half_width_k: line.half_width_k, reading_std_k: line.reading_std_k };
+        let LearntLine { half_width_k, reading_std_k, has_voltage, .. } = *line;
+        let days = Days { half_width_k, reading_std_k, has_voltage };
         let mut unit = Owned::drawn(experiment, days, line.misstated, own);
         let references = unit.records_as_new(line.references)?;
         let damage = line.damage.draw(&mut unit.chance);
@@ -153,10 +156,11 @@ pub fn evaluate_learnt(
 pub(super) struct Days {
     pub(super) half_width_k: f64,
     pub(super) reading_std_k: Option<f64>,
+    pub(super) has_voltage: bool,
 }
 
 /// Cold and hot halls, the temperature read.
-const DAYS: Days = Days { half_width_k: 40.0, reading_std_k: Some(3.0) };
+const DAYS: Days = Days { half_width_k: 40.0, reading_std_k: Some(3.0), has_voltage: false };
 
 /// A hidden unit with what is drawn for it.
 pub(super) struct Owned<'a> {
@@ -218,6 +222,15 @@ impl<'a> Owned<'a> {
         seeds.map(|seed| hidden.record(self.experiment, seed, &label)).collect()
     }
 
+    /// Error of the supply's measurement on the day to come.
+    fn bus_gain(&self) -> f64 {
+        // draws of their own, so that all others are those of a unit without voltage
+        let of =
+            |stream: u64| Chance::new(RootSeed(self.seed).derive(Purpose::Units, stream)).normal();
+        let [unit, day] = BUS_GAIN;
+        unit * of(2_000_000) + day * of(2_000_001 + self.recorded)
+    }
+
     /// The unit with its damage on a new day.
     pub(super) fn day(&mut self, damage: FaultCoordinates) -> Day {
         let mut hidden = Hidden { damage, ..self.hidden.clone() };
@@ -227,6 +240,7 @@ impl<'a> Owned<'a> {
         let label = Label {
             session: Some(format!("day {}", self.recorded)),
             temperature_error_k: self.days.reading_std_k.map(error_k),
+            bus_gain: self.days.has_voltage.then(|| self.bus_gain()),
         };
         self.recorded += 1;
         let seed = RootSeed(self.seed).derive(Purpose::Units, 1_000_000 + self.recorded);

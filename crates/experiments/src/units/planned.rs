@@ -29,6 +29,7 @@ pub fn plan_request(within_s: f64, seed: u64, jobs: usize) -> PlanRequest {
         references: 4,
         reading_std_k: 3.0,
         is_read: false,
+        has_voltage: false,
         load_n_m: LOAD_N_M,
         limits: motion_limits(&presets::EMA_48),
         seed: RootSeed(seed),

@@ -93,7 +93,8 @@ fn judged(
     seed: u64,
 ) -> Result<Judged, EvaluationError> {
     let experiment = &diagnoser.bundle().experiment;
-    let days = Days { half_width_k: line.half_width_k, reading_std_k: line.reading_std_k };
+    let TogetherLine { half_width_k, reading_std_k, .. } = *line;
+    let days = Days { half_width_k, reading_std_k, has_voltage: false };
     let mut unit = Owned::drawn(experiment, days, 1.0, seed);
     let references = unit.records_as_new(line.references)?;
     let damage = line.damage.draw(&mut unit.chance);

@@ -110,6 +110,9 @@ pub struct PlanArgs {
     /// without it, expectations are told for 3 K too
     #[arg(long, value_name = "K", value_parser = positive, conflicts_with = "train")]
     pub reading_std_k: Option<f64>,
+    /// Plan for a test in which the motor's voltage is recorded
+    #[arg(long, conflicts_with = "train")]
+    pub motor_voltage: bool,
     /// Constant load on the surface, N·m, positive against positive motion
     #[arg(
         long,

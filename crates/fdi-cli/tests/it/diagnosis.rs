@@ -64,6 +64,7 @@ fn simulated(change: impl FnOnce(&mut SimulatedRecording, &mut Experiment)) -> R
         phase_rate_hz: None,
         sensor_seed: 42,
         content: RecordedContent::Phases,
+        has_voltage: false,
     };
     change(&mut simulated, &mut experiment);
     simulated.record(&experiment, "r").unwrap()

@@ -35,4 +35,5 @@ mod stand_in;
 mod together;
 mod two_phases;
 mod unit;
+mod voltage;
 mod wiring;

@@ -40,6 +40,9 @@ fn a_planned_test_is_a_command_that_can_be_run() {
         let (planned, least) = (fault.planned.unwrap(), fault.least.unwrap());
         assert!(planned.alone >= 0.99 * least.alone, "{fault:?}");
         assert!(planned.with_reading <= 1.01 * planned.alone, "{fault:?}");
+        assert!(planned.with_voltage <= 1.01 * planned.alone, "{fault:?}");
+        let is_short = [FaultId::K3, FaultId::K4, FaultId::K5].contains(&fault.id);
+        assert!(!is_short || planned.with_voltage < 0.6 * planned.alone, "{fault:?}");
     }
     // the answer does not hang on the number of threads
     let again = output(folder.path(), &[&PLAN[..], &["--jobs", "1"]].concat());

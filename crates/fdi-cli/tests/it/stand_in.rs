@@ -100,6 +100,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
         },
         faults: faults.into(),
         findings: Vec::new(),
+        identifiability: Vec::new(),
         action: None,
         covariance: Covariance {
             parameters: vec!["k1".to_owned()],

@@ -6,6 +6,7 @@ use ema_sim::{
 };
 
 use inference::BandedMatrix;
+use nalgebra::DMatrix;
 use recordings::EnvelopeKind;
 
 use crate::{
@@ -21,7 +22,12 @@ use crate::{
         envelope::{envelope_kind, envelope_of},
         experiment::Experiment,
     },
-    unit::{error::UnitError, evidence::InCommon, quantities::Quantities},
+    unit::{
+        error::UnitError,
+        evidence::InCommon,
+        quantities::Quantities,
+        voltage::{FOUND, VoltageError},
+    },
 };
 
 /// Layout of a bundle; the experiment first, since it can be read alone.
@@ -123,6 +129,22 @@ struct UnitErrorData {
     in_common: [f64; 3],
     ln_misfit_mean: f64,
     ln_misfit_std: f64,
+    voltage: Option<VoltageErrorData>,
+}
+
+/// Learnt error of what the motor's voltage shows.
+#[derive(Encode, Decode)]
+struct VoltageErrorData {
+    centre: [f64; 2],
+    spread: [f64; 2],
+    /// One row a term.
+    coefficients: Vec<f64>,
+    /// Row by row.
+    covariance: Vec<f64>,
+    /// Covariance of machines with a wide play.
+    wide: Option<Vec<f64>>,
+    in_common: [f64; 3],
+    ln_left: [f64; 2],
 }
 
 /// Covariance as correlations in steps of 1/32767 below standard deviations.
@@ -203,6 +225,7 @@ impl UnitErrorData {
             in_common: error.in_common.shares(),
             ln_misfit_mean: error.ln_misfit_mean,
             ln_misfit_std: error.ln_misfit_std,
+            voltage: error.voltage.as_ref().map(VoltageErrorData::of),
         }
     }
 
@@ -214,6 +237,7 @@ impl UnitErrorData {
             self.coefficients.into_signals(samples, CODE_STEPS).ok_or_else(wrong_size)?;
         let covariance =
             |data: CovarianceData| data.into_covariance(samples).ok_or_else(wrong_size);
+        let voltage = |data: VoltageErrorData| data.into_error(terms).ok_or_else(wrong_size);
         let fits = self.centre.len() == quantities
             && self.spread.len() == quantities
             && coefficients.len() == terms
@@ -233,6 +257,45 @@ impl UnitErrorData {
             in_common: InCommon::of_shares(self.in_common).ok_or_else(wrong_size)?,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,
+            voltage: self.voltage.map(voltage).transpose()?,
+        })
+    }
+}
+
+impl VoltageErrorData {
+    fn of(error: &VoltageError) -> Self {
+        Self {
+            centre: error.centre,
+            spread: error.spread,
+            coefficients: error.coefficients.concat(),
+            covariance: error.covariance.iter().copied().collect(),
+            wide: error.wide.as_ref().map(|wide| wide.iter().copied().collect()),
+            in_common: error.in_common.shares(),
+            ln_left: error.ln_left,
+        }
+    }
+
+    /// `None` where it is not beside so many terms of the current's mean error.
+    fn into_error(self, of_current: usize) -> Option<VoltageError> {
+        let terms = VoltageError::terms_beside(of_current);
+        let covariances = [Some(&self.covariance), self.wide.as_ref()].into_iter().flatten();
+        let is_square = covariances.clone().all(|one| one.len() == FOUND * FOUND);
+        let numbers = covariances.chain([&self.coefficients]).flatten();
+        let pairs = self.centre.iter().chain(&self.spread).chain(&self.ln_left);
+        let fits = self.coefficients.len() == terms * FOUND
+            && is_square
+            && numbers.chain(pairs).all(|number| number.is_finite())
+            && self.spread.iter().all(|spread| *spread > 0.0);
+        fits.then_some(())?;
+        let square = |of: &[f64]| DMatrix::from_column_slice(FOUND, FOUND, of);
+        Some(VoltageError {
+            centre: self.centre,
+            spread: self.spread,
+            coefficients: self.coefficients.chunks_exact(FOUND).map(<[f64]>::to_vec).collect(),
+            covariance: square(&self.covariance),
+            wide: self.wide.as_deref().map(square),
+            in_common: InCommon::of_shares(self.in_common)?,
+            ln_left: self.ln_left,
         })
     }
 }

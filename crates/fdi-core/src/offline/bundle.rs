@@ -19,7 +19,10 @@ use crate::{
     seed::{Purpose, RootSeed},
     simulation::experiment::{Experiment, MASK_POINTS},
     statistics::noise_covariance::unit_noise_covariance,
-    unit::error::{UnitError, UnitErrorError},
+    unit::{
+        error::{UnitError, UnitErrorError},
+        voltage::{VoltageError, VoltageWorth},
+    },
 };
 
 /// Drive's current limit over the noise that a bundle expects on each phase sample when a
@@ -189,6 +192,13 @@ impl Bundle {
     pub fn unit_error_covariance(&self) -> Option<&BandedMatrix> {
         let own = self.units.iter().find(|error| error.start == StartAngle::Zero);
         own.map(|error| &error.covariance)
+    }
+
+    /// Worth of the motor's voltage beside the current, from the bundle's start angle; `None` where the
+    /// bundle has not learnt it.
+    pub fn voltage_worth(&self) -> Option<VoltageWorth> {
+        let own = self.units.iter().find(|error| error.start == StartAngle::Zero)?;
+        own.voltage.as_ref().and_then(VoltageError::worth)
     }
 
     /// Learns a bundle from datasets of an experiment.

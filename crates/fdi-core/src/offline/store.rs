@@ -23,7 +23,7 @@ use flate2::{Compression, bufread::DeflateDecoder, write::DeflateEncoder};
 use sha2::{Digest, Sha256};
 
 /// Version of the container and of the payloads' layout.
-pub const FORMAT_VERSION: u32 = 7;
+pub const FORMAT_VERSION: u32 = 8;
 
 const MAGIC: [u8; 8] = *b"\x89FDI\r\n\x1a\n";
 const CHECKSUM_START: usize = 24;
@@ -302,7 +302,7 @@ mod tests {
         );
         let mut newer = good.clone();
         newer[8] = 9;
-        assert_eq!(message(&newer), "format version 9, this tool reads version 7");
+        assert_eq!(message(&newer), "format version 9, this tool reads version 8");
         let longer = [&good[..], b"xy"].concat();
         assert_eq!(message(&longer), "2 bytes follow the bundle");
         let dataset = encode(Dataset, &sample());

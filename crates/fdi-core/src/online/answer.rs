@@ -62,6 +62,7 @@ impl Run<'_> {
             },
             faults,
             findings: Vec::new(),
+            identifiability: Vec::new(),
             action: None,
             covariance: outcome.posterior.report_covariance(),
             notices,

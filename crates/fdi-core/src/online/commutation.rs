@@ -309,6 +309,7 @@ mod tests {
                 phase_rate_hz: None,
                 sensor_seed: index as u64,
                 content: RecordedContent::Phases,
+                has_voltage: false,
             }
             .record(&experiment, "r")
             .unwrap();

@@ -13,6 +13,7 @@ use crate::{
     online::{
         command_start::CommandStart,
         commutation::{Commutation, MOST_DEVIATION_RAD},
+        motor_voltage::MotorVoltage,
         observation_error::ObservationError,
         ripple::{SamplingInstants, TakenRipple},
         wiring::Wiring,
@@ -65,6 +66,7 @@ pub(crate) struct Observation {
     pub(crate) session: Option<String>,
     /// Temperature of the winding with its standard deviation, where it was read, K.
     pub(crate) winding_temperature_k: Option<(f64, f64)>,
+    pub(crate) motor_voltage: MotorVoltage,
     pub(crate) notices: Vec<Notice>,
 }
 
@@ -96,7 +98,7 @@ fn winding_temperature_k(metadata: &Metadata) -> Option<(f64, f64)> {
 }
 
 /// Lowest rate at which phase currents still show the sectors.
-const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
+pub(super) const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
 /// Currents beyond this many times the controller's limit are in another unit, such as mA.
 const BEYOND_LIMIT: f64 = 10.0;
 /// A sum of the phase currents below this is one that was computed, not measured, A.
@@ -153,6 +155,7 @@ impl Observation {
         }
         notices.append(&mut observation.notices);
         (observation.notices, observation.start) = (notices, start);
+        observation.motor_voltage = MotorVoltage::of(recording, late_s, experiment);
         // a drive computes its own current at its ticks
         if let Current::Phases([phase, ..]) = current
             && let Some(instants) = observation.out_of_step(phase, late_s, experiment)
@@ -258,7 +261,7 @@ impl Observation {
 }
 
 /// The uniform sampling of a channel that is long enough.
-fn uniform_sampling(
+pub(super) fn uniform_sampling(
     recording: &Recording,
     channel: &Channel,
 ) -> Result<Sampling, ObservationError> {
@@ -273,7 +276,7 @@ fn uniform_sampling(
 }
 
 /// Refuses a channel that ends before the command does.
-fn long_enough(
+pub(super) fn long_enough(
     channel: &Channel,
     sampling: &Sampling,
     experiment: &Experiment,
@@ -350,6 +353,7 @@ fn of_phases(
         wiring,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
+        motor_voltage: MotorVoltage::NotRecorded,
         notices: wiring.iter().map(Wiring::notice).collect(),
     })
 }
@@ -587,12 +591,13 @@ fn of_channel(
         wiring: None,
         session: session_of(metadata),
         winding_temperature_k: winding_temperature_k(metadata),
+        motor_voltage: MotorVoltage::NotRecorded,
         notices: Vec::new(),
     }
 }
 
 /// The channel's values at given times, straight between its samples.
-fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
+pub(super) fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
     let (own, values) = (channel.times_s(), channel.values());
     let mut place = 0;
     times_s

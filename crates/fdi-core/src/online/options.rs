@@ -31,6 +31,8 @@ pub struct DiagnoseOptions {
     /// The unit that the recording is of, where it was learnt: levels are changes since its
     /// recordings as new.
     pub unit: Option<Arc<LearntUnit>>,
+    /// True where the answer is to say how well each fault can be told, and what would help.
+    pub identifiability: bool,
     /// Seed of what is random.
     pub seed: u64,
 }
@@ -46,6 +48,7 @@ impl Default for DiagnoseOptions {
             free_start: false,
             tolerance: ToleranceUse::None,
             unit: None,
+            identifiability: false,
             seed: 0,
         }
     }

@@ -71,6 +71,8 @@ pub(crate) struct Plan {
     pub(crate) moves_start: bool,
     /// The unit that the recording is of, where it was learnt.
     pub(crate) unit: Option<Arc<LearntUnit>>,
+    /// True where the answer says how well each fault can be told.
+    pub(crate) identifiability: bool,
     pub(crate) seed: u64,
 }
 
@@ -118,6 +120,7 @@ impl Plan {
             freedom,
             moves_start,
             unit,
+            identifiability: options.identifiability,
             seed,
         })
     }

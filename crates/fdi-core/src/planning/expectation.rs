@@ -20,6 +20,7 @@ use crate::{
         layout::Component,
         quantities::Quantities,
         search::{Observed, expected_evidence},
+        voltage::{SHOWN, VoltageError, VoltageReading},
     },
 };
 
@@ -29,6 +30,12 @@ use super::request::PlanError;
 const KNOWN_SPREADS: f64 = 1e-3;
 /// Spreads to which it is known where nothing was recorded: the information keeps a factor.
 const UNKNOWN_SPREADS: f64 = 1e3;
+
+/// Spread of a number that the voltage shows, between machines.
+const VOLTAGE_SPREAD: f64 = 0.05;
+/// Shares of the error of what a voltage shows that recordings of one unit have in common, near those
+/// of the embedded chirp and of a planned test.
+const VOLTAGE_IN_COMMON: InCommon = InCommon { unit: 0.1, state: 0.35, session: 0.8 };
 
 /// Share of a least standard deviation below which that with a number known is worth telling.
 const NOTABLE_SHARE: f64 = 0.95;
@@ -43,6 +50,8 @@ pub(super) struct Beside {
     pub(super) references: usize,
     /// Standard deviation of the winding's temperature as read, K; `None`: it is not read.
     pub(super) reading_std_k: Option<f64>,
+    /// True where the motor's voltage is recorded.
+    pub(super) has_voltage: bool,
 }
 
 /// Information on what a test shows, and the model's error in it.
@@ -51,6 +60,8 @@ pub(super) struct Worth {
     information: DMatrix<f64>,
     error: DMatrix<f64>,
     in_common: InCommon,
+    /// Information on what the motor's voltage shows.
+    voltage: DMatrix<f64>,
 }
 
 impl Worth {
@@ -74,9 +85,11 @@ impl Worth {
             start_std_s: 0.0,
             damage: &[],
         };
+        let error_of_voltage = error.voltage.as_ref().and_then(VoltageError::information);
         let Evidence { information, error, in_common, .. } =
             expected_evidence(experiment, quantities, &error, &observed)?;
-        Ok(Self { information, error, in_common })
+        let voltage = error_of_voltage.unwrap_or_else(|| DMatrix::zeros(SHOWN, SHOWN));
+        Ok(Self { information, error, in_common, voltage })
     }
 
     /// Worth where every quantity is known to some share of its spread between machines.
@@ -87,7 +100,13 @@ impl Worth {
         };
         let size = spreads.len();
         let information = DMatrix::from_fn(size, size, entry);
-        Self { information, error: DMatrix::zeros(size, size), in_common: InCommon::default() }
+        let known = share * VOLTAGE_SPREAD;
+        Self {
+            information,
+            error: DMatrix::zeros(size, size),
+            in_common: InCommon::default(),
+            voltage: DMatrix::from_diagonal_element(SHOWN, SHOWN, 1.0 / (known * known)),
+        }
     }
 
     /// Worth of knowing exactly all that a current shows.
@@ -106,7 +125,19 @@ impl Worth {
             information: &self.information + &other.information,
             error: &self.error + &other.error,
             in_common: other.in_common,
+            voltage: &self.voltage + &other.voltage,
         }
+    }
+
+    /// Reading of the motor's voltage as it is expected.
+    fn reading(&self, quantities: &Quantities) -> Option<VoltageReading> {
+        let origin = vec![0.0; quantities.layout().len()];
+        Some(VoltageReading {
+            numbers: quantities.volts_at(&origin),
+            by_quantities: DMatrix::zeros(SHOWN, quantities.len()),
+            covariance: self.voltage.clone().cholesky()?.inverse(),
+            in_common: VOLTAGE_IN_COMMON,
+        })
     }
 
     /// Variances of the damage looked for that such recordings leave; `None` where they determine none.
@@ -121,6 +152,7 @@ impl Worth {
             temperature: beside
                 .reading_std_k
                 .map(|std_k| TemperatureReading { away_k: 0.0, std_k }),
+            voltage: if beside.has_voltage { Some(self.reading(quantities)?) } else { None },
             unmodelled: Vec::new(),
         };
         let of_session = |session: usize| OfUnit {
@@ -168,8 +200,8 @@ pub(super) fn spreads(
 
 /// Least standard deviations that any test of a current leaves.
 pub(super) struct Least {
-    /// Without a thermometer and with one.
-    all: [Stds; 2],
+    /// Alone, with a thermometer, with the motor's voltage.
+    all: [Stds; 3],
     /// Without a thermometer, each number with a tolerance known in turn.
     known: Vec<(String, Stds)>,
 }
@@ -179,7 +211,7 @@ impl Least {
     pub(super) fn of(
         experiment: &Experiment,
         model: &Model,
-        beside: &[Beside; 2],
+        beside: &[Beside; 3],
         root: RootSeed,
     ) -> Option<Self> {
         let of = |experiment: &Experiment| {
@@ -187,7 +219,7 @@ impl Least {
             let spreads = spreads(experiment, &quantities, root);
             (Worth::of_everything(&spreads), quantities)
         };
-        let [alone, read] = beside;
+        let [alone, read, voltage] = beside;
         let mut keys: Vec<&str> = model.tolerance.iter().map(ema_sim::Tolerance::key).collect();
         keys.sort_unstable();
         keys.dedup();
@@ -199,12 +231,16 @@ impl Least {
         };
         let (worth, quantities) = of(experiment);
         Some(Self {
-            all: [worth.stds(&quantities, alone)?, worth.stds(&quantities, read)?],
+            all: [
+                worth.stds(&quantities, alone)?,
+                worth.stds(&quantities, read)?,
+                worth.stds(&quantities, voltage)?,
+            ],
             known: keys.into_iter().filter_map(known).collect(),
         })
     }
 
-    pub(super) fn stds(&self) -> [&Stds; 2] {
+    pub(super) fn stds(&self) -> [&Stds; 3] {
         self.all.each_ref()
     }
 

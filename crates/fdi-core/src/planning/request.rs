@@ -22,6 +22,8 @@ pub struct PlanRequest {
     pub reading_std_k: f64,
     /// True where the winding's temperature will be read: the test is planned for it.
     pub is_read: bool,
+    /// True where the motor's voltage will be recorded: the test is planned for it.
+    pub has_voltage: bool,
     /// Load on the surface, N·m.
     pub load_n_m: f64,
     /// Limits of the motions.

@@ -50,6 +50,10 @@ const KINDS: [FaultId; 4] = [FaultId::K1, FaultId::K2, FaultId::K3, FaultId::K6]
 const PHASES: [ChannelName; 3] =
     [ChannelName::PhaseACurrent, ChannelName::PhaseBCurrent, ChannelName::PhaseCCurrent];
 
+/// Channels that a voltage of the motor comes in.
+const VOLTAGES: [ChannelName; 3] =
+    [ChannelName::MotorVoltage, ChannelName::QAxisVoltage, ChannelName::Duty];
+
 /// Simulated tests of a unit.
 pub(super) struct Tests<'a> {
     diagnoser: &'a Diagnoser,
@@ -173,6 +177,7 @@ impl<'a> Tests<'a> {
             phase_rate_hz: Some(seen.phase_rate_hz),
             sensor_seed: own.derive(Purpose::SensorNoise, 0),
             content,
+            has_voltage: VOLTAGES.iter().any(|&name| self.like.channel(name).is_some()),
             // the model has these
             faults: *damage,
             imperfections: scenario.imperfections,
@@ -186,6 +191,9 @@ impl<'a> Tests<'a> {
                 }
                 Acts::PhaseOffset(phase) => {
                     trace.phase_currents_a[phase].iter_mut().for_each(|x| *x += value);
+                }
+                Acts::VoltageGain => {
+                    trace.motor_voltage_v.iter_mut().for_each(|x| *x *= 1.0 + value);
                 }
                 _ => {}
             }

@@ -30,6 +30,7 @@ pub(crate) fn sampled_at(
         motor_angle_rad: logged.motor_angle_rad,
         motor_speed_rad_per_s: straight(&trace.motor_speed_rad_per_s),
         surface_angle_rad: straight(&trace.surface_angle_rad),
+        motor_voltage_v: straight(&trace.motor_voltage_v),
         ..trace.clone()
     };
     Ok((trace, sampled))

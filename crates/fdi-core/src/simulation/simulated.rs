@@ -1,8 +1,8 @@
 //! Recordings of simulated actuators, as a test bench would have made them.
 
 use ema_sim::{
-    Envelope, FaultCoordinates, HighFidelity, HighFidelityTrace, Imperfections, PhaseSensors,
-    PhysicalFaults, Scenario, SimulationError, VisitedRange,
+    Commutation, Envelope, FaultCoordinates, HighFidelity, HighFidelityTrace, Imperfections,
+    PhaseSensors, PhysicalFaults, Scenario, SimulationError, VisitedRange,
 };
 
 use recordings::{Channel, ChannelName, CommandSource, Metadata, RecordError, Recording};
@@ -38,6 +38,9 @@ pub struct SimulatedRecording {
     pub sensor_seed: u64,
     /// Content of the file.
     pub content: RecordedContent,
+    /// True where the voltage that the drive puts on the motor is recorded beside currents at the rate
+    /// of the phases: along the quadrature axis of a field-oriented drive.
+    pub has_voltage: bool,
 }
 
 /// Content of a simulated recording.
@@ -158,6 +161,13 @@ impl SimulatedRecording {
         let [a, b, c] = &trace.phase_currents_a;
         trace.phase_currents_a = self.sensors.measure([a, b, c], self.sensor_seed);
         let rate_hz = trace.rate_hz;
+        let voltage = self.has_voltage.then(|| {
+            let name = match experiment.actuator.inverter.commutation {
+                Commutation::FieldOriented => ChannelName::QAxisVoltage,
+                _ => ChannelName::MotorVoltage,
+            };
+            (name, core::mem::take(&mut trace.motor_voltage_v))
+        });
         let metadata = Metadata {
             command: Some(command_source(experiment)),
             rate_hz: Some(rate_hz),
@@ -172,6 +182,7 @@ impl SimulatedRecording {
                 (ChannelName::MotorAngle, trace.motor_angle_rad),
             ]
             .into_iter()
+            .chain(voltage)
             .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values))
             .collect::<Result<Vec<_>, _>>()?;
             if experiment.name == RECORDED {
@@ -186,9 +197,11 @@ impl SimulatedRecording {
             let channels = [
                 (ChannelName::QAxisCurrent, quadrature_a),
                 (ChannelName::MotorAngle, trace.motor_angle_rad),
-            ]
-            .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values));
-            let channels = channels.into_iter().collect::<Result<Vec<_>, _>>()?;
+            ];
+            let channels = channels.into_iter().chain(voltage);
+            let channels = channels
+                .map(|(channel, values)| Channel::uniform(channel, 0.0, rate_hz, values))
+                .collect::<Result<Vec<_>, _>>()?;
             return Ok(Recording::new(name, metadata, channels)?);
         }
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);

@@ -17,9 +17,9 @@ use crate::{
     unit::{
         error::UnitError,
         finding::{Findings, History, Since},
-        joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
+        joint::{DamageFit, Joint, OfUnit},
         layout::Layout,
-        learnt_unit::{Earlier, Learnt, LearntUnit},
+        learnt_unit::LearntUnit,
         quantities::Quantities,
         search::{Explained, Observed, UnitFit, UnitSearchError, explain},
     },
@@ -163,7 +163,16 @@ impl<'a> Run<'a> {
             // there the model's own error may have the form of anything
             fit.evidence.unmodelled.clear();
         }
-        let (answer, posterior) = self.unit_answer(error, &quantities, noise, &fit)?;
+        let told = if is_adequate(error, &fit) {
+            self.read_voltage(error, &quantities, start_angle_rad, &mut fit)?
+        } else {
+            Vec::new()
+        };
+        let (mut answer, posterior) = self.unit_answer(error, &quantities, noise, &fit)?;
+        answer.notices.extend(told);
+        if self.plan.identifiability && answer.is_believed() {
+            answer.identifiability = self.identifiability(error, &quantities, &fit);
+        }
         let (is_to_the_noise, late_s) = (is_adequate(error, &fit), fit.late_s);
         Ok(Within { answer, posterior, is_to_the_noise, late_s })
     }
@@ -242,6 +251,7 @@ impl<'a> Run<'a> {
             },
             faults,
             findings,
+            identifiability: Vec::new(),
             action: None,
             covariance: posterior.report_covariance(),
             notices,
@@ -258,24 +268,18 @@ impl<'a> Run<'a> {
         quantities: &'q Quantities,
         fit: &'q UnitFit,
     ) -> Result<(History<'q>, DamageFit), DiagnoseError> {
-        let session = self.observation.session.as_deref();
-        let test = OfTest::only(quantities);
-        let earlier = unit.map(|unit| Earlier::of(&[Learnt { unit, test }], &[session]));
         if let Some(known) = unit.and_then(|unit| unit.with_evidence(&fit.evidence)) {
             return Err(DiagnoseError::OwnReference { learnt_as: known.name.clone() });
         }
-        let own = OfUnit {
-            evidence: &fit.evidence,
-            test,
-            session: earlier.as_ref().map_or(0, |earlier| earlier.sessions[0]),
-            wear: Wear::AsNew,
-            replaced: unit.map(|unit| unit.replaced).unwrap_or_default(),
-        };
-        let others = earlier.as_ref().map_or(&[][..], |earlier| &earlier.others);
-        let joint = Joint::new(others, &[own], &fit.point);
-        let joint = joint.ok_or(UnitSearchError::Undetermined)?;
+        let placed = self.placed(unit, quantities, &fit.evidence);
+        let joint = placed.joint(&fit.point).ok_or(UnitSearchError::Undetermined)?;
         let alone = DamageFit::from(fit);
-        let Some(Earlier { worn, nth, .. }) = earlier else {
+        let Some((worn, nth)) = placed.worn else {
+            // the search has seen the current alone
+            let alone = match fit.evidence.voltage {
+                Some(_) => joint.damage().ok_or(UnitSearchError::Undetermined)?,
+                None => alone,
+            };
             return Ok((History { joint, worn: None, since: Since::AsBuilt, nth: 1 }, alone));
         };
         let damage = DamageFit {
@@ -283,8 +287,8 @@ impl<'a> Run<'a> {
             known_numbers: alone.known_numbers,
             ..joint.damage().ok_or(UnitSearchError::Undetermined)?
         };
-        let own = OfUnit { wear: worn, ..own };
-        let worn = (nth > 1).then(|| Joint::worn(others, &[own], &fit.point)).flatten();
+        let own = OfUnit { wear: worn, ..placed.own };
+        let worn = (nth > 1).then(|| Joint::worn(&placed.others, &[own], &fit.point)).flatten();
         Ok((History { joint, worn, since: Since::References, nth }, damage))
     }
 }

@@ -98,14 +98,23 @@ pub(crate) fn draw(
     (0..units).map(one).collect()
 }
 
-/// The signals of units in high fidelity, sensors without error, A.
-pub(crate) fn signals(
+/// A unit in high fidelity, sensors of the current without error.
+#[derive(Clone, Debug)]
+pub(crate) struct SimulatedUnit {
+    /// Filtered envelope, A.
+    pub(crate) signal_a: Vec<f64>,
+    /// Filtered voltage of the motor as it is measured, V; `None` where the drive's current loop makes none.
+    pub(crate) voltage_v: Option<Vec<f64>>,
+}
+
+/// Units in high fidelity.
+pub(crate) fn simulated(
     experiment: &Experiment,
     layout: &Layout,
     units: &[Unit],
     jobs: usize,
-) -> Result<Vec<Vec<f64>>, SimulationError> {
-    let one = |_: usize, unit: &Unit| -> Result<Vec<f64>, SimulationError> {
+) -> Result<Vec<SimulatedUnit>, SimulationError> {
+    let one = |_: usize, unit: &Unit| -> Result<SimulatedUnit, SimulationError> {
         let machine = built(experiment, layout, &unit.point);
         let scenario = Scenario {
             imperfections: Imperfections::REAL,
@@ -115,7 +124,15 @@ pub(crate) fn signals(
         let scenario = scenario.turned_to(unit.start_angle_rad);
         let model = HighFidelity::new(&machine.actuator, &scenario)?;
         let model = model.with_effects(&experiment.effects)?;
-        Ok(experiment.high_fidelity_signal(&model, &machine.faults))
+        let trace = model.simulate(&machine.faults);
+        let envelope_a = trace.envelope_a(experiment.envelope, machine.actuator.motor.pole_pairs);
+        let filtered = |channel: &[f64]| experiment.filter.apply(channel, trace.rate_hz);
+        let has_voltage = !trace.motor_voltage_v.is_empty();
+        let gains = layout.at(&unit.point).filter(|(one, _)| matches!(one.acts, Acts::VoltageGain));
+        let gain: f64 = gains.map(|(_, value)| 1.0 + value).product();
+        let measured = || trace.motor_voltage_v.iter().map(|v| gain * v).collect::<Vec<_>>();
+        let voltage_v = has_voltage.then(|| filtered(&measured()));
+        Ok(SimulatedUnit { signal_a: filtered(&envelope_a), voltage_v })
     };
     in_parallel(units, jobs, one)
 }
@@ -154,6 +171,7 @@ pub(crate) fn built(experiment: &Experiment, layout: &Layout, point: &[f64]) -> 
             Acts::EccentricitySin => sin += value,
             Acts::PhaseGain(_)
             | Acts::PhaseOffset(_)
+            | Acts::VoltageGain
             | Acts::Temperature
             | Acts::Coefficient(_)
             | Acts::Other(_) => {}

@@ -11,19 +11,13 @@
 //! a little, and a wide play is crossed for longer: `S` is learnt on machines with a narrow play and on
 //! machines with a wide one, and mixed between them.
 //!
+//! The motor's voltage of the same units tells how far the numbers that it shows are off (`voltage`).
+//!
 //! # Source
 //!
-//! Ridge regression and leave-one-out residuals: Hastie, Tibshirani and Friedman, *The Elements of
-//! Statistical Learning*, 3.4 and 7.10; shrinkage of each slope: James and Stein, Proc. 4th Berkeley
-//! Symposium 1, 1961.
+//! Trends and what is left beside them: `trend`.
 
 use std::borrow::Cow;
-
-use ema_sim::SimulationError;
-use inference::{
-    BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, gaspari_cohn, tapered_covariance,
-};
-use nalgebra::DMatrix;
 
 use crate::{
     offline::{
@@ -34,20 +28,22 @@ use crate::{
     seed::{Draws, Purpose, RootSeed},
     simulation::experiment::Experiment,
     unit::{
-        design::{Session, Unit, draw, signals},
+        design::{Session, Unit, draw, simulated},
         evidence::InCommon,
         monitor::UnitMonitor,
         quantities::{Bent, Quantities},
+        trend::{FARTHEST, LEAST_MACHINES, Rows, trend},
+        voltage::{UnitVoltages, VoltageError, VoltageRun},
     },
+};
+use ema_sim::SimulationError;
+use inference::{
+    BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, gaspari_cohn, tapered_covariance,
 };
 
 /// Time that the taper of the covariance reaches, s: an electrical revolution of the fast part of
 /// a test; longer ones make diagnoses of units left out no better.
 const TAPER_S: f64 = 0.03;
-/// Weight of a slope of no error, in units drawn.
-const RIDGE: f64 = 0.3;
-/// Spreads beyond which the trend is not followed.
-const FARTHEST: f64 = 4.0;
 /// Play over that as built from which a machine's covariance is that of a wide play, and the half-width
 /// over which the two are mixed.
 const WIDE_PLAY: f64 = 2.0;
@@ -55,8 +51,6 @@ const PLAY_BLEND: f64 = 0.5;
 /// Shares of a guessed error that recordings of one unit have in common, near those of the embedded
 /// bundles.
 const GUESSED_IN_COMMON: InCommon = InCommon { unit: 0.1, state: 0.2, session: 0.55 };
-/// Machines of either play from which both have a covariance of their own.
-const LEAST_MACHINES: usize = 100;
 
 /// Why the error on units could not be learnt.
 #[derive(Debug, thiserror::Error)]
@@ -90,6 +84,8 @@ pub(crate) struct UnitError {
     pub(crate) ln_misfit_mean: f64,
     /// Standard deviation of ln(misfit) of units left out.
     pub(crate) ln_misfit_std: f64,
+    /// Error of what the motor's voltage shows, where the drive has one.
+    pub(crate) voltage: Option<VoltageError>,
 }
 
 impl UnitError {
@@ -105,9 +101,9 @@ impl UnitError {
         let quantities = Quantities::new(experiment);
         let drawn = |session| {
             let units = draw(experiment, quantities.layout(), start, session, root);
-            differences(experiment, &quantities, &units, jobs)
+            compared(experiment, &quantities, &units, jobs)
         };
-        let (at, differences) = drawn(Session::First)?;
+        let Compared { at, differences, voltages } = drawn(Session::First)?;
         let (centre, spread) = centre_and_spread(&at);
         let mut learnt = Self::unlearnt(&quantities, start, centre, spread);
         let terms: Vec<Vec<f64>> = at.iter().map(|at| learnt.terms(at)).collect();
@@ -117,18 +113,33 @@ impl UnitError {
         learnt.learn_misfits(&at, &residuals, unit_noise, noise_a, root)?;
         let factors = learnt.factors(&unit_noise.scaled(noise_a * noise_a));
         let factors = factors.map_err(ErrorModelError::from)?;
-        let in_common = |session| -> Result<f64, UnitErrorError> {
-            let (again_at, mut again) = drawn(session)?;
+        let bent = |at: &Rows| at.iter().map(|at| learnt.terms(at)).collect::<Vec<_>>();
+        let is_wide: Vec<bool> = at.iter().map(|at| learnt.is_wide(at)).collect();
+        let mut volts = VoltageError::learn(&bent(&at), &is_wide, &voltages)?;
+        let in_common = |session| -> Result<[f64; 2], UnitErrorError> {
+            let Compared { at: again_at, differences: mut again, voltages } = drawn(session)?;
             for (at, difference) in again_at.iter().zip(&mut again) {
                 learnt.take_mean(at, difference);
             }
-            Ok(learnt.in_common(&at, &residuals, &again, &factors))
+            let of_voltage = volts.as_ref().and_then(|(error, first)| {
+                error.share_in_common(
+                    &is_wide,
+                    first,
+                    &error.beside_mean(&bent(&again_at), &voltages)?,
+                )
+            });
+            let of_current = learnt.in_common(&at, &residuals, &again, &factors);
+            Ok([of_current, of_voltage.unwrap_or_default()])
         };
-        learnt.in_common = InCommon::nested(
-            in_common(Session::Undamaged)?,
-            in_common(Session::Second)?,
-            in_common(Session::Again)?,
-        );
+        let unit = in_common(Session::Undamaged)?;
+        let state = in_common(Session::Second)?;
+        let session = in_common(Session::Again)?;
+        let nested = |of: usize| InCommon::nested(unit[of], state[of], session[of]);
+        if let Some((error, _)) = &mut volts {
+            error.in_common = nested(1);
+        }
+        learnt.in_common = nested(0);
+        learnt.voltage = volts.map(|(error, _)| error);
         Ok(learnt)
     }
 
@@ -147,12 +158,15 @@ impl UnitError {
     ) -> Result<Self, UnitErrorError> {
         let start = StartAngle::Zero;
         let units = draw(experiment, quantities.layout(), start, Session::Undamaged, root);
-        let (at, differences) = differences(experiment, quantities, &units, jobs)?;
+        let Compared { at, differences, voltages } =
+            compared(experiment, quantities, &units, jobs)?;
         let (centre, spread) = drawn_spread(experiment, quantities, root);
         let mut guessed = Self::unlearnt(quantities, start, centre, spread);
         let straight = |at: &Vec<f64>| [vec![1.0], guessed.away(at)].concat();
-        let (coefficients, residuals) =
-            trend(&at.iter().map(straight).collect::<Vec<_>>(), &differences)?;
+        let terms: Vec<Vec<f64>> = at.iter().map(straight).collect();
+        let (coefficients, residuals) = trend(&terms, &differences)?;
+        guessed.voltage =
+            VoltageError::learn(&terms, &vec![false; at.len()], &voltages)?.map(|(error, _)| error);
         let support = taper_samples(experiment.filter.output_hz);
         guessed.coefficients = coefficients;
         guessed.covariance = sized_covariance(&residuals, support);
@@ -178,6 +192,7 @@ impl UnitError {
             in_common: InCommon::default(),
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,
+            voltage: None,
         }
     }
 
@@ -299,7 +314,7 @@ impl UnitError {
     }
 
     /// The terms of the trend at some quantities.
-    fn terms(&self, at: &[f64]) -> Vec<f64> {
+    pub(crate) fn terms(&self, at: &[f64]) -> Vec<f64> {
         let away: Vec<f64> =
             self.away(at).into_iter().map(|x| x.clamp(-FARTHEST, FARTHEST)).collect();
         let mut terms = vec![1.0];
@@ -333,22 +348,45 @@ impl UnitError {
     }
 }
 
-/// The quantities of units, and high less low fidelity of each, A.
-fn differences(
+/// Units in both fidelities.
+struct Compared {
+    /// The quantities of each.
+    at: Rows,
+    /// High less low fidelity of each, A.
+    differences: Rows,
+    voltages: UnitVoltages,
+}
+
+/// Simulates units in both fidelities.
+fn compared(
     experiment: &Experiment,
     quantities: &Quantities,
     units: &[Unit],
     jobs: usize,
-) -> Result<(Rows, Rows), SimulationError> {
-    let mut differences = signals(experiment, quantities.layout(), units, jobs)?;
+) -> Result<Compared, SimulationError> {
     let at: Rows = units.iter().map(|unit| quantities.at(&unit.point)).collect();
-    for ((difference, unit), at) in differences.iter_mut().zip(units).zip(&at) {
+    let simulated = simulated(experiment, quantities.layout(), units, jobs)?;
+    let (mut differences, mut voltages) = (Vec::new(), UnitVoltages::default());
+    for ((high, unit), at) in simulated.into_iter().zip(units).zip(&at) {
         let monitor = UnitMonitor::new(experiment, quantities, unit.start_angle_rad);
-        for (value, low) in difference.iter_mut().zip(monitor.signal(at)?) {
+        let (trace, machine) = monitor.run(at)?;
+        let mut difference = high.signal_a;
+        for (value, low) in difference.iter_mut().zip(monitor.filtered(&trace.current_a)) {
             *value -= low;
         }
+        differences.push(difference);
+        let fit = high.voltage_v.and_then(|voltage_v| {
+            let filtered = |channel: &[f64]| monitor.filtered(channel);
+            let run = VoltageRun { trace: &trace, machine: &machine, experiment };
+            run.filtered(filtered).fit(&voltage_v)
+        });
+        voltages.fits.push(fit);
+        // the model's current is the true one here, whatever its sensors' gains
+        let mut shown = quantities.volts_at(&unit.point);
+        shown[1] += quantities.mean_phase_gain(&unit.point);
+        voltages.shown.push(shown);
     }
-    Ok((at, differences))
+    Ok(Compared { at, differences, voltages })
 }
 
 /// Mean and standard deviation of each quantity over units.
@@ -410,55 +448,6 @@ fn sized_covariance(residuals: &[Vec<f64>], support: usize) -> BandedMatrix {
     covariance
 }
 
-/// A row a term or a unit.
-type Rows = Vec<Vec<f64>>;
-
-/// Coefficients of the trend, and what each unit's difference is off the trend of the others.
-fn trend(terms: &[Vec<f64>], differences: &[Vec<f64>]) -> Result<(Rows, Rows), ErrorModelError> {
-    let (count, width) = (terms.len(), terms.first().map_or(1, Vec::len));
-    if count < 2 * width {
-        return Err(ErrorModelError::TooFewSignals { found: count, needed: width });
-    }
-    let design = DMatrix::from_fn(count, width, |row, term| terms[row][term]);
-    let mut gram = design.tr_mul(&design);
-    for term in 1..width {
-        gram[(term, term)] += RIDGE;
-    }
-    let inverse = gram.cholesky().ok_or(ErrorModelError::DegenerateConditions)?.inverse();
-    let pseudo = &inverse * design.transpose();
-    let samples = differences[0].len();
-    let sum = |weights: &mut dyn Iterator<Item = f64>, rows: &[Vec<f64>]| {
-        let mut sum = vec![0.0; samples];
-        for (weight, row) in weights.zip(rows) {
-            add_scaled(&mut sum, weight, row);
-        }
-        sum
-    };
-    let coefficients: Rows =
-        (0..width).map(|term| sum(&mut pseudo.row(term).iter().copied(), differences)).collect();
-    let residual = |row: usize| {
-        let leverage = design.row(row).transpose().dot(&pseudo.column(row));
-        let fitted = sum(&mut terms[row].iter().copied(), &coefficients);
-        let left_out = 1.0 / (1.0 - leverage).max(f64::EPSILON);
-        differences[row].iter().zip(fitted).map(|(y, f)| left_out * (y - f)).collect()
-    };
-    let residuals: Rows = (0..count).map(residual).collect();
-    let scatter = residuals.iter().map(|r| dot(r, r)).sum::<f64>() / count as f64;
-    let shrunk = |(term, mut row): (usize, Vec<f64>)| {
-        // of a slope that is nothing but noise nothing stays
-        let noise = inverse[(term, term)] * scatter;
-        let share = (1.0 - noise / dot(&row, &row).max(f64::MIN_POSITIVE)).max(0.0);
-        if term > 0 {
-            for value in &mut row {
-                *value *= share;
-            }
-        }
-        row
-    };
-    let coefficients = coefficients.into_iter().enumerate().map(shrunk).collect();
-    Ok((coefficients, residuals))
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -476,6 +465,7 @@ pub(crate) mod tests {
             in_common: InCommon::default(),
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,
+            voltage: None,
         }
     }
 }

@@ -10,7 +10,9 @@
 //! used; the signal's dependence on `q` is straight about `q₀`.
 
 use ema_sim::EffectId;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+
+use crate::unit::voltage::VoltageReading;
 
 /// Information on what does not show, over the most that there is.
 const LEAST_INFORMATION: f64 = 1e-10;
@@ -32,6 +34,8 @@ pub(crate) struct Evidence {
     pub(crate) in_common: InCommon,
     /// Temperature of the winding, where it was read.
     pub(crate) temperature: Option<TemperatureReading>,
+    /// Numbers that the motor's voltage shows, where it was recorded.
+    pub(crate) voltage: Option<VoltageReading>,
     /// Effects that the model file does not have and that the residual has the form of; none where
     /// damage is beyond that of the machines whose error was learnt.
     pub(crate) unmodelled: Vec<EffectId>,
@@ -94,10 +98,13 @@ pub(crate) struct TemperatureReading {
     pub(crate) std_k: f64,
 }
 
-/// Evidence as white numbers.
+/// Evidence as white numbers: those of the current, then those of the voltage.
 #[derive(Clone, Debug)]
 pub(crate) struct WhiteEvidence {
+    /// All that the current shows, then what the voltage does.
     at: Vec<f64>,
+    /// Change of what the voltage shows by each quantity at which it is found, where it was recorded.
+    pub(crate) voltage_by: Option<DMatrix<f64>>,
     /// `Lᵀ`.
     upper: DMatrix<f64>,
     /// `L⁻¹·g`.
@@ -128,8 +135,17 @@ impl Evidence {
     /// ```
     ///
     /// with `β` normal: one for all recordings of the unit, one for those of a state of health, one
-    /// for those of a session; `None` where the form is not finite.
-    pub(crate) fn white(&self, in_common: InCommon) -> Option<WhiteEvidence> {
+    /// for those of a session. The numbers of the voltage, whose error is all learnt (`K = 1`), follow
+    /// those of the current. `None` where the form is not finite.
+    pub(crate) fn white(&self, with: With) -> Option<WhiteEvidence> {
+        let mut white = self.white_current(self.in_common.with(with))?;
+        if let Some(voltage) = &self.voltage {
+            white.append(voltage.white(voltage.in_common.with(with))?);
+        }
+        Some(white)
+    }
+
+    fn white_current(&self, in_common: InCommon) -> Option<WhiteEvidence> {
         // what does not show at `q₀`, such as a static friction below the kinetic one, gets next to
         // no information in place of none, so that there is a factor
         let mut information = self.information.clone();
@@ -142,7 +158,8 @@ impl Evidence {
         let (at, temperature) = (self.at.clone(), self.temperature);
         if in_common.session == 0.0 {
             let (upper, in_common) = (lower.transpose(), [None, None, None]);
-            return Some(WhiteEvidence { at, upper, white, in_common, temperature });
+            let voltage_by = None;
+            return Some(WhiteEvidence { at, voltage_by, upper, white, in_common, temperature });
         }
         let half = lower.solve_lower_triangular(&self.error)?;
         let share = lower.solve_lower_triangular(&half.transpose())?;
@@ -162,22 +179,72 @@ impl Evidence {
             upper: &apart * lower.transpose(),
             white: &apart * white,
             in_common: additions,
+            voltage_by: None,
             at,
             temperature,
         })
     }
 }
 
+impl VoltageReading {
+    /// The numbers of the voltage as white ones.
+    fn white(&self, in_common: InCommon) -> Option<WhiteEvidence> {
+        let lower = self.covariance.clone().cholesky().as_ref().map(Cholesky::<f64, Dyn>::l)?;
+        let session = in_common.session.min(MOST_SHARED);
+        let apart = 1.0 / (1.0 - session).sqrt();
+        let upper = apart * lower.try_inverse()?;
+        let size = self.numbers.len();
+        let (unit, state) = (in_common.unit.min(session), in_common.state.min(session));
+        let in_common = [unit, state - unit, session - state].map(|share| {
+            (share > 0.0).then(|| DMatrix::from_diagonal_element(size, size, apart * share.sqrt()))
+        });
+        Some(WhiteEvidence {
+            at: self.numbers.to_vec(),
+            voltage_by: Some(self.by_quantities.clone()),
+            white: DVector::zeros(size),
+            upper,
+            in_common,
+            temperature: None,
+        })
+    }
+}
+
+/// A matrix with another below and to the right of it.
+fn beside(first: &DMatrix<f64>, second: &DMatrix<f64>) -> DMatrix<f64> {
+    let [(rows, columns), (more_rows, more_columns)] = [first.shape(), second.shape()];
+    let mut both = DMatrix::zeros(rows + more_rows, columns + more_columns);
+    both.view_mut((0, 0), (rows, columns)).copy_from(first);
+    both.view_mut((rows, columns), (more_rows, more_columns)).copy_from(second);
+    both
+}
+
 impl WhiteEvidence {
+    /// Puts the white numbers of a voltage behind those of the current.
+    fn append(&mut self, other: Self) {
+        let sizes = [self.white.len(), other.white.len()];
+        let [own, others] = sizes.map(|size| DMatrix::zeros(size, size));
+        for (first, second) in self.in_common.iter_mut().zip(&other.in_common) {
+            if first.is_some() || second.is_some() {
+                let first_part = first.as_ref().unwrap_or(&own);
+                *first = Some(beside(first_part, second.as_ref().unwrap_or(&others)));
+            }
+        }
+        self.upper = beside(&self.upper, &other.upper);
+        self.at.extend(other.at);
+        self.white.extend(other.white.iter().copied());
+        self.voltage_by = other.voltage_by;
+    }
+
     /// White numbers of a form.
     pub(crate) fn len(&self) -> usize {
         self.white.len()
     }
 
     /// Addition of one unit of an error of the model in common; `None` where no other recording has
-    /// it.
+    /// it, or this one has not.
     pub(crate) fn addition(&self, to: CommonTo, error: usize) -> Option<DVector<f64>> {
-        Some(self.in_common[to as usize].as_ref()?.column(error).into_owned())
+        let additions = self.in_common[to as usize].as_ref()?;
+        (error < additions.ncols()).then(|| additions.column(error).into_owned())
     }
 
     /// White residual at what a signal shows, without the errors in common.

@@ -9,6 +9,7 @@ use crate::{
         evidence::{Evidence, InCommon, TemperatureReading},
         layout::Component,
         learnt_unit::{LearntUnit, UnitRecording, UnitState},
+        voltage::{SHOWN, VoltageReading},
     },
 };
 
@@ -38,8 +39,48 @@ struct RecordingData {
     in_common: [f64; 3],
     /// Temperature of the winding beyond that of the model file, K, and its standard deviation.
     temperature_k: Option<[f64; 2]>,
+    voltage: Option<VoltageData>,
     /// Symbols of effects that the residual has the form of.
     unmodelled: Vec<String>,
+}
+
+/// Numbers that a voltage shows.
+#[derive(Encode, Decode)]
+struct VoltageData {
+    numbers: [f64; SHOWN],
+    /// A column a quantity.
+    by_quantities: Vec<f64>,
+    /// Row by row.
+    covariance: Vec<f64>,
+    in_common: [f64; 3],
+}
+
+impl VoltageData {
+    fn of(reading: &VoltageReading) -> Self {
+        Self {
+            numbers: reading.numbers,
+            by_quantities: reading.by_quantities.iter().copied().collect(),
+            covariance: reading.covariance.iter().copied().collect(),
+            in_common: reading.in_common.shares(),
+        }
+    }
+
+    /// `None` where it is no reading beside so many numbers that the current shows.
+    fn into_reading(self, shown: usize) -> Option<VoltageReading> {
+        let mut numbers = self.numbers.iter().chain(&self.covariance).chain(&self.by_quantities);
+        let quantities = self.by_quantities.len() / SHOWN;
+        let fits = self.covariance.len() == SHOWN * SHOWN
+            && self.by_quantities.len() == quantities * SHOWN
+            && quantities <= shown
+            && numbers.all(|x| x.is_finite());
+        fits.then_some(())?;
+        Some(VoltageReading {
+            numbers: self.numbers,
+            by_quantities: DMatrix::from_column_slice(SHOWN, quantities, &self.by_quantities),
+            covariance: DMatrix::from_column_slice(SHOWN, SHOWN, &self.covariance),
+            in_common: InCommon::of_shares(self.in_common)?,
+        })
+    }
 }
 
 impl RecordingData {
@@ -62,6 +103,7 @@ impl RecordingData {
             error: lower(&evidence.error),
             in_common: evidence.in_common.shares(),
             temperature_k,
+            voltage: evidence.voltage.as_ref().map(VoltageData::of),
             unmodelled: evidence.unmodelled.iter().map(|id| id.info().symbol.to_owned()).collect(),
         }
     }
@@ -90,6 +132,10 @@ impl RecordingData {
         };
         let (information, error) = (whole(&self.information), whole(&self.error));
         let in_common = InCommon::of_shares(self.in_common)?;
+        let voltage = match self.voltage {
+            Some(data) => Some(data.into_reading(rows)?),
+            None => None,
+        };
         let (at, descent, temperature) = (self.at, self.descent, read);
         Some(UnitRecording {
             evidence: Evidence {
@@ -99,6 +145,7 @@ impl RecordingData {
                 error,
                 in_common,
                 temperature,
+                voltage,
                 unmodelled,
             },
             name: self.name,

@@ -93,7 +93,7 @@ pub(crate) struct Findings {
 impl Findings {
     /// Findings of damage that recordings of a unit show together.
     pub(crate) fn of(layout: &Layout, history: &History<'_>, damage: &DamageFit) -> Self {
-        let directions = directions(layout);
+        let directions = directions(layout, history.joint.has_voltage());
         let tests = if history.worn.is_some() { 2.0 } else { 1.0 };
         let rate = history.rate() / (tests * directions.len().max(1) as f64);
         let estimate = DVector::from_column_slice(&damage.estimate);
@@ -171,12 +171,19 @@ impl Direction {
 const REFERENCES: [&str; 2] = ["recordings of the same unit as new", "recordings of other days"];
 
 const REFERENCES_OR_A_THERMOMETER: [&str; 2] = [
+    "recordings of the same unit as new, or the winding's temperature",
+    "the winding's temperature, or recordings of other days",
+];
+
+const REFERENCES_OR_READINGS: [&str; 2] = [
     "recordings of the same unit as new, the winding's temperature, or the motor's voltage",
     "the winding's temperature, or the motor's voltage",
 ];
 
-/// The directions that a test of a machine can show.
-fn directions(layout: &Layout) -> Vec<Direction> {
+/// The directions that a test of a machine can show, with the motor's voltage or without.
+fn directions(layout: &Layout, has_voltage: bool) -> Vec<Direction> {
+    let thermometer =
+        if has_voltage { REFERENCES_OR_A_THERMOMETER } else { REFERENCES_OR_READINGS };
     let count = layout.sought.len();
     let along = |pairs: &[(usize, f64)]| {
         let mut weights = vec![0.0; count];
@@ -239,7 +246,7 @@ fn directions(layout: &Layout) -> Vec<Direction> {
             weights: vec![along(&pairs)],
             // which of the phases it is, imbalances say
             faults: Vec::new(),
-            would_tell: REFERENCES_OR_A_THERMOMETER,
+            would_tell: thermometer,
         });
     }
     if ECCENTRICITY.into_iter().all(has) {

@@ -132,13 +132,44 @@ impl<'a> Seen<'a> {
     /// `None` where the evidence is not finite.
     fn of(one: &OfUnit<'a>, is_diagnosed: bool, with: With, readings: usize) -> Option<Self> {
         let &OfUnit { evidence, test, session, replaced, wear } = one;
-        let mut evidence = evidence.white(evidence.in_common.with(with))?;
+        let mut evidence = evidence.white(with)?;
         if let Some(reading) = &mut evidence.temperature {
             // the thermometer's error is that of the session: together its readings tell what one does
             reading.std_k *= (readings as f64).sqrt();
         }
         Some(Self { evidence, test, session, replaced, is_diagnosed, wear: wear.sessions() })
     }
+
+    /// All that the recording shows at a point of its unknowns.
+    fn shown_at(&self, point: &[f64]) -> Vec<f64> {
+        let quantities = self.test.quantities;
+        let mut shown = quantities.shown_at(point);
+        if let Some(by) = &self.evidence.voltage_by {
+            let found_at = quantities.at(point);
+            shown.extend(less_found(by, &found_at, &quantities.volts_at(point)));
+        }
+        shown
+    }
+
+    /// Derivatives of all that the recording shows, one row an unknown.
+    fn shown_slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let quantities = self.test.quantities;
+        let mut slopes = quantities.shown_slopes(point);
+        if let Some(by) = &self.evidence.voltage_by {
+            for (row, volts) in slopes.iter_mut().zip(quantities.volts_slopes(point)) {
+                let volts = less_found(by, row, &volts);
+                row.extend(volts);
+            }
+        }
+        slopes
+    }
+}
+
+/// Numbers of a voltage, or their slopes, less what the quantities at which they are found make of
+/// them; behind these others may follow.
+fn less_found(by: &DMatrix<f64>, quantities: &[f64], volts: &[f64]) -> Vec<f64> {
+    let found = |row: usize| dot(&by.row(row).iter().copied().collect::<Vec<_>>(), quantities);
+    volts.iter().enumerate().map(|(row, volts)| volts - found(row)).collect()
 }
 
 /// One unknown of the recordings together.
@@ -340,8 +371,8 @@ impl<'a> Joint<'a> {
         let group = |one: usize| (self.seen[one].test.number, self.seen[one].is_diagnosed);
         let mut columns = Vec::new();
         for of in distinct(recordings.iter().map(|&one| group(one))) {
-            let first = recordings.iter().find(|&&one| group(one) == of);
-            let errors = first.map_or(0, |&one| self.seen[one].evidence.len());
+            let of_group = recordings.iter().filter(|&&one| group(one) == of);
+            let errors = of_group.map(|&one| self.seen[one].evidence.len()).max().unwrap_or(0);
             for error in 0..errors {
                 let mut column = DVector::zeros(length);
                 let mut begin = 0;
@@ -359,6 +390,12 @@ impl<'a> Joint<'a> {
         columns
     }
 
+    /// True where each recording that is diagnosed has the motor's voltage.
+    pub(crate) fn has_voltage(&self) -> bool {
+        let mut diagnosed = self.seen.iter().filter(|one| one.is_diagnosed);
+        diagnosed.all(|one| one.evidence.voltage_by.is_some())
+    }
+
     /// White numbers of all recordings.
     pub(crate) fn white_numbers(&self) -> usize {
         (0..self.seen.len()).map(|one| self.white_len(one)).sum()
@@ -374,7 +411,7 @@ impl<'a> Joint<'a> {
     fn white(&self, recording: usize, values: &[f64]) -> DVector<f64> {
         let seen = &self.seen[recording];
         let point = self.point(recording, values);
-        let mut white = seen.evidence.residual(&seen.test.quantities.shown_at(&point));
+        let mut white = seen.evidence.residual(&seen.shown_at(&point));
         for (part, value) in self.parts.iter().zip(values) {
             if let Some(to) = part.of.error().filter(|_| part.of.is_error_of(seen))
                 && let Some(addition) = seen.evidence.addition(to, part.place)
@@ -391,7 +428,7 @@ impl<'a> Joint<'a> {
     /// White slopes of a recording in its own unknowns.
     fn white_slopes(&self, recording: usize, values: &[f64]) -> Vec<DVector<f64>> {
         let seen = &self.seen[recording];
-        let slopes = seen.test.quantities.shown_slopes(&self.point(recording, values));
+        let slopes = seen.shown_slopes(&self.point(recording, values));
         let white = slopes.iter().map(|slope| seen.evidence.slope(slope));
         let Some((place, reading)) = self.temperature_of(seen) else { return white.collect() };
         let own = |unknown: usize| if unknown == place { 1.0 / reading.std_k } else { 0.0 };
@@ -414,6 +451,27 @@ impl<'a> Joint<'a> {
             covariance: block(&found.covariance),
             known_numbers: block(&found.information).try_inverse()?,
         })
+    }
+
+    /// Variance of a coordinate of the damage diagnosed, were some numbers known in every recording; `None`
+    /// where the recordings do not determine it, or nothing of the numbers is open.
+    pub(crate) fn variance_given(&self, damage: usize, numbers: &[usize]) -> Option<f64> {
+        let found = self.best()?;
+        let is_of = |part: &&usize| {
+            let part = &self.parts[**part];
+            numbers.contains(&part.place) && part.of.error().is_none()
+        };
+        let all: Vec<usize> = (0..self.parts.len()).collect();
+        let known: Vec<usize> = all.iter().filter(is_of).copied().collect();
+        if known.is_empty() {
+            return None;
+        }
+        let covariance = &found.covariance;
+        let of_known =
+            DMatrix::from_fn(known.len(), known.len(), |i, j| covariance.at(known[i], known[j]));
+        let cross = DVector::from_fn(known.len(), |i, _| covariance.at(damage, known[i]));
+        let explained = cross.dot(&of_known.cholesky()?.solve(&cross));
+        Some((covariance.at(damage, damage) - explained).max(0.0))
     }
 
     /// The machine as built, after so many replacements of each component, by the recordings
@@ -586,7 +644,7 @@ fn parts(layout: &Layout, seen: &[Seen<'_>], is_alone: bool) -> Vec<Part> {
         let Some(to) = of.error() else { continue };
         let has_it =
             |one: &&Seen<'_>| of.is_error_of(one) && one.evidence.addition(to, 0).is_some();
-        let white = seen.iter().find(has_it).map_or(0, |one| one.evidence.len());
+        let white = seen.iter().filter(has_it).map(|one| one.evidence.len()).max().unwrap_or(0);
         parts.extend((0..white).map(|place| Part { unknown, place, of }));
     }
     parts

@@ -42,6 +42,8 @@ pub(crate) enum Acts {
     PhaseGain(usize),
     /// Offset of the sensor of a phase, A.
     PhaseOffset(usize),
+    /// Gain of the voltage's measurement, relative.
+    VoltageGain,
     /// Winding's temperature less that of the model file's numbers, K.
     Temperature,
     /// Temperature coefficient less that of the model file, 1/K.
@@ -51,7 +53,7 @@ pub(crate) enum Acts {
 }
 
 impl Acts {
-    /// True for errors of the sensors.
+    /// True for errors of the current's sensors.
     pub(crate) fn is_of_sensor(self) -> bool {
         matches!(self, Self::PhaseGain(_) | Self::PhaseOffset(_))
     }
@@ -92,7 +94,9 @@ impl Acts {
             | Self::SurfaceFriction
             | Self::Play
             | Self::Efficiency => Some(Component::Gear),
-            Self::PhaseGain(_) | Self::PhaseOffset(_) => Some(Component::Sensor),
+            Self::PhaseGain(_) | Self::PhaseOffset(_) | Self::VoltageGain => {
+                Some(Component::Sensor)
+            }
             Self::Coefficient(number) => Some(match number {
                 ThermalNumber::DryFriction => Component::Gear,
                 _ => Component::Motor,
@@ -124,7 +128,7 @@ pub enum Component {
     Motor,
     /// Gear, screw and surface.
     Gear,
-    /// Sensors of the phase currents.
+    /// Sensors of currents and voltage.
     Sensor,
 }
 
@@ -216,6 +220,8 @@ impl Layout {
         if numbers.iter().any(|number| number.acts.is_temperature()) {
             numbers.extend(coefficients_of(experiment.temperature.as_ref()));
         }
+        // last, so that machines drawn without it are drawn alike with it
+        numbers.sort_by_key(|number| matches!(number.acts, Acts::VoltageGain));
         Self { sought: experiment.sought_indices(), numbers }
     }
 
@@ -291,6 +297,7 @@ fn numbers_of(tolerance: &Tolerance) -> Vec<UnitNumber> {
         UncertainNumber::WindingTemperature => one(Acts::Temperature),
         UncertainNumber::PhaseGain => each(Acts::PhaseGain),
         UncertainNumber::PhaseOffset => each(Acts::PhaseOffset),
+        UncertainNumber::VoltageGain => one(Acts::VoltageGain),
         UncertainNumber::Turns => each(Acts::Turns),
         UncertainNumber::Eccentricity => {
             // the amplitude's mean square is that of both directions together

@@ -13,7 +13,7 @@ use crate::{
 
 /// Difference of a quantity for its slope over its spread in the design: large against the kinks
 /// of the controller's ticks, small against what bends.
-const STEP_OF_SPREAD: f64 = 0.07;
+pub(crate) const STEP_OF_SPREAD: f64 = 0.07;
 
 /// A recording with the model that is to explain it.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! The low-fidelity model as a function of the quantities that a current shows.
 
-use ema_sim::{Effect, EffectId, LowFidelity, SimulationError};
+use ema_sim::{Effect, EffectId, LowFidelity, LowFidelityTrace, SimulationError};
 
 use crate::{
     simulation::{experiment::Experiment, resampling::resampled},
@@ -78,6 +78,15 @@ impl<'a> UnitMonitor<'a> {
         Ok(slopes.collect())
     }
 
+    /// A run of the model with its machine.
+    pub(crate) fn run(
+        &self,
+        at: &[f64],
+    ) -> Result<(LowFidelityTrace, UnitMachine), SimulationError> {
+        let (model, machine) = self.model(at)?;
+        Ok((model.simulate(&machine.faults), machine))
+    }
+
     fn model(&self, at: &[f64]) -> Result<(LowFidelity, UnitMachine), SimulationError> {
         let machine = self.quantities.machine(self.experiment, at);
         let scenario = machine.scenario.clone().turned_to(self.start_angle_rad);
@@ -85,7 +94,8 @@ impl<'a> UnitMonitor<'a> {
         Ok((model.with_effects(&self.effects)?, machine))
     }
 
-    fn filtered(&self, channel: &[f64]) -> Vec<f64> {
+    /// A channel of the model through the filter of the experiment.
+    pub(crate) fn filtered(&self, channel: &[f64]) -> Vec<f64> {
         let own_hz = self.experiment.actuator.controller.sample_hz;
         match self.experiment.phase_rate_hz {
             Some(rate_hz) if rate_hz < own_hz => {

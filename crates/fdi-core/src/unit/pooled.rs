@@ -305,6 +305,7 @@ impl<'a> Pool<'a> {
             },
             faults,
             findings,
+            identifiability: Vec::new(),
             action: None,
             covariance: posterior.report_covariance(),
             notices,

@@ -37,6 +37,9 @@ use crate::{
     unit::layout::{Acts, Layout, thermal_ratios},
 };
 
+/// Logarithms that the motor's voltage shows: torque constant, resistance, imbalances of A and B.
+pub(crate) type VoltageNumbers = [f64; 4];
+
 /// Places of the quantities.
 const FRICTION: usize = 0;
 const STATIC_OVER_KINETIC: usize = 1;
@@ -193,6 +196,48 @@ impl Quantities {
         slopes
     }
 
+    /// Numbers that the motor's voltage shows at a point: the logarithms of torque constant and
+    /// resistance over their nominal values, each with the phases' mean turns and the gain of the
+    /// voltage's measurement, and the imbalances of phases A and B. A resistance is voltage over
+    /// measured current, so that the mean gain of the current's sensors is in it too.
+    pub(crate) fn volts_at(&self, point: &[f64]) -> VoltageNumbers {
+        let damage = self.layout.damage(point).0;
+        let mut turns = [2, 3, 4].map(|place| (1.0 - damage[place]).max(LEAST_RATIO).ln());
+        let warm = thermal_ratios(self.temperature.as_ref(), self.layout.at(point)).map(f64::ln);
+        let mut torque_constant = warm[ThermalNumber::BackEmf as usize];
+        let mut resistance = warm[ThermalNumber::Resistance as usize];
+        for (number, value) in self.layout.at(point) {
+            let log = (LEAST_RATIO - 1.0).max(value).ln_1p();
+            match number.acts {
+                Acts::TorqueConstant => torque_constant += log,
+                Acts::Other(parameter) if *parameter == Parameter::RESISTANCE => resistance += log,
+                Acts::Turns(phase) => turns[phase] += log,
+                Acts::VoltageGain => {
+                    torque_constant += log;
+                    resistance += log;
+                }
+                Acts::PhaseGain(_) => resistance -= value / 3.0,
+                _ => {}
+            }
+        }
+        let mean = turns.iter().sum::<f64>() / 3.0;
+        [torque_constant + mean, resistance + mean, turns[0] - mean, turns[1] - mean]
+    }
+
+    /// Mean gain of the current's sensors at a point, less one.
+    pub(crate) fn mean_phase_gain(&self, point: &[f64]) -> f64 {
+        let numbers = self.layout.at(point);
+        numbers
+            .filter(|(one, _)| matches!(one.acts, Acts::PhaseGain(_)))
+            .map(|(_, g)| g / 3.0)
+            .sum()
+    }
+
+    /// Derivatives of the numbers that the motor's voltage shows, one row an unknown.
+    pub(crate) fn volts_slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        central_differences(point, STEP, |moved| self.volts_at(moved).to_vec())
+    }
+
     fn all_slopes(&self, point: &[f64]) -> Vec<Vec<f64>> {
         central_differences(point, STEP, |moved| self.all_at(moved))
     }
@@ -231,6 +276,7 @@ impl Quantities {
                 Acts::EccentricitySin => all[ECCENTRICITY_SIN] += value,
                 Acts::PhaseGain(_)
                 | Acts::PhaseOffset(_)
+                | Acts::VoltageGain
                 | Acts::Temperature
                 | Acts::Coefficient(_) => {}
                 Acts::Other(parameter) => {

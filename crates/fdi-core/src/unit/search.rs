@@ -290,6 +290,7 @@ impl Compared<'_> {
             error: self.error(),
             in_common: self.modelled.error.in_common,
             temperature: self.modelled.observed.temperature,
+            voltage: None,
             unmodelled,
         }
     }

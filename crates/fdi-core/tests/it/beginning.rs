@@ -28,6 +28,7 @@ fn recorded(experiment: &Experiment, levels: [f64; 7], seed: u64) -> Recording {
         phase_rate_hz: None,
         sensor_seed: seed,
         content: RecordedContent::Phases,
+        has_voltage: false,
     }
     .record(experiment, "r")
     .unwrap()
@@ -210,6 +211,7 @@ fn levels_are_against_a_reference() {
         phase_rate_hz: None,
         sensor_seed: 1,
         content: RecordedContent::Phases,
+        has_voltage: false,
     };
     let turned = turned.record(&stiff, "r").unwrap();
     assert_eq!(
@@ -231,6 +233,7 @@ fn between_ticks(bundle: &Bundle, first: usize) -> Recording {
         phase_rate_hz: Some(100e3),
         sensor_seed: 5,
         content: RecordedContent::Phases,
+        has_voltage: false,
     };
     let fine = simulated.record(experiment, "r").unwrap();
     let taken = |name: ChannelName| -> Vec<f64> {

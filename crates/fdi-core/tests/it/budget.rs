@@ -17,6 +17,7 @@ fn simulated() -> SimulatedRecording {
         phase_rate_hz: None,
         sensor_seed: 3,
         content: RecordedContent::Phases,
+        has_voltage: false,
     }
 }
 

@@ -26,6 +26,7 @@ fn composite_comes_to_the_levels_of_gls() {
         phase_rate_hz: None,
         sensor_seed: 8,
         content: RecordedContent::Phases,
+        has_voltage: false,
     }
     .record(&Experiment::chirp(), "r")
     .unwrap();

@@ -14,3 +14,4 @@ mod fuzz;
 mod outside;
 mod own_clock;
 mod properties;
+mod voltage;

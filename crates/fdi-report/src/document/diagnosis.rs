@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Action, Covariance, Fault, FaultId, Finding, Notice, NoticeCode, PooledRecording, words,
+    Action, Covariance, Fault, FaultId, Finding, Identifiability, Notice, NoticeCode,
+    PooledRecording, words,
 };
 
 /// The answer to a batch of recordings.
@@ -124,6 +125,9 @@ pub struct RecordDiagnosis {
     /// them; left out where the machine is taken to be exactly its model file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
+    /// How well each fault can be told; only with `--identifiability`, and in what a report is made of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub identifiability: Vec<Identifiability>,
     /// Decision about the machine; only with `--decide`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub action: Option<Action>,
@@ -294,11 +298,17 @@ impl RecordDiagnosis {
             let numbers = [finding.value, low, high].into_iter().chain(stds);
             numbers.map(|value| (finding.id.as_str(), value))
         });
+        let of_identifiability = self.identifiability.iter().flat_map(|one| {
+            let further = one.would_help.as_ref().map(|further| further.std);
+            let stds = [Some(one.std), Some(one.least_std), further].into_iter().flatten();
+            stds.map(|std| ("identifiability", std))
+        });
         let of_covariance =
             self.covariance.matrix.iter().flatten().chain(&self.covariance.estimate);
         let of_covariance = of_covariance.map(|&value| ("covariance", value));
-        let mut numbers =
-            plain.into_iter().chain(of_faults).chain(of_findings).chain(of_covariance);
+        let numbers =
+            plain.into_iter().chain(of_faults).chain(of_findings).chain(of_identifiability);
+        let mut numbers = numbers.chain(of_covariance);
         numbers.find(|(_, value)| bad(value)).map(|(name, _)| name.to_owned())
     }
 }
@@ -333,6 +343,7 @@ pub(crate) mod tests {
             },
             faults,
             findings: Vec::new(),
+            identifiability: Vec::new(),
             action: None,
             covariance: Covariance {
                 parameters: vec!["k1".to_owned()],

@@ -60,6 +60,10 @@ pub enum NoticeCode {
     UnmodelledPhysics,
     /// The winding's temperature was read, and the model file has no law of temperature.
     TemperatureUnused,
+    /// The winding's temperature as read contradicts what currents and voltage show.
+    TemperatureContradicts,
+    /// The motor's voltage was recorded and is not used.
+    VoltageUnused,
     /// Samples were put in order, filled, or brought onto an even clock.
     SamplesMended,
     /// The current of a phase is not recorded and follows from the two others.
@@ -74,7 +78,7 @@ pub enum NoticeCode {
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 27] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -95,6 +99,8 @@ impl NoticeCode {
         Self::TolerancesHideLevels,
         Self::UnmodelledPhysics,
         Self::TemperatureUnused,
+        Self::TemperatureContradicts,
+        Self::VoltageUnused,
         Self::SamplesMended,
         Self::PhaseComputed,
         Self::PhasesRewired,
@@ -125,6 +131,8 @@ impl NoticeCode {
             Self::TolerancesHideLevels => "tolerances-hide-levels",
             Self::UnmodelledPhysics => "unmodelled-physics",
             Self::TemperatureUnused => "temperature-unused",
+            Self::TemperatureContradicts => "temperature-contradicts",
+            Self::VoltageUnused => "voltage-unused",
             Self::SamplesMended => "samples-mended",
             Self::PhaseComputed => "phase-computed",
             Self::PhasesRewired => "phases-rewired",

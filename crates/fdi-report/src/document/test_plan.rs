@@ -30,6 +30,8 @@ pub struct TestPlan {
     pub reading_std_k: f64,
     /// True where the test is planned for such a reading.
     pub is_read: bool,
+    /// True where it is planned for a recording of the motor's voltage.
+    pub has_voltage: bool,
     /// Load on the surface in the planned test, N·m.
     pub load_n_m: f64,
     /// Longest that the test may last, s.
@@ -86,7 +88,7 @@ pub struct PlannedFault {
     /// By the planned test; left out where no motion within the limits tells the fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planned: Option<ExpectedStd>,
-    /// By a test that shows all that a current can: the rest is left by tolerances and by what differs
+    /// By a test that shows all that a current can, and a voltage: the rest is left by tolerances and by what differs
     /// from day to day; left out where these leave everything open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least: Option<ExpectedStd>,
@@ -98,10 +100,12 @@ pub struct PlannedFault {
 /// Standard deviation of a fault that a recording is expected to leave, beside the references.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ExpectedStd {
-    /// Without a thermometer.
+    /// With the current alone.
     pub alone: f64,
-    /// With one.
+    /// With a reading of the winding's temperature.
     pub with_reading: f64,
+    /// With the motor's voltage.
+    pub with_voltage: f64,
 }
 
 /// A number of the machine that a fault cannot be told from.

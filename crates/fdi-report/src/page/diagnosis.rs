@@ -9,8 +9,8 @@ use super::{
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, Failure, Fault, FaultChange,
     FaultId, FitSignals, Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict,
-    common_folder, detected_findings, fault_figure_svg, fit_figure_svg, plus_minus,
-    search_figure_svg, sentence, trend_figure_svg,
+    common_folder, detected_findings, fault_figure_svg, fit_figure_svg, identifiability_figure_svg,
+    plus_minus, search_figure_svg, sentence, trend_figure_svg,
 };
 
 /// Recordings, and actuators, that are drawn; the tables have all.
@@ -271,6 +271,15 @@ impl DiagnosisPage<'_> {
         );
         blocks.push(figure("levels", fault_figure_svg(record), caption));
         blocks.extend(findings::table(record).map(Block::Table));
+        if let Some(svg) = identifiability_figure_svg(record) {
+            let caption = "Standard deviation of each level: now, with the one further recording or \
+                           reading that would tell most (the same test again or on another day, \
+                           recordings of the machine as new, the winding's temperature to 3 K, the \
+                           motor's voltage), and with this recording \
+                           free of noise and the model exact. Shared with: the number of the machine \
+                           that would lower it most, were it known.";
+            blocks.push(figure("identifiability", svg, caption.to_owned()));
+        }
         blocks.extend(together::table(record).map(Block::Table));
         if let Some(signals) = signals {
             let caption = format!(

@@ -171,6 +171,7 @@ impl HighSignals {
                 phase_rate_hz: None,
                 sensor_seed: SEED + 1000 + place as u64,
                 content: RecordedContent::Phases,
+                has_voltage: false,
             }
             .record(&nominal, "test")?;
             recordings.push((condition, recording));

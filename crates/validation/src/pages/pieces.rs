@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 41] = [
+const OF_METHOD: [&str; 43] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -53,6 +53,8 @@ const OF_METHOD: [&str; 41] = [
     "simulator/limits.md",
     "tests/head.md",
     "tests/limits.md",
+    "voltage/head.md",
+    "voltage/limits.md",
 ];
 
 /// Words of a verdict on figures.

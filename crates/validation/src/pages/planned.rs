@@ -183,6 +183,7 @@ fn achieved(page: &mut String, test: &Experiment, plan: &PlannedTest) -> Result<
             references: 4,
             half_width_k: HALF_WIDTH_K,
             reading_std_k: is_read.then_some(READING_STD_K),
+            has_voltage: false,
             damage,
             misstated: 1.0,
             units: if damage == HiddenDamage::Healthy { HEALTHY } else { DAMAGED },

@@ -57,6 +57,7 @@ pub(super) fn head(
         ("fidelity", Some(args.fidelity.word().to_owned())),
         ("free-start", switch(args.free_start)),
         ("id-from", args.fleet.names.id_from.as_ref().and_then(|one| word(one))),
+        ("identifiability", switch(args.identifiability)),
         ("gaps", Some(args.map.gaps.word().to_owned())),
         ("map", several(&args.map.map)),
         ("max-delay-s", args.max_delay_s.and_then(|one| word(&one))),

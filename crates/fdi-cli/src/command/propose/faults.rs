@@ -7,7 +7,7 @@ use fdi_core::{
     ChannelName, Experiment, PlanRequest, PlannedTest,
     ema_sim::{FaultId, model_file::Model},
     motion_limits, plan_test, read_model,
-    report::{ExpectedStd, MotionLimits, PlannedFault, SCHEMA_VERSION, TestPlan},
+    report::{ExpectedStd, MotionLimits, PlannedFault, SCHEMA_VERSION, TestPlan, two_digits},
 };
 
 use super::{
@@ -98,6 +98,7 @@ fn request(args: &PlanArgs, faults: &[FaultId], model: &Model, global: &GlobalAr
         references: args.references,
         reading_std_k: args.reading_std_k.unwrap_or(READING_STD_K),
         is_read: args.reading_std_k.is_some(),
+        has_voltage: args.motor_voltage,
         load_n_m: args.load_n_m,
         limits: MotionLimits {
             travel_rad: args.most_travel_rad.unwrap_or(usual.travel_rad),
@@ -150,6 +151,7 @@ fn document(
         references: request.references,
         reading_std_k: request.reading_std_k,
         is_read: request.is_read,
+        has_voltage: request.has_voltage,
         load_n_m: request.load_n_m,
         within_s: request.within_s,
         limits: request.limits,
@@ -197,7 +199,7 @@ fn write_human(text: &mut String, plan: &TestPlan) -> std::fmt::Result {
     writeln!(
         text,
         "\nstandard deviation expected of one recording beside {} as new of the same test; in brackets \
-         with the winding's temperature read to {} K",
+         with the winding's temperature read to {} K, and with the motor's voltage",
         plan.references, plan.reading_std_k
     )?;
     let load = plan.compared_load_n_m.map(|load_n_m| format!(", {load_n_m} N·m"));
@@ -212,10 +214,9 @@ fn write_human(text: &mut String, plan: &TestPlan) -> std::fmt::Result {
         })
         .collect();
     table(text, &header, &faults)?;
-    let limits: Vec<String> =
-        plan.faults.iter().filter_map(|fault| limit(fault, plan.is_read)).collect();
+    let limits: Vec<String> = plan.faults.iter().filter_map(|fault| limit(fault, plan)).collect();
     if !limits.is_empty() {
-        writeln!(text, "\nno longer test of the current tells much more of")?;
+        writeln!(text, "\nno longer test tells much more of")?;
         limits.iter().try_for_each(|line| writeln!(text, "  {line}"))?;
     }
     Ok(())
@@ -223,34 +224,42 @@ fn write_human(text: &mut String, plan: &TestPlan) -> std::fmt::Result {
 
 fn in_words(std: Option<ExpectedStd>) -> String {
     std.map_or("-".to_owned(), |std| {
-        format!("{} ({})", digits(std.alone), digits(std.with_reading))
+        let ExpectedStd { alone, with_reading, with_voltage } = std;
+        format!(
+            "{} ({}, {})",
+            two_digits(alone),
+            two_digits(with_reading),
+            two_digits(with_voltage)
+        )
     })
 }
 
-/// A standard deviation to two digits.
-fn digits(std: f64) -> String {
-    let decimals = (1.0 - std.max(1e-9).log10().floor()).max(0.0) as usize;
-    format!("{std:.decimals$}")
-}
-
 /// The limit of a fault that the test tells as well as any, in words.
-fn limit(fault: &PlannedFault, is_read: bool) -> Option<String> {
-    let [planned, least] = [fault.planned?, fault.least?]
-        .map(|std| if is_read { std.with_reading } else { std.alone });
+fn limit(fault: &PlannedFault, plan: &TestPlan) -> Option<String> {
+    let [planned, least] = [fault.planned?, fault.least?].map(|std| {
+        if plan.has_voltage {
+            std.with_voltage
+        } else if plan.is_read {
+            std.with_reading
+        } else {
+            std.alone
+        }
+    });
     if planned > AS_GOOD_AS_LEAST * least {
         return None;
     }
     let id = fault.id;
-    // numbers are known in turn without a thermometer
-    let shared = fault.shared_with.as_ref().filter(|_| !is_read);
+    // numbers are known in turn beside the current alone
+    let is_alone = !plan.is_read && !plan.has_voltage;
+    let shared = fault.shared_with.as_ref().filter(|_| is_alone);
     Some(shared.map_or_else(
-        || format!("{id}: {}", digits(least)),
+        || format!("{id}: {}", two_digits(least)),
         |shared| {
             format!(
                 "{id}: {}; it is shared with `{}` of `[tolerance]`, and would be {} were that known",
-                digits(least),
+                two_digits(least),
                 shared.key,
-                digits(shared.std)
+                two_digits(shared.std)
             )
         },
     ))

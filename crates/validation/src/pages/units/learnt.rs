@@ -34,6 +34,7 @@ fn line(damage: HiddenDamage, reading_std_k: Option<f64>) -> LearntLine {
         references: REFERENCES,
         half_width_k: HALF_WIDTH_K,
         reading_std_k,
+        has_voltage: false,
         damage,
         misstated: 1.0,
         units: UNITS,

@@ -1,0 +1,100 @@
+//! The motor's voltage beside the current, and how well each fault is told.
+
+use std::fs;
+
+use fdi_core::{
+    Schema,
+    report::{Diagnosis, FaultId, Further, NoticeCode, RecordDiagnosis},
+};
+use tempfile::TempDir;
+
+use crate::{
+    commands::{answer, output, whole},
+    unit::refusal,
+};
+
+/// Simulates a chirp, with the motor's voltage or without.
+fn simulated(folder: &TempDir, name: &str, seed: &str, options: &[&str]) {
+    let plain = ["simulate", "--noise-a", "0.02", "--seed", seed, "-o", name];
+    let said = output(folder.path(), &[&plain, options].concat());
+    assert_eq!(said.status.code(), Some(0), "{}", whole(&said));
+}
+
+fn diagnosed(folder: &TempDir, options: &[&str]) -> Vec<RecordDiagnosis> {
+    let plain = ["diagnose", "--output-format", "json", "--stable", "--identifiability"];
+    let said = output(folder.path(), &[&plain, options].concat());
+    let answer: Diagnosis = answer(&said, Schema::Diagnosis);
+    answer.records
+}
+
+fn std_of(record: &RecordDiagnosis, id: FaultId) -> f64 {
+    record.identifiability.iter().find(|one| one.id == id).unwrap().std
+}
+
+#[test]
+fn references_and_recording_with_voltage_tell_a_small_short() {
+    let folder = TempDir::new().unwrap();
+    let mut options: Vec<Vec<String>> = vec![Vec::new(), Vec::new()];
+    for (place, extra) in [&["--motor-voltage"][..], &[]].into_iter().enumerate() {
+        for seed in ["11", "12", "13", "14"] {
+            let name = format!("ref-{place}-{seed}.csv");
+            simulated(&folder, &name, seed, extra);
+            let text = fs::read_to_string(folder.path().join(&name)).unwrap();
+            let dated = format!("# session = \"day {seed}\"\n{text}");
+            fs::write(folder.path().join(&name), dated).unwrap();
+            options[place].extend(["--reference".to_owned(), name]);
+        }
+        let name = format!("later-{place}.csv");
+        simulated(&folder, &name, "3", &[&["--faults", "k4=0.01"], extra].concat());
+        options[place].push(name);
+    }
+    let [with, without] = [0, 1].map(|place| {
+        let options: Vec<&str> = options[place].iter().map(String::as_str).collect();
+        diagnosed(&folder, &options).remove(0)
+    });
+    assert_eq!(with.notice(NoticeCode::VoltageUnused), None);
+    assert_eq!(with.faults[3].detected, Some(true), "{with:?}");
+    for id in [FaultId::K3, FaultId::K4, FaultId::K5] {
+        let (with, without) = (std_of(&with, id), std_of(&without, id));
+        assert!(with < 0.6 * without, "{id}: {with} {without}");
+    }
+    assert!((with.faults[3].value.unwrap() - 0.01).abs() < 3.0 * std_of(&with, FaultId::K4));
+}
+
+#[test]
+fn a_report_shows_how_well_each_fault_is_told() {
+    let folder = TempDir::new().unwrap();
+    simulated(&folder, "r.csv", "5", &[]);
+    let records = diagnosed(&folder, &["r.csv"]);
+    let further: Vec<Option<Further>> = records[0]
+        .identifiability
+        .iter()
+        .map(|one| one.would_help.as_ref().map(|further| further.what))
+        .collect();
+    assert_eq!(further, [Some(Further::References); 6]);
+    let said = output(folder.path(), &["diagnose", "r.csv", "--report", "r.html"]);
+    assert_eq!(said.status.code(), Some(0), "{}", whole(&said));
+    let page = fs::read_to_string(folder.path().join("r.html")).unwrap();
+    assert!(page.contains("How well this recording tells each fault"));
+    assert!(page.contains("shared with transmission.kinetic-friction-n-m"));
+}
+
+#[test]
+fn a_duty_without_its_supply_is_told() {
+    let folder = TempDir::new().unwrap();
+    simulated(&folder, "r.csv", "5", &["--motor-voltage"]);
+    let map = ["r.csv", "--map", "duty_frac=motor_voltage_v*0.0208"];
+    let records = diagnosed(&folder, &map);
+    let told = &records[0].notice(NoticeCode::VoltageUnused).unwrap().message;
+    assert!(told.contains("`duty_frac` is recorded without `bus_voltage_v`"), "{told}");
+}
+
+#[test]
+fn models_without_a_current_loop_record_no_voltage() {
+    let folder = TempDir::new().unwrap();
+    let said = refusal(&folder, &["simulate", "--fidelity", "low", "--motor-voltage"]);
+    assert!(
+        said.contains("`--motor-voltage`: the low-fidelity model has no current loop"),
+        "{said}"
+    );
+}

@@ -1,0 +1,95 @@
+//! The motor's voltage of a recording.
+//!
+//! A drive knows the voltage that it puts on the motor: its duty times the supply. A recording has
+//! it as `motor_voltage_v`, as `q_axis_voltage_v` of a field-oriented drive, or as `duty_frac` with
+//! `bus_voltage_v`.
+
+use ema_sim::Commutation;
+use recordings::{Channel, ChannelName, Recording, Sampling};
+
+use crate::{
+    online::observation::{LEAST_PHASE_RATE_HZ, at_times, long_enough, uniform_sampling},
+    simulation::{
+        envelope::filtered,
+        experiment::Experiment,
+        shifting::{advanced, at_ticks},
+    },
+};
+
+/// The motor's voltage, as far as a recording has it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum MotorVoltage {
+    NotRecorded,
+    /// Through the filter of the experiment, V.
+    Filtered(Vec<f64>),
+    /// Recorded, and of no use for this reason.
+    Unusable(String),
+}
+
+impl MotorVoltage {
+    /// Reads the voltage off a recording whose command begins late by a part of a sample, s.
+    pub(crate) fn of(recording: &Recording, late_s: f64, experiment: &Experiment) -> Self {
+        match samples(recording, experiment) {
+            Ok(None) => Self::NotRecorded,
+            Ok(Some((voltage_v, rate_hz))) => {
+                let tick_hz = experiment.actuator.controller.sample_hz;
+                let (mut fine_v, fine_hz) = at_ticks(&voltage_v, rate_hz, tick_hz);
+                if late_s != 0.0 {
+                    fine_v = advanced(&fine_v, late_s * fine_hz);
+                }
+                Self::Filtered(filtered(&fine_v, fine_hz, experiment))
+            }
+            Err(reason) => Self::Unusable(reason),
+        }
+    }
+}
+
+/// Samples of the voltage with their rate; `None` where there are none.
+fn samples(
+    recording: &Recording,
+    experiment: &Experiment,
+) -> Result<Option<(Vec<f64>, f64)>, String> {
+    let is_field_oriented = experiment.actuator.inverter.commutation == Commutation::FieldOriented;
+    let own = [ChannelName::QAxisVoltage, ChannelName::MotorVoltage];
+    let own = &own[usize::from(!is_field_oriented)..];
+    if let Some(channel) = own.iter().find_map(|&name| recording.channel(name)) {
+        let rate_hz = usable_rate_hz(recording, channel, experiment)?;
+        return Ok(Some((channel.values().to_vec(), rate_hz)));
+    }
+    let Some(duty) = recording.channel(ChannelName::Duty) else { return Ok(None) };
+    let Some(bus) = recording.channel(ChannelName::BusVoltage) else {
+        return Err("`duty_frac` is recorded without `bus_voltage_v`".to_owned());
+    };
+    let beyond = duty.values().iter().position(|duty| duty.abs() > 1.0 + 1e-6);
+    if let Some(place) = beyond {
+        return Err(format!(
+            "`duty_frac` is {} at {} s, expected −1 to 1: of percent, `--map duty_frac=COLUMN*0.01`",
+            duty.values()[place],
+            duty.times_s()[place]
+        ));
+    }
+    let rate_hz = usable_rate_hz(recording, duty, experiment)?;
+    // the axes of a field-oriented drive reach to half of the supply
+    let reach = if is_field_oriented { 0.5 } else { 1.0 };
+    let bus_v = at_times(bus, duty.times_s());
+    let voltage = duty.values().iter().zip(bus_v).map(|(duty, bus_v)| reach * duty * bus_v);
+    Ok(Some((voltage.collect(), rate_hz)))
+}
+
+/// Rate of a channel that is even, fast and long enough.
+fn usable_rate_hz(
+    recording: &Recording,
+    channel: &Channel,
+    experiment: &Experiment,
+) -> Result<f64, String> {
+    let sampling = uniform_sampling(recording, channel).map_err(|error| error.to_string())?;
+    let Sampling { rate_hz, .. } = sampling;
+    if rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
+        let column = channel.name();
+        return Err(format!(
+            "`{column}` is sampled at {rate_hz} Hz, expected {LEAST_PHASE_RATE_HZ} Hz or more"
+        ));
+    }
+    long_enough(channel, &sampling, experiment).map_err(|error| error.to_string())?;
+    Ok(rate_hz)
+}

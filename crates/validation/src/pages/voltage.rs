@@ -1,0 +1,191 @@
+//! Page on the motor's voltage as a second signal.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use experiments::{
+    HiddenDamage, LearntLine, UnitsScore, bundle_of_test, bundle_over_days, evaluate_learnt,
+    plan_request, planned_test,
+};
+use fdi_core::{Bundle, Diagnoser, EMBEDDED_BUNDLES, report::FaultId};
+
+use super::{
+    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
+    figure::Figure,
+    units::{HALF_WIDTH_K, percent},
+};
+use crate::{processor::jobs, terminal::say};
+
+const HEAD: &str = include_str!("voltage/head.md");
+const LIMITS: &str = include_str!("voltage/limits.md");
+
+/// Root seeds of the hidden units, of the plan, and of what the bundles learn.
+const SEED: u64 = 20_261_206;
+const PLAN_SEED: u64 = 1;
+const BUNDLE_SEED: u64 = 20_231;
+/// Length that the planned test is within, s.
+const WITHIN_S: f64 = 3.0;
+/// Units without damage, and with it.
+const HEALTHY: usize = 500;
+const DAMAGED: usize = 200;
+
+/// One short of a level that is to be detected, or what else a line has.
+#[derive(Clone, Copy)]
+struct Line {
+    damage: &'static str,
+    drawn: HiddenDamage,
+    has_voltage: bool,
+    /// True where the line has bars: those without voltage are beside it for comparison.
+    is_judged: bool,
+    units: usize,
+}
+
+/// Lines of a test, with the short that its voltage is to show.
+fn lines(name: &'static str, level: f64) -> [Line; 5] {
+    let short = HiddenDamage::Alone(FaultId::K3, level);
+    let line = |damage, drawn, has_voltage, units| Line {
+        damage,
+        drawn,
+        has_voltage,
+        is_judged: has_voltage,
+        units,
+    };
+    [
+        line("none", HiddenDamage::Healthy, true, HEALTHY),
+        line(name, short, true, DAMAGED),
+        line("one to three of 0.01 to 0.05", HiddenDamage::OneToThree, true, DAMAGED),
+        line("none", HiddenDamage::Healthy, false, DAMAGED),
+        line(name, short, false, DAMAGED),
+    ]
+}
+
+/// Numbers that the embedded chirp's voltage shows: no time at all.
+pub(super) fn quick() -> Result<Vec<Figure>> {
+    let bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes)?;
+    let worth = bundle.voltage_worth().context("the embedded chirp has learnt its voltage")?;
+    let figure = |id: &str, value: f64| Figure {
+        id: id.to_owned(),
+        value,
+        tolerance_rel: 1e-6,
+        unit: "1".to_owned(),
+    };
+    Ok(vec![
+        figure("torque-constant-std", worth.torque_constant),
+        figure("resistance-std", worth.resistance),
+        figure("imbalance-std", worth.imbalance),
+    ])
+}
+
+pub(super) fn text() -> Result<String> {
+    let mut page = String::from(HEAD);
+    say("voltage: bundles");
+    let chirp = bundle_over_days(HALF_WIDTH_K, BUNDLE_SEED)?;
+    let (test, plan) = planned_test(&plan_request(WITHIN_S, PLAN_SEED, jobs()), HALF_WIDTH_K)?;
+    let planned = bundle_of_test(&test, BUNDLE_SEED, jobs())?;
+    let length_s = plan.command_rad.len() as f64 / plan.rate_hz;
+    let names = ["chirp, 0.5 s".to_owned(), format!("planned, {length_s:.2} s")];
+    worths(&mut page, names.iter().zip([&chirp, &planned]))?;
+    let tests = [
+        (&names[0], chirp, lines("one short of 0.010", 0.010)),
+        (&names[1], planned, lines("one short of 0.005", 0.005)),
+    ];
+    for (place, (name, bundle, lines)) in tests.into_iter().enumerate() {
+        units(&mut page, name, bundle, &lines, SEED + 100 * place as u64)?;
+    }
+    page.push_str(LIMITS);
+    Ok(page)
+}
+
+/// Numbers that the voltage of each test shows of a machine.
+fn worths<'a>(
+    page: &mut String,
+    tests: impl Iterator<Item = (&'a String, &'a Bundle)>,
+) -> Result<()> {
+    writeln!(
+        page,
+        "\n## What the voltage shows\n\nStandard deviations of numbers read off the voltage of one \
+         recording less those of the machine, over those of the 800 units that each bundle is learnt on whose play is narrow (shares \
+         of the number, in thousandths); the root mean square that the fit leaves of the filtered \
+         voltage; shares of the variance that recordings of a unit, of one state of health, and of one \
+         session have in common.\n\n\
+         | test | torque constant | resistance | imbalance | left, V | in common |\n\
+         |---|---:|---:|---:|---:|---|"
+    )?;
+    for (name, bundle) in tests {
+        let worth = bundle.voltage_worth().context("a bundle has learnt its voltage")?;
+        writeln!(
+            page,
+            "| {name} | {:.2} | {:.2} | {:.2} | {:.3} | {} |",
+            1e3 * worth.torque_constant,
+            1e3 * worth.resistance,
+            1e3 * worth.imbalance,
+            worth.left_v,
+            worth.in_common.map(|share| format!("{share:.2}")).join(", ")
+        )?;
+    }
+    Ok(())
+}
+
+/// Units in a test, with the voltage and without.
+fn units(page: &mut String, name: &str, bundle: Bundle, lines: &[Line], seed: u64) -> Result<()> {
+    let diagnoser = Diagnoser::new(bundle)?;
+    writeln!(
+        page,
+        "\n## Units in the test: {name}\n\n| damage | voltage | units | healthy, % | model inadequate, % \
+         | something detected, % | its fault detected, % | coverage of k1 to k5 and (k6, k7), % | stated \
+         standard deviations of k1 to k6, thousandths | rms errors |\n\
+         |---|---|---:|---:|---:|---:|---:|---|---|---|"
+    )?;
+    for (place, line) in lines.iter().enumerate() {
+        say(&format!("voltage: {name}, line {} of {}", place + 1, lines.len()));
+        let learnt = LearntLine {
+            references: 4,
+            half_width_k: HALF_WIDTH_K,
+            reading_std_k: None,
+            has_voltage: line.has_voltage,
+            damage: line.drawn,
+            misstated: 1.0,
+            units: line.units,
+            shifted: 0,
+        };
+        // lines without voltage are of the units of those with it
+        let seed = seed + (place % 3) as u64;
+        let score = evaluate_learnt(&diagnoser, &learnt, seed, jobs())
+            .context("units whose voltage is recorded")?
+            .learnt;
+        row(page, line, &score)?;
+    }
+    Ok(())
+}
+
+fn row(page: &mut String, line: &Line, score: &UnitsScore) -> Result<()> {
+    let n = score.machines;
+    let judged =
+        |is_met: bool| if line.is_judged { format!(" {}", met(is_met)) } else { String::new() };
+    let detected = percent(score.detected, n);
+    let (alarms, power) = match line.drawn {
+        HiddenDamage::Healthy => (judged(detected <= MOST_ALARMS), String::new()),
+        HiddenDamage::Alone(..) => {
+            let found = percent(score.short_detected, n);
+            (String::new(), format!("{found:.1}{}", judged(found >= LEAST_POWER)))
+        }
+        _ => (String::new(), String::new()),
+    };
+    let [least, most] = COVERAGE;
+    let covered = score.covered.map(|count| percent(count, n));
+    let holds = covered.iter().all(|held| (least..=most).contains(held));
+    let thousandths = |stds: [f64; 6]| stds.map(|std| format!("{:.2}", 1e3 * std)).join(", ");
+    writeln!(
+        page,
+        "| {} | {} | {n} | {:.1} | {:.1} | {detected:.1}{alarms} | {power} | {}{} | {} | {} |",
+        line.damage,
+        if line.has_voltage { "yes" } else { "no" },
+        percent(score.verdicts[0], n),
+        percent(score.verdicts[3], n),
+        covered.map(|held| format!("{held:.1}")).join(", "),
+        judged(holds),
+        thousandths(score.std_median),
+        thousandths(score.error_rms)
+    )?;
+    Ok(())
+}
