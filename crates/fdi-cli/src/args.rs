@@ -335,7 +335,7 @@ pub struct DiagnoseArgs {
     /// The unit that `fdi unit learn` has learnt, or a folder of units, matched by `actuator-id`: levels are changes since it was new
     #[arg(long, value_name = "FILE|FOLDER", conflicts_with = "reference")]
     pub unit: Option<PathBuf>,
-    /// Say for each fault how well it can be told: at best, what it is shared with, and what would help; a report has it but with `--resume` and `--shard`
+    /// Say for each fault, in JSON, how well it can be told: at best, what it is shared with, and what would help; a report has it but with `--resume` and `--shard`
     #[arg(long)]
     pub identifiability: bool,
     /// One answer to all recordings of an actuator, of one session or of all, in one state of health

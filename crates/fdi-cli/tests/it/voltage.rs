@@ -90,6 +90,32 @@ fn a_duty_without_its_supply_is_told() {
 }
 
 #[test]
+fn recordings_of_one_session_do_not_disagree_by_their_voltages() {
+    let folder = TempDir::new().unwrap();
+    let names: Vec<String> = (31..=36).map(|seed| format!("k{seed}.csv")).collect();
+    for (name, seed) in names.iter().zip(31..) {
+        simulated(&folder, name, &seed.to_string(), &["--motor-voltage"]);
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let records = diagnosed(&folder, &[&["--together", "actuator"], &names[..]].concat());
+    assert_eq!(records[0].together.len(), 6);
+    assert!(
+        records[0].notice(NoticeCode::RecordingsDisagree).is_none(),
+        "{:?}",
+        records[0].notices
+    );
+}
+
+#[test]
+fn a_voltage_that_nothing_reads_is_told() {
+    let folder = TempDir::new().unwrap();
+    simulated(&folder, "r.csv", "5", &["--motor-voltage"]);
+    let records = diagnosed(&folder, &["r.csv", "--tolerance", "none"]);
+    let told = &records[0].notice(NoticeCode::VoltageUnused).unwrap().message;
+    assert!(told.contains("exactly its model file"), "{told}");
+}
+
+#[test]
 fn models_without_a_current_loop_record_no_voltage() {
     let folder = TempDir::new().unwrap();
     let said = refusal(&folder, &["simulate", "--fidelity", "low", "--motor-voltage"]);

@@ -56,7 +56,14 @@ fn samples(
         let rate_hz = usable_rate_hz(recording, channel, experiment)?;
         return Ok(Some((channel.values().to_vec(), rate_hz)));
     }
-    let Some(duty) = recording.channel(ChannelName::Duty) else { return Ok(None) };
+    let Some(duty) = recording.channel(ChannelName::Duty) else {
+        return match recording.channel(ChannelName::QAxisVoltage) {
+            Some(_) => Err("`q_axis_voltage_v` is of a field-oriented drive, and this machine is \
+                            commutated in six steps: record `motor_voltage_v`"
+                .to_owned()),
+            None => Ok(None),
+        };
+    };
     let Some(bus) = recording.channel(ChannelName::BusVoltage) else {
         return Err("`duty_frac` is recorded without `bus_voltage_v`".to_owned());
     };

@@ -31,6 +31,7 @@ use crate::{
     },
     unit::{
         answer::Conclusion,
+        evidence::Evidence,
         finding::{History, Since},
         joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
         layout::Layout,
@@ -279,7 +280,7 @@ impl<'a> Pool<'a> {
             known_numbers: self.known_numbers().ok_or_else(undetermined)?,
             ..joint.damage().ok_or_else(undetermined)?
         };
-        let disagree = self.disagree(&joint);
+        let disagree = self.disagree();
         let history = beside.history(joint);
         let found = Conclusion::of(self.layout(), &history, damage, None, false);
         let mut notices: Vec<Notice> = found.direction_notice().into_iter().collect();
@@ -329,15 +330,15 @@ impl<'a> Pool<'a> {
     }
 
     /// True where no machine in one state of health shows the recordings.
-    fn disagree(&self, joint: &Joint<'_>) -> bool {
-        let others = |first: &Joint<'_>| {
-            let excess = joint.least_sum(&[])? - first.least_sum(&[])?;
-            Some((excess, joint.white_numbers() - first.white_numbers()))
-        };
-        let first = self.beside(&self.used[..1]).and_then(|beside| beside.joint());
-        let compared = first.as_ref().and_then(others);
-        compared.is_some_and(|(excess, degrees)| {
-            chi_squared_log_tail(excess, degrees) < DISAGREEMENT_RATE.ln()
+    ///
+    /// The currents tell: the numbers of a voltage differ within a session by more in some directions
+    /// than the one share in common says that is learnt of them.
+    fn disagree(&self) -> bool {
+        let all = self.beside(&self.used).and_then(|beside| beside.sum_of_currents());
+        let first = self.beside(&self.used[..1]).and_then(|beside| beside.sum_of_currents());
+        all.zip(first).is_some_and(|((sum, numbers), (of_first, numbers_of_first))| {
+            let degrees = numbers - numbers_of_first;
+            chi_squared_log_tail(sum - of_first, degrees) < DISAGREEMENT_RATE.ln()
         })
     }
 
@@ -436,6 +437,15 @@ impl<'a> Pool<'a> {
     }
 }
 
+/// Recordings with other evidence in the place of their own.
+fn with_evidence<'b>(all: &[OfUnit<'b>], evidence: &'b [Evidence]) -> Vec<OfUnit<'b>> {
+    let changed = all.iter().zip(evidence).map(|(one, evidence)| {
+        let &OfUnit { test, session, wear, replaced, .. } = one;
+        OfUnit { evidence, test, session, wear, replaced }
+    });
+    changed.collect()
+}
+
 /// Recordings beside those that their units were learnt from.
 struct Beside<'a> {
     others: Vec<OfUnit<'a>>,
@@ -450,6 +460,17 @@ struct Beside<'a> {
 impl<'a> Beside<'a> {
     fn joint(&self) -> Option<Joint<'a>> {
         Joint::new(&self.others, &self.own, &self.start)
+    }
+
+    /// Least sum of squares of the recordings without their voltages, and its white numbers.
+    fn sum_of_currents(&self) -> Option<(f64, usize)> {
+        let current = |one: &OfUnit<'a>| Evidence { voltage: None, ..one.evidence.clone() };
+        let [others, own] =
+            [&self.others, &self.own].map(|all| all.iter().map(current).collect::<Vec<Evidence>>());
+        let others = with_evidence(&self.others, &others);
+        let own = with_evidence(&self.own, &own);
+        let joint = Joint::new(&others, &own, &self.start)?;
+        Some((joint.least_sum(&[])?, joint.white_numbers()))
     }
 
     fn history(&self, joint: Joint<'a>) -> History<'a> {

@@ -52,14 +52,15 @@ impl Run<'_> {
         {
             fit.evidence.voltage = None;
             notices.push(unused(
-                "no machine within the tolerances shows the current and this voltage: is it in V, and \
-                 of this motor?",
+                "no machine within the tolerances shows it beside the current and the recordings as new: \
+                 is it in V, of this motor, and its supply measured as theirs was?",
             ));
         }
         if fit.evidence.voltage.is_some()
             && fit.evidence.temperature.is_some()
             && contradicts(sum(fit, true, true), sum(fit, true, false), 1)
         {
+            fit.evidence.temperature = None;
             notices.push(Notice {
                 code: NoticeCode::TemperatureContradicts,
                 message:

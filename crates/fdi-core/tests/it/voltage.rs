@@ -95,7 +95,10 @@ type Made = fn(&[f64]) -> Vec<(ChannelName, Vec<f64>)>;
 fn a_voltage_that_cannot_be_used_is_told_and_changes_nothing() {
     let without = diagnosed(&recorded(0.03, false));
     let recording = recorded(0.03, true);
-    let cases: [(&str, Made); 6] = [
+    let cases: [(&str, Made); 7] = [
+        ("`q_axis_voltage_v` is of a field-oriented drive", |v| {
+            vec![(ChannelName::QAxisVoltage, v.to_vec())]
+        }),
         ("`duty_frac` is recorded without `bus_voltage_v`", |v| {
             vec![(ChannelName::Duty, v.iter().map(|v| v / 48.0).collect())]
         }),
@@ -112,7 +115,7 @@ fn a_voltage_that_cannot_be_used_is_told_and_changes_nothing() {
         ("is it of this motor, in V, and positive", |v| {
             vec![(ChannelName::MotorVoltage, v.iter().map(|v| 1e3 * v).collect())]
         }),
-        ("is it in V, and of this motor?", |v| {
+        ("and its supply measured as theirs was?", |v| {
             vec![(ChannelName::MotorVoltage, v.iter().map(|v| 1.4 * v).collect())]
         }),
     ];
