@@ -5,10 +5,10 @@
 //! `bus_voltage_v`.
 
 use ema_sim::Commutation;
-use recordings::{Channel, ChannelName, Recording, Sampling};
+use recordings::{Channel, ChannelName, Recording};
 
 use crate::{
-    online::observation::{LEAST_PHASE_RATE_HZ, at_times, long_enough, uniform_sampling},
+    online::observation::{at_times, sampled_fast_enough},
     simulation::{
         envelope::filtered,
         experiment::Experiment,
@@ -89,14 +89,6 @@ fn usable_rate_hz(
     channel: &Channel,
     experiment: &Experiment,
 ) -> Result<f64, String> {
-    let sampling = uniform_sampling(recording, channel).map_err(|error| error.to_string())?;
-    let Sampling { rate_hz, .. } = sampling;
-    if rate_hz < LEAST_PHASE_RATE_HZ * (1.0 - 1e-9) {
-        let column = channel.name();
-        return Err(format!(
-            "`{column}` is sampled at {rate_hz} Hz, expected {LEAST_PHASE_RATE_HZ} Hz or more"
-        ));
-    }
-    long_enough(channel, &sampling, experiment).map_err(|error| error.to_string())?;
-    Ok(rate_hz)
+    let sampling = sampled_fast_enough(recording, channel, experiment);
+    sampling.map(|sampling| sampling.rate_hz).map_err(|error| error.to_string())
 }

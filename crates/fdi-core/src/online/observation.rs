@@ -89,7 +89,7 @@ impl UnfilteredEnvelope {
 }
 
 /// Standard deviation of a temperature that comes without one, K: that of a sensor on the winding.
-const TEMPERATURE_STD_K: f64 = 3.0;
+pub(crate) const TEMPERATURE_STD_K: f64 = 3.0;
 
 /// Temperature of the winding that metadata state, with its standard deviation, K.
 fn winding_temperature_k(metadata: &Metadata) -> Option<(f64, f64)> {
@@ -98,7 +98,7 @@ fn winding_temperature_k(metadata: &Metadata) -> Option<(f64, f64)> {
 }
 
 /// Lowest rate at which phase currents still show the sectors.
-pub(super) const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
+const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
 /// Currents beyond this many times the controller's limit are in another unit, such as mA.
 const BEYOND_LIMIT: f64 = 10.0;
 /// A sum of the phase currents below this is one that was computed, not measured, A.
@@ -261,7 +261,7 @@ impl Observation {
 }
 
 /// The uniform sampling of a channel that is long enough.
-pub(super) fn uniform_sampling(
+fn uniform_sampling(
     recording: &Recording,
     channel: &Channel,
 ) -> Result<Sampling, ObservationError> {
@@ -276,7 +276,7 @@ pub(super) fn uniform_sampling(
 }
 
 /// Refuses a channel that ends before the command does.
-pub(super) fn long_enough(
+fn long_enough(
     channel: &Channel,
     sampling: &Sampling,
     experiment: &Experiment,
@@ -317,7 +317,7 @@ fn of_phases(
     experiment: &Experiment,
 ) -> Result<Observation, ObservationError> {
     let first = phases[0];
-    let sampling = sampled_fast_enough(recording, first, experiment)?;
+    let sampling = current_fast_enough(recording, first, experiment)?;
     phases[1..].iter().try_for_each(|phase| within_limit(phase, experiment))?;
     for other in &phases[1..] {
         if let Some(error) = different_axes(recording, first, other, sampling.rate_hz) {
@@ -534,7 +534,7 @@ fn of_quadrature(
     if experiment.envelope != Envelope::QAxis {
         return Err(ObservationError::QuadratureOfSixSteps);
     }
-    let Sampling { rate_hz, .. } = sampled_fast_enough(recording, channel, experiment)?;
+    let Sampling { rate_hz, .. } = current_fast_enough(recording, channel, experiment)?;
     let tick_hz = experiment.actuator.controller.sample_hz;
     let (samples_a, fine_hz) = at_ticks(channel.values(), rate_hz, tick_hz);
     let samples_a = match recording.metadata.filter_hz {
@@ -549,7 +549,18 @@ fn of_quadrature(
 
 /// The uniform sampling of a current that is long and fast enough for the experiment's filter, within
 /// the controller's limit.
-fn sampled_fast_enough(
+fn current_fast_enough(
+    recording: &Recording,
+    channel: &Channel,
+    experiment: &Experiment,
+) -> Result<Sampling, ObservationError> {
+    let sampling = sampled_fast_enough(recording, channel, experiment)?;
+    within_limit(channel, experiment)?;
+    Ok(sampling)
+}
+
+/// The uniform sampling of a channel that is long and fast enough for the experiment's filter.
+pub(super) fn sampled_fast_enough(
     recording: &Recording,
     channel: &Channel,
     experiment: &Experiment,
@@ -561,7 +572,6 @@ fn sampled_fast_enough(
         return Err(ObservationError::Rate { column, found_hz: sampling.rate_hz, expected });
     }
     long_enough(channel, &sampling, experiment)?;
-    within_limit(channel, experiment)?;
     Ok(sampling)
 }
 

@@ -4,7 +4,7 @@
 //! with the evidence of references alike, the tolerances and a thermometer it goes through the inference
 //! that later answers the recording.
 
-use ema_sim::{FAULT_COUNT, FaultId, model_file::Model};
+use ema_sim::{FAULT_COUNT, model_file::Model};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
     unit::{
         error::{UnitError, drawn_spread},
         evidence::{Evidence, InCommon, TemperatureReading},
-        joint::{Joint, OfTest, OfUnit, Wear},
+        joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
         layout::Component,
         quantities::Quantities,
         search::{Observed, expected_evidence},
@@ -140,8 +140,8 @@ impl Worth {
         })
     }
 
-    /// Variances of the damage looked for that such recordings leave; `None` where they determine none.
-    fn variances(&self, quantities: &Quantities, beside: &Beside) -> Option<Vec<f64>> {
+    /// Damage that such recordings tell; `None` where they determine none.
+    fn damage(&self, quantities: &Quantities, beside: &Beside) -> Option<DamageFit> {
         let origin = vec![0.0; quantities.layout().len()];
         let evidence = Evidence {
             at: quantities.shown_at(&origin),
@@ -164,25 +164,14 @@ impl Worth {
         };
         let references: Vec<OfUnit<'_>> = (0..beside.references).map(of_session).collect();
         let joint = Joint::new(&references, &[of_session(beside.references)], &origin)?;
-        Some(joint.damage()?.covariance.diagonal().iter().copied().collect())
+        joint.damage()
     }
 
     /// Standard deviations of faults by their index, of the eccentricity the root mean square over its
     /// two coordinates; not a number of what is not looked for.
     pub(super) fn stds(&self, quantities: &Quantities, beside: &Beside) -> Option<Stds> {
-        let variances = self.variances(quantities, beside)?;
-        let variance = |of: usize| quantities.layout().place_of(of).map(|place| variances[place]);
-        let std = |fault: FaultId| {
-            let variance = match fault {
-                FaultId::Eccentricity => {
-                    variance(5).zip(variance(6)).map(|(cos, sin)| 0.5 * (cos + sin))
-                }
-                FaultId::EccentricityPhase => None,
-                one => variance(one.index()),
-            };
-            variance.map_or(f64::NAN, f64::sqrt)
-        };
-        Some(FaultId::ALL.map(std))
+        let stds = self.damage(quantities, beside)?.stds(quantities.layout());
+        Some(stds.map(|std| std.unwrap_or(f64::NAN)))
     }
 }
 

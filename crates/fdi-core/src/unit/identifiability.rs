@@ -15,7 +15,7 @@
 use ema_sim::FaultId;
 
 use crate::{
-    online::run::Run,
+    online::{observation::TEMPERATURE_STD_K, run::Run},
     report::{self, Further, Identifiability, SharedWith, WouldHelp},
     unit::{
         error::UnitError,
@@ -33,8 +33,6 @@ const NOTABLE_SHARE: f64 = 0.9;
 const EXACT: f64 = 1e6;
 /// Recordings as new that would be there.
 const REFERENCES: usize = 4;
-/// Standard deviation of a thermometer that is not there yet, K: that of a sensor on the winding.
-const READING_STD_K: f64 = 3.0;
 
 impl Run<'_> {
     /// How well each fault looked for can be told; nothing where the evidence determines no damage.
@@ -48,8 +46,8 @@ impl Run<'_> {
         let placed = self.placed(unit, quantities, &fit.evidence);
         let Some(joint) = placed.joint(&fit.point) else { return Vec::new() };
         let layout = quantities.layout();
-        let with =
-            |evidence: &Evidence| Stds::of(layout, &placed.with_evidence(evidence, &fit.point)?);
+        let stds = |joint: &Joint<'_>| Some(joint.damage()?.stds(layout));
+        let with = |evidence: &Evidence| stds(&placed.with_evidence(evidence, &fit.point)?);
         let of_day = |session: usize| {
             let mut again = placed.own;
             again.session = session;
@@ -57,12 +55,12 @@ impl Run<'_> {
         };
         let with_another = |session: usize| {
             let both = [placed.own, of_day(session)];
-            Stds::of(layout, &Joint::new(&placed.others, &both, &fit.point)?)
+            stds(&Joint::new(&placed.others, &both, &fit.point)?)
         };
         let with_references = || {
             let own = placed.own.session;
             let others: Vec<OfUnit<'_>> = (own + 1..=own + REFERENCES).map(of_day).collect();
-            Stds::of(layout, &Joint::new(&others, &[placed.own], &fit.point)?)
+            stds(&Joint::new(&others, &[placed.own], &fit.point)?)
         };
         let of_days = placed.others.iter().map(|one| one.session).chain([placed.own.session]);
         let new_day = of_days.max().unwrap_or_default() + 1;
@@ -74,7 +72,7 @@ impl Run<'_> {
             further.push((Further::References, with_references()));
         }
         if fit.evidence.temperature.is_none() && layout.temperature().is_some() {
-            let reading = TemperatureReading { away_k: 0.0, std_k: READING_STD_K };
+            let reading = TemperatureReading { away_k: 0.0, std_k: TEMPERATURE_STD_K };
             let evidence = Evidence { temperature: Some(reading), ..fit.evidence.clone() };
             further.push((Further::Temperature, with(&evidence)));
         }
@@ -86,13 +84,13 @@ impl Run<'_> {
                 further.push((Further::Voltage, with(&evidence)));
             }
         }
-        let Some(now) = Stds::of(layout, &joint) else { return Vec::new() };
+        let Some(now) = stds(&joint) else { return Vec::new() };
         let least = with(&exact(&fit.evidence));
         let of_fault = |fault: FaultId| {
-            let std = now.std(fault)?;
+            let std = now[fault.index()]?;
             let notable = |other: f64| other < NOTABLE_SHARE * std;
             let best = further.iter().filter_map(|(what, stds)| {
-                Some(WouldHelp { what: *what, std: stds.as_ref()?.std(fault)? })
+                Some(WouldHelp { what: *what, std: stds.as_ref()?[fault.index()]? })
             });
             let best = best.min_by(|a, b| a.std.total_cmp(&b.std));
             Some(Identifiability {
@@ -100,15 +98,14 @@ impl Run<'_> {
                 std,
                 least_std: least
                     .as_ref()
-                    .and_then(|least| least.std(fault))
+                    .and_then(|least| least[fault.index()])
                     .unwrap_or(std)
                     .min(std),
                 shared_with: shared_with(layout, &joint, fault).filter(|one| notable(one.std)),
                 would_help: best.filter(|one| notable(one.std)),
             })
         };
-        let sizes = FaultId::ALL.into_iter().filter(|fault| *fault != FaultId::EccentricityPhase);
-        sizes.filter_map(of_fault).collect()
+        FaultId::ALL.into_iter().filter_map(of_fault).collect()
     }
 }
 
@@ -128,42 +125,10 @@ fn exact(evidence: &Evidence) -> Evidence {
     }
 }
 
-/// Coordinates of a fault's damage among the unknowns.
-fn places(layout: &Layout, fault: FaultId) -> Vec<usize> {
-    let coordinates = match fault {
-        FaultId::Eccentricity => vec![5, 6],
-        one => vec![one.index()],
-    };
-    coordinates.into_iter().filter_map(|one| layout.place_of(one)).collect()
-}
-
-/// Standard deviations of the faults.
-struct Stds {
-    /// By fault; `None` of what is not looked for.
-    all: Vec<Option<f64>>,
-}
-
-impl Stds {
-    /// `None` where no damage is determined.
-    fn of(layout: &Layout, joint: &Joint<'_>) -> Option<Self> {
-        let covariance = joint.damage()?.covariance;
-        let std = |fault: FaultId| {
-            let places = places(layout, fault);
-            let sum: f64 = places.iter().map(|&place| covariance[(place, place)]).sum();
-            (!places.is_empty()).then(|| (sum / places.len() as f64).sqrt())
-        };
-        Some(Self { all: FaultId::ALL.map(std).to_vec() })
-    }
-
-    fn std(&self, fault: FaultId) -> Option<f64> {
-        self.all[fault.index()]
-    }
-}
-
 /// The number that would lower the standard deviation of a fault most, were it known: of all phases,
 /// and in both directions, where it has several parts.
 fn shared_with(layout: &Layout, joint: &Joint<'_>, fault: FaultId) -> Option<SharedWith> {
-    let damage = places(layout, fault);
+    let damage = layout.places_of(fault);
     let mut keys: Vec<&str> = layout.numbers.iter().map(|number| whole_key(&number.key)).collect();
     keys.sort_unstable();
     keys.dedup();

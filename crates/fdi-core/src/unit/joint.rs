@@ -27,6 +27,7 @@
 
 use std::{borrow::Cow, cell::OnceCell, convert::Infallible};
 
+use ema_sim::{FAULT_COUNT, FaultId};
 use inference::{MostProbable, SymmetricMatrix, Unknown, Whitened, dot, most_probable};
 use nalgebra::{DMatrix, DVector};
 
@@ -84,6 +85,14 @@ pub(crate) struct OfUnit<'a> {
     pub(crate) replaced: [u32; Component::COUNT],
 }
 
+impl OfUnit<'_> {
+    /// The recording with other evidence in the place of its own.
+    pub(crate) fn with_evidence<'b>(&'b self, evidence: &'b Evidence) -> OfUnit<'b> {
+        let &OfUnit { test, session, wear, replaced, .. } = self;
+        OfUnit { evidence, test, session, wear, replaced }
+    }
+}
+
 /// Damage with what is left open of it.
 #[derive(Clone, Debug)]
 pub(crate) struct DamageFit {
@@ -93,6 +102,18 @@ pub(crate) struct DamageFit {
     pub(crate) covariance: DMatrix<f64>,
     /// Covariance of the damage, were every number known.
     pub(crate) known_numbers: DMatrix<f64>,
+}
+
+impl DamageFit {
+    /// Standard deviations of faults by their index, of the eccentricity the root mean square over its
+    /// two coordinates; `None` of what is not looked for.
+    pub(crate) fn stds(&self, layout: &Layout) -> [Option<f64>; FAULT_COUNT] {
+        FaultId::ALL.map(|fault| {
+            let places = layout.places_of(fault);
+            let sum: f64 = places.iter().map(|&place| self.covariance[(place, place)]).sum();
+            (!places.is_empty()).then(|| (sum / places.len() as f64).sqrt())
+        })
+    }
 }
 
 impl From<&UnitFit> for DamageFit {

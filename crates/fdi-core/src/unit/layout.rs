@@ -1,7 +1,7 @@
 //! The unknowns of a unit: damage looked for and numbers with a tolerance.
 
 use ema_sim::{
-    Block, FAULT_COUNT, FaultCoordinates, Level, Parameter, TemperatureLaw, ThermalNumber,
+    Block, FAULT_COUNT, FaultCoordinates, FaultId, Level, Parameter, TemperatureLaw, ThermalNumber,
     Tolerance, UncertainNumber,
 };
 
@@ -250,6 +250,30 @@ impl Layout {
     /// Place of a coordinate of damage among the unknowns.
     pub(crate) fn place_of(&self, coordinate: usize) -> Option<usize> {
         self.sought.iter().position(|&index| index == coordinate)
+    }
+
+    /// Places of a fault's coordinates of damage among the unknowns; none of the eccentricity's direction,
+    /// which is in both of its coordinates.
+    pub(crate) fn places_of(&self, fault: FaultId) -> Vec<usize> {
+        let coordinates: &[usize] = match fault {
+            FaultId::Eccentricity => &[5, 6],
+            FaultId::EccentricityPhase => &[],
+            size => &[size.index()],
+        };
+        coordinates.iter().filter_map(|&one| self.place_of(one)).collect()
+    }
+
+    /// Point with some unknowns set by the names of coordinates and the keys of numbers.
+    #[cfg(test)]
+    pub(crate) fn point(&self, set: &[(&str, f64)]) -> Vec<f64> {
+        let mut point = vec![0.0; self.len()];
+        for (name, value) in set {
+            let damage = FaultCoordinates::NAMES.iter().position(|one| one == name);
+            let number = || self.numbers.iter().position(|number| number.key == *name);
+            let place = damage.or_else(|| Some(self.sought.len() + number()?)).unwrap();
+            point[place] = *value;
+        }
+        point
     }
 
     /// Place of the winding's temperature among the unknowns, where it scatters.

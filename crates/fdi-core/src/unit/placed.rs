@@ -57,8 +57,6 @@ impl<'a> Placed<'a> {
         evidence: &'b Evidence,
         start: &[f64],
     ) -> Option<Joint<'b>> {
-        let OfUnit { test, session, wear, replaced, .. } = self.own;
-        let others: Vec<OfUnit<'b>> = self.others.clone();
-        Joint::new(&others, &[OfUnit { evidence, test, session, wear, replaced }], start)
+        Joint::new(&self.others, &[self.own.with_evidence(evidence)], start)
     }
 }

@@ -437,15 +437,6 @@ impl<'a> Pool<'a> {
     }
 }
 
-/// Recordings with other evidence in the place of their own.
-fn with_evidence<'b>(all: &[OfUnit<'b>], evidence: &'b [Evidence]) -> Vec<OfUnit<'b>> {
-    let changed = all.iter().zip(evidence).map(|(one, evidence)| {
-        let &OfUnit { test, session, wear, replaced, .. } = one;
-        OfUnit { evidence, test, session, wear, replaced }
-    });
-    changed.collect()
-}
-
 /// Recordings beside those that their units were learnt from.
 struct Beside<'a> {
     others: Vec<OfUnit<'a>>,
@@ -465,10 +456,11 @@ impl<'a> Beside<'a> {
     /// Least sum of squares of the recordings without their voltages, and its white numbers.
     fn sum_of_currents(&self) -> Option<(f64, usize)> {
         let current = |one: &OfUnit<'a>| Evidence { voltage: None, ..one.evidence.clone() };
-        let [others, own] =
+        let [of_others, of_own] =
             [&self.others, &self.own].map(|all| all.iter().map(current).collect::<Vec<Evidence>>());
-        let others = with_evidence(&self.others, &others);
-        let own = with_evidence(&self.own, &own);
+        let others = self.others.iter().zip(&of_others).map(|(one, of)| one.with_evidence(of));
+        let own = self.own.iter().zip(&of_own).map(|(one, of)| one.with_evidence(of));
+        let (others, own): (Vec<_>, Vec<_>) = (others.collect(), own.collect());
         let joint = Joint::new(&others, &own, &self.start)?;
         Some((joint.least_sum(&[])?, joint.white_numbers()))
     }

@@ -1,5 +1,5 @@
 use approx::assert_abs_diff_eq;
-use ema_sim::{EffectId, FaultCoordinates, Level, Spread, Tolerance, UncertainNumber, presets};
+use ema_sim::{EffectId, Level, Spread, Tolerance, UncertainNumber, presets};
 use inference::BandedMatrix;
 
 use super::{
@@ -88,15 +88,7 @@ impl Chirp {
     }
 
     fn point(&self, set: &[(&str, f64)]) -> Vec<f64> {
-        let layout = self.quantities.layout();
-        let mut point = vec![0.0; layout.len()];
-        for (name, value) in set {
-            let damage = FaultCoordinates::NAMES.iter().position(|one| one == name);
-            let number = || layout.numbers.iter().position(|number| number.key == *name);
-            let place = damage.or_else(|| Some(layout.sought.len() + number()?)).unwrap();
-            point[place] = *value;
-        }
-        point
+        self.quantities.layout().point(set)
     }
 }
 

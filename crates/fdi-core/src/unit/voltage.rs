@@ -502,7 +502,7 @@ fn kept(gain: &DMatrix<f64>, numbers: &[f64]) -> DVector<f64> {
 #[cfg(test)]
 mod tests {
     use approx::assert_abs_diff_eq;
-    use ema_sim::{FaultCoordinates, HighFidelity, presets};
+    use ema_sim::{HighFidelity, presets};
 
     use super::*;
     use crate::unit::{design::built, monitor::UnitMonitor, quantities::Quantities};
@@ -537,13 +537,7 @@ mod tests {
         let quantities = Quantities::new(&experiment);
         let layout = quantities.layout();
         let fitted = |set: &[(&str, f64)]| {
-            let mut point = vec![0.0; layout.len()];
-            for (name, value) in set {
-                let damage = FaultCoordinates::NAMES.iter().position(|one| one == name);
-                let number = || layout.numbers.iter().position(|number| number.key == *name);
-                let place = damage.or_else(|| Some(layout.sought.len() + number()?)).unwrap();
-                point[place] = *value;
-            }
+            let point = layout.point(set);
             let monitor = UnitMonitor::new(&experiment, &quantities, 0.0);
             let (trace, machine) = monitor.run(&quantities.at(&point)).unwrap();
             let filtered = |channel: &[f64]| monitor.filtered(channel);

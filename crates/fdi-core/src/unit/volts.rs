@@ -64,8 +64,9 @@ impl Run<'_> {
             notices.push(Notice {
                 code: NoticeCode::TemperatureContradicts,
                 message:
-                    "the winding's temperature as read is not the one that currents and voltage \
-                          show: look at the thermometer, and at `winding-temperature-sd-k`"
+                    "the winding's temperature as read is not the one that current and voltage \
+                          show, and is left out: look at the thermometer, and at \
+                          `winding-temperature-sd-k`"
                         .to_owned(),
             });
         }

@@ -88,8 +88,8 @@ pub struct PlannedFault {
     /// By the planned test; left out where no motion within the limits tells the fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planned: Option<ExpectedStd>,
-    /// By a test that shows all that a current can, and a voltage: the rest is left by tolerances and by what differs
-    /// from day to day; left out where these leave everything open.
+    /// By a test that shows all that a current can, and a voltage: the rest is left by tolerances and by
+    /// what differs from day to day; left out where these leave everything open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least: Option<ExpectedStd>,
     /// Number that the rest is shared with, without a thermometer; left out where it is no single one.
