@@ -26,6 +26,14 @@ const FIXTURE_NOISE_A: f64 = 0.020;
 fn designs(experiment: &Experiment) -> &'static [(ReferenceDesign, usize)] {
     match experiment.name.as_str() {
         "sine" => &[(ReferenceDesign::Incipient, 100), (ReferenceDesign::Sparse, 50)],
+        // six times as long as the chirp: what there is of each design is less
+        "planned" => &[
+            (ReferenceDesign::Incipient, 100),
+            (ReferenceDesign::Sparse, 100),
+            (ReferenceDesign::Turned, 100),
+            (ReferenceDesign::TurnedSparse, 100),
+            (ReferenceDesign::Wide, 100),
+        ],
         _ => &[
             (ReferenceDesign::Incipient, 100),
             (ReferenceDesign::Sparse, 100),
@@ -33,6 +41,14 @@ fn designs(experiment: &Experiment) -> &'static [(ReferenceDesign, usize)] {
             (ReferenceDesign::TurnedSparse, 150),
             (ReferenceDesign::Wide, 100),
         ],
+    }
+}
+
+/// Electronics that datasets of an experiment are made with; its bundle is made of the real ones.
+fn electronics(experiment: &Experiment) -> &'static [Imperfections] {
+    match experiment.name.as_str() {
+        "planned" => &[Imperfections::REAL],
+        _ => &[Imperfections::REAL, Imperfections::NONE],
     }
 }
 
@@ -181,10 +197,11 @@ fn make(root: &Path) -> Result<(Manifest, Vec<Product>, Vec<Product>)> {
     let (mut products, mut scratch) = (Vec::new(), Vec::new());
     let tolerance = presets::ema_48_tolerance();
     let temperature = Some(presets::ema_48_temperature());
-    let chirp = Experiment { tolerance, temperature, ..Experiment::chirp() };
-    for experiment in [chirp, Experiment::sine()] {
+    let within = |test| Experiment { tolerance: tolerance.clone(), temperature, ..test };
+    let tests = [within(Experiment::chirp()), Experiment::sine(), within(Experiment::planned())];
+    for experiment in tests {
         let mut of_bundle = Vec::new();
-        for imperfections in [Imperfections::REAL, Imperfections::NONE] {
+        for &imperfections in electronics(&experiment) {
             for &(design, conditions) in designs(&experiment) {
                 let request =
                     DatasetRequest { design, conditions, seed: SEED, imperfections, jobs };

@@ -326,10 +326,10 @@ pub struct DiagnoseArgs {
     /// Recordings, folders and patterns named in FILE, one a line; `-` reads the names from standard input
     #[arg(long, value_name = "FILE")]
     pub files_from: Option<PathBuf>,
-    /// Bundle to diagnose with [default: the embedded one that fits the recording]
+    /// Bundle to diagnose with; may be repeated, then each recording is diagnosed with the one that fits it [default: the embedded one that fits the recording]
     #[arg(long, value_name = "FILE")]
-    pub bundle: Option<PathBuf>,
-    /// A recording of this machine as new: levels are changes since it; may be repeated
+    pub bundle: Vec<PathBuf>,
+    /// A recording of this machine as new: levels are changes since those of the same test; may be repeated
     #[arg(long, value_name = "FILE")]
     pub reference: Vec<PathBuf>,
     /// The unit that `fdi unit learn` has learnt, or a folder of units, matched by `actuator-id`: levels are changes since it was new

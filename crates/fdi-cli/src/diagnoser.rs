@@ -4,6 +4,7 @@ use std::{
     fmt::Display,
     fs,
     path::PathBuf,
+    ptr,
     sync::{Arc, OnceLock},
 };
 
@@ -86,7 +87,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
         identifiability: args.identifiability || reports_at_once(args),
         seed: seed.derive(Purpose::Diagnosis, 0),
     };
-    let bundles = read_bundles(args.bundle.as_ref())?;
+    let bundles = read_bundles(&args.bundle)?;
     let map = args.map.column_map()?;
     let read =
         |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
@@ -106,9 +107,8 @@ pub(crate) struct ToLearn {
 /// Reads recordings to learn from, with the bundle that fits the first of them.
 pub(crate) fn diagnoser_of_first(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ToLearn> {
     let recordings = read_all(paths, reading)?;
-    let mut bundles = read_bundles(reading.bundle.as_ref())?;
-    let experiments: Vec<_> = bundles.iter().map(|one| &one.experiment).collect();
-    let fitting = recordings.first().map_or(0, |first| fitting_experiment(&experiments, first));
+    let mut bundles = read_bundles(reading.bundle.as_slice())?;
+    let fitting = recordings.first().map_or(0, |first| place_of_fitting(&bundles, first));
     let diagnoser = fdi_core::Diagnoser::new(bundles.swap_remove(fitting).into_bundle()?)?;
     Ok(ToLearn { recordings, diagnoser })
 }
@@ -186,20 +186,32 @@ pub(crate) fn learning_options(seed: RootSeed) -> DiagnoseOptions {
     }
 }
 
-/// The bundle of a file, or the embedded ones.
-fn read_bundles(path: Option<&PathBuf>) -> Result<Vec<Prepared>> {
-    let Some(path) = path else {
+/// The bundles of files, or the embedded ones where none is named.
+fn read_bundles(paths: &[PathBuf]) -> Result<Vec<Prepared>> {
+    if paths.is_empty() {
         let read = |one| Prepared::embedded(one).context("the embedded bundle");
         return EMBEDDED_BUNDLES.iter().map(read).collect();
+    }
+    let read = |path: &PathBuf| {
+        let named = || path.display().to_string();
+        let bytes = fs::read(path).with_context(named)?;
+        Prepared::read(bytes).with_context(named)
     };
-    let named = path.display().to_string();
-    let bytes = fs::read(path).with_context(|| named.clone())?;
-    Ok(vec![Prepared::read(&bytes).context(named)?])
+    paths.iter().map(read).collect()
 }
 
 /// The bundle of a file, or the embedded ones, each read whole.
 fn whole_bundles(path: Option<&PathBuf>) -> Result<Vec<Bundle>> {
-    read_bundles(path)?.into_iter().map(Prepared::into_bundle).collect()
+    read_bundles(path.map_or(&[], std::slice::from_ref))?
+        .into_iter()
+        .map(Prepared::into_bundle)
+        .collect()
+}
+
+/// Place of the bundle that a recording is diagnosed with.
+fn place_of_fitting(bundles: &[Prepared], recording: &Recording) -> usize {
+    let experiments: Vec<_> = bundles.iter().map(|one| &one.experiment).collect();
+    fitting_experiment(&experiments, recording)
 }
 
 /// Where a bundle is.
@@ -207,12 +219,12 @@ enum Source {
     /// With the program: read whole when it is needed.
     Embedded(&'static EmbeddedBundle),
     /// Read from a file, whose faults are told at once.
-    Read(Box<Bundle>),
+    Read { bytes: Vec<u8>, bundle: Box<Bundle> },
 }
 
 /// A bundle that is prepared when the first recording needs it.
 struct Prepared {
-    sha256: String,
+    sha256: OnceLock<String>,
     experiment: Experiment,
     source: Source,
     ready: OnceLock<Result<Ready, String>>,
@@ -227,17 +239,24 @@ struct Ready {
 impl Prepared {
     fn embedded(embedded: &'static EmbeddedBundle) -> Result<Self> {
         let experiment = Bundle::experiment_from_bytes(embedded.bytes)?;
-        Ok(Self::of(embedded.bytes, experiment, Source::Embedded(embedded)))
+        Ok(Self::of(experiment, Source::Embedded(embedded)))
     }
 
-    fn read(bytes: &[u8]) -> Result<Self> {
-        let bundle = Bundle::from_bytes(bytes)?;
-        Ok(Self::of(bytes, bundle.experiment.clone(), Source::Read(Box::new(bundle))))
+    fn read(bytes: Vec<u8>) -> Result<Self> {
+        let bundle = Box::new(Bundle::from_bytes(&bytes)?);
+        Ok(Self::of(bundle.experiment.clone(), Source::Read { bytes, bundle }))
     }
 
-    fn of(bytes: &[u8], experiment: Experiment, source: Source) -> Self {
-        let sha256 = recordings::sha256_hex(bytes);
-        Self { sha256, experiment, source, ready: OnceLock::new() }
+    fn of(experiment: Experiment, source: Source) -> Self {
+        Self { sha256: OnceLock::new(), experiment, source, ready: OnceLock::new() }
+    }
+
+    fn sha256(&self) -> &str {
+        let bytes = match &self.source {
+            Source::Embedded(embedded) => embedded.bytes,
+            Source::Read { bytes, .. } => bytes,
+        };
+        self.sha256.get_or_init(|| recordings::sha256_hex(bytes))
     }
 
     fn bundle(&self) -> Result<Bundle> {
@@ -245,24 +264,25 @@ impl Prepared {
             Source::Embedded(embedded) => {
                 Bundle::from_bytes(embedded.bytes).context("the embedded bundle")
             }
-            Source::Read(bundle) => Ok(Bundle::clone(bundle)),
+            Source::Read { bundle, .. } => Ok(Bundle::clone(bundle)),
         }
     }
 
     fn into_bundle(self) -> Result<Bundle> {
         match self.source {
             Source::Embedded(_) => self.bundle(),
-            Source::Read(bundle) => Ok(*bundle),
+            Source::Read { bundle, .. } => Ok(*bundle),
         }
     }
 
     fn ready(
         &self,
         encoding: Encoding,
-        references: &[Recording],
+        references: impl Fn() -> Result<Vec<Recording>, String>,
         options: &DiagnoseOptions,
     ) -> Result<&Ready> {
         let prepare = || {
+            let references = references()?;
             let bundle = || self.bundle().map_err(|error| format!("{error:#}"));
             let plain = fdi_core::Diagnoser::with_encoding(bundle()?, encoding)
                 .map_err(|error| error.to_string())?;
@@ -271,12 +291,12 @@ impl Prepared {
             }
             let of_references = |error: &dyn Display| format!("the references: {error}");
             let learnt = (options.tolerance == ToleranceUse::Model)
-                .then(|| plain.learn_unit(references, options));
+                .then(|| plain.learn_unit(&references, options));
             match learnt {
                 Some(Ok(unit)) => Ok(Ready { diagnoser: plain, unit: Some(Arc::new(unit)) }),
                 // where tolerances are not used, or do not explain it, levels are against the mean
                 None | Some(Err(UnitLearningError::Unexplained { .. })) => {
-                    fdi_core::Diagnoser::with_references(bundle()?, encoding, references)
+                    fdi_core::Diagnoser::with_references(bundle()?, encoding, &references)
                         .map(|diagnoser| Ready { diagnoser, unit: None })
                         .map_err(|error| of_references(&error))
                 }
@@ -300,27 +320,47 @@ struct BundleDiagnoser {
 impl BundleDiagnoser {
     /// The bundle that a recording is diagnosed with.
     fn fitting(&self, recording: &Recording) -> &Prepared {
-        let experiments: Vec<_> = self.bundles.iter().map(|one| &one.experiment).collect();
-        &self.bundles[fitting_experiment(&experiments, recording)]
+        &self.bundles[place_of_fitting(&self.bundles, recording)]
     }
 
-    /// The diagnosis of a recording, with its settings: those of all, and its unit.
-    fn prepared(&self, recording: &Recording) -> Result<(&fdi_core::Diagnoser, DiagnoseOptions)> {
-        let prepared = self.fitting(recording);
-        let ready = prepared.ready(self.encoding, &self.references, &self.options)?;
-        let named = self.units.unit_of(recording, &prepared.experiment.name)?;
+    /// The references that are of the test of a bundle.
+    fn references_of(&self, bundle: &Prepared) -> Result<Vec<Recording>, String> {
+        let is_of_test = |reference: &&Recording| ptr::eq(self.fitting(reference), bundle);
+        let own: Vec<Recording> = self.references.iter().filter(is_of_test).cloned().collect();
+        if own.is_empty() && !self.references.is_empty() {
+            let test = &bundle.experiment.name;
+            return Err(format!("the references: none is of the test `{test}` of this recording"));
+        }
+        Ok(own)
+    }
+
+    /// The diagnosis of a recording with a bundle, and its settings: those of all, and its unit.
+    fn prepared<'a>(
+        &self,
+        bundle: &'a Prepared,
+        recording: &Recording,
+    ) -> Result<(&'a fdi_core::Diagnoser, DiagnoseOptions)> {
+        let references = || self.references_of(bundle);
+        let ready = bundle.ready(self.encoding, references, &self.options)?;
+        let named = self.units.unit_of(recording, &ready.diagnoser)?;
         let unit = named.or(ready.unit.as_ref()).cloned();
         Ok((&ready.diagnoser, DiagnoseOptions { unit, ..self.options.clone() }))
+    }
+
+    /// Hash of a bundle that answers with it are told beside; `None` for that of the head.
+    fn other_sha256(&self, bundle: &Prepared) -> Option<String> {
+        let is_of_head = ptr::eq(bundle, &raw const self.bundles[0]);
+        (!is_of_head).then(|| bundle.sha256().to_owned())
     }
 }
 
 impl Diagnoser for BundleDiagnoser {
     fn bundle_sha256(&self) -> &str {
-        &self.bundles[0].sha256
+        self.bundles[0].sha256()
     }
 
     fn bundles(&self) -> Vec<&str> {
-        self.bundles.iter().map(|one| one.sha256.as_str()).collect()
+        self.bundles.iter().map(Prepared::sha256).collect()
     }
 
     fn rates_hz(&self) -> &[f64] {
@@ -328,27 +368,23 @@ impl Diagnoser for BundleDiagnoser {
     }
 
     fn diagnose(&self, recording: &Recording) -> Result<RecordDiagnosis> {
-        let prepared = self.fitting(recording);
-        let (diagnoser, options) = self.prepared(recording)?;
+        let bundle = self.fitting(recording);
+        let (diagnoser, options) = self.prepared(bundle, recording)?;
         let mut answer = diagnoser.diagnose(recording, &options)?;
-        if prepared.sha256 != self.bundle_sha256() {
-            answer.bundle = Some(prepared.sha256.clone());
-        }
+        answer.bundle = self.other_sha256(bundle);
         Ok(answer)
     }
 
     fn diagnose_alone(&self, recording: &Recording) -> Result<DiagnosedAlone> {
-        let prepared = self.fitting(recording);
-        let (diagnoser, options) = self.prepared(recording)?;
+        let bundle = self.fitting(recording);
+        let (diagnoser, options) = self.prepared(bundle, recording)?;
         let mut alone = diagnoser.diagnose_alone(recording, &options)?;
-        if prepared.sha256 != self.bundle_sha256() {
-            alone.answer_mut().bundle = Some(prepared.sha256.clone());
-        }
+        alone.answer_mut().bundle = self.other_sha256(bundle);
         Ok(alone)
     }
 
     fn signals(&self, recording: &Recording) -> Result<Option<FitSignals>> {
-        let (diagnoser, options) = self.prepared(recording)?;
+        let (diagnoser, options) = self.prepared(self.fitting(recording), recording)?;
         let (_, signals) = diagnoser.diagnose_with_signals(recording, &options)?;
         Ok(Some(signals))
     }

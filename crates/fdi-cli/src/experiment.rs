@@ -80,7 +80,7 @@ fn recorded(path: &Path) -> Result<Experiment> {
 pub(crate) fn recording_of(path: &Path) -> Result<(String, Recording)> {
     let named = path.display().to_string();
     if path.extension().is_none() {
-        bail!("{named}: neither a command (`chirp`, `sine`) nor a recording");
+        bail!("{named}: neither a command (`chirp`, `sine`, `planned`) nor a recording");
     }
     let recording = Recording::read(path, &ColumnMap::default()).with_context(|| named.clone())?;
     Ok((named, recording))

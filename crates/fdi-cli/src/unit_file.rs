@@ -9,7 +9,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use fdi_core::{LearntUnit, Recording};
+use fdi_core::{Diagnoser, LearntUnit, Recording};
 
 use crate::streams::{Worth, in_place_of};
 
@@ -61,8 +61,8 @@ impl Units {
             let unit = read(&file)?;
             let same = |(_, known): &&(PathBuf, Arc<LearntUnit>)| {
                 known.actuator_id().is_some()
-                    && (known.actuator_id(), known.command())
-                        == (unit.actuator_id(), unit.command())
+                    && known.actuator_id() == unit.actuator_id()
+                    && known.is_of_test_of(&unit)
             };
             if let Some((other, known)) = units.iter().find(same) {
                 let id = known.actuator_id().unwrap_or_default();
@@ -73,11 +73,11 @@ impl Units {
         Ok(Self { units, is_named: !path.is_dir() })
     }
 
-    /// The unit of a recording of a command; `None` where there is none.
+    /// The unit of a recording that a diagnoser is for; `None` where there is none.
     pub(crate) fn unit_of(
         &self,
         recording: &Recording,
-        command: &str,
+        diagnoser: &Diagnoser,
     ) -> Result<Option<&Arc<LearntUnit>>> {
         let id = recording.metadata.actuator_id.as_deref();
         if let (true, [(file, unit)]) = (self.is_named, &self.units[..]) {
@@ -89,10 +89,12 @@ impl Units {
             }
             return Ok(Some(unit));
         }
-        let is_of = |unit: &LearntUnit| {
-            id.is_some() && unit.actuator_id() == id && unit.command() == command
-        };
-        Ok(self.units.iter().map(|(_, unit)| unit).find(|unit| is_of(unit)))
+        let is_own = |unit: &&Arc<LearntUnit>| id.is_some() && unit.actuator_id() == id;
+        let own = || self.units.iter().map(|(_, unit)| unit).filter(is_own);
+        let command = &diagnoser.bundle().experiment.name;
+        // one of the same command that was learnt with another bundle is refused, not passed over
+        let of_command = || own().find(|unit| unit.command() == command);
+        Ok(own().find(|unit| diagnoser.knows_unit(unit)).or_else(of_command))
     }
 }
 

@@ -20,7 +20,7 @@ pub const METADATA_KEYS: [MetadataKey; 12] = [
     key("actuator-id", "text", "which actuator the recording is of"),
     key("date", "date", "when it was taken, with or without time"),
     key("session", "text", "which session of the actuator it was taken in; else its day"),
-    key("command", "text", "name of the command (`chirp`, `sine`), or `recorded`"),
+    key("command", "text", "name of the command (`chirp`, `sine`, `planned`), or `recorded`"),
     key("rate-hz", "number", "sample rate of the file, Hz"),
     key(
         "filter-hz",

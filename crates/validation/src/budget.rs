@@ -6,6 +6,8 @@
 //!   time is judged as a ratio to that of a loop which runs between the cases.
 //! - Evaluations of the models are pinned everywhere.
 
+mod together;
+
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -150,6 +152,7 @@ pub fn check_budgets(root: &Path) -> Result<()> {
     for batch in &BATCHES {
         exceeded.extend(estimated(root, batch)?);
     }
+    exceeded.extend(together::exceeded()?);
     if exceeded.is_empty() { Ok(()) } else { bail!("{}", exceeded.join("; ")) }
 }
 

@@ -13,10 +13,10 @@ pub struct TestArgs {
     /// Actuator: `ema-48`, `bench` or a model file; `simulate` takes that of a servo axis too
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "ema-48")]
     pub model: String,
-    /// Command: `chirp`, `sine` or a recording with the column `command_rad`, for a servo axis that slides `command_m`
+    /// Command: `chirp`, `sine`, `planned` or a recording with the column `command_rad`, for a servo axis that slides `command_m`
     #[arg(long, value_name = "NAME|FILE.csv", default_value = "chirp")]
     pub command: String,
-    /// Constant load on the surface, N·m, positive against positive motion [default: 0.5 for `chirp`, 0 for `sine`, the column `load_n_m` of a recording or else 0]
+    /// Constant load on the surface, N·m, positive against positive motion [default: 0.5 for `chirp` and `planned`, 0 for `sine`, the column `load_n_m` of a recording or else 0]
     #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
     pub load_n_m: Option<f64>,
     /// Mechanical angle of the rotor at the first sample, rad

@@ -20,7 +20,7 @@ pub struct RecordArgs {
     /// Repetitions of recordings to train on, for the noise
     #[arg(long, num_args = 1.., value_name = "REC")]
     pub repeat: Vec<PathBuf>,
-    /// Command of the recordings that have no column of it: `chirp`, `sine` or a recording [default: the one their metadata name]
+    /// Command of the recordings that have no column of it: `chirp`, `sine`, `planned` or a recording [default: the one their metadata name]
     #[arg(long, value_name = "NAME|FILE")]
     pub command: Option<String>,
     /// Compare with what the measured motion asks for: for a servo axis under a controller that the model file does not describe
@@ -132,7 +132,7 @@ pub struct PlanArgs {
     /// Current [default: half of the drive's limit]
     #[arg(long, value_name = "A", value_parser = positive, conflicts_with = "train")]
     pub most_current_a: Option<f64>,
-    /// Test to compare with: `chirp`, `sine` or a recording with the column `command_rad`
+    /// Test to compare with: `chirp`, `sine`, `planned` or a recording with the column `command_rad`
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BEFORE, conflicts_with = "train")]
     pub before: String,
 }

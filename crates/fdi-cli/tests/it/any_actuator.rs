@@ -232,7 +232,10 @@ fn a_wrong_command_file_is_named() {
         }
     }
     let error = refused(&folder, &["dataset", "--command", "chrip", "-o", "d"]);
-    assert_eq!(error, "error: chrip: neither a command (`chirp`, `sine`) nor a recording\n");
+    assert_eq!(
+        error,
+        "error: chrip: neither a command (`chirp`, `sine`, `planned`) nor a recording\n"
+    );
 }
 
 #[test]

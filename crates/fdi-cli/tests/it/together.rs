@@ -70,6 +70,67 @@ fn recordings_of_one_state_of_health_have_one_answer() {
     assert!((std_of(&each.records[0], 0) / alone - 1.0).abs() < 1e-9);
 }
 
+/// A recording of a test, as new or with a fault, without the test's name where it is not to be told.
+fn record_test(folder: &TempDir, test: &str, day: &str, faults: &str, is_named: bool) -> String {
+    let name = format!("A-7_{day}_{test}.csv");
+    let asked = ["simulate", "--command", test, "--faults", faults, "--noise-a", "0.02"];
+    let made = output(folder.path(), &[&asked[..], &["--seed", day, "-o", &name]].concat());
+    assert!(made.status.success(), "{}", whole(&made));
+    let path = folder.path().join(&name);
+    let text = fs::read_to_string(&path).unwrap();
+    let command = format!("# command = \"{test}\"\n");
+    let head = format!("# actuator-id = \"A-7\"\n# session = \"{day}\"\n");
+    let kept = if is_named { text } else { text.replace(&command, "") };
+    fs::write(path, head + &kept).unwrap();
+    name
+}
+
+#[test]
+fn recordings_of_several_tests_have_one_answer() {
+    let folder = TempDir::new().unwrap();
+    let mut asked = vec!["diagnose".to_owned()];
+    for day in ["11", "12", "13", "14"] {
+        for test in ["chirp", "planned"] {
+            let name = record_test(&folder, test, day, "", true);
+            asked.extend(["--reference".to_owned(), name]);
+        }
+    }
+    let later =
+        ["chirp", "planned"].map(|test| record_test(&folder, test, "21", "k3=0.006", false));
+    asked.extend(later.clone());
+    let told = |asked: &[String], options: &[&str]| {
+        let asked: Vec<&str> =
+            asked.iter().map(String::as_str).chain(options.iter().copied()).collect();
+        let said =
+            output(folder.path(), &[&asked[..], &["--output-format", "json", "--stable"]].concat());
+        answer::<Diagnosis>(&said, Schema::Diagnosis)
+    };
+    let said = told(&asked, &["--together", "session"]);
+    let [one] = &said.records[..] else { panic!("{:?} {:?}", said.records, said.failed) };
+    assert_eq!(one.verdict, Verdict::Faulty);
+    let [chirp, planned] = &one.together[..] else { panic!("{:?}", one.together) };
+    assert_eq!((&chirp.left_out, &planned.left_out), (&None, &None));
+    // the planned test knows an eccentricity better than the chirp, and both together know it best
+    let place = 5;
+    let joined = std_of(one, place);
+    assert!(
+        joined <= planned.levels[place].std
+            && planned.levels[place].std < 0.5 * chirp.levels[place].std
+    );
+    // each was diagnosed with the bundle of its test
+    let each = told(&asked, &[]);
+    let bundles: Vec<bool> = each.records.iter().map(|record| record.bundle.is_some()).collect();
+    assert_eq!(bundles, [false, true]);
+    // a recording whose test no reference is of fails by itself
+    let mut chirps = vec!["diagnose".to_owned()];
+    chirps.extend(["--reference".to_owned(), "A-7_11_chirp.csv".to_owned()]);
+    chirps.extend(later);
+    let said = told(&chirps, &[]);
+    assert_eq!((said.records.len(), said.failed.len()), (1, 1));
+    let expected = "the references: none is of the test `planned` of this recording";
+    assert_eq!(said.failed[0].error, expected);
+}
+
 #[test]
 fn a_machine_that_changed_and_what_is_no_second_recording_are_told() {
     let folder = learnt();

@@ -23,6 +23,7 @@ use crate::{
         experiment::Experiment,
     },
     unit::{
+        embedded_error::EmbeddedError,
         error::UnitError,
         evidence::InCommon,
         quantities::Quantities,
@@ -125,6 +126,9 @@ struct UnitErrorData {
     coefficients: RoundedSignals,
     covariance: CovarianceData,
     wide: Option<CovarianceData>,
+    /// Covariances of quantities, of a narrow play and of a wide one, row by row.
+    embedded: [Vec<f64>; 2],
+    embedded_in_common: [f64; 3],
     /// Shares of the covariance in common: of a unit, of a state of health, of a session.
     in_common: [f64; 3],
     ln_misfit_mean: f64,
@@ -222,6 +226,9 @@ impl UnitErrorData {
             coefficients: RoundedSignals::of(&error.coefficients, CODE_STEPS),
             covariance: CovarianceData::of(&error.covariance),
             wide: error.wide.as_ref().map(CovarianceData::of),
+            embedded: [&error.embedded.narrow, &error.embedded.wide]
+                .map(|covariance| covariance.iter().copied().collect()),
+            embedded_in_common: error.embedded.in_common.shares(),
             in_common: error.in_common.shares(),
             ln_misfit_mean: error.ln_misfit_mean,
             ln_misfit_std: error.ln_misfit_std,
@@ -231,8 +238,13 @@ impl UnitErrorData {
 
     fn into_error(self, quantities: &Quantities, samples: usize) -> Result<UnitError, BundleError> {
         let bent = quantities.bent();
-        let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
         let wrong_size = || content("an error on units of the wrong size".to_owned());
+        let size = bent.damage.len();
+        let square = |rows: &Vec<f64>| {
+            let fits = rows.len() == size * size && rows.iter().all(|value| value.is_finite());
+            fits.then(|| DMatrix::from_row_slice(size, size, rows)).ok_or_else(wrong_size)
+        };
+        let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
         let coefficients =
             self.coefficients.into_signals(samples, CODE_STEPS).ok_or_else(wrong_size)?;
         let covariance =
@@ -254,6 +266,11 @@ impl UnitErrorData {
             bent,
             covariance: covariance(self.covariance)?,
             wide: self.wide.map(covariance).transpose()?,
+            embedded: EmbeddedError {
+                narrow: square(&self.embedded[0])?,
+                wide: square(&self.embedded[1])?,
+                in_common: InCommon::of_shares(self.embedded_in_common).ok_or_else(wrong_size)?,
+            },
             in_common: InCommon::of_shares(self.in_common).ok_or_else(wrong_size)?,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,

@@ -13,7 +13,11 @@ pub struct EmbeddedBundle {
 }
 
 /// All of them, the default one first.
-pub const EMBEDDED_BUNDLES: [EmbeddedBundle; 2] = [
+pub const EMBEDDED_BUNDLES: [EmbeddedBundle; 3] = [
     EmbeddedBundle { command: "chirp", bytes: include_bytes!("../../bundles/chirp.fdi-bundle") },
     EmbeddedBundle { command: "sine", bytes: include_bytes!("../../bundles/sine.fdi-bundle") },
+    EmbeddedBundle {
+        command: "planned",
+        bytes: include_bytes!("../../bundles/planned.fdi-bundle"),
+    },
 ];

@@ -149,6 +149,7 @@ impl Worth {
             descent: vec![0.0; self.information.nrows()],
             error: self.error.clone(),
             in_common: self.in_common,
+            embedded: None,
             temperature: beside
                 .reading_std_k
                 .map(|std_k| TemperatureReading { away_k: 0.0, std_k }),

@@ -102,6 +102,17 @@ impl ExperimentError {
 /// Name of a test whose command was recorded.
 pub const RECORDED: &str = "recorded";
 
+/// Command of the planned test, as `fdi propose` writes it, with its rate and load.
+const PLANNED_CSV: &str = include_str!("../../commands/planned.csv");
+const PLANNED_RATE_HZ: f64 = 1000.0;
+const PLANNED_LOAD_N_M: f64 = 0.5;
+
+/// The second column of a table with a line of names.
+fn command_of(table: &str) -> Vec<f64> {
+    let rows = table.lines().filter(|line| !line.starts_with('#')).skip(1);
+    rows.filter_map(|row| row.split(',').nth(1)?.parse().ok()).collect()
+}
+
 impl Experiment {
     /// The chirp of the paper's numerical experiments, all seven faults.
     pub fn chirp() -> Self {
@@ -130,7 +141,17 @@ impl Experiment {
         }
     }
 
-    /// The test of that name, `chirp` or `sine`.
+    /// The test of 2.85 s that `fdi propose --faults k1,k2,k3,k4,k5,k6 --within 3s --load-n-m 0.5`
+    /// plans for EMA-48, all seven faults.
+    pub fn planned() -> Self {
+        let command_rad = command_of(PLANNED_CSV);
+        let mut test = Self::recorded(command_rad, PLANNED_RATE_HZ);
+        test.name = "planned".into();
+        test.scenario.load_n_m = PLANNED_LOAD_N_M;
+        test
+    }
+
+    /// The test of that name: `chirp`, `sine` or `planned`.
     ///
     /// ```
     /// use fdi_core::Experiment;
@@ -139,7 +160,12 @@ impl Experiment {
     /// assert_eq!(Experiment::named("ramp"), None);
     /// ```
     pub fn named(name: &str) -> Option<Self> {
-        [Self::chirp(), Self::sine()].into_iter().find(|test| test.name == name)
+        match name {
+            "chirp" => Some(Self::chirp()),
+            "sine" => Some(Self::sine()),
+            "planned" => Some(Self::planned()),
+            _ => None,
+        }
     }
 
     /// A test with a command that was recorded, all seven faults, no load; of EMA-48 until
@@ -402,6 +428,8 @@ impl Monitor {
 
 #[cfg(test)]
 mod tests {
+    use recordings::{ColumnMap, Recording};
+
     use super::*;
 
     fn model(change: impl FnOnce(&mut Model)) -> Model {
@@ -411,8 +439,18 @@ mod tests {
     }
 
     #[test]
+    fn the_planned_test_is_its_file() {
+        let columns = ColumnMap::default();
+        let file = Recording::parse("planned.csv", PLANNED_CSV.as_bytes(), &columns).unwrap();
+        let expected = Experiment::of_recording(&file).unwrap();
+        let planned = Experiment::planned();
+        assert_eq!(planned.scenario, expected.scenario);
+        assert_eq!((planned.name.as_str(), planned.samples()), ("planned", 5700));
+    }
+
+    #[test]
     fn the_default_machine_gives_the_presets_bit_for_bit() {
-        for preset in [Experiment::chirp(), Experiment::sine()] {
+        for preset in [Experiment::chirp(), Experiment::sine(), Experiment::planned()] {
             assert_eq!(preset.clone().of_model("ema-48", &model(|_| ())).unwrap(), preset);
         }
     }

@@ -9,7 +9,8 @@
 //! those that damage moves, and the size of each phase's imbalance. `S` is tapered as that of the
 //! nominal machine's error is (`error_model`). Each time that the gear crosses its play the models part
 //! a little, and a wide play is crossed for longer: `S` is learnt on machines with a narrow play and on
-//! machines with a wide one, and mixed between them.
+//! machines with a wide one, and mixed between them. What the taper leaves out of it is an error of the
+//! quantities themselves (`embedded_error`).
 //!
 //! The motor's voltage of the same units tells how far the numbers that it shows are off (`voltage`).
 //!
@@ -27,8 +28,10 @@ use crate::{
     },
     seed::{Draws, Purpose, RootSeed},
     simulation::experiment::Experiment,
+    statistics::parallel::in_parallel,
     unit::{
         design::{Session, Unit, draw, simulated},
+        embedded_error::{Beside, EmbeddedError, Off, Scatter, Score},
         evidence::InCommon,
         monitor::UnitMonitor,
         quantities::{Bent, Quantities},
@@ -40,6 +43,7 @@ use ema_sim::SimulationError;
 use inference::{
     BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, gaspari_cohn, tapered_covariance,
 };
+use nalgebra::DMatrix;
 
 /// Time that the taper of the covariance reaches, s: an electrical revolution of the fast part of
 /// a test; longer ones make diagnoses of units left out no better.
@@ -48,6 +52,8 @@ const TAPER_S: f64 = 0.03;
 /// over which the two are mixed.
 const WIDE_PLAY: f64 = 2.0;
 const PLAY_BLEND: f64 = 0.5;
+/// Machines on which the part of the error that looks like another machine is learnt.
+const MOST_SCORED: usize = 600;
 /// Shares of a guessed error that recordings of one unit have in common, near those of the embedded
 /// bundles.
 const GUESSED_IN_COMMON: InCommon = InCommon { unit: 0.1, state: 0.2, session: 0.55 };
@@ -78,6 +84,8 @@ pub(crate) struct UnitError {
     pub(crate) covariance: BandedMatrix,
     /// `S` of machines with a wide play, where it was learnt apart.
     pub(crate) wide: Option<BandedMatrix>,
+    /// Part of the error that looks like another machine.
+    pub(crate) embedded: EmbeddedError,
     /// Shares of `S` that recordings of one unit have in common.
     pub(crate) in_common: InCommon,
     /// Mean of ln(misfit) of units left out, with the bundle's noise.
@@ -99,11 +107,10 @@ impl UnitError {
         jobs: usize,
     ) -> Result<Self, UnitErrorError> {
         let quantities = Quantities::new(experiment);
-        let drawn = |session| {
-            let units = draw(experiment, quantities.layout(), start, session, root);
-            compared(experiment, &quantities, &units, jobs)
-        };
-        let Compared { at, differences, voltages } = drawn(Session::First)?;
+        let drawn = |session| draw(experiment, quantities.layout(), start, session, root);
+        let compared = |units: &[Unit]| compared(experiment, &quantities, units, jobs);
+        let units = drawn(Session::First);
+        let Compared { at, differences, voltages } = compared(&units)?;
         let (centre, spread) = centre_and_spread(&at);
         let mut learnt = Self::unlearnt(&quantities, start, centre, spread);
         let terms: Vec<Vec<f64>> = at.iter().map(|at| learnt.terms(at)).collect();
@@ -113,11 +120,18 @@ impl UnitError {
         learnt.learn_misfits(&at, &residuals, unit_noise, noise_a, root)?;
         let factors = learnt.factors(&unit_noise.scaled(noise_a * noise_a));
         let factors = factors.map_err(ErrorModelError::from)?;
+        let machine = Machine { experiment, quantities: &quantities };
+        let mut machines = machine.off(&units, &at, &residuals);
+        machines.truncate(MOST_SCORED);
+        let scores = learnt.scores(&machines, &factors, jobs)?;
+        let scatter = learnt.learn_embedded(&machines, &scores);
         let bent = |at: &Rows| at.iter().map(|at| learnt.terms(at)).collect::<Vec<_>>();
         let is_wide: Vec<bool> = at.iter().map(|at| learnt.is_wide(at)).collect();
         let mut volts = VoltageError::learn(&bent(&at), &is_wide, &voltages)?;
-        let in_common = |session| -> Result<[f64; 2], UnitErrorError> {
-            let Compared { at: again_at, differences: mut again, voltages } = drawn(session)?;
+        let in_common = |session| -> Result<[f64; 3], UnitErrorError> {
+            let again_units = drawn(session);
+            let Compared { at: again_at, differences: mut again, voltages } =
+                compared(&again_units)?;
             for (at, difference) in again_at.iter().zip(&mut again) {
                 learnt.take_mean(at, difference);
             }
@@ -129,7 +143,14 @@ impl UnitError {
                 )
             });
             let of_current = learnt.in_common(&at, &residuals, &again, &factors);
-            Ok([of_current, of_voltage.unwrap_or_default()])
+            let again = machine.off(&again_units, &again_at, &again);
+            let again_scores = learnt.scores(&again, &factors, jobs)?;
+            let of_embedded = learnt.embedded_in_common(
+                &scatter,
+                [(&machines, &scores), (&again, &again_scores)],
+                of_current,
+            );
+            Ok([of_current, of_voltage.unwrap_or_default(), of_embedded])
         };
         let unit = in_common(Session::Undamaged)?;
         let state = in_common(Session::Second)?;
@@ -138,7 +159,7 @@ impl UnitError {
         if let Some((error, _)) = &mut volts {
             error.in_common = nested(1);
         }
-        learnt.in_common = nested(0);
+        (learnt.in_common, learnt.embedded.in_common) = (nested(0), nested(2));
         learnt.voltage = volts.map(|(error, _)| error);
         Ok(learnt)
     }
@@ -181,9 +202,11 @@ impl UnitError {
         centre: Vec<f64>,
         spread: Vec<f64>,
     ) -> Self {
+        let bent = quantities.bent();
         Self {
             start,
-            bent: quantities.bent(),
+            embedded: EmbeddedError::none(bent.damage.len()),
+            bent,
             centre,
             spread,
             coefficients: Vec::new(),
@@ -194,6 +217,84 @@ impl UnitError {
             ln_misfit_std: 0.0,
             voltage: None,
         }
+    }
+
+    /// Scores of machines, each by the error of its own kind.
+    fn scores(
+        &self,
+        machines: &[Off<'_>],
+        factors: &[BandedCholesky; 2],
+        jobs: usize,
+    ) -> Result<Vec<Option<Score>>, SimulationError> {
+        in_parallel(machines, jobs, |_, machine| {
+            let wide = self.wide.as_ref().filter(|_| self.is_wide(machine.at));
+            machine.score(&Beside {
+                places: &self.bent.damage,
+                spread: &self.spread,
+                covariance: wide.unwrap_or(&self.covariance),
+                whole: &factors[usize::from(wide.is_some())],
+            })
+        })
+    }
+
+    /// Part of the error that looks like another machine, of the scores of units left out; the scatter of
+    /// machines with a narrow play and with a wide one.
+    fn learn_embedded(
+        &mut self,
+        machines: &[Off<'_>],
+        scores: &[Option<Score>],
+    ) -> [Option<Scatter>; 2] {
+        let scatter = |is_wide: bool| {
+            let own = machines.iter().zip(scores);
+            let own = own.filter(|(machine, _)| self.is_wide(machine.at) == is_wide);
+            Scatter::of(&own.filter_map(|(_, score)| score.as_ref()).collect::<Vec<_>>())
+        };
+        let both = [scatter(false), scatter(true)];
+        let none = &self.embedded.narrow;
+        let excess = |of: &Option<Scatter>| {
+            of.as_ref().map_or_else(|| none.clone(), |scatter| scatter.excess.clone())
+        };
+        let [narrow, wide] = [excess(&both[0]), excess(&both[1])];
+        self.embedded = EmbeddedError { narrow, wide, ..self.embedded };
+        both
+    }
+
+    /// Share of the part of the error that looks like another machine that recordings of one have in
+    /// common, by machines that were recorded twice, beside that of the rest.
+    fn embedded_in_common(
+        &self,
+        scatter: &[Option<Scatter>; 2],
+        [first, second]: [(&Vec<Off<'_>>, &Vec<Option<Score>>); 2],
+        rest: f64,
+    ) -> f64 {
+        let [mut common, mut beyond] = [0.0; 2];
+        let first = first.0.iter().zip(first.1);
+        for ((machine, score), (again, score_again)) in first.zip(second.0.iter().zip(second.1)) {
+            let is_wide = self.is_wide(machine.at);
+            let scatter = scatter[usize::from(is_wide)].as_ref();
+            if let (Some(scatter), Some(score), Some(score_again)) = (scatter, score, score_again)
+                && self.is_wide(again.at) == is_wide
+            {
+                let of_pair = scatter.in_common([score, score_again], rest);
+                common += of_pair[0];
+                beyond += of_pair[1];
+            }
+        }
+        if beyond > 0.0 { common / beyond } else { 0.0 }
+    }
+
+    /// Covariance of all quantities by which the error looks like another machine, with a share of that
+    /// of a wide play.
+    pub(crate) fn embedded_of(&self, wideness: f64) -> DMatrix<f64> {
+        let count = self.spread.len();
+        let mixed = self.embedded.of(wideness);
+        let mut all = DMatrix::zeros(count, count);
+        for (row, &place) in self.bent.damage.iter().enumerate() {
+            for (column, &other) in self.bent.damage.iter().enumerate() {
+                all[(place, other)] = mixed[(row, column)];
+            }
+        }
+        all
     }
 
     /// `S` of machines with a narrow play and with a wide one; of all, where few have either.
@@ -348,6 +449,26 @@ impl UnitError {
     }
 }
 
+/// A type of machine in a test.
+#[derive(Clone, Copy)]
+struct Machine<'a> {
+    experiment: &'a Experiment,
+    quantities: &'a Quantities,
+}
+
+impl<'a> Machine<'a> {
+    /// Units with what their signals are off the model and the trend.
+    fn off<'b>(self, units: &[Unit], at: &'b [Vec<f64>], residuals: &'b [Vec<f64>]) -> Vec<Off<'b>>
+    where
+        'a: 'b,
+    {
+        let Self { experiment, quantities } = self;
+        let monitor = |unit: &Unit| UnitMonitor::new(experiment, quantities, unit.start_angle_rad);
+        let all = units.iter().zip(at).zip(residuals);
+        all.map(|((unit, at), residual_a)| Off { monitor: monitor(unit), at, residual_a }).collect()
+    }
+}
+
 /// Units in both fidelities.
 struct Compared {
     /// The quantities of each.
@@ -462,6 +583,7 @@ pub(crate) mod tests {
             coefficients: Vec::new(),
             covariance,
             wide: None,
+            embedded: EmbeddedError::none(0),
             in_common: InCommon::default(),
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,

@@ -32,6 +32,8 @@ pub(crate) struct Evidence {
     pub(crate) error: DMatrix<f64>,
     /// Shares of it that other recordings of the unit have too.
     pub(crate) in_common: InCommon,
+    /// Error of the model that looks like other quantities, where it was learnt apart.
+    pub(crate) embedded: Option<EmbeddedShare>,
     /// Temperature of the winding, where it was read.
     pub(crate) temperature: Option<TemperatureReading>,
     /// Numbers that the motor's voltage shows, where it was recorded.
@@ -39,6 +41,15 @@ pub(crate) struct Evidence {
     /// Effects that the model file does not have and that the residual has the form of; none where
     /// damage is beyond that of the machines whose error was learnt.
     pub(crate) unmodelled: Vec<EffectId>,
+}
+
+/// Error of the model that looks like other quantities, in a form that has it as one.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct EmbeddedShare {
+    /// Covariance of the descent by it.
+    pub(crate) error: DMatrix<f64>,
+    /// Shares of it that other recordings of the unit have too.
+    pub(crate) in_common: InCommon,
 }
 
 /// Shares of the learnt error that recordings of one unit and test have in common, each with those
@@ -59,6 +70,11 @@ impl InCommon {
         let unit = unit.clamp(0.0, 1.0);
         let state = state.clamp(unit, 1.0);
         Self { unit, state, session: session.clamp(state, 1.0) }
+    }
+
+    /// Share of the unit, and what state and session have beyond it.
+    fn steps(self) -> [f64; 3] {
+        [self.unit, self.state - self.unit, self.session - self.state]
     }
 
     /// The shares as they are kept.
@@ -125,27 +141,68 @@ pub(crate) enum CommonTo {
 }
 
 impl Evidence {
+    /// The form where the error of the model also looks like a change of the quantities, which have the
+    /// first places, with covariance `D = F·Fᵀ`:
+    ///
+    /// ```text
+    /// W = 1 − I·F·(1 + Fᵀ·I·F)⁻¹·Fᵀ        I ← W·I        g ← W·g        E ← W·E·Wᵀ
+    /// ```
+    ///
+    /// with `E` the covariance of `g` by the rest of the model's error; that by the change of the
+    /// quantities is `W·I·D·I·Wᵀ`. `None` where the form is not finite.
+    pub(crate) fn with_embedded_error(
+        self,
+        quantities: &DMatrix<f64>,
+        in_common: InCommon,
+    ) -> Option<Self> {
+        if quantities.iter().all(|value| *value == 0.0) {
+            return Some(self);
+        }
+        let size = self.information.nrows();
+        let root = SymmetricEigen::new(quantities.clone());
+        let roots = root.eigenvalues.map(|value| value.max(0.0).sqrt());
+        let mut factor = DMatrix::zeros(size, quantities.ncols());
+        let of_quantities = root.eigenvectors * DMatrix::from_diagonal(&roots);
+        factor.view_mut((0, 0), quantities.shape()).copy_from(&of_quantities);
+        let shown = &self.information * &factor;
+        let inner = DMatrix::identity(factor.ncols(), factor.ncols()) + factor.tr_mul(&shown);
+        let inner = inner.cholesky()?;
+        let share = DMatrix::identity(size, size) - &shown * inner.solve(&factor.transpose());
+        let lost = &shown * inner.solve(&shown.transpose());
+        let as_quantities = &share * shown;
+        Some(Self {
+            information: symmetric(&(self.information - lost)),
+            descent: (&share * DVector::from_vec(self.descent)).data.into(),
+            error: symmetric(&(&share * self.error * share.transpose())),
+            embedded: Some(EmbeddedShare {
+                error: symmetric(&(&as_quantities * as_quantities.transpose())),
+                in_common,
+            }),
+            ..self
+        })
+    }
+
     /// The form as a sum of squares, with the error of the model set apart that others of its unit
     /// have too:
     ///
     /// ```text
-    /// K = L⁻¹·(Jᵀ·Σ⁻¹·S·Σ⁻¹·J)·L⁻ᵀ
-    /// z = (1 − ρ_d·K)^(−½)·(L⁻¹·g − Lᵀ·(q − q₀) − (ρ_u·K)^½·β_u − ((ρ_s − ρ_u)·K)^½·β_s
-    ///                       − ((ρ_d − ρ_s)·K)^½·β_d)
+    /// K_u = L⁻¹·(ρ_u·E + ρ_u′·E′)·L⁻ᵀ        K_s, K_d alike of what state and session have beyond it
+    /// z = (1 − K_u − K_s − K_d)^(−½)·(L⁻¹·g − Lᵀ·(q − q₀) − K_u^½·β_u − K_s^½·β_s − K_d^½·β_d)
     /// ```
     ///
-    /// with `β` normal: one for all recordings of the unit, one for those of a state of health, one
-    /// for those of a session. The numbers of the voltage, whose error is all learnt (`K = 1`), follow
+    /// with `E` the covariance of `g` by the learnt error, `E′` by the part of it that looks like other
+    /// quantities, and `β` normal: one for all recordings of the unit, one for those of a state of health,
+    /// one for those of a session. The numbers of the voltage, whose error is all learnt (`K = 1`), follow
     /// those of the current. `None` where the form is not finite.
     pub(crate) fn white(&self, with: With) -> Option<WhiteEvidence> {
-        let mut white = self.white_current(self.in_common.with(with))?;
+        let mut white = self.white_current(with)?;
         if let Some(voltage) = &self.voltage {
             white.append(voltage.white(voltage.in_common.with(with))?);
         }
         Some(white)
     }
 
-    fn white_current(&self, in_common: InCommon) -> Option<WhiteEvidence> {
+    fn white_current(&self, with: With) -> Option<WhiteEvidence> {
         // what does not show at `q₀`, such as a static friction below the kinetic one, gets next to
         // no information in place of none, so that there is a factor
         let mut information = self.information.clone();
@@ -156,25 +213,16 @@ impl Evidence {
         let lower = information.cholesky()?.l();
         let white = lower.solve_lower_triangular(&DVector::from_column_slice(&self.descent))?;
         let (at, temperature) = (self.at.clone(), self.temperature);
-        if in_common.session == 0.0 {
+        let shared = self.shared(&lower, with)?;
+        let [unit, state, session] = &shared;
+        let Some(all) = added(added(unit.clone(), state.as_ref()), session.as_ref()) else {
             let (upper, in_common) = (lower.transpose(), [None, None, None]);
             let voltage_by = None;
             return Some(WhiteEvidence { at, voltage_by, upper, white, in_common, temperature });
-        }
-        let half = lower.solve_lower_triangular(&self.error)?;
-        let share = lower.solve_lower_triangular(&half.transpose())?;
-        let share = SymmetricEigen::new(0.5 * (&share + share.transpose()));
-        let most = MOST_SHARED / in_common.session;
-        let values = share.eigenvalues.map(|value| value.clamp(0.0, most.min(1.0)));
-        let function = |of: &dyn Fn(f64) -> f64| {
-            &share.eigenvectors
-                * DMatrix::from_diagonal(&values.map(of))
-                * share.eigenvectors.transpose()
         };
-        let apart = function(&|value| 1.0 / (1.0 - in_common.session * value).sqrt());
-        let InCommon { unit, state, session } = in_common;
-        let additions = [unit, state - unit, session - state]
-            .map(|share| (share > 0.0).then(|| &apart * function(&|value| (share * value).sqrt())));
+        let apart = function_of(all, |value| 1.0 / (1.0 - value.clamp(0.0, MOST_SHARED)).sqrt());
+        let root = |value: f64| value.clamp(0.0, MOST_SHARED).sqrt();
+        let additions = shared.map(|part| part.map(|part| &apart * function_of(part, root)));
         Some(WhiteEvidence {
             upper: &apart * lower.transpose(),
             white: &apart * white,
@@ -184,6 +232,47 @@ impl Evidence {
             temperature,
         })
     }
+
+    /// Covariances of the white numbers that recordings of the unit have in common, and those of a state
+    /// and of a session beyond them, by the lower factor of the form.
+    fn shared(&self, lower: &DMatrix<f64>, with: With) -> Option<[Option<DMatrix<f64>>; 3]> {
+        let embedded = self.embedded.as_ref().map(|one| (&one.error, one.in_common));
+        let mut shared = [const { None }; 3];
+        for (error, in_common) in
+            [Some((&self.error, self.in_common)), embedded].into_iter().flatten()
+        {
+            let steps = in_common.with(with).steps();
+            if steps == [0.0; 3] {
+                continue;
+            }
+            let half = lower.solve_lower_triangular(error)?;
+            let white = symmetric(&lower.solve_lower_triangular(&half.transpose())?);
+            for (sum, share) in shared.iter_mut().zip(steps).filter(|(_, share)| *share > 0.0) {
+                *sum = added(sum.take(), Some(&(share * &white)));
+            }
+        }
+        Some(shared)
+    }
+}
+
+/// The sum of two matrices, either of which may be none.
+fn added(first: Option<DMatrix<f64>>, second: Option<&DMatrix<f64>>) -> Option<DMatrix<f64>> {
+    match (first, second) {
+        (Some(first), Some(second)) => Some(first + second),
+        (first, second) => first.or_else(|| second.cloned()),
+    }
+}
+
+/// A function of a symmetric matrix, by its eigenvalues.
+fn function_of(matrix: DMatrix<f64>, of: impl Fn(f64) -> f64) -> DMatrix<f64> {
+    let eigen = SymmetricEigen::new(matrix);
+    let values = DMatrix::from_diagonal(&eigen.eigenvalues.map(of));
+    &eigen.eigenvectors * values * eigen.eigenvectors.transpose()
+}
+
+/// The symmetric part of a matrix.
+fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    0.5 * (matrix + matrix.transpose())
 }
 
 impl VoltageReading {
@@ -256,5 +345,50 @@ impl WhiteEvidence {
     /// White slope of a change of what the signal shows.
     pub(crate) fn slope(&self, shown: &[f64]) -> DVector<f64> {
         &self.upper * DVector::from_column_slice(shown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// Evidence of white samples with slopes `J`, a share of whose variance is the model's error.
+    fn evidence(slopes: &DMatrix<f64>, residual: &DVector<f64>, share: f64) -> Evidence {
+        let information = slopes.tr_mul(slopes);
+        Evidence {
+            at: vec![0.0; slopes.ncols()],
+            descent: slopes.tr_mul(residual).data.into(),
+            error: share * &information,
+            information,
+            in_common: InCommon::default(),
+            embedded: None,
+            temperature: None,
+            voltage: None,
+            unmodelled: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn an_embedded_error_is_left_out_of_the_form() {
+        let slopes = DMatrix::from_fn(5, 3, |row, column| ((row + 1) as f64).powi(column as i32));
+        let residual = DVector::from_fn(5, |row, _| (row as f64).cos());
+        let of_quantities = DMatrix::from_row_slice(2, 2, &[0.4, 0.1, 0.1, 0.2]);
+        let in_common = InCommon::nested(0.1, 0.2, 0.3);
+        let found = evidence(&slopes, &residual, 0.3);
+        let found = found.with_embedded_error(&of_quantities, in_common).unwrap();
+        // as white samples whose covariance has J·D·Jᵀ besides
+        let shown = slopes.columns(0, 2).into_owned();
+        let covariance = DMatrix::identity(5, 5) + &shown * &of_quantities * shown.transpose();
+        let inverse = covariance.clone().try_inverse().unwrap();
+        let expected = slopes.transpose() * &inverse * &slopes;
+        assert_relative_eq!(found.information, expected, max_relative = 1e-9);
+        let descent = slopes.transpose() * &inverse * &residual;
+        assert_relative_eq!(DVector::from_vec(found.descent), descent, max_relative = 1e-9);
+        let of = |error: DMatrix<f64>| slopes.transpose() * &inverse * error * &inverse * &slopes;
+        assert_relative_eq!(found.error, of(0.3 * DMatrix::identity(5, 5)), max_relative = 1e-8);
+        let embedded = of(covariance - DMatrix::identity(5, 5));
+        assert_relative_eq!(found.embedded.unwrap().error, embedded, max_relative = 1e-8);
     }
 }

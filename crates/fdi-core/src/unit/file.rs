@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use crate::{
     offline::store::{self, ArtefactKind, Decode, Encode, StoreError},
     unit::{
-        evidence::{Evidence, InCommon, TemperatureReading},
+        evidence::{EmbeddedShare, Evidence, InCommon, TemperatureReading},
         layout::Component,
         learnt_unit::{LearntUnit, UnitRecording, UnitState},
         voltage::{SHOWN, VoltageReading},
@@ -37,11 +37,20 @@ struct RecordingData {
     error: Vec<f64>,
     /// Shares of the error in common: of a unit, of a state of health, of a session.
     in_common: [f64; 3],
+    embedded: Option<EmbeddedData>,
     /// Temperature of the winding beyond that of the model file, K, and its standard deviation.
     temperature_k: Option<[f64; 2]>,
     voltage: Option<VoltageData>,
     /// Symbols of effects that the residual has the form of.
     unmodelled: Vec<String>,
+}
+
+/// Error of the model that looks like other quantities.
+#[derive(Encode, Decode)]
+struct EmbeddedData {
+    /// Lower triangle, row by row.
+    error: Vec<f64>,
+    in_common: [f64; 3],
 }
 
 /// Numbers that a voltage shows.
@@ -102,6 +111,10 @@ impl RecordingData {
             descent: evidence.descent.clone(),
             error: lower(&evidence.error),
             in_common: evidence.in_common.shares(),
+            embedded: evidence.embedded.as_ref().map(|one| EmbeddedData {
+                error: lower(&one.error),
+                in_common: one.in_common.shares(),
+            }),
             temperature_k,
             voltage: evidence.voltage.as_ref().map(VoltageData::of),
             unmodelled: evidence.unmodelled.iter().map(|id| id.info().symbol.to_owned()).collect(),
@@ -112,13 +125,15 @@ impl RecordingData {
     fn into_recording(self) -> Option<UnitRecording> {
         let rows = self.at.len();
         let numbers = [&self.at, &self.information, &self.descent, &self.error];
+        let embedded = self.embedded.iter().map(|one| &one.error);
         let read = self.temperature_k.map(|[away_k, std_k]| TemperatureReading { away_k, std_k });
         let lower = rows * (rows + 1) / 2;
         let is_sound = self.information.len() == lower
             && self.error.len() == lower
+            && embedded.clone().all(|error| error.len() == lower)
             && self.descent.len() == rows
             && read.is_none_or(|read| read.away_k.is_finite() && read.std_k > 0.0)
-            && numbers.into_iter().flatten().all(|value| value.is_finite());
+            && numbers.into_iter().chain(embedded).flatten().all(|value| value.is_finite());
         if !is_sound {
             return None;
         }
@@ -132,6 +147,13 @@ impl RecordingData {
         };
         let (information, error) = (whole(&self.information), whole(&self.error));
         let in_common = InCommon::of_shares(self.in_common)?;
+        let embedded = match self.embedded {
+            Some(data) => Some(EmbeddedShare {
+                error: whole(&data.error),
+                in_common: InCommon::of_shares(data.in_common)?,
+            }),
+            None => None,
+        };
         let voltage = match self.voltage {
             Some(data) => Some(data.into_reading(rows)?),
             None => None,
@@ -144,6 +166,7 @@ impl RecordingData {
                 descent,
                 error,
                 in_common,
+                embedded,
                 temperature,
                 voltage,
                 unmodelled,

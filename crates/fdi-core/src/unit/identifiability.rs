@@ -120,6 +120,7 @@ fn exact(evidence: &Evidence) -> Evidence {
         information: EXACT * &evidence.information,
         descent: evidence.descent.iter().map(|value| EXACT * value).collect(),
         in_common: InCommon::default(),
+        embedded: None,
         voltage,
         ..evidence.clone()
     }

@@ -116,6 +116,11 @@ impl Diagnoser {
         if unit.recordings.is_empty() { Err(UnitLearningError::Nothing) } else { Ok(unit) }
     }
 
+    /// True where a unit was learnt with a bundle of this one's model, test and set of numbers.
+    pub fn knows_unit(&self, unit: &LearntUnit) -> bool {
+        unit.check_basis(self.bundle(), &self.learnt.quantities()).is_ok()
+    }
+
     /// Learns on from later recordings of a unit. Those on which damage is found, or that nothing
     /// explains, are left out and told.
     ///

@@ -142,6 +142,11 @@ impl LearntUnit {
         self.check_basis(bundle, &Quantities::new(&bundle.experiment)).is_ok()
     }
 
+    /// True where two units were learnt with bundles of one model, test and set of numbers.
+    pub fn is_of_test_of(&self, other: &Self) -> bool {
+        self.basis == other.basis
+    }
+
     /// The recording that some evidence is of already: two recordings never agree to the last bit.
     pub(crate) fn with_evidence(&self, evidence: &Evidence) -> Option<&UnitRecording> {
         self.recordings.iter().find(|one| one.evidence == *evidence)

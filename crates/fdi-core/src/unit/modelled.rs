@@ -11,10 +11,6 @@ use crate::{
     },
 };
 
-/// Difference of a quantity for its slope over its spread in the design: large against the kinks
-/// of the controller's ticks, small against what bends.
-pub(crate) const STEP_OF_SPREAD: f64 = 0.07;
-
 /// A recording with the model that is to explain it.
 #[derive(Clone, Debug)]
 pub(crate) struct Modelled<'a> {
@@ -73,18 +69,7 @@ impl<'a> Modelled<'a> {
     /// a search takes for knowledge of what the signal does not show.
     pub(crate) fn shown_slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
         let at = self.quantities.at(point);
-        let slope = |place: usize| {
-            let step = STEP_OF_SPREAD * self.error.spread[place];
-            let side = |by: f64| {
-                let mut moved = at.clone();
-                moved[place] += by;
-                self.monitor.signal(&moved)
-            };
-            let (above, below) = (side(step)?, side(-step)?);
-            Ok(above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect())
-        };
-        let slopes: Result<Vec<Vec<f64>>, SimulationError> = (0..at.len()).map(slope).collect();
-        let mut slopes = slopes?;
+        let mut slopes = self.monitor.slopes(&at, 0..at.len(), &self.error.spread)?;
         self.evaluations += 2 * at.len() as u64;
         let shares = self.shares.as_ref();
         let numbers = self.quantities.layout().numbers.iter();

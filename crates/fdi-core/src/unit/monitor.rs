@@ -11,6 +11,10 @@ use crate::{
     },
 };
 
+/// Difference of a quantity for its slope over its spread in the design: large against the kinks
+/// of the controller's ticks, small against what bends.
+pub(crate) const STEP_OF_SPREAD: f64 = 0.07;
+
 /// The low-fidelity model of a unit in a test, from a start angle.
 #[derive(Clone, Debug)]
 pub(crate) struct UnitMonitor<'a> {
@@ -42,6 +46,27 @@ impl<'a> UnitMonitor<'a> {
         let mut current_a = Vec::new();
         model.simulate_current(&machine.faults, &mut current_a);
         Ok(self.filtered(&current_a))
+    }
+
+    /// Slopes of the diagnosed signal in some quantities, by their places and the spread of every quantity,
+    /// one row each: central differences.
+    pub(crate) fn slopes(
+        &self,
+        at: &[f64],
+        places: impl IntoIterator<Item = usize>,
+        spread: &[f64],
+    ) -> Result<Vec<Vec<f64>>, SimulationError> {
+        let slope = |place: usize| {
+            let step = STEP_OF_SPREAD * spread[place];
+            let side = |by: f64| {
+                let mut moved = at.to_vec();
+                moved[place] += by;
+                self.signal(&moved)
+            };
+            let (above, below) = (side(step)?, side(-step)?);
+            Ok(above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+        };
+        places.into_iter().map(slope).collect()
     }
 
     /// The diagnosed signal with what gains and offsets of the phases' sensors add to it.

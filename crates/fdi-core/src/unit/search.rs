@@ -258,15 +258,21 @@ impl Compared<'_> {
         let late_s = self.late_s(&found);
         let samples = self.modelled.observed.signal_a.len();
         let white = &found.white[..samples];
-        let evidence = self.evidence(&found.numbers, white, unmodelled);
-        let damage = self.modelled.quantities.layout().sought.len();
-        let known_numbers = block(&found.information, damage).try_inverse();
+        let plain = self.evidence(&found.numbers, white, unmodelled);
+        let of_signal = plain.information.clone();
+        let error = self.modelled.error;
+        let evidence = plain
+            .with_embedded_error(&error.embedded_of(self.wideness), error.embedded.in_common)
+            .ok_or(UnitSearchError::Undetermined)?;
+        let lost = of_signal - &evidence.information;
+        let [covariance, known_numbers] =
+            self.open(&found, &lost).ok_or(UnitSearchError::Undetermined)?;
         Ok(UnitFit {
             misfit: dot(white, white) / samples as f64,
             point: found.numbers,
             evidence,
-            covariance: block(&found.covariance, damage),
-            known_numbers: known_numbers.ok_or(UnitSearchError::Undetermined)?,
+            covariance,
+            known_numbers,
             residual_a,
             floor_a: self.floor_a,
             wideness: self.wideness,
@@ -279,6 +285,22 @@ impl Compared<'_> {
 }
 
 impl Compared<'_> {
+    /// Covariance of the damage, with the numbers marginal and with every number known, where some of
+    /// the information on what the signal shows is lost to the model's error.
+    fn open(&self, found: &MostProbable, lost: &DMatrix<f64>) -> Option<[DMatrix<f64>; 2]> {
+        let damage = self.modelled.quantities.layout().sought.len();
+        let of_damage = |matrix: &DMatrix<f64>| matrix.view((0, 0), (damage, damage)).into_owned();
+        if lost.iter().all(|value| *value == 0.0) {
+            let known_numbers = block(&found.information, damage).try_inverse()?;
+            return Some([block(&found.covariance, damage), known_numbers]);
+        }
+        let by = self.modelled.quantities.shown_slopes(&found.numbers);
+        let by = DMatrix::from_fn(by.len(), lost.nrows(), |unknown, shown| by[unknown][shown]);
+        let information = block(&found.information, by.nrows()) - &by * lost * by.transpose();
+        let known_numbers = of_damage(&information).cholesky()?.inverse();
+        Some([of_damage(&information.cholesky()?.inverse()), known_numbers])
+    }
+
     /// Evidence at a point of the unknowns with a white residual, by the slopes of the last point.
     fn evidence(&self, point: &[f64], white: &[f64], unmodelled: Vec<EffectId>) -> Evidence {
         let rows = &self.white_slopes;
@@ -289,6 +311,7 @@ impl Compared<'_> {
             descent: rows.iter().map(|row| dot(row, white)).collect(),
             error: self.error(),
             in_common: self.modelled.error.in_common,
+            embedded: None,
             temperature: self.modelled.observed.temperature,
             voltage: None,
             unmodelled,

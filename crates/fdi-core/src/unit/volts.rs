@@ -8,8 +8,7 @@ use crate::{
     unit::{
         error::UnitError,
         evidence::Evidence,
-        modelled::STEP_OF_SPREAD,
-        monitor::UnitMonitor,
+        monitor::{STEP_OF_SPREAD, UnitMonitor},
         quantities::Quantities,
         search::{UnitFit, UnitSearchError},
         voltage::{FOUND, SHOWN, VoltageError, VoltageReading, VoltageRun},

@@ -1,0 +1,93 @@
+//! Sixteen recordings of a machine in four sessions, with the motor's voltage, answered together.
+
+use anyhow::{Context, Result};
+use fdi_core::{
+    Bundle, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Purpose, RecordedContent, Recording,
+    RootSeed, SimulatedRecording, ToleranceUse, diagnose_together,
+    ema_sim::{HealthState, Imperfections, PhaseSensors},
+};
+
+use crate::{
+    processor::{processor_s, reference_s},
+    terminal::say,
+};
+
+/// Sessions, and recordings of each.
+const SESSIONS: usize = 4;
+const OF_SESSION: usize = 4;
+/// Damage of the machine.
+const LEVELS: [f64; 7] = [0.0, 0.0, 0.006, 0.0, 0.0, 0.0, 0.0];
+const NOISE_A: f64 = 0.020;
+const SEED: u64 = 20_261_127;
+
+/// A test whose recordings are answered together.
+struct Together {
+    name: &'static str,
+    /// Place of the bundle among the embedded ones.
+    bundle: usize,
+    /// Evaluations of the low-fidelity model for all of them.
+    evaluations: u64,
+    /// Most processor time of all, reading the bundle included, in runs of the reference loop: about
+    /// twice the ratio that was measured when the budget was set.
+    limit_ratio: f64,
+}
+
+const TESTS: [Together; 2] = [
+    Together { name: "16 chirps together", bundle: 0, evaluations: 1444, limit_ratio: 4.0 },
+    Together { name: "16 planned tests together", bundle: 2, evaluations: 1560, limit_ratio: 20.0 },
+];
+
+/// Budgets that are exceeded.
+pub(super) fn exceeded() -> Result<Vec<String>> {
+    let told = TESTS.iter().map(Together::exceeded).collect::<Result<Vec<_>>>()?;
+    Ok(told.into_iter().flatten().collect())
+}
+
+/// Recordings of a worn machine.
+fn recordings(bundle: &Bundle) -> Result<Vec<Recording>> {
+    let record = |place: usize| {
+        let simulated = SimulatedRecording {
+            faults: HealthState::new(LEVELS)?.coordinates(),
+            start_angle_rad: 0.0,
+            imperfections: Imperfections::REAL,
+            controller_seed: RootSeed(SEED).derive(Purpose::Fixture, 2 * place as u64),
+            sensors: PhaseSensors { noise_a: NOISE_A, converter: None },
+            phase_rate_hz: None,
+            sensor_seed: RootSeed(SEED).derive(Purpose::Fixture, 2 * place as u64 + 1),
+            content: RecordedContent::Phases,
+            has_voltage: true,
+        };
+        let mut recording = simulated.record(&bundle.experiment, &place.to_string())?;
+        recording.metadata.session = Some((place / OF_SESSION).to_string());
+        Ok(recording)
+    };
+    (0..SESSIONS * OF_SESSION).map(record).collect()
+}
+
+impl Together {
+    fn exceeded(&self) -> Result<Option<String>> {
+        let Self { name, bundle, evaluations, limit_ratio } = self;
+        let bytes = EMBEDDED_BUNDLES[*bundle].bytes;
+        let recordings = recordings(&Bundle::from_bytes(bytes)?)?;
+        let options =
+            DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
+        let before_s = reference_s();
+        let start_s = processor_s();
+        let diagnoser = Diagnoser::new(Bundle::from_bytes(bytes)?)?;
+        let alone = recordings.iter().map(|recording| {
+            diagnoser.diagnose_alone(recording, &options).context("a recording of a budget")
+        });
+        let answer = diagnose_together(&alone.collect::<Result<Vec<_>>>()?)?;
+        let took_s = processor_s() - start_s;
+        let ratio = took_s / before_s.min(reference_s());
+        let runs = answer.evaluations;
+        say(&format!("{name:<28} {runs:>6} {took_s:>12.3} {ratio:>9.2} {limit_ratio:>9.2}"));
+        Ok(if runs != *evaluations {
+            Some(format!("{name}: {runs} evaluations, {evaluations} expected"))
+        } else if ratio > *limit_ratio {
+            Some(format!("{name}: {ratio:.2} runs of the reference loop exceed {limit_ratio:.2}"))
+        } else {
+            None
+        })
+    }
+}
