@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result};
 use fdi_core::{
-    Bundle, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Purpose, RecordedContent, Recording,
-    RootSeed, SimulatedRecording, ToleranceUse, diagnose_together,
+    Bundle, DiagnoseOptions, Diagnoser, EMBEDDED_BUNDLES, Experiment, Purpose, RecordedContent,
+    Recording, RootSeed, SimulatedRecording, ToleranceUse, diagnose_together,
     ema_sim::{HealthState, Imperfections, PhaseSensors},
 };
 
@@ -44,7 +44,7 @@ pub(super) fn exceeded() -> Result<Vec<String>> {
 }
 
 /// Recordings of a worn machine.
-fn recordings(bundle: &Bundle) -> Result<Vec<Recording>> {
+fn recordings(test: &Experiment) -> Result<Vec<Recording>> {
     let record = |place: usize| {
         let simulated = SimulatedRecording {
             faults: HealthState::new(LEVELS)?.coordinates(),
@@ -57,7 +57,7 @@ fn recordings(bundle: &Bundle) -> Result<Vec<Recording>> {
             content: RecordedContent::Phases,
             has_voltage: true,
         };
-        let mut recording = simulated.record(&bundle.experiment, &place.to_string())?;
+        let mut recording = simulated.record(test, &place.to_string())?;
         recording.metadata.session = Some((place / OF_SESSION).to_string());
         Ok(recording)
     };
@@ -68,7 +68,7 @@ impl Together {
     fn exceeded(&self) -> Result<Option<String>> {
         let Self { name, bundle, evaluations, limit_ratio } = self;
         let bytes = EMBEDDED_BUNDLES[*bundle].bytes;
-        let recordings = recordings(&Bundle::from_bytes(bytes)?)?;
+        let recordings = recordings(&Bundle::experiment_from_bytes(bytes)?)?;
         let options =
             DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
         let before_s = reference_s();
