@@ -118,6 +118,9 @@ pub struct EnvelopeFilter {
     pub output_hz: f64,
 }
 
+/// Signals that are filtered side by side.
+const SIDE_BY_SIDE: usize = 8;
+
 impl EnvelopeFilter {
     /// The default: 200 Hz, 2 kHz.
     pub const DEFAULT: Self = Self { corner_hz: 200.0, output_hz: 2000.0 };
@@ -126,16 +129,46 @@ impl EnvelopeFilter {
     ///
     /// `keep_every` is the input's rate over [`output_hz`](Self::output_hz).
     pub fn apply(&self, signal: &[f64], rate_hz: f64) -> Vec<f64> {
+        let [filtered] = self.side_by_side([signal], rate_hz);
+        filtered
+    }
+
+    /// Filters several signals: what [`apply`](Self::apply) gives of each, to the last bit. Those that
+    /// follow one another with as many samples go side by side, since each sample waits for the one before.
+    pub fn apply_each(&self, signals: &[Vec<f64>], rate_hz: f64) -> Vec<Vec<f64>> {
+        let mut filtered = Vec::with_capacity(signals.len());
+        for alike in signals.chunk_by(|a, b| a.len() == b.len()) {
+            let (together, rest) = alike.as_chunks::<SIDE_BY_SIDE>();
+            for chunk in together {
+                let chunk = chunk.each_ref().map(Vec::as_slice);
+                filtered.extend(self.side_by_side(chunk, rate_hz));
+            }
+            filtered.extend(rest.iter().map(|signal| self.apply(signal, rate_hz)));
+        }
+        filtered
+    }
+
+    /// Filters signals, all as long as the first.
+    fn side_by_side<const N: usize>(&self, signals: [&[f64]; N], rate_hz: f64) -> [Vec<f64>; N] {
         let keep_every = libm::round(rate_hz / self.output_hz).max(1.0) as usize;
-        let mut filtered = Vec::with_capacity(signal.len().div_ceil(keep_every));
+        let samples = signals[0].len();
+        let mut filtered = [(); N].map(|()| Vec::with_capacity(samples.div_ceil(keep_every)));
         let (a, b0, b1) = self.coefficients(rate_hz);
-        let (mut x1, mut y1, mut z1) = (0.0, 0.0, 0.0);
-        for (n, &x) in signal.iter().enumerate() {
-            let y = a * y1 + b1 * x1 + b0 * x;
-            let z = a * z1 + b1 * y1 + b0 * y;
-            (x1, y1, z1) = (x, y, z);
-            if n % keep_every == 0 {
-                filtered.push(z);
+        let [mut x1, mut y1, mut z1] = [[0.0; N]; 3];
+        let signals = signals.map(|signal| &signal[..samples]);
+        for begin in (0..samples).step_by(keep_every) {
+            for n in begin..samples.min(begin + keep_every) {
+                for lane in 0..N {
+                    let x = signals[lane][n];
+                    let y = a * y1[lane] + b1 * x1[lane] + b0 * x;
+                    z1[lane] = a * z1[lane] + b1 * y1[lane] + b0 * y;
+                    (x1[lane], y1[lane]) = (x, y);
+                }
+                if n == begin {
+                    for (filtered, z) in filtered.iter_mut().zip(z1) {
+                        filtered.push(z);
+                    }
+                }
             }
         }
         filtered
@@ -171,6 +204,18 @@ mod tests {
 
     /// Rounding of a few hundred steps of the recursion.
     const FILTER_REL: f64 = 1e-12;
+
+    #[test]
+    fn signals_side_by_side_are_those_alone() {
+        let mut noise = NoiseSource::new(4);
+        let lengths = [400; 11].into_iter().chain([77, 400, 0]);
+        let signals: Vec<Vec<f64>> =
+            lengths.map(|length| (0..length).map(|_| noise.normal()).collect()).collect();
+        let filter = EnvelopeFilter::DEFAULT;
+        let alone: Vec<_> = signals.iter().map(|signal| filter.apply(signal, 10_000.0)).collect();
+        assert_eq!(filter.apply_each(&signals, 10_000.0), alone);
+        assert_eq!((alone[0].len(), alone[11].len()), (80, 16));
+    }
 
     #[test]
     fn a_ramp_passes_exactly_at_any_rate() {

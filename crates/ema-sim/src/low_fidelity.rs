@@ -101,6 +101,17 @@ impl LowFidelity {
         Self { actuator: *actuator, command_rad, ..self.clone() }.with_effects(&self.effects)
     }
 
+    /// Takes the test to another constant load on the surface.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError::Scenario`] for a load out of bounds.
+    pub fn under_constant_load(mut self, load_n_m: f64) -> Result<Self, SimulationError> {
+        Scenario::check_load(load_n_m)?;
+        Arc::make_mut(&mut self.scenario).load_n_m = load_n_m;
+        Ok(self)
+    }
+
     /// Puts effects into the machine.
     ///
     /// # Errors

@@ -289,21 +289,19 @@ impl Scenario {
         self
     }
 
+    /// A constant load within its bounds.
+    pub(crate) fn check_load(load_n_m: f64) -> Result<(), SimulationError> {
+        bounded("scenario.load-n-m", load_n_m, -1e6, 1e6)
+    }
+
     /// The command at each tick of the controller.
     ///
     /// # Errors
     ///
     /// [`SimulationError`] for a field out of bounds or a command beyond the stops.
     pub(crate) fn sampled_command(&self, actuator: &Actuator) -> Result<Vec<f64>, SimulationError> {
-        let bounded = |field, value: f64, least, most| {
-            if value >= least && value <= most {
-                Ok(())
-            } else {
-                Err(SimulationError::Scenario { field, value, least, most })
-            }
-        };
         let sample_hz = actuator.controller.sample_hz;
-        bounded("scenario.load-n-m", self.load_n_m, -1e6, 1e6)?;
+        Self::check_load(self.load_n_m)?;
         bounded("scenario.brake-n-m", self.brake_n_m, 0.0, 1e6)?;
         let longest_s = (MOST_TICKS / sample_hz).min(1e4);
         bounded("scenario.duration-s", self.duration_s, 1.0 / sample_hz, longest_s)?;
@@ -338,6 +336,14 @@ impl Scenario {
             }
         }
         Ok(commands_rad)
+    }
+}
+
+fn bounded(field: &'static str, value: f64, least: f64, most: f64) -> Result<(), SimulationError> {
+    if value >= least && value <= most {
+        Ok(())
+    } else {
+        Err(SimulationError::Scenario { field, value, least, most })
     }
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod acting;
 pub(crate) mod answer;
 pub(crate) mod causes;
 pub(crate) mod design;
+pub(crate) mod effect_error;
 pub(crate) mod embedded_error;
 pub(crate) mod error;
 pub(crate) mod evidence;

@@ -6,7 +6,7 @@
 //!   time is judged as a ratio to that of a loop which runs between the cases.
 //! - Evaluations of the models are pinned everywhere.
 
-mod together;
+pub(crate) mod together;
 
 use std::path::Path;
 

@@ -1,7 +1,8 @@
 //! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
 
 use ema_sim::{
-    Actuator, Command, ControlMode, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections, Scenario,
+    Actuator, Command, ControlMode, EffectId, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections,
+    Role, Scenario,
     model_file::{self, Model},
 };
 
@@ -23,6 +24,7 @@ use crate::{
         experiment::Experiment,
     },
     unit::{
+        effect_error::EffectError,
         embedded_error::EmbeddedError,
         error::UnitError,
         evidence::InCommon,
@@ -129,11 +131,40 @@ struct UnitErrorData {
     /// Covariances of quantities, of a narrow play and of a wide one, row by row.
     embedded: [Vec<f64>; 2],
     embedded_in_common: [f64; 3],
+    effects: Vec<EffectErrorData>,
     /// Shares of the covariance in common: of a unit, of a state of health, of a session.
     in_common: [f64; 3],
     ln_misfit_mean: f64,
     ln_misfit_std: f64,
     voltage: Option<VoltageErrorData>,
+}
+
+/// Covariances of an effect's amplitudes, of a narrow play and of a wide one, row by row.
+#[derive(Encode, Decode)]
+struct EffectErrorData {
+    symbol: String,
+    narrow: Vec<f64>,
+    wide: Vec<f64>,
+}
+
+impl EffectErrorData {
+    fn of(error: &EffectError) -> Self {
+        let [narrow, wide] =
+            [&error.narrow, &error.wide].map(|covariance| covariance.iter().copied().collect());
+        Self { symbol: error.effect.info().symbol.to_owned(), narrow, wide }
+    }
+
+    /// `None` where the effect is not known or its numbers contradict one another.
+    fn into_error(self) -> Option<EffectError> {
+        let effect = EffectId::find(&self.symbol)?;
+        let parameters = effect.info().parameters.iter();
+        let size = parameters.filter(|one| one.role() == Role::Amplitude).count();
+        let square = |rows: &[f64]| {
+            let fits = rows.len() == size * size && rows.iter().all(|value| value.is_finite());
+            fits.then(|| DMatrix::from_row_slice(size, size, rows))
+        };
+        Some(EffectError { effect, narrow: square(&self.narrow)?, wide: square(&self.wide)? })
+    }
 }
 
 /// Learnt error of what the motor's voltage shows.
@@ -229,6 +260,7 @@ impl UnitErrorData {
             embedded: [&error.embedded.narrow, &error.embedded.wide]
                 .map(|covariance| covariance.iter().copied().collect()),
             embedded_in_common: error.embedded.in_common.shares(),
+            effects: error.effects.iter().map(EffectErrorData::of).collect(),
             in_common: error.in_common.shares(),
             ln_misfit_mean: error.ln_misfit_mean,
             ln_misfit_std: error.ln_misfit_std,
@@ -250,6 +282,8 @@ impl UnitErrorData {
         let covariance =
             |data: CovarianceData| data.into_covariance(samples).ok_or_else(wrong_size);
         let voltage = |data: VoltageErrorData| data.into_error(terms).ok_or_else(wrong_size);
+        let effects = self.effects.into_iter().map(EffectErrorData::into_error);
+        let effects = effects.collect::<Option<Vec<_>>>().ok_or_else(wrong_size)?;
         let fits = self.centre.len() == quantities
             && self.spread.len() == quantities
             && coefficients.len() == terms
@@ -271,6 +305,7 @@ impl UnitErrorData {
                 wide: square(&self.embedded[1])?,
                 in_common: InCommon::of_shares(self.embedded_in_common).ok_or_else(wrong_size)?,
             },
+            effects,
             in_common: InCommon::of_shares(self.in_common).ok_or_else(wrong_size)?,
             ln_misfit_mean: self.ln_misfit_mean,
             ln_misfit_std: self.ln_misfit_std,

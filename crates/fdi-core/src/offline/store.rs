@@ -23,7 +23,7 @@ use flate2::{Compression, bufread::DeflateDecoder, write::DeflateEncoder};
 use sha2::{Digest, Sha256};
 
 /// Version of the container and of the payloads' layout.
-pub const FORMAT_VERSION: u32 = 9;
+pub const FORMAT_VERSION: u32 = 10;
 
 const MAGIC: [u8; 8] = *b"\x89FDI\r\n\x1a\n";
 const CHECKSUM_START: usize = 24;
@@ -301,8 +301,8 @@ mod tests {
             format!("truncated: {} bytes of {}", good.len() - 1, good.len())
         );
         let mut newer = good.clone();
-        newer[8] = 10;
-        assert_eq!(message(&newer), "format version 10, this tool reads version 9");
+        newer[8] = 11;
+        assert_eq!(message(&newer), "format version 11, this tool reads version 10");
         let longer = [&good[..], b"xy"].concat();
         assert_eq!(message(&longer), "2 bytes follow the bundle");
         let dataset = encode(Dataset, &sample());

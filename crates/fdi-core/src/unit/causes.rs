@@ -351,7 +351,7 @@ impl<'a> CauseSearch<'a> {
         let mut kept: Vec<usize> = (0..one_sided.len()).collect();
         let mut open_share = 0.0_f64;
         loop {
-            let gain = explanation.gain(&rows(&kept))?;
+            let gain = explanation.gain(&rows(&kept), None)?;
             open_share = open_share.max(gain.open_share);
             let is_within = |n: usize| !one_sided[kept[n]] || gain.amplitudes[n] > 0.0;
             if (0..kept.len()).all(is_within) {

@@ -79,9 +79,9 @@ pub(crate) struct Beside<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Score {
     /// `ê`.
-    estimate: DVector<f64>,
+    pub(crate) estimate: DVector<f64>,
     /// `V`.
-    expected: DMatrix<f64>,
+    pub(crate) expected: DMatrix<f64>,
 }
 
 /// Directions of the quantities in which machines of one kind scatter.

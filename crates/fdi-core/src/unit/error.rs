@@ -31,15 +31,17 @@ use crate::{
     statistics::parallel::in_parallel,
     unit::{
         design::{Session, Unit, draw, simulated},
+        effect_error::EffectError,
         embedded_error::{Beside, EmbeddedError, Off, Scatter, Score},
         evidence::InCommon,
         monitor::UnitMonitor,
         quantities::{Bent, Quantities},
         trend::{FARTHEST, LEAST_MACHINES, Rows, trend},
+        unmodelled::absent,
         voltage::{UnitVoltages, VoltageError, VoltageRun},
     },
 };
-use ema_sim::SimulationError;
+use ema_sim::{EffectId, SimulationError};
 use inference::{
     BandedCholesky, BandedMatrix, NotPositiveDefinite, dot, gaspari_cohn, tapered_covariance,
 };
@@ -54,6 +56,9 @@ const WIDE_PLAY: f64 = 2.0;
 const PLAY_BLEND: f64 = 0.5;
 /// Machines on which the part of the error that looks like another machine is learnt.
 const MOST_SCORED: usize = 600;
+/// Machines on which the part that looks like an effect is learnt, where each has a start of its own and
+/// so slopes of its own in every effect.
+const MOST_SCORED_TURNED: usize = 200;
 /// Shares of a guessed error that recordings of one unit have in common, near those of the embedded
 /// bundles.
 const GUESSED_IN_COMMON: InCommon = InCommon { unit: 0.1, state: 0.2, session: 0.55 };
@@ -86,6 +91,8 @@ pub(crate) struct UnitError {
     pub(crate) wide: Option<BandedMatrix>,
     /// Part of the error that looks like another machine.
     pub(crate) embedded: EmbeddedError,
+    /// Part of the error that looks like effects, by effect.
+    pub(crate) effects: Vec<EffectError>,
     /// Shares of `S` that recordings of one unit have in common.
     pub(crate) in_common: InCommon,
     /// Mean of ln(misfit) of units left out, with the bundle's noise.
@@ -125,6 +132,7 @@ impl UnitError {
         machines.truncate(MOST_SCORED);
         let scores = learnt.scores(&machines, &factors, jobs)?;
         let scatter = learnt.learn_embedded(&machines, &scores);
+        learnt.learn_effects(machine, &units, &machines, &factors, jobs)?;
         let bent = |at: &Rows| at.iter().map(|at| learnt.terms(at)).collect::<Vec<_>>();
         let is_wide: Vec<bool> = at.iter().map(|at| learnt.is_wide(at)).collect();
         let mut volts = VoltageError::learn(&bent(&at), &is_wide, &voltages)?;
@@ -206,6 +214,7 @@ impl UnitError {
         Self {
             start,
             embedded: EmbeddedError::none(bent.damage.len()),
+            effects: Vec::new(),
             bent,
             centre,
             spread,
@@ -226,15 +235,70 @@ impl UnitError {
         factors: &[BandedCholesky; 2],
         jobs: usize,
     ) -> Result<Vec<Option<Score>>, SimulationError> {
-        in_parallel(machines, jobs, |_, machine| {
-            let wide = self.wide.as_ref().filter(|_| self.is_wide(machine.at));
-            machine.score(&Beside {
-                places: &self.bent.damage,
-                spread: &self.spread,
-                covariance: wide.unwrap_or(&self.covariance),
-                whole: &factors[usize::from(wide.is_some())],
-            })
-        })
+        in_parallel(machines, jobs, |_, machine| machine.score(&self.beside(machine, factors)))
+    }
+
+    /// Learnt error beside which a machine is scored.
+    fn beside<'a>(&'a self, machine: &Off<'_>, factors: &'a [BandedCholesky; 2]) -> Beside<'a> {
+        let wide = self.wide.as_ref().filter(|_| self.is_wide(machine.at));
+        Beside {
+            places: &self.bent.damage,
+            spread: &self.spread,
+            covariance: wide.unwrap_or(&self.covariance),
+            whole: &factors[usize::from(wide.is_some())],
+        }
+    }
+
+    /// Part of the error that looks like effects that the machine does not have.
+    fn learn_effects(
+        &mut self,
+        machine: Machine<'_>,
+        units: &[Unit],
+        machines: &[Off<'_>],
+        factors: &[BandedCholesky; 2],
+        jobs: usize,
+    ) -> Result<(), SimulationError> {
+        let Machine { experiment, quantities } = machine;
+        let effects = absent(&experiment.effects);
+        let nominal = quantities.at(&vec![0.0; quantities.layout().len()]);
+        // all begin where the first does
+        let (same, most) = match (self.start, machines.first()) {
+            (StartAngle::Zero, Some(first)) => {
+                (Some(first.monitor.effect_slopes(&nominal, &effects)?), MOST_SCORED)
+            }
+            _ => (None, MOST_SCORED_TURNED),
+        };
+        let machines = &machines[..machines.len().min(most)];
+        let scores = in_parallel(machines, jobs, |place, machine| {
+            let own = match &same {
+                Some(_) => None,
+                None => Some(machine.monitor.effect_slopes(&nominal, &effects)?),
+            };
+            let slopes = same.as_ref().or(own.as_ref()).map_or(&[][..], Vec::as_slice);
+            let beside = self.beside(machine, factors);
+            let scores = machine.effect_scores(quantities, &units[place].point, slopes, &beside)?;
+            let ids = slopes.iter().map(|one| one.effect);
+            Ok::<_, SimulationError>(ids.zip(scores).collect::<Vec<_>>())
+        })?;
+        let learnt = effects.into_iter().filter_map(|effect| {
+            let of_kind = |is_wide: bool| -> Vec<&Score> {
+                let own = machines.iter().zip(&scores);
+                let own = own.filter(|(machine, _)| self.is_wide(machine.at) == is_wide);
+                let of_effect = own.flat_map(|(_, scores)| scores);
+                let of_effect = of_effect.filter(|(id, _)| *id == effect);
+                of_effect.filter_map(|(_, score)| score.as_ref()).collect()
+            };
+            EffectError::of(effect, &of_kind(false), &of_kind(true))
+        });
+        self.effects = learnt.collect();
+        Ok(())
+    }
+
+    /// Covariance of an effect's amplitudes by which the error looks like it, with a share of that of a
+    /// wide play.
+    pub(crate) fn effect_error(&self, effect: EffectId, wideness: f64) -> Option<DMatrix<f64>> {
+        let own = self.effects.iter().find(|one| one.effect == effect)?;
+        Some(own.mixed(wideness))
     }
 
     /// Part of the error that looks like another machine, of the scores of units left out; the scatter of
@@ -584,6 +648,7 @@ pub(crate) mod tests {
             covariance,
             wide: None,
             embedded: EmbeddedError::none(0),
+            effects: Vec::new(),
             in_common: InCommon::default(),
             ln_misfit_mean: 0.0,
             ln_misfit_std: 0.0,

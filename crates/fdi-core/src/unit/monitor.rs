@@ -1,6 +1,8 @@
 //! The low-fidelity model as a function of the quantities that a current shows.
 
-use ema_sim::{Effect, EffectId, LowFidelity, LowFidelityTrace, SimulationError};
+use std::sync::OnceLock;
+
+use ema_sim::{Effect, EffectId, LowFidelity, LowFidelityTrace, PhysicalFaults, SimulationError};
 
 use crate::{
     simulation::{experiment::Experiment, resampling::resampled},
@@ -23,6 +25,8 @@ pub(crate) struct UnitMonitor<'a> {
     start_angle_rad: f64,
     /// Effects of the machine, those of the model file first.
     effects: Vec<Effect>,
+    /// The test of the first machine, whose sampled command all have.
+    test: OnceLock<LowFidelity>,
 }
 
 impl<'a> UnitMonitor<'a> {
@@ -32,7 +36,8 @@ impl<'a> UnitMonitor<'a> {
         start_angle_rad: f64,
     ) -> Self {
         let effects = experiment.effects.clone();
-        Self { experiment, quantities, start_angle_rad, effects }
+        let test = OnceLock::new();
+        Self { experiment, quantities, start_angle_rad, effects, test }
     }
 
     /// The machine with effects beside those of its model file.
@@ -56,17 +61,35 @@ impl<'a> UnitMonitor<'a> {
         places: impl IntoIterator<Item = usize>,
         spread: &[f64],
     ) -> Result<Vec<Vec<f64>>, SimulationError> {
-        let slope = |place: usize| {
-            let step = STEP_OF_SPREAD * spread[place];
-            let side = |by: f64| {
+        let places: Vec<usize> = places.into_iter().collect();
+        let step = |place: usize| STEP_OF_SPREAD * spread[place];
+        let sides = places.iter().flat_map(|&place| {
+            [step(place), -step(place)].map(|by| {
                 let mut moved = at.to_vec();
                 moved[place] += by;
-                self.signal(&moved)
-            };
-            let (above, below) = (side(step)?, side(-step)?);
-            Ok(above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+                moved
+            })
+        });
+        let signals = self.signals(&sides.collect::<Vec<_>>())?;
+        let slope = |(&place, sides): (&usize, &[Vec<f64>])| {
+            let pairs = sides[0].iter().zip(&sides[1]);
+            pairs.map(|(above, below)| (above - below) / (2.0 * step(place))).collect()
         };
-        places.into_iter().map(slope).collect()
+        Ok(places.iter().zip(signals.chunks(2)).map(slope).collect())
+    }
+
+    /// The diagnosed signals of several machines, which run side by side.
+    fn signals(&self, at: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, SimulationError> {
+        let models = at.iter().map(|at| self.model(at)).collect::<Result<Vec<_>, _>>()?;
+        let tests: Vec<_> =
+            models.iter().map(|(model, machine)| (model, &machine.faults)).collect();
+        Ok(self.filtered_currents(&tests))
+    }
+
+    fn filtered_currents(&self, tests: &[(&LowFidelity, &PhysicalFaults)]) -> Vec<Vec<f64>> {
+        let mut currents_a = Vec::new();
+        LowFidelity::simulate_tests(tests, &mut currents_a);
+        self.filtered_each(&currents_a)
     }
 
     /// The diagnosed signal with what gains and offsets of the phases' sensors add to it.
@@ -87,18 +110,25 @@ impl<'a> UnitMonitor<'a> {
         let (model, machine) = self.model(at)?;
         let trace = model.simulate(&machine.faults);
         let without = self.filtered(&trace.current_a);
-        let slope = |(effect, size): &(Effect, f64)| {
-            let effects: Vec<Effect> = self.effects.iter().chain([effect]).cloned().collect();
-            let with = model.clone().with_effects(&effects).ok()?;
-            let mut current_a = Vec::new();
-            with.simulate_current(&machine.faults, &mut current_a);
-            let with = self.filtered(&current_a);
-            Some(with.iter().zip(&without).map(|(a, b)| (a - b) / size).collect::<Vec<f64>>())
-        };
-        let slopes = small_effects(&model.scales(&trace), effects).into_iter();
-        let slopes = slopes.filter_map(|(effect, amplitudes)| {
-            let rows = amplitudes.iter().map(slope).collect::<Option<Vec<_>>>()?;
-            Some(EffectSlopes { effect, rows })
+        let small = small_effects(&model.scales(&trace), effects);
+        let with = small.iter().map(|(_, amplitudes)| {
+            let with = |(effect, _): &(Effect, f64)| {
+                let effects: Vec<Effect> = self.effects.iter().chain([effect]).cloned().collect();
+                model.clone().with_effects(&effects).ok()
+            };
+            amplitudes.iter().map(with).collect::<Option<Vec<LowFidelity>>>()
+        });
+        let with: Vec<Option<Vec<LowFidelity>>> = with.collect();
+        let tests: Vec<_> =
+            with.iter().flatten().flatten().map(|model| (model, &machine.faults)).collect();
+        let mut signals = self.filtered_currents(&tests).into_iter();
+        let taken = small.into_iter().zip(with).filter(|(_, with)| with.is_some());
+        let slopes = taken.map(|((effect, amplitudes), _)| {
+            let sizes = amplitudes.iter().map(|(_, size)| size);
+            let rows = sizes.zip(signals.by_ref()).map(|(size, with)| {
+                with.iter().zip(&without).map(|(a, b)| (a - b) / size).collect::<Vec<f64>>()
+            });
+            EffectSlopes { effect, rows: rows.collect() }
         });
         Ok(slopes.collect())
     }
@@ -114,20 +144,45 @@ impl<'a> UnitMonitor<'a> {
 
     fn model(&self, at: &[f64]) -> Result<(LowFidelity, UnitMachine), SimulationError> {
         let machine = self.quantities.machine(self.experiment, at);
-        let scenario = machine.scenario.clone().turned_to(self.start_angle_rad);
-        let model = LowFidelity::new(&machine.actuator, &scenario)?;
+        let test = if let Some(test) = self.test.get() {
+            test
+        } else {
+            let scenario = machine.scenario.clone().turned_to(self.start_angle_rad);
+            let test = LowFidelity::new(&machine.actuator, &scenario)?;
+            self.test.get_or_init(|| test)
+        };
+        let model = test.on_actuator(&machine.actuator)?;
+        let model = model.under_constant_load(machine.scenario.load_n_m)?;
         Ok((model.with_effects(&self.effects)?, machine))
     }
 
     /// A channel of the model through the filter of the experiment.
     pub(crate) fn filtered(&self, channel: &[f64]) -> Vec<f64> {
         let own_hz = self.experiment.actuator.controller.sample_hz;
-        match self.experiment.phase_rate_hz {
-            Some(rate_hz) if rate_hz < own_hz => {
+        match self.sampled_hz() {
+            Some(rate_hz) => {
                 let sampled = resampled(channel, own_hz, rate_hz);
                 self.experiment.filter.apply(&sampled, rate_hz)
             }
-            _ => self.experiment.filter.apply(channel, own_hz),
+            None => self.experiment.filter.apply(channel, own_hz),
         }
+    }
+
+    /// Channels of the model through the filter of the experiment.
+    fn filtered_each(&self, channels: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let own_hz = self.experiment.actuator.controller.sample_hz;
+        match self.sampled_hz() {
+            Some(rate_hz) => {
+                let sampled = channels.iter().map(|channel| resampled(channel, own_hz, rate_hz));
+                self.experiment.filter.apply_each(&sampled.collect::<Vec<_>>(), rate_hz)
+            }
+            None => self.experiment.filter.apply_each(channels, own_hz),
+        }
+    }
+
+    /// Rate at which phases are sampled, where that is below the controller's.
+    fn sampled_hz(&self) -> Option<f64> {
+        let own_hz = self.experiment.actuator.controller.sample_hz;
+        self.experiment.phase_rate_hz.filter(|rate_hz| *rate_hz < own_hz)
     }
 }

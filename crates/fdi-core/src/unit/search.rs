@@ -362,7 +362,8 @@ impl Compared<'_> {
             EffectSlopes { effect: effect.effect, rows }
         };
         let effects: Vec<EffectSlopes> = self.effects.iter().map(white).collect();
-        unmodelled(&explanation, &effects)
+        let own_error = |effect| self.modelled.error.effect_error(effect, self.wideness);
+        unmodelled(&explanation, &effects, own_error)
     }
 }
 

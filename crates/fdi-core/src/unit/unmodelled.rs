@@ -9,7 +9,13 @@
 //! and `C` the slopes in the amplitudes of one effect of the catalogue on the nominal machine, its
 //! shapes as usual. `D` is twice the logarithm of the likelihood ratio that the effect is worth
 //! beside damage and tolerances, to first order: a residual as large as noise and learnt error allow
-//! may still have the form of an effect, whose other part was taken for damage.
+//! may still have the form of an effect, whose other part was taken for damage. Where the model's own
+//! error looks like the effect beyond what its covariance says (`effect_error`), with a covariance `A` of
+//! the amplitudes,
+//!
+//! ```text
+//! D = zᵀ·(M + M·A·M)⁻¹·z
+//! ```
 //!
 //! # Source
 //!
@@ -17,7 +23,7 @@
 
 use ema_sim::{Effect, EffectId, Geometry, MachineScales, Role};
 use inference::{MostProbable, SymmetricMatrix, Unknown, dot};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Chance that any effect is seen in the residual of a machine that has none.
@@ -76,9 +82,15 @@ pub(crate) fn absent(present: &[Effect]) -> Vec<EffectId> {
 }
 
 /// Effects that a residual has the form of beyond chance: the clearest, then those that are as good.
-pub(crate) fn unmodelled(explanation: &Explanation<'_>, effects: &[EffectSlopes]) -> Vec<EffectId> {
+/// Given for each effect is the covariance of its amplitudes by which the model's own error looks like it,
+/// where it does.
+pub(crate) fn unmodelled(
+    explanation: &Explanation<'_>,
+    effects: &[EffectSlopes],
+    own_error: impl Fn(EffectId) -> Option<DMatrix<f64>>,
+) -> Vec<EffectId> {
     let excess = |effect: &EffectSlopes| {
-        let gain = explanation.gain(&effect.rows)?;
+        let gain = explanation.gain(&effect.rows, own_error(effect.effect).as_ref())?;
         Some((effect.effect, gain.value - gain.limit(effects.len())))
     };
     let mut beyond: Vec<_> =
@@ -145,39 +157,96 @@ impl<'a> Explanation<'a> {
         Self::new(&found.white, slopes, &found.covariance, descent.collect())
     }
 
-    /// `D` of an effect; `None` where it is not finite.
-    pub(crate) fn gain(&self, rows: &[Vec<f64>]) -> Option<Gain> {
-        let (count, unknowns) = (rows.len(), self.slopes.len());
-        let shared = DMatrix::from_fn(unknowns, count, |i, j| dot(&self.slopes[i], &rows[j]));
+    /// `D` of an effect, beside an own error of the model that looks like it; `None` where it is not
+    /// finite.
+    pub(crate) fn gain(&self, rows: &[Vec<f64>], own_error: Option<&DMatrix<f64>>) -> Option<Gain> {
+        let open = Open::of(rows, self.slopes, &self.covariance)?;
+        let seen = DVector::from_fn(rows.len(), |i, _| dot(&rows[i], self.residual))
+            - open.shared.tr_mul(&self.step);
+        let white = open.white(&seen)?;
+        let value = match own_error {
+            Some(own_error) => {
+                let with = DMatrix::identity(white.len(), white.len()) + open.whitened(own_error);
+                white.dot(&with.cholesky()?.solve(&white))
+            }
+            None => white.norm_squared(),
+        };
+        let amplitudes = &open.to_amplitudes * &white;
+        let moves = &self.step - &self.covariance * (&open.shared * &amplitudes);
+        let (amplitudes, moves) = (amplitudes.data.into(), moves.data.into());
+        let (open_share, open_square) = (open.share, open.square);
+        let degrees = white.len() as f64;
+        Some(Gain { value, degrees, amplitudes, moves, open_share, open_square })
+    }
+}
+
+/// Part of an effect that damage and numbers leave open: directions of its amplitudes in which its
+/// score has unit variance.
+#[derive(Clone, Debug)]
+pub(crate) struct Open {
+    /// `Jᵀ·C`.
+    pub(crate) shared: DMatrix<f64>,
+    /// From directions to amplitudes, `T`: `Tᵀ·M·T = 1`.
+    pub(crate) to_amplitudes: DMatrix<f64>,
+    /// Directions that are not open, an amplitude each of the effect's white size.
+    pub(crate) closed: DMatrix<f64>,
+    /// `M·T`.
+    scored: DMatrix<f64>,
+    /// Share of the effect's white size that is open.
+    share: f64,
+    /// White square of one unit of the first amplitude, as far as it is open.
+    square: f64,
+}
+
+impl Open {
+    /// Part that white slopes in the amplitudes leave open, by those in the unknowns and their covariance;
+    /// `None` where it is not finite.
+    pub(crate) fn of(
+        rows: &[Vec<f64>],
+        slopes: &[Vec<f64>],
+        covariance: &DMatrix<f64>,
+    ) -> Option<Self> {
+        let (count, unknowns) = (rows.len(), slopes.len());
+        let shared = DMatrix::from_fn(unknowns, count, |i, j| dot(&slopes[i], &rows[j]));
         let own = DMatrix::from_fn(count, count, |i, j| dot(&rows[i], &rows[j]));
-        let seen = DVector::from_fn(count, |i, _| dot(&rows[i], self.residual))
-            - shared.transpose() * &self.step;
         // each amplitude by its own white size, so that units do not matter
         let size =
             DVector::from_fn(count, |i, _| own[(i, i)].sqrt().max(f64::MIN_POSITIVE).recip());
-        let open = &own - shared.transpose() * &self.covariance * &shared;
-        let open = DMatrix::from_fn(count, count, |i, j| size[i] * size[j] * open[(i, j)]);
-        let seen = seen.component_mul(&size);
-        if !open.iter().chain(&seen).all(|value| value.is_finite()) {
+        let open = &own - shared.tr_mul(&(covariance * &shared));
+        let sized = DMatrix::from_fn(count, count, |i, j| size[i] * size[j] * open[(i, j)]);
+        if !sized.iter().all(|value| value.is_finite()) {
             return None;
         }
-        let open_share = open.trace() / count.max(1) as f64;
-        let open_square = open.get(0).map_or(0.0, |first| first / (size[0] * size[0]));
-        let parts = SymmetricEigen::new(open);
-        let (mut value, mut degrees) = (0.0, 0.0);
-        let mut amplitudes = DVector::zeros(count);
-        for (share, along) in parts.eigenvalues.iter().zip(parts.eigenvectors.column_iter()) {
-            if *share > LEAST_SHARE {
-                let found = along.dot(&seen);
-                value += found * found / share;
-                amplitudes += along * (found / share);
-                degrees += 1.0;
-            }
-        }
-        let amplitudes = amplitudes.component_mul(&size);
-        let moves = &self.step - &self.covariance * (&shared * &amplitudes);
-        let (amplitudes, moves) = (amplitudes.data.into(), moves.data.into());
-        Some(Gain { value, degrees, amplitudes, moves, open_share, open_square })
+        let (share, square) = (
+            sized.trace() / count.max(1) as f64,
+            sized.get(0).map_or(0.0, |first| first / (size[0] * size[0])),
+        );
+        let parts = SymmetricEigen::new(sized);
+        let columns = |is_open: bool| {
+            let all = parts.eigenvalues.iter().zip(parts.eigenvectors.column_iter());
+            let kept = all.filter(|(share, _)| (**share > LEAST_SHARE) == is_open);
+            let column = |(share, along): (&f64, DVectorView<'_, f64>)| {
+                let by = if is_open { share.sqrt().recip() } else { 1.0 };
+                by * along.component_mul(&size)
+            };
+            let columns: Vec<DVector<f64>> = kept.map(column).collect();
+            let filled = |row: usize, column: usize| columns[column][row];
+            DMatrix::from_fn(count, columns.len(), filled)
+        };
+        let (to_amplitudes, closed) = (columns(true), columns(false));
+        let scored = &open * &to_amplitudes;
+        Some(Self { shared, to_amplitudes, closed, scored, share, square })
+    }
+
+    /// `Tᵀ·z`, of unit variance; `None` where it is not finite.
+    pub(crate) fn white(&self, score: &DVector<f64>) -> Option<DVector<f64>> {
+        let white = self.to_amplitudes.tr_mul(score);
+        white.iter().all(|value| value.is_finite()).then_some(white)
+    }
+
+    /// Covariance of the white score by a covariance of the amplitudes, `Tᵀ·M·A·M·T`.
+    fn whitened(&self, amplitudes: &DMatrix<f64>) -> DMatrix<f64> {
+        self.scored.tr_mul(&(amplitudes * &self.scored))
     }
 }
 
@@ -204,11 +273,48 @@ mod tests {
 
     /// `D` of an effect in a signal, the unknowns with a prior of one.
     fn gain(signal: &[f64], slopes: &[Vec<f64>], effect: &EffectSlopes) -> f64 {
+        gain_beside(signal, slopes, effect, None)
+    }
+
+    fn gain_beside(
+        signal: &[f64],
+        slopes: &[Vec<f64>],
+        effect: &EffectSlopes,
+        own_error: Option<&DMatrix<f64>>,
+    ) -> f64 {
         let of_unknowns = covariance(slopes);
         // at zero, from which the one step leads to the most probable unknowns
         let descent: Vec<f64> = slopes.iter().map(|row| dot(row, signal)).collect();
         let of_unknowns = SymmetricMatrix::from_fn(slopes.len(), |i, j| of_unknowns[(i, j)]);
-        Explanation::new(signal, slopes, &of_unknowns, descent).gain(&effect.rows).unwrap().value
+        let explanation = Explanation::new(signal, slopes, &of_unknowns, descent);
+        explanation.gain(&effect.rows, own_error).unwrap().value
+    }
+
+    #[test]
+    fn an_error_of_the_model_that_looks_like_the_effect_is_chance() {
+        let mut random = Draws::new(RootSeed(7).derive(crate::seed::Purpose::Units, 0));
+        let slopes = rows(&mut random, 3, 40);
+        let effect = EffectSlopes { effect: EffectId::Cogging, rows: rows(&mut random, 2, 40) };
+        let own_error = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]);
+        let root = own_error.clone().cholesky().unwrap().l();
+        let count = 2000;
+        let mut means = [0.0; 2];
+        for _ in 0..count {
+            let mut signal = rows(&mut random, 1, 40).remove(0);
+            let unknowns: Vec<f64> = slopes.iter().map(|_| random.normal()).collect();
+            let amplitudes = &root * DVector::from_fn(2, |_, _| random.normal());
+            let parts = slopes.iter().zip(&unknowns).chain(effect.rows.iter().zip(&amplitudes));
+            for (row, by) in parts {
+                signal.iter_mut().zip(row).for_each(|(value, slope)| *value += by * slope);
+            }
+            for (mean, own_error) in means.iter_mut().zip([Some(&own_error), None]) {
+                *mean += gain_beside(&signal, &slopes, &effect, own_error) / f64::from(count);
+            }
+        }
+        // a mean of 2000 numbers with a variance of four
+        let [beside, alone] = means;
+        assert!((beside - 2.0).abs() < 4.0 * (4.0 / f64::from(count)).sqrt(), "{beside}");
+        assert!(alone > 50.0, "{alone}");
     }
 
     #[test]

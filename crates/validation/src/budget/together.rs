@@ -1,4 +1,4 @@
-//! Sixteen recordings of a machine in four sessions, with the motor's voltage, answered together.
+//! Recordings of a machine in sessions of four, with the motor's voltage, answered together.
 
 use anyhow::{Context, Result};
 use fdi_core::{
@@ -12,9 +12,9 @@ use crate::{
     terminal::say,
 };
 
-/// Sessions, and recordings of each.
-const SESSIONS: usize = 4;
+/// Recordings of a session, and of all.
 const OF_SESSION: usize = 4;
+const RECORDINGS: usize = 16;
 /// Damage of the machine.
 const LEVELS: [f64; 7] = [0.0, 0.0, 0.006, 0.0, 0.0, 0.0, 0.0];
 const NOISE_A: f64 = 0.020;
@@ -44,7 +44,7 @@ pub(super) fn exceeded() -> Result<Vec<String>> {
 }
 
 /// Recordings of a worn machine.
-fn recordings(test: &Experiment) -> Result<Vec<Recording>> {
+pub(crate) fn recordings(test: &Experiment, count: usize) -> Result<Vec<Recording>> {
     let record = |place: usize| {
         let simulated = SimulatedRecording {
             faults: HealthState::new(LEVELS)?.coordinates(),
@@ -61,26 +61,41 @@ fn recordings(test: &Experiment) -> Result<Vec<Recording>> {
         recording.metadata.session = Some((place / OF_SESSION).to_string());
         Ok(recording)
     };
-    (0..SESSIONS * OF_SESSION).map(record).collect()
+    (0..count).map(record).collect()
+}
+
+/// Cost of an answer to recordings together, reading the bundle included.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cost {
+    /// Processor time, s.
+    pub(crate) took_s: f64,
+    /// Processor time in runs of the reference loop.
+    pub(crate) ratio: f64,
+    /// Evaluations of the low-fidelity model.
+    pub(crate) evaluations: u64,
+}
+
+/// Answers recordings together by a bundle's bytes.
+pub(crate) fn cost(bytes: &[u8], recordings: &[Recording]) -> Result<Cost> {
+    let options = DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
+    let before_s = reference_s();
+    let start_s = processor_s();
+    let diagnoser = Diagnoser::new(Bundle::from_bytes(bytes)?)?;
+    let alone = recordings.iter().map(|recording| {
+        diagnoser.diagnose_alone(recording, &options).context("a recording whose cost is asked for")
+    });
+    let answer = diagnose_together(&alone.collect::<Result<Vec<_>>>()?)?;
+    let took_s = processor_s() - start_s;
+    let ratio = took_s / before_s.min(reference_s());
+    Ok(Cost { took_s, ratio, evaluations: answer.evaluations })
 }
 
 impl Together {
     fn exceeded(&self) -> Result<Option<String>> {
         let Self { name, bundle, evaluations, limit_ratio } = self;
         let bytes = EMBEDDED_BUNDLES[*bundle].bytes;
-        let recordings = recordings(&Bundle::experiment_from_bytes(bytes)?)?;
-        let options =
-            DiagnoseOptions { tolerance: ToleranceUse::Model, ..DiagnoseOptions::default() };
-        let before_s = reference_s();
-        let start_s = processor_s();
-        let diagnoser = Diagnoser::new(Bundle::from_bytes(bytes)?)?;
-        let alone = recordings.iter().map(|recording| {
-            diagnoser.diagnose_alone(recording, &options).context("a recording of a budget")
-        });
-        let answer = diagnose_together(&alone.collect::<Result<Vec<_>>>()?)?;
-        let took_s = processor_s() - start_s;
-        let ratio = took_s / before_s.min(reference_s());
-        let runs = answer.evaluations;
+        let recordings = recordings(&Bundle::experiment_from_bytes(bytes)?, RECORDINGS)?;
+        let Cost { took_s, ratio, evaluations: runs } = cost(bytes, &recordings)?;
         say(&format!("{name:<28} {runs:>6} {took_s:>12.3} {ratio:>9.2} {limit_ratio:>9.2}"));
         Ok(if runs != *evaluations {
             Some(format!("{name}: {runs} evaluations, {evaluations} expected"))

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
-    HiddenDamage, LearntLine, UnitsScore, bundle_of_test, evaluate_learnt, over_days, plan_request,
-    planned_test, test_by_hand,
+    EffectLine, HiddenDamage, HiddenEffect, LearntLine, UnitsScore, bundle_of_test,
+    evaluate_effects, evaluate_learnt, over_days, plan_request, planned_test, test_by_hand,
 };
 use fdi_core::{
     Diagnoser, Experiment, PlannedTest, expected_stds,
-    report::{ExpectedStd, FaultId},
+    report::{ExpectedStd, FaultId, NoticeCode},
 };
 
 use super::{
@@ -17,7 +17,11 @@ use super::{
     figure::Figure,
     units::{HALF_WIDTH_K, READING_STD_K, percent},
 };
-use crate::{processor::jobs, terminal::say};
+use crate::{
+    budget::together::{cost, recordings},
+    processor::jobs,
+    terminal::say,
+};
 
 const HEAD: &str = include_str!("planned/head.md");
 const LIMITS: &str = include_str!("planned/limits.md");
@@ -33,6 +37,12 @@ const QUICK_S: f64 = 0.4;
 /// Units without damage, and with it.
 const HEALTHY: usize = 500;
 const DAMAGED: usize = 200;
+/// Units with an effect, and as many without.
+const WITH_EFFECT: usize = 100;
+/// Evidence below which an effect is weak.
+const WEAK: f64 = 120.0;
+/// Recordings that are answered together, and the most processor time of so many, s.
+const MOST_S: [(usize, f64); 2] = [(1, 1.0), (16, 12.0)];
 /// Bar on expectations over what is stated.
 const NEAR: [f64; 2] = [0.75, 1.25];
 
@@ -97,10 +107,11 @@ pub(super) fn text() -> Result<String> {
     let plans = WITHIN_S
         .map(|within_s| planned_test(&plan_request(within_s, PLAN_SEED, jobs()), HALF_WIDTH_K));
     let [short, long] = plans;
-    let ((test, plan), (_, long)) = (short?, long?);
+    let ((test, plan), (long_test, long)) = (short?, long?);
     motions(&mut page, &plan)?;
     expectations(&mut page, &plan, &long)?;
     achieved(&mut page, &test, &plan)?;
+    costs(&mut page, &long_test)?;
     page.push_str(LIMITS);
     Ok(page)
 }
@@ -204,6 +215,70 @@ fn achieved(page: &mut String, test: &Experiment, plan: &PlannedTest) -> Result<
          | temperature read | which | k1 | k2 | k3 | k4 | k5 | k6 |\n\
          |---|---|---|---|---|---|---|---|\n{widths}"
     )?;
+    effects(page, &diagnoser)
+}
+
+/// Recordings alone of units with an effect that the model file does not have: on how many it is told.
+fn effects(page: &mut String, diagnoser: &Diagnoser) -> Result<()> {
+    writeln!(
+        page,
+        "\n## Physics that the model file does not have\n\nOne recording of each unit without damage, no \
+         unit learnt, its temperature read. Effects are drawn as on `docs/validation/units.md`, with an evidence \
+         λ of 60 to 600. *Told*: the notice `unmodelled-physics`.\n\n\
+         | units | count | told | refused |\n|---|---:|---:|---:|"
+    )?;
+    let mut row = |name: String, units: &[&HiddenEffect]| {
+        let told = |unit: &&&HiddenEffect| {
+            let mut notices = unit.alone.iter().flat_map(|answer| &answer.notices);
+            notices.any(|notice| notice.code == NoticeCode::UnmodelledPhysics)
+        };
+        let refused = units.iter().filter(|unit| unit.alone.is_none()).count();
+        let told = units.iter().filter(told).count();
+        writeln!(page, "| {name} | {} | {told} | {refused} |", units.len())
+    };
+    for has_effect in [true, false] {
+        say(&format!("planned: effects, {}", if has_effect { "with" } else { "without" }));
+        let line = EffectLine { references: 0, recordings: 1, has_effect, units: WITH_EFFECT };
+        let seed = SEED + 50 + u64::from(has_effect);
+        let units = evaluate_effects(diagnoser, &line, seed, jobs())
+            .context("units with an effect in a planned test")?;
+        if has_effect {
+            let (weak, clear) = units.iter().partition::<Vec<_>, _>(|unit| unit.lambda < WEAK);
+            row(format!("with an effect, λ below {WEAK}"), &weak)?;
+            row(format!("with an effect, λ of {WEAK} and more"), &clear)?;
+        } else {
+            row("without an effect".to_owned(), &units.iter().collect::<Vec<_>>())?;
+        }
+    }
+    Ok(())
+}
+
+/// Processor time of answers to recordings of the longer test.
+fn costs(page: &mut String, test: &Experiment) -> Result<()> {
+    say("planned: cost of the longer test");
+    let bytes = bundle_of_test(test, BUNDLE_SEED, jobs())?.to_bytes();
+    let all = MOST_S.iter().map(|(count, _)| *count).max().unwrap_or_default();
+    let recordings = recordings(test, all)?;
+    let length_s = test.scenario.duration_s;
+    writeln!(
+        page,
+        "\n## Time of the longer test\n\nRecordings of {length_s:.2} s of one worn machine with the motor's \
+         voltage, four a session, answered together on one thread: processor time with the bundle of {:.2} \
+         MB read, and over that of a loop of known work in the same run (`cargo xtask budget` has the loop).\n\n\
+         | recordings | processor time, s | over the loop | evaluations |\n|---:|---:|---:|---:|",
+        bytes.len() as f64 / 1e6
+    )?;
+    for (count, most_s) in MOST_S {
+        let cost = cost(&bytes, &recordings[..count])?;
+        writeln!(
+            page,
+            "| {count} | {:.2} {} (bar {most_s:.0}) | {:.1} | {} |",
+            cost.took_s,
+            met(cost.took_s <= most_s),
+            cost.ratio,
+            cost.evaluations
+        )?;
+    }
     Ok(())
 }
 
