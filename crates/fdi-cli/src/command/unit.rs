@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
-    Disagreement, LearntNumber, LearntNumbers, LearntUnit, UnitState,
+    Disagreement, LearntNumber, LearntNumbers, LearntUnit, Recording, UnitState,
     ema_sim::{
         EffectId,
         model_file::{MachineModel, Model},
@@ -40,6 +40,7 @@ pub(crate) fn learn(
     if let Some(warning) = unmodelled(&unit) {
         streams.say(format_args!("warning: {warning}"));
     }
+    warn_of_voltages(&unit, &recordings, streams);
     streams.product(Some(path), |out| out.write_all(&unit.to_bytes()))?;
     if !global.quiet {
         streams.say(format_args!("{}", sentence(&unit)));
@@ -60,8 +61,18 @@ pub(crate) fn update(
     for left in &left_out {
         streams.say(format_args!("left out: {}: {}", left.name, left.reason));
     }
+    warn_of_voltages(&unit, &recordings, streams);
     written(held, &unit, global, streams)?;
     Ok(ExitStatus::Done)
+}
+
+/// Says of which recordings the motor's voltage is not used.
+fn warn_of_voltages(unit: &LearntUnit, recordings: &[Recording], streams: &mut Streams<'_>) {
+    for name in unit.without_voltage(recordings) {
+        streams.say(format_args!(
+            "warning: {name}: the motor's voltage is not used; `fdi diagnose` of the recording says why"
+        ));
+    }
 }
 
 /// Notes that a part was replaced.

@@ -90,6 +90,21 @@ fn a_duty_without_its_supply_is_told() {
 }
 
 #[test]
+fn a_unit_says_whose_voltage_is_not_used() {
+    let folder = TempDir::new().unwrap();
+    for (name, seed) in [("a.csv", "5"), ("b.csv", "6")] {
+        simulated(&folder, name, seed, &["--motor-voltage"]);
+    }
+    let learn = ["unit", "learn", "a.csv", "b.csv", "-o", "unit.fdi-unit"];
+    let said = output(folder.path(), &learn);
+    assert!(!whole(&said).contains("voltage"), "{}", whole(&said));
+    let map = ["--map", "duty_frac=motor_voltage_v*0.0208"];
+    let said = output(folder.path(), &[&learn, &map[..]].concat());
+    let told = whole(&said);
+    assert!(told.contains("b.csv: the motor's voltage is not used; `fdi diagnose`"), "{told}");
+}
+
+#[test]
 fn recordings_of_one_session_do_not_disagree_by_their_voltages() {
     let folder = TempDir::new().unwrap();
     let names: Vec<String> = (31..=36).map(|seed| format!("k{seed}.csv")).collect();
