@@ -135,15 +135,15 @@ impl EnvelopeFilter {
 
     /// Filters several signals: what [`apply`](Self::apply) gives of each, to the last bit. Those that
     /// follow one another with as many samples go side by side, since each sample waits for the one before.
-    pub fn apply_each(&self, signals: &[Vec<f64>], rate_hz: f64) -> Vec<Vec<f64>> {
+    pub fn apply_each<S: AsRef<[f64]>>(&self, signals: &[S], rate_hz: f64) -> Vec<Vec<f64>> {
         let mut filtered = Vec::with_capacity(signals.len());
-        for alike in signals.chunk_by(|a, b| a.len() == b.len()) {
+        for alike in signals.chunk_by(|a, b| a.as_ref().len() == b.as_ref().len()) {
             let (together, rest) = alike.as_chunks::<SIDE_BY_SIDE>();
             for chunk in together {
-                let chunk = chunk.each_ref().map(Vec::as_slice);
+                let chunk = chunk.each_ref().map(AsRef::as_ref);
                 filtered.extend(self.side_by_side(chunk, rate_hz));
             }
-            filtered.extend(rest.iter().map(|signal| self.apply(signal, rate_hz)));
+            filtered.extend(rest.iter().map(|signal| self.apply(signal.as_ref(), rate_hz)));
         }
         filtered
     }

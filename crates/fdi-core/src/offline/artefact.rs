@@ -159,12 +159,15 @@ impl EffectErrorData {
         let effect = EffectId::find(&self.symbol)?;
         let parameters = effect.info().parameters.iter();
         let size = parameters.filter(|one| one.role() == Role::Amplitude).count();
-        let square = |rows: &[f64]| {
-            let fits = rows.len() == size * size && rows.iter().all(|value| value.is_finite());
-            fits.then(|| DMatrix::from_row_slice(size, size, rows))
-        };
-        Some(EffectError { effect, narrow: square(&self.narrow)?, wide: square(&self.wide)? })
+        let [narrow, wide] = [&self.narrow, &self.wide].map(|rows| square(rows, size));
+        Some(EffectError { effect, narrow: narrow?, wide: wide? })
     }
+}
+
+/// A square matrix by its rows; `None` where they are not of its size or not finite.
+fn square(rows: &[f64], size: usize) -> Option<DMatrix<f64>> {
+    let fits = rows.len() == size * size && rows.iter().all(|value| value.is_finite());
+    fits.then(|| DMatrix::from_row_slice(size, size, rows))
 }
 
 /// Learnt error of what the motor's voltage shows.
@@ -272,10 +275,7 @@ impl UnitErrorData {
         let bent = quantities.bent();
         let wrong_size = || content("an error on units of the wrong size".to_owned());
         let size = bent.damage.len();
-        let square = |rows: &Vec<f64>| {
-            let fits = rows.len() == size * size && rows.iter().all(|value| value.is_finite());
-            fits.then(|| DMatrix::from_row_slice(size, size, rows)).ok_or_else(wrong_size)
-        };
+        let embedded = |rows: &[f64]| square(rows, size).ok_or_else(wrong_size);
         let (quantities, terms) = (quantities.len(), UnitError::terms_of(quantities.len(), &bent));
         let coefficients =
             self.coefficients.into_signals(samples, CODE_STEPS).ok_or_else(wrong_size)?;
@@ -301,8 +301,8 @@ impl UnitErrorData {
             covariance: covariance(self.covariance)?,
             wide: self.wide.map(covariance).transpose()?,
             embedded: EmbeddedError {
-                narrow: square(&self.embedded[0])?,
-                wide: square(&self.embedded[1])?,
+                narrow: embedded(&self.embedded[0])?,
+                wide: embedded(&self.embedded[1])?,
                 in_common: InCommon::of_shares(self.embedded_in_common).ok_or_else(wrong_size)?,
             },
             effects,

@@ -330,6 +330,17 @@ fn away(coordinates: &[f64], centre: &[f64], spread: &[f64]) -> Vec<f64> {
 /// Folds that the residuals are dealt into for cross-fitting.
 pub(crate) const FOLDS: usize = 4;
 
+/// A combination of rows of so many samples.
+pub(crate) fn combination(by: &[f64], rows: &[Vec<f64>], samples: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; samples];
+    for (by, row) in by.iter().zip(rows) {
+        if *by != 0.0 {
+            add_scaled(&mut sum, *by, row);
+        }
+    }
+    sum
+}
+
 /// `a += scale·b`.
 pub(crate) fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
     for (x, y) in a.iter_mut().zip(b) {

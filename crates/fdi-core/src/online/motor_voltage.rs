@@ -27,6 +27,12 @@ pub(crate) enum MotorVoltage {
 }
 
 impl MotorVoltage {
+    /// True where a recording has a channel of it, of use or not.
+    pub(crate) fn is_recorded(recording: &Recording) -> bool {
+        let names = [ChannelName::MotorVoltage, ChannelName::QAxisVoltage, ChannelName::Duty];
+        names.iter().any(|&name| recording.channel(name).is_some())
+    }
+
     /// Reads the voltage off a recording whose command begins late by a part of a sample, s.
     pub(crate) fn of(recording: &Recording, late_s: f64, experiment: &Experiment) -> Self {
         match samples(recording, experiment) {

@@ -21,9 +21,12 @@ use inference::dot;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    offline::error_model::add_scaled,
+    offline::{
+        error_model::{add_scaled, combination},
+        estimator::gram,
+    },
     unit::{
-        embedded_error::{Beside, Off, Scatter, Score},
+        embedded_error::{Beside, Off, Scatter, Score, mixed},
         quantities::Quantities,
         unmodelled::{EffectSlopes, Open},
     },
@@ -54,7 +57,7 @@ impl EffectError {
 
     /// `A` with a share of that of a wide play.
     pub(crate) fn mixed(&self, wideness: f64) -> DMatrix<f64> {
-        &self.narrow * (1.0 - wideness) + &self.wide * wideness
+        mixed(&self.narrow, &self.wide, wideness)
     }
 }
 
@@ -72,8 +75,9 @@ impl Off<'_> {
         beside.whole.whiten_each(&mut shown);
         let mut white = self.residual_a.to_vec();
         beside.whole.whiten(&mut white);
+        let by_unknown = quantities.slopes(point);
         let slopes: Vec<Vec<f64>> =
-            quantities.slopes(point).iter().map(|row| combined(row, &shown)).collect();
+            by_unknown.iter().map(|by| combination(by, &shown, white.len())).collect();
         let Some(covariance) = covariance(quantities, &slopes) else {
             return Ok(vec![None; effects.len()]);
         };
@@ -89,12 +93,7 @@ impl Off<'_> {
             }
             let seen = DVector::from_iterator(rows.len(), rows.iter().map(|row| dot(row, &white)));
             let estimate = &open.to_amplitudes * open.white(&seen)?;
-            beside.whole.whiten_transposed_each(&mut rows);
-            let through: Vec<Vec<f64>> =
-                rows.iter().map(|row| beside.covariance.times(row)).collect();
-            let of_score = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
-                dot(&rows[i.max(j)], &through[i.min(j)])
-            });
+            let of_score = beside.error_in(rows);
             let inverse = &open.to_amplitudes * open.to_amplitudes.transpose();
             // a direction that is not open has an error of its own size, so that none is found there
             let closed = &open.closed * open.closed.transpose();
@@ -106,21 +105,10 @@ impl Off<'_> {
     }
 }
 
-/// A combination of rows.
-fn combined(by: &[f64], rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut sum = vec![0.0; rows.first().map_or(0, Vec::len)];
-    for (by, row) in by.iter().zip(rows) {
-        if *by != 0.0 {
-            add_scaled(&mut sum, *by, row);
-        }
-    }
-    sum
-}
-
 /// `(Jᵀ·J + P⁻¹)⁻¹` of white slopes in the unknowns, with no prior on damage.
 fn covariance(quantities: &Quantities, slopes: &[Vec<f64>]) -> Option<DMatrix<f64>> {
     let (count, layout) = (slopes.len(), quantities.layout());
-    let mut information = DMatrix::from_fn(count, count, |i, j| dot(&slopes[i], &slopes[j]));
+    let mut information = gram(slopes);
     for (number, place) in layout.numbers.iter().zip(layout.sought.len()..count) {
         information[(place, place)] += number.scatter.together().powi(-2);
     }

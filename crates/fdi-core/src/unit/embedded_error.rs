@@ -28,7 +28,10 @@ use ema_sim::SimulationError;
 use inference::{BandedCholesky, BandedMatrix, dot};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::unit::{evidence::InCommon, monitor::UnitMonitor};
+use crate::{
+    offline::estimator::gram,
+    unit::{evidence::InCommon, monitor::UnitMonitor},
+};
 
 /// Error of the model in the quantities that damage moves.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,8 +53,13 @@ impl EmbeddedError {
 
     /// `D` with a share of that of a wide play.
     pub(crate) fn of(&self, wideness: f64) -> DMatrix<f64> {
-        &self.narrow * (1.0 - wideness) + &self.wide * wideness
+        mixed(&self.narrow, &self.wide, wideness)
     }
+}
+
+/// Covariance of a narrow play with a share of that of a wide one.
+pub(crate) fn mixed(narrow: &DMatrix<f64>, wide: &DMatrix<f64>, wideness: f64) -> DMatrix<f64> {
+    narrow * (1.0 - wideness) + wide * wideness
 }
 
 /// A machine with what its signal is off the model and the trend of the others.
@@ -95,21 +103,29 @@ pub(crate) struct Scatter {
     pub(crate) excess: DMatrix<f64>,
 }
 
+impl Beside<'_> {
+    /// Covariance of the products of white rows with a white signal by the error, `R·L⁻¹·S·L⁻ᵀ·Rᵀ`.
+    pub(crate) fn error_in(&self, mut rows: Vec<Vec<f64>>) -> DMatrix<f64> {
+        self.whole.whiten_transposed_each(&mut rows);
+        let through: Vec<Vec<f64>> = rows.iter().map(|row| self.covariance.times(row)).collect();
+        // one order of each product, so that the matrix is its own transpose to the last bit
+        let entry = |i: usize, j: usize| dot(&rows[i.max(j)], &through[i.min(j)]);
+        DMatrix::from_fn(rows.len(), rows.len(), entry)
+    }
+}
+
 impl Off<'_> {
     /// `None` where the signal does not show all of the quantities.
     pub(crate) fn score(&self, beside: &Beside<'_>) -> Result<Option<Score>, SimulationError> {
-        let &Beside { places, spread, covariance, whole } = beside;
+        let &Beside { places, spread, whole, .. } = beside;
         let mut slopes = self.monitor.slopes(self.at, places.iter().copied(), spread)?;
         whole.whiten_each(&mut slopes);
         let mut white = self.residual_a.to_vec();
         whole.whiten(&mut white);
         let count = places.len();
-        let information = DMatrix::from_fn(count, count, |i, j| dot(&slopes[i], &slopes[j]));
+        let information = gram(&slopes);
         let descent = DVector::from_iterator(count, slopes.iter().map(|row| dot(row, &white)));
-        whole.whiten_transposed_each(&mut slopes);
-        let through: Vec<Vec<f64>> = slopes.iter().map(|row| covariance.times(row)).collect();
-        let error =
-            DMatrix::from_fn(count, count, |i, j| dot(&slopes[i.max(j)], &through[i.min(j)]));
+        let error = beside.error_in(slopes);
         let Some(inverse) = information.cholesky().map(|factor| factor.inverse()) else {
             return Ok(None);
         };

@@ -6,7 +6,9 @@ use recordings::Recording;
 
 use crate::{
     diagnose::Diagnoser,
-    online::{error::DiagnoseError, options::DiagnoseOptions, watch::Watch},
+    online::{
+        error::DiagnoseError, motor_voltage::MotorVoltage, options::DiagnoseOptions, watch::Watch,
+    },
     report::{Finding, Notice, NoticeCode, RecordDiagnosis, ToleranceUse, Verdict},
     unit::{
         evidence::Evidence,
@@ -229,6 +231,17 @@ impl Diagnoser {
 }
 
 impl LearntUnit {
+    /// Names of those recordings of the unit that have the motor's voltage, which was not used: a diagnosis
+    /// of each says why.
+    pub fn without_voltage<'a>(&self, recordings: &'a [Recording]) -> Vec<&'a str> {
+        let is_unread = |name: &str| {
+            let own = self.recordings.iter().find(|one| one.name == name);
+            own.is_some_and(|one| one.evidence.voltage.is_none())
+        };
+        let with_voltage = recordings.iter().filter(|one| MotorVoltage::is_recorded(one));
+        with_voltage.map(|one| one.name.as_str()).filter(|name| is_unread(name)).collect()
+    }
+
     /// Refuses a recording of another actuator.
     fn check(&self, recording: &Recording) -> Result<(), UnitLearningError> {
         if let (Some(found), Some(expected)) = (&recording.metadata.actuator_id, &self.actuator_id)

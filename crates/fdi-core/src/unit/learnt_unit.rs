@@ -5,7 +5,7 @@
 //! recording diagnosed.
 
 use ema_sim::EffectId;
-use recordings::{ChannelName, Metadata, Recording, sha256_hex};
+use recordings::{Metadata, sha256_hex};
 
 use crate::{
     offline::bundle::Bundle,
@@ -72,23 +72,6 @@ pub struct OtherBundle {
     pub model: String,
     /// Command of the bundle.
     pub command: String,
-}
-
-impl LearntUnit {
-    /// Names of those recordings of the unit that have the motor's voltage, which was not used: a diagnosis
-    /// of each says why.
-    pub fn without_voltage<'a>(&self, recordings: &'a [Recording]) -> Vec<&'a str> {
-        let has_voltage = |recording: &Recording| {
-            let names = [ChannelName::MotorVoltage, ChannelName::QAxisVoltage, ChannelName::Duty];
-            names.iter().any(|&name| recording.channel(name).is_some())
-        };
-        let is_unread = |name: &str| {
-            let own = self.recordings.iter().find(|one| one.name == name);
-            own.is_some_and(|one| one.evidence.voltage.is_none())
-        };
-        let names = recordings.iter().filter(|one| has_voltage(one)).map(|one| one.name.as_str());
-        names.filter(|name| is_unread(name)).collect()
-    }
 }
 
 impl LearntUnit {

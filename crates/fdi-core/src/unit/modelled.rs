@@ -3,7 +3,7 @@
 use ema_sim::{Effect, SimulationError};
 
 use crate::{
-    offline::error_model::add_scaled,
+    offline::error_model::combination,
     simulation::experiment::Experiment,
     unit::{
         error::UnitError, evidence::TemperatureReading, monitor::UnitMonitor,
@@ -80,16 +80,9 @@ impl<'a> Modelled<'a> {
 
     /// Slopes in the unknowns, by slopes in all that the signal shows.
     pub(crate) fn unknown_slopes(&self, point: &[f64], shown: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let row = |over_shown: Vec<f64>| {
-            let mut row = vec![0.0; self.observed.signal_a.len()];
-            for (slope, part) in over_shown.iter().zip(shown) {
-                if *slope != 0.0 {
-                    add_scaled(&mut row, *slope, part);
-                }
-            }
-            row
-        };
-        self.quantities.shown_slopes(point).into_iter().map(row).collect()
+        let samples = self.observed.signal_a.len();
+        let by_unknown = self.quantities.shown_slopes(point);
+        by_unknown.iter().map(|by| combination(by, shown, samples)).collect()
     }
 
     /// The model's signal at a point with effects beside those of the model file in the place of

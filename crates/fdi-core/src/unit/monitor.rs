@@ -158,31 +158,19 @@ impl<'a> UnitMonitor<'a> {
 
     /// A channel of the model through the filter of the experiment.
     pub(crate) fn filtered(&self, channel: &[f64]) -> Vec<f64> {
-        let own_hz = self.experiment.actuator.controller.sample_hz;
-        match self.sampled_hz() {
-            Some(rate_hz) => {
-                let sampled = resampled(channel, own_hz, rate_hz);
-                self.experiment.filter.apply(&sampled, rate_hz)
-            }
-            None => self.experiment.filter.apply(channel, own_hz),
-        }
+        self.filtered_each(&[channel]).swap_remove(0)
     }
 
     /// Channels of the model through the filter of the experiment.
-    fn filtered_each(&self, channels: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    fn filtered_each<S: AsRef<[f64]>>(&self, channels: &[S]) -> Vec<Vec<f64>> {
+        let Experiment { filter, phase_rate_hz, .. } = self.experiment;
         let own_hz = self.experiment.actuator.controller.sample_hz;
-        match self.sampled_hz() {
-            Some(rate_hz) => {
-                let sampled = channels.iter().map(|channel| resampled(channel, own_hz, rate_hz));
-                self.experiment.filter.apply_each(&sampled.collect::<Vec<_>>(), rate_hz)
+        match *phase_rate_hz {
+            Some(rate_hz) if rate_hz < own_hz => {
+                let sampled = |channel: &S| resampled(channel.as_ref(), own_hz, rate_hz);
+                filter.apply_each(&channels.iter().map(sampled).collect::<Vec<_>>(), rate_hz)
             }
-            None => self.experiment.filter.apply_each(channels, own_hz),
+            _ => filter.apply_each(channels, own_hz),
         }
-    }
-
-    /// Rate at which phases are sampled, where that is below the controller's.
-    fn sampled_hz(&self) -> Option<f64> {
-        let own_hz = self.experiment.actuator.controller.sample_hz;
-        self.experiment.phase_rate_hz.filter(|rate_hz| *rate_hz < own_hz)
     }
 }

@@ -228,12 +228,10 @@ fn effects(page: &mut String, diagnoser: &Diagnoser) -> Result<()> {
          | units | count | told | refused |\n|---|---:|---:|---:|"
     )?;
     let mut row = |name: String, units: &[&HiddenEffect]| {
-        let told = |unit: &&&HiddenEffect| {
-            let mut notices = unit.alone.iter().flat_map(|answer| &answer.notices);
-            notices.any(|notice| notice.code == NoticeCode::UnmodelledPhysics)
-        };
-        let refused = units.iter().filter(|unit| unit.alone.is_none()).count();
-        let told = units.iter().filter(told).count();
+        let answers = units.iter().filter_map(|unit| unit.alone.as_ref());
+        let refused = units.len() - answers.clone().count();
+        let told = answers.filter(|one| one.notice(NoticeCode::UnmodelledPhysics).is_some());
+        let told = told.count();
         writeln!(page, "| {name} | {} | {told} | {refused} |", units.len())
     };
     for has_effect in [true, false] {
