@@ -126,5 +126,5 @@ pub use shorted_turns::ShortedTurns;
 pub use simulation_error::SimulationError;
 pub use temperature::{TemperatureLaw, ThermalCoefficient, ThermalNumber};
 pub use tolerance::{Level, Spread, Tolerance, UncertainNumber};
-pub use trace::{HighFidelityTrace, LowFidelityTrace};
+pub use trace::{HighFidelityTrace, LowFidelityTrace, MotorMotion};
 pub use valid_range::{Departure, RangeOf, ValidRange, VisitedRange};

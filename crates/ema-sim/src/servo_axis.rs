@@ -501,6 +501,7 @@ impl ServoAxisSimulation {
             let shown = if is_output { trace.output } else { trace.current };
             shown.into_iter().step_by(step).collect::<Vec<f64>>()
         };
+        let one_alone = |place: usize| vec![alone(place)];
         let mut drives = vec![Vec::new(); tests.len()];
         let (mut currents, mut outputs) = (Vec::new(), Vec::new());
         for (place, (test, faults)) in tests.iter().enumerate() {
@@ -511,7 +512,8 @@ impl ServoAxisSimulation {
             }
         }
         for (kept, members) in [(Kept::Current, currents), (Kept::Output, outputs)] {
-            Group { members, kept, step }.run(alone, |place, drive| drives[place] = drive);
+            let group = Group { members, kept: &[kept], step };
+            group.run(one_alone, |place, mut drive| drives[place] = drive.swap_remove(0));
         }
         drives
     }

@@ -41,6 +41,18 @@ impl HighFidelityTrace {
     }
 }
 
+/// Motion and current of the motor of the low-fidelity model, sampled at each tick before the controller acts; NaN
+/// from where the shaft is driven away.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotorMotion {
+    /// Equivalent direct current `I_m`, as its sensor shows it.
+    pub current_a: Vec<f64>,
+    /// Rotor angle, with the start angle.
+    pub motor_angle_rad: Vec<f64>,
+    /// Rotor speed.
+    pub motor_speed_rad_per_s: Vec<f64>,
+}
+
 /// Signals of the low-fidelity model, sampled at each tick before the controller acts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LowFidelityTrace {

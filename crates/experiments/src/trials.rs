@@ -4,8 +4,8 @@ use std::convert::Infallible;
 
 use fdi_core::{
     Condition, DiagnoseError, DiagnoseOptions, Diagnoser, Emulator, Experiment, HighFidelitySearch,
-    HighFidelitySettings, Monitor, Purpose, RootSeed, ScalarSearch, ema_sim::FAULT_COUNT,
-    in_parallel, report::MethodEvaluation,
+    HighFidelitySettings, Purpose, RootSeed, ScalarSearch, ema_sim::FAULT_COUNT, in_parallel,
+    report::MethodEvaluation,
 };
 use gp_bayesopt::{Bounds, Population, PopulationOptions};
 
@@ -264,12 +264,6 @@ impl Arena<'_> {
         sought.iter().zip(unit).map(|(&fault, &u)| level(fault, u)).collect()
     }
 
-    /// The monitor's signal at levels looked for.
-    fn monitored(&self, monitor: &mut Monitor, levels: &[f64]) -> Vec<f64> {
-        let point = self.experiment().sought_coordinates(levels);
-        self.diagnoser.monitored_signal(monitor, &point)
-    }
-
     /// The discrepancy as a function of a point of the unit box, each evaluation noted.
     pub(crate) fn discrepancy<'r>(
         &'r self,
@@ -277,12 +271,13 @@ impl Arena<'_> {
         recorder: &'r Recorder<'r>,
     ) -> Result<impl FnMut(&[f64]) -> f64 + 'r, EvaluationError> {
         let sought = self.experiment().sought_indices();
-        let mut monitor = self.experiment().monitor(0.0)?;
+        let mut monitor = self.diagnoser.corrected_monitor()?;
         Ok(move |unit: &[f64]| {
             let levels = self.levels(&sought, unit);
+            let at = self.experiment().sought_coordinates(&levels);
             let modelled = match &self.high {
-                Some(high) => high.signal_a(&self.experiment().sought_coordinates(&levels)),
-                None => self.monitored(&mut monitor, &levels),
+                Some(high) => high.signal_a(&at),
+                None => monitor.signal(&at),
             };
             let value = self.on_mask(&test.signal_a, &modelled);
             recorder.note_at(value, || {
@@ -354,13 +349,13 @@ impl Arena<'_> {
             return Ok(0.0);
         }
         let middle = vec![0.02; self.experiment().sought_indices().len()];
-        let mut monitor = self.experiment().monitor(0.0)?;
+        let mut monitor = self.diagnoser.corrected_monitor()?;
         let mut least = f64::INFINITY;
         for _ in 0..REPEATS {
             let start_s = clock();
             let signal = match &self.high {
                 Some(high) => high.signal_a(&middle),
-                None => self.monitored(&mut monitor, &middle),
+                None => monitor.signal(&self.experiment().sought_coordinates(&middle)),
             };
             let taken_s = clock() - start_s;
             if !signal.is_empty() {

@@ -11,7 +11,7 @@ mod table;
 
 use std::{collections::BTreeMap, io::Write};
 
-use fdi_core::report::{Failure, RecordDiagnosis, Severity, Verdict};
+use fdi_core::report::{Failure, NoticeCode, RecordDiagnosis, Severity, Verdict};
 
 use crate::OutputFormat;
 pub(crate) use answer::AnswerWriter;
@@ -79,7 +79,9 @@ impl Tally {
                     of.push(record.recording.clone());
                 }
                 self.together += record.together.len();
-                if record.verdict == Verdict::ModelInadequate {
+                // no one cause explains recordings that differ in their state of health
+                let disagree = record.notice(NoticeCode::RecordingsDisagree).is_some();
+                if record.verdict == Verdict::ModelInadequate && !disagree {
                     let own =
                         [&record.recording].into_iter().filter(|_| record.together.is_empty());
                     let several = record.together.iter().map(|one| &one.recording);

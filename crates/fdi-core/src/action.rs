@@ -26,7 +26,7 @@ use std::cmp::Ordering;
 use ema_sim::FaultCoordinates;
 use fdi_report::{
     Action, ActionLevels, BACKLASH_GAIN, FRICTION_GAIN, FaultAction, FaultId, FindingKind, Limits,
-    RecordDiagnosis, Severity, percent, three_digits,
+    NoticeCode, RecordDiagnosis, Severity, percent, three_digits,
 };
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -72,6 +72,10 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
         faults: Vec::new(),
     };
     let shows_none = || open("this test determines no fault", "record one that shows the faults");
+    if answer.notice(NoticeCode::RecordingsDisagree).is_some() {
+        let reason = "the recordings are not of one state of health";
+        return open(reason, "diagnose them one by one: when did the machine change?");
+    }
     if !answer.is_believed() {
         return open(
             "the model does not explain the recording",
@@ -83,6 +87,12 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
     let judged: Vec<Judged> =
         FaultId::ALL[..6].iter().filter_map(|&id| points.fault(id, levels, since)).collect();
     let Some(worst) = judged.iter().max_by(|a, b| a.rank(b)) else { return shows_none() };
+    let all = judged.iter().map(|one| one.action.clone()).collect();
+    let left_out = answer.notice(NoticeCode::RecordingsLeftOut);
+    if worst.action.severity == Severity::Nothing && left_out.is_some() {
+        let next = "diagnose those left out by themselves, and record them again";
+        return Action { faults: all, ..open("not every recording is explained", next) };
+    }
     let (reason, next) = told(&worst.action, answer);
     Action {
         severity: worst.action.severity,
@@ -90,7 +100,7 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
         probability_above: Some(worst.action.probability_above),
         reason,
         next,
-        faults: judged.iter().map(|one| one.action.clone()).collect(),
+        faults: all,
     }
 }
 

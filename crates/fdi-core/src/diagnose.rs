@@ -200,7 +200,7 @@ impl Diagnoser {
         let mut notices = std::mem::take(&mut observation.notices);
         let mut begun = match observation.commutation.take() {
             Some(seen) => self.with_commutation(&mut observation, &seen, &plan, watch)?,
-            None => self.with_ripple(&mut observation, &plan, watch)?,
+            None => self.with_corrections(&mut observation, &plan, watch)?,
         };
         if let (Some(start), Some((_, std_s))) = (start, begun.late_s) {
             let seen = start.known_to(std_s).notice(recording);
@@ -211,9 +211,9 @@ impl Diagnoser {
         Ok(begun)
     }
 
-    /// Diagnoses samples that were taken out of step with the controller: which ripple they show
-    /// depends on the faults.
-    fn with_ripple(
+    /// Diagnoses samples that were taken out of step with the controller, or under another load than that
+    /// of the test: what these do to the signal depends on the faults.
+    fn with_corrections(
         &self,
         observation: &mut Observation,
         plan: &Plan,
@@ -221,9 +221,9 @@ impl Diagnoser {
     ) -> Result<Begun, DiagnoseError> {
         let experiment = &self.bundle().experiment;
         let mut begun = self.diagnose_run(observation, plan, watch)?;
-        if observation.ripple.is_some() {
+        if observation.depends_on_damage() {
             let damage = begun.posterior.damage();
-            observation.take_ripple_of(&damage, experiment).map_err(BundleError::from)?;
+            observation.correct_for(&damage, experiment).map_err(BundleError::from)?;
             let spent = begun.answer.evaluations;
             begun = self.diagnose_run(observation, plan, watch)?;
             begun.answer.evaluations += spent;
@@ -241,7 +241,7 @@ impl Diagnoser {
         watch: &Watch<'_>,
     ) -> Result<Begun, DiagnoseError> {
         let experiment = &self.bundle().experiment;
-        let mut begun = self.diagnose_run(observation, plan, watch)?;
+        let mut begun = self.with_corrections(observation, plan, watch)?;
         for _ in 0..COMMUTATION_ROUNDS {
             let damage = begun.posterior.damage().0;
             let start_rad = seen.start_angle_rad(experiment, &damage).map_err(BundleError::from)?;

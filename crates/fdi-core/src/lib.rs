@@ -70,6 +70,7 @@ pub use online::emulator::{Emulated, Emulator};
 pub use online::error_bounds::{ErrorBound, ErrorBounds};
 pub use online::fitting::fitting_experiment;
 pub use online::high_search::{HighFidelityFit, HighFidelitySearch, HighFidelitySettings};
+pub use online::learnt::CorrectedMonitor;
 pub use online::observation_error::ObservationError;
 pub use online::scalar_search::{ScalarMinimum, ScalarSearch, ScalarSearchError};
 pub use online::wiring::MappedColumn;

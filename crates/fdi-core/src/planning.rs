@@ -23,10 +23,10 @@ mod expectation;
 mod motion;
 mod request;
 
-use ema_sim::{FAULT_COUNT, FaultId, HealthState, PhysicalFaults, model_file::Model};
+use ema_sim::{Actuator, FAULT_COUNT, FaultId, HealthState, PhysicalFaults, model_file::Model};
 
 use crate::{
-    report::{self, ExpectedStd, PlannedFault, PlannedMotion},
+    report::{self, ExpectedStd, MotionLimits, PlannedFault, PlannedMotion},
     simulation::experiment::Experiment,
     unit::quantities::Quantities,
 };
@@ -72,6 +72,7 @@ pub fn plan_test(
     request: &PlanRequest,
     tell: &dyn Fn(&str),
 ) -> Result<PlannedTest, PlanError> {
+    check_limits(&request.limits, &model.actuator)?;
     let planner = Planner { name, model, request };
     let menu = planner.safe_motions()?;
     let whole = planner.test(menu.iter().flat_map(Motion::command_rad).collect())?;
@@ -218,6 +219,18 @@ fn told_faults(experiment: &Experiment) -> Vec<FaultId> {
 fn check_faults(asked: &[FaultId], there: &[FaultId]) -> Result<(), PlanError> {
     match asked.iter().find(|fault| !there.contains(fault)) {
         Some(&fault) => Err(PlanError::NoSuchFault { fault, expected: there.to_vec() }),
+        None => Ok(()),
+    }
+}
+
+fn check_limits(asked: &MotionLimits, actuator: &Actuator) -> Result<(), PlanError> {
+    let drive = &actuator.controller;
+    let limits = [
+        (asked.current_a, drive.current_limit_a, "A"),
+        (asked.speed_rad_per_s, drive.speed_limit_rad_per_s, "rad/s"),
+    ];
+    match limits.into_iter().find(|(asked, most, _)| asked > most) {
+        Some((asked, most, unit)) => Err(PlanError::BeyondDrive { asked, most, unit }),
         None => Ok(()),
     }
 }

@@ -2,18 +2,17 @@
 
 use crate::{
     Diagnoser,
+    offline::bundle::BundleError,
     online::{
         damage::coordinates_of,
         error::DiagnoseError,
+        learnt::CorrectedMonitor,
         motor_voltage::MotorVoltage,
         observation::{Observation, UnfilteredEnvelope},
         options::DiagnoseOptions,
     },
     report::RecordDiagnosis,
-    simulation::{
-        envelope::filtered,
-        experiment::{Experiment, Monitor},
-    },
+    simulation::{envelope::filtered, experiment::Experiment},
 };
 
 /// A filtered stator envelope of a machine whose rotor started at angle 0.
@@ -40,6 +39,7 @@ impl EnvelopeSignal {
                 resampling_error_a: 0.0,
                 start: None,
                 ripple: None,
+                other_load: None,
                 wiring: None,
                 session: None,
                 winding_temperature_k: None,
@@ -107,10 +107,13 @@ impl Diagnoser {
         self.referred_to(&observed)
     }
 
-    /// The low-fidelity model's signal at coordinates looked for, start angle 0, with the mean of
-    /// its error added, A.
-    pub fn monitored_signal(&self, monitor: &mut Monitor, coordinates: &[f64]) -> Vec<f64> {
-        self.learnt.monitored(monitor, coordinates)
+    /// The low-fidelity model with the mean of its learnt error added, start angle 0.
+    ///
+    /// # Errors
+    ///
+    /// [`BundleError`] for a bundle that nothing can be learnt from.
+    pub fn corrected_monitor(&self) -> Result<CorrectedMonitor<'_>, BundleError> {
+        self.learnt.corrected_monitor()
     }
 }
 

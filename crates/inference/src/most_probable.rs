@@ -67,7 +67,9 @@ pub struct MostProbable {
 
 /// Steps at most; four to six are usual.
 const MOST_STEPS: usize = 12;
-/// A step below this share of each standard deviation ends the search.
+/// A step below this share of each standard deviation ends the search, where it gains no more than
+/// [`LEAST_FALL`]: of numbers that the data know together far better than each, a step that is small for
+/// each may gain much.
 const LEAST_STEP: f64 = 0.05;
 /// A fall of the sum below this ends the search: a seventh of a standard deviation is one of 0.02.
 const LEAST_FALL: f64 = 0.02;
@@ -128,9 +130,10 @@ pub fn most_probable<W: Whitened>(
             let prior = unknowns[i].prior_std.map_or(0.0, |std| numbers[i] / (std * std));
             dot(&slopes[i], &white) - prior
         });
-        let step = &covariance * descent;
+        let step = &covariance * &descent;
         let size = |i: usize| step[i].abs() / covariance[(i, i)].sqrt();
-        if (0..unknowns.len()).all(|i| size(i) < LEAST_STEP) {
+        let gains_little = descent.dot(&step) < LEAST_FALL;
+        if gains_little && (0..unknowns.len()).all(|i| size(i) < LEAST_STEP) {
             converged = true;
             break;
         }
@@ -252,6 +255,29 @@ mod tests {
         assert!(found.converged && data.evaluations < 20, "{found:?}");
         assert!((found.numbers[0] - 0.7).abs() < 1e-4, "{found:?}");
         assert!((found.numbers[1] - 0.2).abs() < 1e-4, "{found:?}");
+    }
+
+    /// The sum of two numbers, seen to a thousandth.
+    struct Total;
+
+    impl Whitened for Total {
+        type Error = core::convert::Infallible;
+
+        fn residual(&mut self, numbers: &[f64]) -> Result<Vec<f64>, Self::Error> {
+            Ok(vec![-1e3 * (numbers[0] + numbers[1])])
+        }
+
+        fn slopes(&mut self, _: &[f64]) -> Result<Vec<Vec<f64>>, Self::Error> {
+            Ok(vec![vec![1e3]; 2])
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_known_together_are_found_from_nearby() {
+        let unknown = Unknown { prior_std: Some(1.0), reach: f64::INFINITY };
+        // ten standard deviations of the sum, and a hundredth of that of each number
+        let found = most_probable(&mut Total, &[unknown; 2], &[0.01, 0.0]).unwrap().unwrap();
+        assert!(found.converged && found.white[0].abs() < 1e-3, "{found:?}");
     }
 
     #[test]

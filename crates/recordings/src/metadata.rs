@@ -34,6 +34,8 @@ pub struct Metadata {
     pub winding_temperature_k: Option<f64>,
     /// `winding-temperature-sd-k`: standard deviation of that temperature, K.
     pub winding_temperature_std_k: Option<f64>,
+    /// `load-n-m`: constant load torque on the surface, N·m.
+    pub load_n_m: Option<f64>,
 }
 
 /// The command that a recording was taken with.
@@ -161,6 +163,7 @@ impl Metadata {
                 let key = "winding-temperature-sd-k";
                 self.winding_temperature_std_k = Some(field.number(key, POSITIVE)?);
             }
+            "load-n-m" => self.load_n_m = Some(field.number("load-n-m", FINITE)?),
             _ => {
                 return Err(RecordError::MetadataKey {
                     line: field.line,
@@ -228,6 +231,7 @@ impl Metadata {
             number(self.phase_rate_hz),
             number(self.winding_temperature_k),
             number(self.winding_temperature_std_k),
+            number(self.load_n_m),
         ];
         let lines = keys().into_iter().zip(values);
         lines.filter_map(|(key, value)| Some(format!("{key} = {}\n", value?))).collect()
@@ -346,7 +350,7 @@ mod tests {
         let text = "actuator-id = \"A-7\"\ndate = 2026-11-21\ncommand = \"recorded\"\nrate-hz = \
                     10_000\nfilter-hz = 200.0\nenvelope = \"q-axis\"\nstart-angle-rad = -0.5\n\
                     noise-a = 0.02\nphase-rate-hz = 1e4\nsession = \"bench 2\"\n\
-                    winding-temperature-k = 310\nwinding-temperature-sd-k = 2.0\n";
+                    winding-temperature-k = 310\nwinding-temperature-sd-k = 2.0\nload-n-m = -1.5\n";
         let metadata = Metadata::parse(text, 1).unwrap();
         assert_eq!(metadata.actuator_id.as_deref(), Some("A-7"));
         assert_eq!(metadata.date.as_ref().unwrap().as_str(), "2026-11-21");
@@ -360,8 +364,9 @@ mod tests {
             metadata.phase_rate_hz,
             metadata.winding_temperature_k,
             metadata.winding_temperature_std_k,
+            metadata.load_n_m,
         ];
-        let expected = [10_000.0, 200.0, -0.5, 0.02, 10_000.0, 310.0, 2.0];
+        let expected = [10_000.0, 200.0, -0.5, 0.02, 10_000.0, 310.0, 2.0, -1.5];
         assert_eq!(numbers.map(Option::unwrap), expected);
         assert_eq!(metadata.session.as_deref(), Some("bench 2"));
         assert_eq!(metadata.to_toml().lines().count(), METADATA_KEYS.len());
@@ -377,7 +382,7 @@ mod tests {
         assert_eq!(
             error("sensor-serial = 7"),
             "line 1: unknown metadata key `sensor-serial`; the keys are `actuator-id`, `date`, \
-             `session`, `command`, `rate-hz`, `filter-hz`, `envelope`, `start-angle-rad` and 4 more"
+             `session`, `command`, `rate-hz`, `filter-hz`, `envelope`, `start-angle-rad` and 5 more"
         );
         assert_eq!(
             error("rate-hz = \"fast\""),

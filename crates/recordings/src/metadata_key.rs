@@ -16,7 +16,7 @@ const fn key(name: &'static str, kind: &'static str, meaning: &'static str) -> M
 }
 
 /// The keys of the metadata, in the order of the documentation.
-pub const METADATA_KEYS: [MetadataKey; 12] = [
+pub const METADATA_KEYS: [MetadataKey; 13] = [
     key("actuator-id", "text", "which actuator the recording is of"),
     key("date", "date", "when it was taken, with or without time"),
     key("session", "text", "which session of the actuator it was taken in; else its day"),
@@ -38,9 +38,15 @@ pub const METADATA_KEYS: [MetadataKey; 12] = [
     key("phase-rate-hz", "number", "rate of the phase samples that `noise-a` is of, Hz"),
     key("winding-temperature-k", "number", "temperature of the motor's winding, K"),
     key("winding-temperature-sd-k", "number", "its standard deviation, K; 3 where it is not given"),
+    key(
+        "load-n-m",
+        "number",
+        "constant load torque on an actuator's surface, N·m, where there is no column `load_n_m`; that \
+         of the test where neither is given",
+    ),
 ];
 
 /// The names of the keys.
-pub(super) fn keys() -> [&'static str; 12] {
+pub(super) fn keys() -> [&'static str; 13] {
     METADATA_KEYS.map(|key| key.name)
 }

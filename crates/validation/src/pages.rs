@@ -14,6 +14,7 @@ mod experiments;
 mod explaining;
 mod fidelity;
 mod figure;
+mod load;
 mod machine;
 mod measured;
 #[cfg(test)]
@@ -86,6 +87,7 @@ const PAGES: &[Page] = &[
         quick: as_recorded::quick,
         text: |_| as_recorded::text().map(Into::into),
     },
+    Page { name: "load", quick: load::quick, text: |_| load::text().map(Into::into) },
     Page { name: "clocks", quick: clocks::quick, text: |_| clocks::text().map(Into::into) },
     Page { name: "setup", quick: setup::quick, text: |_| setup::text().map(Into::into) },
     Page {

@@ -7,6 +7,7 @@ use crate::{
     extension::rescaling,
     fault::PhysicalFaults,
     plant::{Additions, GATHERED, Group, Kept, Lanes, Member, NARROW, Run, WIDTH},
+    trace::MotorMotion,
 };
 
 use super::LowFidelity;
@@ -88,18 +89,49 @@ impl LowFidelity {
             test.simulate_current(faults, &mut current_a);
             current_a.into_iter().step_by(step).collect::<Vec<f64>>()
         };
-        let mut currents_a = vec![Vec::new(); tests.len()];
+        let alone = |place: usize| vec![alone(place)];
+        let kept = Self::kept_of(tests, &[Kept::Current], step, alone);
+        kept.into_iter().flatten().collect()
+    }
+
+    /// Runs many tests for motion and current of the motor in each, in the order of the tests.
+    ///
+    /// What [`simulate`](Self::simulate) gives, bit for bit, side by side where
+    /// [`simulate_tests`](Self::simulate_tests) is.
+    pub fn simulate_motions(tests: &[(&Self, &PhysicalFaults)]) -> Vec<MotorMotion> {
+        let alone = |place: usize| {
+            let (test, faults) = tests[place];
+            let trace = test.simulate(faults);
+            vec![trace.current_a, trace.motor_angle_rad, trace.motor_speed_rad_per_s]
+        };
+        let kept = [Kept::Current, Kept::MotorAngle, Kept::MotorSpeed];
+        let motion = |mut signals: Vec<Vec<f64>>| {
+            let mut next = || signals.pop().unwrap_or_default();
+            let (motor_speed_rad_per_s, motor_angle_rad, current_a) = (next(), next(), next());
+            MotorMotion { current_a, motor_angle_rad, motor_speed_rad_per_s }
+        };
+        Self::kept_of(tests, &kept, 1, alone).into_iter().map(motion).collect()
+    }
+
+    /// Every `step`-th value of some signals of tests; `alone` gives those of one that has no other beside
+    /// it.
+    fn kept_of(
+        tests: &[(&Self, &PhysicalFaults)],
+        kept: &[Kept],
+        step: usize,
+        alone: impl Fn(usize) -> Vec<Vec<f64>>,
+    ) -> Vec<Vec<Vec<f64>>> {
+        let mut signals = vec![Vec::new(); tests.len()];
         let mut members = Vec::new();
         for (place, (test, faults)) in tests.iter().enumerate() {
             if let Some(member) = test.member(faults, place) {
                 members.push(member);
             } else {
-                currents_a[place] = alone(place);
+                signals[place] = alone(place);
             }
         }
-        let group = Group { members, kept: Kept::Current, step };
-        group.run(alone, |place, current_a| currents_a[place] = current_a);
-        currents_a
+        Group { members, kept, step }.run(alone, |place, of| signals[place] = of);
+        signals
     }
 
     /// The run of a test at its start; `None` where it has to go alone.

@@ -32,20 +32,20 @@ pub(crate) struct Member<'a, L> {
     pub(crate) tick_s: f64,
 }
 
-/// Runs of which one signal is kept, every `step`-th value of it.
+/// Runs of which some signals are kept, every `step`-th value of each.
 pub(crate) struct Group<'a, L> {
     pub(crate) members: Vec<Member<'a, L>>,
-    pub(crate) kept: Kept,
+    pub(crate) kept: &'a [Kept],
     pub(crate) step: usize,
 }
 
 impl<L: LaneLaw> Group<'_, L> {
-    /// Runs all of them; gives the signal of each with its place. One that has no other beside it
+    /// Runs all of them; gives the signals of each with its place. One that has no other beside it
     /// runs `alone`, and so do all where there are no wide vectors.
     pub(crate) fn run(
         mut self,
-        alone: impl Fn(usize) -> Vec<f64>,
-        mut take: impl FnMut(usize, Vec<f64>),
+        alone: impl Fn(usize) -> Vec<Vec<f64>>,
+        mut take: impl FnMut(usize, Vec<Vec<f64>>),
     ) {
         // runs of one length end together
         self.members.sort_by_key(|member| core::cmp::Reverse(member.commands.len()));
@@ -79,9 +79,9 @@ impl<L: LaneLaw> Group<'_, L> {
 /// Runs at most `N` members that are alike; `None` where that gains nothing.
 fn side_by_side<const N: usize, L: LaneLaw>(
     members: Vec<Member<'_, L>>,
-    kept: Kept,
+    kept: &[Kept],
     step: usize,
-) -> Option<Vec<Vec<f64>>> {
+) -> Option<Vec<Vec<Vec<f64>>>> {
     let arch = Arch::new();
     // the loops of lanes have no code for machines without wide vectors, which would be as much again
     if members.len() < 2 || matches!(arch, Arch::Scalar) {

@@ -182,6 +182,16 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         &self.shown_current_a
     }
 
+    /// Angles of the motors before the last tick, with those at the start.
+    pub(crate) fn motor_angle_rad(&self) -> Wide<N> {
+        core::array::from_fn(|lane| self.fixed.start_angle_rad[lane] + self.seen.angle_rad[lane])
+    }
+
+    /// Speeds of the motors before the last tick.
+    pub(crate) fn motor_speed_rad_per_s(&self) -> &Wide<N> {
+        &self.seen.speed_rad_per_s
+    }
+
     /// Outputs of the controllers in the last tick.
     pub(crate) fn output(&self) -> &Wide<N> {
         &self.held[0]

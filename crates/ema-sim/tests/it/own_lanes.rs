@@ -117,6 +117,18 @@ fn property_tests_of_actuators_give_the_bits_of_each_alone() {
         model.simulate_current(faults, &mut alone_a);
         assert_same_bits(together_a, &alone_a, &|| format!("{model:?}"));
     }
+    let motions = LowFidelity::simulate_motions(&borrowed);
+    for ((model, faults), together) in tests.iter().zip(&motions) {
+        let alone = model.simulate(faults);
+        let pairs = [
+            (&together.current_a, &alone.current_a),
+            (&together.motor_angle_rad, &alone.motor_angle_rad),
+            (&together.motor_speed_rad_per_s, &alone.motor_speed_rad_per_s),
+        ];
+        for (together, alone) in pairs {
+            assert_same_bits(together, alone, &|| format!("{model:?}"));
+        }
+    }
 }
 
 #[test]

@@ -140,6 +140,8 @@ pub(super) struct Label {
     pub(super) temperature_error_k: Option<f64>,
     /// Error of the supply's measurement, where duty and supply were recorded.
     pub(super) bus_gain: Option<f64>,
+    /// Load of the day, where it is not that of the test, N·m.
+    pub(super) load_n_m: Option<f64>,
 }
 
 /// A machine that no one has seen: numbers, sensors and damage.
@@ -383,6 +385,7 @@ impl Hidden {
             rate_hz: Some(rate_hz),
             session: label.session.clone(),
             winding_temperature_k: self.read_temperature_k(label),
+            load_n_m: label.load_n_m,
             ..Metadata::default()
         };
         Ok(Recording::new("hidden", metadata, channels)?)

@@ -33,6 +33,8 @@ pub struct LearntLine {
     pub reading_std_k: Option<f64>,
     /// True where the drive's duty and its supply are recorded.
     pub has_voltage: bool,
+    /// Most by which the load of a day, which its recordings state, is off that of the test, N·m.
+    pub load_within_n_m: f64,
     /// Damage when the unit is diagnosed.
     pub damage: HiddenDamage,
     /// Most that a number's scatter is more or less than stated, as a factor.
@@ -119,8 +121,8 @@ pub fn evaluate_learnt(
     let indices: Vec<u64> = (0..line.units as u64).collect();
     let judged = in_parallel(&indices, jobs, |_, &index| -> Result<_, EvaluationError> {
         let own = RootSeed(seed).derive(Purpose::Units, index);
-        let LearntLine { half_width_k, reading_std_k, has_voltage, .. } = *line;
-        let days = Days { half_width_k, reading_std_k, has_voltage };
+        let LearntLine { half_width_k, reading_std_k, has_voltage, load_within_n_m, .. } = *line;
+        let days = Days { half_width_k, reading_std_k, has_voltage, load_within_n_m };
         let mut unit = Owned::drawn(experiment, days, line.misstated, own);
         let references = unit.records_as_new(line.references)?;
         let damage = line.damage.draw(&mut unit.chance);
@@ -157,10 +159,12 @@ pub(super) struct Days {
     pub(super) half_width_k: f64,
     pub(super) reading_std_k: Option<f64>,
     pub(super) has_voltage: bool,
+    pub(super) load_within_n_m: f64,
 }
 
 /// Cold and hot halls, the temperature read.
-const DAYS: Days = Days { half_width_k: 40.0, reading_std_k: Some(3.0), has_voltage: false };
+const DAYS: Days =
+    Days { half_width_k: 40.0, reading_std_k: Some(3.0), has_voltage: false, load_within_n_m: 0.0 };
 
 /// A hidden unit with what is drawn for it.
 pub(super) struct Owned<'a> {
@@ -224,11 +228,13 @@ impl<'a> Owned<'a> {
 
     /// Error of the supply's measurement on the day to come.
     fn bus_gain(&self) -> f64 {
-        // draws of their own, so that all others are those of a unit without voltage
-        let of =
-            |stream: u64| Chance::new(RootSeed(self.seed).derive(Purpose::Units, stream)).normal();
         let [unit, day] = BUS_GAIN;
-        unit * of(2_000_000) + day * of(2_000_001 + self.recorded)
+        unit * self.apart(2_000_000).normal() + day * self.apart(2_000_001 + self.recorded).normal()
+    }
+
+    /// Draws of their own, so that all others stay those of a unit without them.
+    fn apart(&self, stream: u64) -> Chance {
+        Chance::new(RootSeed(self.seed).derive(Purpose::Units, stream))
     }
 
     /// The unit with its damage on a new day.
@@ -236,11 +242,16 @@ impl<'a> Owned<'a> {
         let mut hidden = Hidden { damage, ..self.hidden.clone() };
         hidden.scatter(&self.session, 1.0, false, &mut self.chance);
         hidden.temperature_k = self.days.half_width_k * (2.0 * self.chance.uniform() - 1.0);
+        let beyond_n_m = self.days.load_within_n_m
+            * (2.0 * self.apart(3_000_000 + self.recorded).uniform() - 1.0);
+        hidden.load_n_m += beyond_n_m;
+        let load_n_m = self.experiment.scenario.load_n_m + beyond_n_m;
         let error_k = |std_k| std_k * self.chance.normal();
         let label = Label {
             session: Some(format!("day {}", self.recorded)),
             temperature_error_k: self.days.reading_std_k.map(error_k),
             bus_gain: self.days.has_voltage.then(|| self.bus_gain()),
+            load_n_m: (beyond_n_m != 0.0).then_some(load_n_m),
         };
         self.recorded += 1;
         let seed = RootSeed(self.seed).derive(Purpose::Units, 1_000_000 + self.recorded);

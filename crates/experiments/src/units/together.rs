@@ -94,7 +94,7 @@ fn judged(
 ) -> Result<Judged, EvaluationError> {
     let experiment = &diagnoser.bundle().experiment;
     let TogetherLine { half_width_k, reading_std_k, .. } = *line;
-    let days = Days { half_width_k, reading_std_k, has_voltage: false };
+    let days = Days { half_width_k, reading_std_k, has_voltage: false, load_within_n_m: 0.0 };
     let mut unit = Owned::drawn(experiment, days, 1.0, seed);
     let references = unit.records_as_new(line.references)?;
     let damage = line.damage.draw(&mut unit.chance);

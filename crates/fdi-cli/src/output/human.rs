@@ -8,8 +8,9 @@ use std::{
 
 use anstyle::{AnsiColor, Style};
 use fdi_report::{
-    Action, Fault, FaultId, NoticeCode, OpenFindings, PooledLevel, PooledRecording,
-    RecordDiagnosis, Verdict, common_folder, detected_findings, plus_minus, sentence,
+    Action, Fault, FaultId, Identifiability, NoticeCode, OpenFindings, PooledLevel,
+    PooledRecording, RecordDiagnosis, Verdict, common_folder, detected_findings, plus_minus,
+    sentence, two_digits,
 };
 
 use super::{
@@ -40,6 +41,7 @@ struct Row {
     /// Severity and next step.
     action: Option<String>,
     together: Vec<PooledRecording>,
+    identifiability: Vec<Identifiability>,
 }
 
 impl<'a> Human<'a> {
@@ -97,7 +99,10 @@ impl<'a> Human<'a> {
                 write!(text, "\n{}", block.concat())?;
             }
         }
-        names.iter().zip(&self.rows).try_for_each(|(name, row)| members(text, name, row))
+        names.iter().zip(&self.rows).try_for_each(|(name, row)| {
+            members(text, name, row)?;
+            identifiability(text, name, row)
+        })
     }
 }
 
@@ -121,12 +126,13 @@ impl AnswerWriter for Human<'_> {
             recording: record.recording.clone(),
             cells: cells(record),
             sentence: sentence(record),
-            detected: record.any_detected(),
+            detected: record.is_believed() && record.any_detected(),
             action: record.action.as_ref().map(|one| {
                 let Action { severity, reason, next, .. } = one;
                 format!("{severity}: {reason}: {next}")
             }),
             together: record.together.clone(),
+            identifiability: record.identifiability.clone(),
         });
         Ok(())
     }
@@ -170,6 +176,25 @@ fn members(text: &mut String, name: &str, row: &Row) -> fmt::Result {
     table(text, &header, &rows)
 }
 
+/// How well each fault can be told, and what would tell more.
+fn identifiability(text: &mut String, name: &str, row: &Row) -> fmt::Result {
+    if row.identifiability.is_empty() {
+        return Ok(());
+    }
+    writeln!(text, "\n{name}, standard deviation of each fault:\n")?;
+    let header = ["fault", "now", "without noise and error", "shared with", "would help most"];
+    let cells = |one: &Identifiability| {
+        let with = |what: &str, std: f64| format!("{what}: {}", two_digits(std));
+        let shared = one.shared_with.as_ref().map(|one| with(&one.key, one.std));
+        let help = one.would_help.as_ref().map(|one| with(one.what.in_words(), one.std));
+        let [now, least] = [one.std, one.least_std].map(two_digits);
+        let open = [shared, help].map(|cell| cell.unwrap_or_else(|| "-".to_owned()));
+        [vec![one.id.short_name(), now, least], open.to_vec()].concat()
+    };
+    let rows: Vec<Vec<String>> = row.identifiability.iter().map(cells).collect();
+    table(text, &header.map(str::to_owned), &rows)
+}
+
 /// The recordings of a notice; a long list is cut, JSON has it all.
 fn listed(rows: &[usize], names: &[&str]) -> String {
     const SHOWN: usize = 6;
@@ -185,7 +210,9 @@ fn listed(rows: &[usize], names: &[&str]) -> String {
 fn cells(record: &RecordDiagnosis) -> Vec<String> {
     let mut cells = vec![paint(record.verdict.word(), of_verdict(record.verdict))];
     for id in FaultId::ALL {
-        cells.push(record.fault(id).map_or_else(|| "-".to_owned(), level));
+        let is_marked = record.is_believed();
+        let cell = |fault: &Fault| level(fault, is_marked);
+        cells.push(record.fault(id).map_or_else(|| "-".to_owned(), cell));
     }
     let fit = record.fit.ratio().map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"));
     let fit = if record.fit.adequate { fit } else { format!("{fit} !") };
@@ -193,10 +220,11 @@ fn cells(record: &RecordDiagnosis) -> Vec<String> {
     cells
 }
 
-fn level(fault: &Fault) -> String {
+/// A level, marked where it may be and the fault is detected.
+fn level(fault: &Fault, is_marked: bool) -> String {
     let (Some(value), Some(std)) = (fault.value, fault.std) else { return "-".to_owned() };
     let text = plus_minus(value, std, "±");
-    if fault.detected == Some(true) {
+    if is_marked && fault.detected == Some(true) {
         paint(&(text + MARK), Style::new().bold().fg_color(Some(AnsiColor::Red.into())))
     } else {
         text

@@ -23,6 +23,7 @@ mod fleet_guide;
 #[cfg(unix)]
 mod guides;
 mod killed;
+mod load;
 mod merge;
 mod missed;
 mod planned;

@@ -4,7 +4,7 @@ use std::fs;
 
 use fdi_core::{
     Schema,
-    report::{Diagnosis, NoticeCode, RecordDiagnosis, Verdict},
+    report::{Diagnosis, Further, NoticeCode, RecordDiagnosis, Severity, Verdict},
 };
 use tempfile::TempDir;
 
@@ -142,7 +142,8 @@ fn a_machine_that_changed_and_what_is_no_second_recording_are_told() {
         together(&folder, "actuator", &[&sound, &worn, "A-7_2027-11-04.csv", "A-7_2027-11-05.csv"]);
     let [one] = &said.records[..] else { panic!("{:?}", said.records) };
     assert_eq!(one.verdict, Verdict::ModelInadequate);
-    assert!(has(one, NoticeCode::RecordingsDisagree) && has(one, NoticeCode::RecordingsLeftOut));
+    assert!(has(one, NoticeCode::RecordingsDisagree) && has(one, NoticeCode::RecordingsRepeated));
+    assert!(!has(one, NoticeCode::RecordingsLeftOut));
     let again = one.together[2].left_out.as_deref();
     assert_eq!(again, Some("it is `A-7_2027-11-02.csv` again"));
     // what cannot be read is told beside, and takes nothing with it
@@ -152,6 +153,87 @@ fn a_machine_that_changed_and_what_is_no_second_recording_are_told() {
     let same = record(&folder, "A-7", "2027-11-06", "", "33");
     let said = together(&folder, "actuator", &[&sound, &same]);
     assert_eq!(said.records[0].verdict, Verdict::Healthy, "{:?}", said.records[0]);
+}
+
+#[test]
+fn no_machine_is_healthy_where_a_recording_of_it_is_not_explained() {
+    let folder = learnt();
+    let sound = record(&folder, "A-7", "2027-11-02", "", "31");
+    let severe = record(&folder, "A-7", "2027-11-03", "k1=0.5,k2=0.3", "32");
+    let alone = together(&folder, "actuator", &[&sound]);
+    assert_eq!(alone.records[0].verdict, Verdict::Healthy);
+    let alone = together(&folder, "actuator", &[&severe]);
+    assert_eq!(alone.records[0].verdict, Verdict::Faulty);
+    // the two contradict one another
+    let said = together(&folder, "actuator", &["--decide", &sound, &severe]);
+    let [one] = &said.records[..] else { panic!("{:?}", said.records) };
+    assert_eq!(one.verdict, Verdict::ModelInadequate);
+    let disagree = one.notice(NoticeCode::RecordingsDisagree).unwrap();
+    let expected =
+        format!("{severe} is faulty by itself, and the other recordings show a healthy machine");
+    assert!(disagree.message.starts_with(&expected), "{}", disagree.message);
+    assert_eq!(one.action.as_ref().unwrap().severity, Severity::Undecided);
+    // one that nothing explains leaves the machine open
+    let text = fs::read_to_string(folder.path().join(&sound)).unwrap();
+    let doubled = "A-7_2027-11-05.csv";
+    let (head, rows) = text.split_at(text.find("\n0").unwrap() + 1);
+    let double = |row: &str| {
+        let (time, rest) = row.split_once(',').unwrap();
+        let [a, b, c, angle] =
+            rest.split(',').map(|x| x.parse::<f64>().unwrap()).collect::<Vec<_>>()[..]
+        else {
+            panic!("{row}")
+        };
+        format!("{time},{},{},{},{angle}\n", 3.0 * a, 3.0 * b, 3.0 * c)
+    };
+    let rows: String = rows.lines().map(double).collect();
+    fs::write(folder.path().join(doubled), head.to_owned() + &rows).unwrap();
+    let said = together(&folder, "actuator", &["--decide", &sound, doubled]);
+    let [one] = &said.records[..] else { panic!("{:?}", said.records) };
+    assert_ne!(one.verdict, Verdict::Healthy, "{one:?}");
+    assert!(has(one, NoticeCode::RecordingsLeftOut));
+    assert_eq!(one.action.as_ref().unwrap().severity, Severity::Undecided);
+}
+
+#[test]
+fn how_well_a_session_tells_each_fault_is_told() {
+    let folder = learnt();
+    let names = [
+        record(&folder, "A-7", "2027-11-02", "", "61"),
+        record(&folder, "A-7", "2027-11-03", "", "62"),
+    ];
+    let asked = |names: &[&str]| {
+        let names = [&["--identifiability"], names].concat();
+        together(&folder, "actuator", &names).records.remove(0)
+    };
+    let [alone, both] = [asked(&[&names[0]]), asked(&[&names[0], &names[1]])];
+    assert_eq!(both.identifiability.len(), 6);
+    for (alone, both) in alone.identifiability.iter().zip(&both.identifiability) {
+        assert!(both.std < alone.std, "{both:?} {alone:?}");
+        assert!(both.least_std <= both.std);
+    }
+    // the first recording is told of a second day as the second day then shows it
+    let friction = alone.identifiability[0].would_help.as_ref().unwrap();
+    assert_eq!(friction.what, Further::Day);
+    assert!(
+        (friction.std / both.identifiability[0].std - 1.0).abs() < 0.1,
+        "{friction:?} {both:?}"
+    );
+    let told = output(
+        folder.path(),
+        &[
+            "diagnose",
+            "--id-from",
+            "{id}_{date}",
+            "--unit",
+            "A-7.fdi-unit",
+            "--identifiability",
+            &names[0],
+        ],
+    );
+    let told = whole(&told);
+    assert!(told.contains("standard deviation of each fault:"), "{told}");
+    assert!(told.contains("the same test on another day: "), "{told}");
 }
 
 #[test]

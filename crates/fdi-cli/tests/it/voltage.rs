@@ -90,6 +90,52 @@ fn a_duty_without_its_supply_is_told() {
 }
 
 #[test]
+fn what_is_wrong_with_a_duty_is_told() {
+    let folder = TempDir::new().unwrap();
+    simulated(&folder, "r.csv", "5", &["--motor-voltage"]);
+    let text = fs::read_to_string(folder.path().join("r.csv")).unwrap();
+    let told = |columns: &str, of: &dyn Fn(usize, f64) -> String| {
+        let mut rows = 0;
+        let line = |line: &str| match line.rsplit_once(',') {
+            Some((rest, "motor_voltage_v")) => format!("{rest},{columns}\n"),
+            Some((rest, value)) if !line.starts_with('#') => {
+                rows += 1;
+                format!("{rest},{}\n", of(rows, value.parse().unwrap()))
+            }
+            _ => format!("{line}\n"),
+        };
+        let text: String = text.lines().map(line).collect();
+        fs::write(folder.path().join("d.csv"), text).unwrap();
+        let records = diagnosed(&folder, &["d.csv"]);
+        records[0].notice(NoticeCode::VoltageUnused).map(|notice| notice.message.clone())
+    };
+    let both = "duty_frac,bus_voltage_v";
+    let cases: [(&str, &dyn Fn(usize, f64) -> String, &str); 4] = [
+        (
+            "bus_voltage_v",
+            &|_, _| "48".to_owned(),
+            "`bus_voltage_v` is recorded without `duty_frac`",
+        ),
+        (
+            both,
+            &|row, v| format!("{},{}", v / 48.0, if row == 9 { 0 } else { 48 }),
+            "`bus_voltage_v` is 0 at 0.0008 s, expected a positive supply",
+        ),
+        (
+            both,
+            &|row, v| format!("{},48", if row == 9 { 1.06 } else { v / 48.0 }),
+            "`duty_frac` is 1.06 at 0.0008 s, expected −1 to 1",
+        ),
+        (both, &|_, v| format!("{},48", v / 0.48), "of percent, `--map duty_frac=COLUMN*0.01`"),
+    ];
+    for (columns, of, expected) in cases {
+        let message = told(columns, of).unwrap();
+        assert!(message.ends_with(expected), "{message}");
+    }
+    assert_eq!(told(both, &|_, v| format!("{},48", v / 48.0)), None);
+}
+
+#[test]
 fn a_unit_says_whose_voltage_is_not_used() {
     let folder = TempDir::new().unwrap();
     for (name, seed) in [("a.csv", "5"), ("b.csv", "6")] {

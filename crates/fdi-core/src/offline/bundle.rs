@@ -296,6 +296,13 @@ impl Bundle {
         self.model_of(Modelled::Signal)
     }
 
+    /// Shape of the covariance of the error for the bundle's own start of the rotor; `None` where nothing
+    /// is learnt of it.
+    pub(crate) fn incipient_shape(&self) -> Option<CovarianceShape> {
+        let of = Modelled::Error(StartAngle::Zero);
+        self.choices.iter().find(|choice| choice.of == of).map(|choice| choice.shape)
+    }
+
     /// The error model for the bundle's own start of the rotor, and the response surface beside it:
     /// the low-fidelity model's own signal with the mean of its error, as a quadratic function of
     /// damage, quartic for two faults; linear, or none, where there are too few conditions.

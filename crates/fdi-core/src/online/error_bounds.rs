@@ -73,11 +73,10 @@ impl<'a> ErrorBounds<'a> {
         let simulated = BundleError::from;
         let sought = experiment.sought_indices();
         let centre: Vec<f64> = sought.iter().map(|&i| truth.0[i]).collect();
-        let mut monitor = experiment.monitor(0.0).map_err(simulated)?;
+        let mut monitor = self.diagnoser.learnt.corrected_monitor()?;
         let raw = experiment.low_fidelity(&experiment.scenario).map_err(simulated)?;
         let raw_hz = experiment.actuator.controller.sample_hz;
-        let mut signal = |point: &[f64]| self.diagnoser.learnt.monitored(&mut monitor, point);
-        let jacobian = central_differences(&centre, STEP, &mut signal);
+        let jacobian = central_differences(&centre, STEP, |point| monitor.signal(point));
         let mut current = |point: &[f64]| {
             let all = experiment.all_coordinates(point);
             let mut current_a = Vec::new();

@@ -23,7 +23,7 @@ use crate::{
         observation::Observation,
         severe_errors::SevereErrors,
     },
-    simulation::experiment::Monitor,
+    simulation::experiment::{Experiment, Monitor},
     statistics::noise_covariance::unit_noise_covariance,
     unit::{
         evidence::TemperatureReading,
@@ -52,11 +52,7 @@ pub(crate) struct Learnt {
     pub(crate) encoder: Option<Arc<Encoder>>,
     /// Recordings of the machine as new that the error models are corrected with.
     pub(crate) references: Option<References>,
-    /// Error of the low-fidelity model at the bundle's start angle.
-    pub(crate) incipient: Arc<ErrorModel>,
-    /// Response surface: signal of the low-fidelity model, its error's mean included, over the
-    /// damage.
-    pub(crate) surface: Option<Arc<ErrorModel>>,
+    at_own_start: Kept<(), AtOwnStart>,
     /// Other errors; `None` where the bundle has no signals for one.
     errors: Kept<ErrorId, Option<Arc<ErrorModel>>>,
     /// Errors on severe damage, where the bundle has the wide design.
@@ -75,6 +71,16 @@ pub(crate) struct Learnt {
     surfaces: Kept<NoiseKey, Arc<Emulator>>,
 }
 
+/// Models learnt at the bundle's start angle.
+#[derive(Clone, Debug)]
+pub(crate) struct AtOwnStart {
+    /// Error of the low-fidelity model.
+    pub(crate) error: Arc<ErrorModel>,
+    /// Response surface: signal of the low-fidelity model, its error's mean included, over the
+    /// damage.
+    pub(crate) surface: Option<Arc<ErrorModel>>,
+}
+
 /// References that a diagnosis rests on.
 #[derive(Debug)]
 pub(crate) struct References {
@@ -90,20 +96,38 @@ pub(crate) struct References {
     pub(crate) learnt: ErrorModel,
 }
 
+/// The low-fidelity model with the mean of its learnt error added, start angle 0.
+#[derive(Clone, Debug)]
+pub struct CorrectedMonitor<'a> {
+    experiment: &'a Experiment,
+    monitor: Monitor,
+    error: Arc<ErrorModel>,
+}
+
+impl CorrectedMonitor<'_> {
+    /// The signal at coordinates looked for, A.
+    pub fn signal(&mut self, coordinates: &[f64]) -> Vec<f64> {
+        let mut signal = self.monitor.signal(&self.experiment.all_coordinates(coordinates));
+        let mean = self.error.mean_at(&within_training(coordinates));
+        for (value, mean) in signal.iter_mut().zip(mean) {
+            *value += mean;
+        }
+        signal
+    }
+}
+
 impl Learnt {
-    /// Learns the error of the low-fidelity model at the bundle's start angle.
+    /// A bundle of which nothing is learnt yet.
     pub(crate) fn of(bundle: Bundle, encoder: Option<Arc<Encoder>>) -> Result<Self, BundleError> {
-        let learnt = bundle.incipient_with_surface()?.ok_or(BundleError::NoIncipient)?;
-        let (incipient, surface) = (learnt.0, learnt.1.map(Arc::new));
-        let numbers = bundle.experiment.samples() * incipient.shape().taper_support_samples;
+        let shape = bundle.incipient_shape().ok_or(BundleError::NoIncipient)?;
+        let numbers = bundle.experiment.samples() * shape.taper_support_samples;
         let [least, most] = LIKELIHOODS_KEPT;
         let levels = (NUMBERS_KEPT / (FOLDS + 1) / numbers.max(1)).clamp(least, most);
         Ok(Self {
             bundle,
             encoder,
             references: None,
-            incipient: Arc::new(incipient),
-            surface,
+            at_own_start: Kept::at_most(1),
             errors: Kept::at_most(ERRORS_KEPT),
             severe: Kept::at_most(1),
             start_effects: Kept::at_most(1),
@@ -116,13 +140,27 @@ impl Learnt {
         })
     }
 
+    /// Models learnt at the bundle's start angle.
+    pub(crate) fn at_own_start(&self) -> Result<AtOwnStart, BundleError> {
+        self.at_own_start.get((), || {
+            let learnt = self.bundle.incipient_with_surface()?.ok_or(BundleError::NoIncipient)?;
+            Ok(AtOwnStart { error: Arc::new(learnt.0), surface: learnt.1.map(Arc::new) })
+        })
+    }
+
+    /// Puts other models in the place of those learnt at the bundle's start angle.
+    pub(crate) fn correct_own_start(&mut self, corrected: AtOwnStart) {
+        self.at_own_start.put((), corrected);
+    }
+
     /// Learnt error; `None` where the bundle has no signals for it.
     pub(crate) fn error(&self, id: ErrorId) -> Result<Option<Arc<ErrorModel>>, BundleError> {
         match id {
-            ErrorId::Incipient => Ok(Some(Arc::clone(&self.incipient))),
+            ErrorId::Incipient => Ok(Some(self.at_own_start()?.error)),
             ErrorId::Turned => self.turned(),
             ErrorId::HighOwnStart => {
-                self.errors.get(id, || self.high_error(StartAngle::Zero, &self.incipient))
+                let learn = || self.high_error(StartAngle::Zero, &self.at_own_start()?.error);
+                self.errors.get(id, learn)
             }
             ErrorId::Signal => {
                 self.errors.get(id, || Ok(self.bundle.signal_model()?.map(Arc::new)))
@@ -168,8 +206,9 @@ impl Learnt {
             };
             let experiment = &self.bundle.experiment;
             // what references correct is no error of the low-fidelity model on this machine's model
+            let own = self.at_own_start()?.error;
             let references = self.references.as_ref();
-            let model = references.map_or(&*self.incipient, |references| &references.learnt);
+            let model = references.map_or(&*own, |references| &references.learnt);
             let errors = differences(experiment, dataset)?;
             let points = sought_coordinates(experiment, dataset);
             Ok(Some(Arc::new(SevereErrors::learn(model, errors, &points))))
@@ -286,25 +325,21 @@ impl Learnt {
         phase_rate_hz: f64,
         noise_a: f64,
     ) -> Result<Option<Arc<Emulator>>, DiagnoseError> {
-        let Some(surface) = &self.surface else { return Ok(None) };
+        let Some(surface) = self.at_own_start()?.surface else { return Ok(None) };
         let level = self.level(noise_a);
         let prepared = self.surfaces.get(NoiseKey::new(phase_rate_hz, level), || {
             let grid = self.grid(ErrorId::Incipient, phase_rate_hz, level)?;
             let sought = self.bundle.experiment.sought_indices();
-            Ok::<_, DiagnoseError>(Arc::new(Emulator::on(Arc::clone(surface), sought, grid)))
+            Ok::<_, DiagnoseError>(Arc::new(Emulator::on(surface, sought, grid)))
         });
         prepared.map(Some)
     }
 
-    /// Signal of a low-fidelity model at coordinates looked for, start angle zero, with the mean of
-    /// its error added, A.
-    pub(crate) fn monitored(&self, monitor: &mut Monitor, point: &[f64]) -> Vec<f64> {
-        let mut signal = monitor.signal(&self.bundle.experiment.all_coordinates(point));
-        for (value, mean) in signal.iter_mut().zip(self.incipient.mean_at(&within_training(point)))
-        {
-            *value += mean;
-        }
-        signal
+    /// The low-fidelity model with the mean of its error added.
+    pub(crate) fn corrected_monitor(&self) -> Result<CorrectedMonitor<'_>, BundleError> {
+        let experiment = &self.bundle.experiment;
+        let error = self.at_own_start()?.error;
+        Ok(CorrectedMonitor { experiment, monitor: experiment.monitor(0.0)?, error })
     }
 
     /// Mechanical angle within which two start angles count as one, rad.

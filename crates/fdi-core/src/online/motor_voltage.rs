@@ -16,12 +16,20 @@ use crate::{
     },
 };
 
+/// Duty up to which a value beyond one is a spike, and above which it is of percent.
+const MOST_SPIKE: f64 = 2.0;
+
 /// The motor's voltage, as far as a recording has it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum MotorVoltage {
     NotRecorded,
-    /// Through the filter of the experiment, V.
-    Filtered(Vec<f64>),
+    /// Through the filter of the experiment.
+    Filtered {
+        /// V.
+        voltage_v: Vec<f64>,
+        /// Columns that it was read off.
+        columns: &'static str,
+    },
     /// Recorded, and of no use for this reason.
     Unusable(String),
 }
@@ -37,56 +45,72 @@ impl MotorVoltage {
     pub(crate) fn of(recording: &Recording, late_s: f64, experiment: &Experiment) -> Self {
         match samples(recording, experiment) {
             Ok(None) => Self::NotRecorded,
-            Ok(Some((voltage_v, rate_hz))) => {
+            Ok(Some(Samples { columns, voltage_v, rate_hz })) => {
                 let tick_hz = experiment.actuator.controller.sample_hz;
                 let (mut fine_v, fine_hz) = at_ticks(&voltage_v, rate_hz, tick_hz);
                 if late_s != 0.0 {
                     fine_v = advanced(&fine_v, late_s * fine_hz);
                 }
-                Self::Filtered(filtered(&fine_v, fine_hz, experiment))
+                Self::Filtered { voltage_v: filtered(&fine_v, fine_hz, experiment), columns }
             }
             Err(reason) => Self::Unusable(reason),
         }
     }
 }
 
-/// Samples of the voltage with their rate; `None` where there are none.
-fn samples(
-    recording: &Recording,
-    experiment: &Experiment,
-) -> Result<Option<(Vec<f64>, f64)>, String> {
+/// Samples of a voltage, with the columns that they are from.
+struct Samples {
+    columns: &'static str,
+    voltage_v: Vec<f64>,
+    rate_hz: f64,
+}
+
+/// Samples of the voltage; `None` where there are none.
+fn samples(recording: &Recording, experiment: &Experiment) -> Result<Option<Samples>, String> {
     let is_field_oriented = experiment.actuator.inverter.commutation == Commutation::FieldOriented;
     let own = [ChannelName::QAxisVoltage, ChannelName::MotorVoltage];
     let own = &own[usize::from(!is_field_oriented)..];
     if let Some(channel) = own.iter().find_map(|&name| recording.channel(name)) {
         let rate_hz = usable_rate_hz(recording, channel, experiment)?;
-        return Ok(Some((channel.values().to_vec(), rate_hz)));
+        let columns = channel.name().column();
+        return Ok(Some(Samples { columns, voltage_v: channel.values().to_vec(), rate_hz }));
     }
+    let bus = recording.channel(ChannelName::BusVoltage);
     let Some(duty) = recording.channel(ChannelName::Duty) else {
         return match recording.channel(ChannelName::QAxisVoltage) {
             Some(_) => Err("`q_axis_voltage_v` is of a field-oriented drive, and this machine is \
                             commutated in six steps: record `motor_voltage_v`"
                 .to_owned()),
+            None if bus.is_some() => {
+                Err("`bus_voltage_v` is recorded without `duty_frac`".to_owned())
+            }
             None => Ok(None),
         };
     };
-    let Some(bus) = recording.channel(ChannelName::BusVoltage) else {
+    let Some(bus) = bus else {
         return Err("`duty_frac` is recorded without `bus_voltage_v`".to_owned());
     };
-    let beyond = duty.values().iter().position(|duty| duty.abs() > 1.0 + 1e-6);
-    if let Some(place) = beyond {
-        return Err(format!(
-            "`duty_frac` is {} at {} s, expected −1 to 1: of percent, `--map duty_frac=COLUMN*0.01`",
-            duty.values()[place],
-            duty.times_s()[place]
-        ));
-    }
+    let largest = duty.values().iter().fold(0.0_f64, |most, duty| most.max(duty.abs()));
+    let of_percent =
+        if largest > MOST_SPIKE { "; of percent, `--map duty_frac=COLUMN*0.01`" } else { "" };
+    refuse(duty, |duty| duty.abs() > 1.0 + 1e-6, &format!("−1 to 1{of_percent}"))?;
+    refuse(bus, |bus_v| bus_v <= 0.0, "a positive supply")?;
     let rate_hz = usable_rate_hz(recording, duty, experiment)?;
     // the axes of a field-oriented drive reach to half of the supply
     let reach = if is_field_oriented { 0.5 } else { 1.0 };
     let bus_v = at_times(bus, duty.times_s());
     let voltage = duty.values().iter().zip(bus_v).map(|(duty, bus_v)| reach * duty * bus_v);
-    Ok(Some((voltage.collect(), rate_hz)))
+    let columns = "duty_frac · bus_voltage_v";
+    Ok(Some(Samples { columns, voltage_v: voltage.collect(), rate_hz }))
+}
+
+/// Refuses a channel by its first value that is wrong.
+fn refuse(channel: &Channel, is_wrong: impl Fn(f64) -> bool, expected: &str) -> Result<(), String> {
+    let Some(place) = channel.values().iter().position(|&value| is_wrong(value)) else {
+        return Ok(());
+    };
+    let (column, value) = (channel.name().column(), channel.values()[place]);
+    Err(format!("`{column}` is {value} at {} s, expected {expected}", channel.times_s()[place]))
 }
 
 /// Rate of a channel that is even, fast and long enough.

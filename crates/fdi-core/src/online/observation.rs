@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, Sector, SimulationError};
+use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, Sector};
 use nalgebra::{Matrix3, Vector3};
 use recordings::{
     Channel, ChannelName, ClockNote, CommandSource, Current, Metadata, Recording, Sampling,
@@ -15,7 +15,8 @@ use crate::{
         commutation::{Commutation, MOST_DEVIATION_RAD},
         motor_voltage::MotorVoltage,
         observation_error::ObservationError,
-        ripple::{SamplingInstants, TakenRipple},
+        other_load::OtherLoad,
+        ripple::TakenRipple,
         wiring::Wiring,
     },
     report::{Fault, FaultId, Notice, NoticeCode, RecordDiagnosis, Status},
@@ -60,6 +61,8 @@ pub(crate) struct Observation {
     pub(crate) start: Option<CommandStart>,
     /// Ripple of the carrier that was taken off, where the phases were sampled out of step.
     pub(crate) ripple: Option<TakenRipple>,
+    /// Load that the recording states, where it is not that of the test.
+    pub(crate) other_load: Option<OtherLoad>,
     /// Wiring of the phases, where it is not as stated.
     pub(crate) wiring: Option<Wiring>,
     /// Session that the recording states, else its day.
@@ -162,6 +165,12 @@ impl Observation {
         {
             observation.take_ripple_if_shown(instants, experiment)?;
         }
+        observation.other_load = OtherLoad::of(recording, experiment);
+        observation.take_load_of(&FaultCoordinates([0.0; FAULT_COUNT]), experiment)?;
+        if let Some(load) = &observation.other_load {
+            load.check()?;
+            observation.notices.extend(load.notice(experiment));
+        }
         Ok(observation)
     }
 
@@ -178,84 +187,6 @@ impl Observation {
         match &self.envelope {
             Some(envelope) => envelope.filtered_from(by_s, experiment),
             None => advanced(&self.signal_a, by_s * experiment.filter.output_hz),
-        }
-    }
-}
-
-impl Observation {
-    /// Tells whether the phases were sampled out of step with the controller, from a start on that is
-    /// known, so that they show ripple.
-    fn out_of_step(
-        &self,
-        phase: &Channel,
-        late_s: f64,
-        experiment: &Experiment,
-    ) -> Option<SamplingInstants> {
-        let off_clock = phase.taken_s().map(|_| phase.clone());
-        let instants = SamplingInstants { rate_hz: self.phase_rate_hz, late_s, off_clock };
-        let is_out = !instants.are_in_step(experiment.actuator.inverter.carrier_hz);
-        (is_out && self.start_std_s() == 0.0).then_some(instants)
-    }
-
-    /// Takes the ripple of a machine as new off the signal, where the currents show it or samples on a
-    /// clock must have it.
-    fn take_ripple_if_shown(
-        &mut self,
-        instants: SamplingInstants,
-        experiment: &Experiment,
-    ) -> Result<(), SimulationError> {
-        let Some(angle_rad) = self.start_angle_rad else { return Ok(()) };
-        let as_new = FaultCoordinates([0.0; FAULT_COUNT]);
-        let shown = instants.shown(experiment, angle_rad, &as_new)?;
-        if let (Some(_), Some(envelope)) = (&instants.off_clock, &self.envelope) {
-            let from_start = advanced(&envelope.samples_a, instants.late_s * envelope.rate_hz);
-            if !shown.is_in(&from_start) {
-                return Ok(());
-            }
-            let left_a = self.left_of_ripple_a(shown.noise_beside_a(&from_start), experiment);
-            self.resampling_error_a = self.resampling_error_a.hypot(left_a);
-        }
-        let ripple_a = vec![0.0; self.signal_a.len()];
-        self.ripple = Some(TakenRipple { instants, ripple_a });
-        self.take_ripple(shown.ripple_a(experiment));
-        Ok(())
-    }
-
-    /// Noise on each phase sample that an envelope less its ripple has beyond that of the sensors and of
-    /// the drive's current feedback, A: what the prediction of the ripple misses.
-    fn left_of_ripple_a(&self, noise_of_envelope_a: f64, experiment: &Experiment) -> f64 {
-        let Some(sensors_a) = self.noise_beside_gains_a.or(self.measured_noise_a) else {
-            return 0.0;
-        };
-        let feedback_a2 = experiment.actuator.sensing.current_noise_half_width_a.powi(2) / 3.0;
-        let of_phase = experiment.envelope.noise_variance();
-        let left_a2 = (noise_of_envelope_a.powi(2) - feedback_a2) / of_phase - sensors_a.powi(2);
-        left_a2.max(0.0).sqrt()
-    }
-
-    /// Takes the ripple of a machine with some damage off the signal, in place of what was taken off
-    /// before.
-    pub(crate) fn take_ripple_of(
-        &mut self,
-        damage: &FaultCoordinates,
-        experiment: &Experiment,
-    ) -> Result<(), SimulationError> {
-        let (Some(taken), Some(angle_rad)) = (&self.ripple, self.start_angle_rad) else {
-            return Ok(());
-        };
-        let shown = taken.instants.shown(experiment, angle_rad, damage)?;
-        self.take_ripple(shown.ripple_a(experiment));
-        Ok(())
-    }
-
-    /// Takes ripple off the signal, in place of what was taken off before.
-    fn take_ripple(&mut self, ripple_a: Vec<f64>) {
-        let Some(taken) = &mut self.ripple else { return };
-        let before_a = core::mem::replace(&mut taken.ripple_a, ripple_a);
-        for ((value, ripple_a), before_a) in
-            self.signal_a.iter_mut().zip(&taken.ripple_a).zip(before_a)
-        {
-            *value += before_a - ripple_a;
         }
     }
 }
@@ -350,6 +281,7 @@ fn of_phases(
         resampling_error_a: root_mean_square(phases.map(Channel::resampling_error)),
         start: None,
         ripple: None,
+        other_load: None,
         wiring,
         session: session_of(&recording.metadata),
         winding_temperature_k: winding_temperature_k(&recording.metadata),
@@ -598,6 +530,7 @@ fn of_channel(
         resampling_error_a: channel.resampling_error(),
         start: None,
         ripple: None,
+        other_load: None,
         wiring: None,
         session: session_of(metadata),
         winding_temperature_k: winding_temperature_k(metadata),

@@ -141,6 +141,15 @@ pub enum ObservationError {
         /// When.
         time_s: f64,
     },
+    /// A load that the machine does not hold.
+    #[error(
+        "the recording states a load of {load_n_m} N·m, under which the machine as new is driven away: \
+         is it a torque on the surface, in N·m?"
+    )]
+    LoadTooLarge {
+        /// By column or metadata, N·m.
+        load_n_m: f64,
+    },
     /// The bundle's machine cannot be simulated.
     #[error(transparent)]
     Simulation(#[from] SimulationError),

@@ -21,7 +21,7 @@ use crate::{
     offline::{bundle::BundleError, error_model::ErrorModel},
     online::{
         error::DiagnoseError,
-        learnt::{Learnt, References},
+        learnt::{AtOwnStart, Learnt, References},
         observation::Observation,
         plan::Plan,
     },
@@ -44,7 +44,7 @@ impl Learnt {
         let own = self.same_start(start_rad, self.bundle.experiment.scenario.start_angle_rad);
         let learnt = match self.turned()? {
             Some(turned) if !own => ErrorModel::clone(&turned),
-            _ => ErrorModel::clone(&self.incipient),
+            _ => ErrorModel::clone(&self.at_own_start()?.error),
         };
         let offset_a = self.offset(references, start_rad, &learnt)?;
         let count = references.len();
@@ -60,8 +60,11 @@ impl Learnt {
         };
         self.references = Some(references);
         if own {
-            self.surface = self.surface.map(|surface| surface.corrected(&offset_a, 1.0).into());
-            self.incipient = corrected.into();
+            let surface = self.at_own_start()?.surface;
+            self.correct_own_start(AtOwnStart {
+                error: corrected.into(),
+                surface: surface.map(|surface| surface.corrected(&offset_a, 1.0).into()),
+            });
         } else {
             self.correct_turned(corrected);
         }

@@ -58,6 +58,16 @@ pub enum PlanError {
         /// Limits of the motions.
         limits: MotionLimits,
     },
+    /// A limit beyond what the drive itself allows.
+    #[error("a limit of {asked} {unit}, expected at most the {most} {unit} of the drive")]
+    BeyondDrive {
+        /// Asked for.
+        asked: f64,
+        /// Limit of the drive.
+        most: f64,
+        /// Unit of both.
+        unit: &'static str,
+    },
     /// Model and motion make no test.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),

@@ -166,7 +166,7 @@ impl ComparedSignals {
     /// | drive | the column that the model drives; of an actuator the envelope of its phases |
     /// | position | `motor_angle_rad`; of a servo axis also `position_m`, `surface_angle_rad` |
     /// | command | [`GivenCommand::Motion`]; a column; any other given one; a test that the metadata name |
-    /// | load | `load_n_m`, `force_n`; that of the command |
+    /// | load | `load_n_m`, `force_n`; of an actuator `load-n-m` of the metadata; that of the command |
     ///
     /// # Errors
     ///
@@ -196,12 +196,14 @@ impl ComparedSignals {
         let start_rad =
             if has_rotor { recording.start_angle_rad(position.as_deref())? } else { None };
         let command = command(recording, model, given, &drive, position.as_deref())?;
+        let stated_load = recording.metadata.load_n_m.filter(|_| has_rotor);
+        let stated_load = stated_load.map(|load| vec![load; drive.values().len()]);
         Ok(Self {
             rate_hz,
             command: command.values,
             kind: command.kind,
             drive: drive.values().to_vec(),
-            load: on_axis(&LOADS).or(command.load),
+            load: on_axis(&LOADS).or(stated_load).or(command.load),
             position,
             filter_hz,
             start_rad,

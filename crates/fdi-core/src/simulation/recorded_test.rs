@@ -50,7 +50,7 @@ pub enum RecordedTestError {
 
 impl Experiment {
     /// The test that a recording is of: its `command_rad` from the first sample on, under its
-    /// `load_n_m`, without which there is none.
+    /// `load_n_m`, else the `load-n-m` of its metadata, without which there is none.
     ///
     /// # Errors
     ///
@@ -61,6 +61,8 @@ impl Experiment {
         let mut experiment = Self::recorded(channel.values().to_vec(), even_rate_hz(channel)?);
         if let Some(load) = recording.channel(ChannelName::Load) {
             experiment.scenario.load_n_m = constant_n_m(load)?;
+        } else if let Some(load_n_m) = recording.metadata.load_n_m {
+            experiment.scenario.load_n_m = load_n_m;
         }
         Ok(experiment)
     }

@@ -171,6 +171,7 @@ impl SimulatedRecording {
         let metadata = Metadata {
             command: Some(command_source(experiment)),
             rate_hz: Some(rate_hz),
+            load_n_m: load_to_state(experiment),
             ..Metadata::default()
         };
         if self.content == RecordedContent::Phases {
@@ -289,6 +290,7 @@ fn envelope_recording(
         envelope: Some(envelope_kind(experiment.envelope)),
         phase_rate_hz: Some(rate_hz),
         start_angle_rad,
+        load_n_m: load_to_state(experiment),
         ..Metadata::default()
     };
     let filtered_a = filtered(envelope_a, rate_hz, experiment);
@@ -300,6 +302,13 @@ fn envelope_recording(
         channels.push(Channel::uniform(ChannelName::Command, 0.0, output_hz, command_rad)?);
     }
     Ok(Recording::new(name, metadata, channels)?)
+}
+
+/// Load in metadata, where it is not the one that the test has by its name.
+fn load_to_state(experiment: &Experiment) -> Option<f64> {
+    let usual_n_m = Experiment::named(&experiment.name).map_or(0.0, |test| test.scenario.load_n_m);
+    let load_n_m = experiment.scenario.load_n_m;
+    (load_n_m != usual_n_m).then_some(load_n_m)
 }
 
 /// Command in metadata; one that was recorded stands in a channel.

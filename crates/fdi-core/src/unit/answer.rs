@@ -166,7 +166,7 @@ impl<'a> Run<'a> {
         let told = if is_adequate(error, &fit) {
             self.read_voltage(error, &quantities, start_angle_rad, &mut fit)?
         } else {
-            Vec::new()
+            self.voltage_of_unexplained().into_iter().collect()
         };
         let (mut answer, posterior) = self.unit_answer(error, &quantities, noise, &fit)?;
         answer.notices.extend(told);
@@ -208,7 +208,7 @@ impl<'a> Run<'a> {
         let unmodelled_as_new = unit.is_some_and(LearntUnit::is_unmodelled_as_new);
         let adequate = to_the_noise && (unmodelled.is_empty() || unmodelled_as_new);
         let (history, damage) = self.with_unit(unit, quantities, fit)?;
-        let explained = to_the_noise.then(|| Explained::from(fit));
+        let explained = to_the_noise.then(|| Explained::of(fit, error, quantities));
         let found = Conclusion::of(layout, &history, damage, explained, unfinished);
         let limits = self.limits(noise, &found.faults);
         let is_loud = limits.iter().any(|notice| notice.code == NoticeCode::NoiseAboveBundle);
@@ -404,7 +404,7 @@ pub(crate) fn is_unlearnt((&coordinate, level): (&usize, &f64)) -> bool {
 }
 
 /// True where damage is beyond that of the units whose error was learnt.
-fn is_severe(fit: &UnitFit) -> bool {
+pub(crate) fn is_severe(fit: &UnitFit) -> bool {
     let stds = fit.covariance.diagonal().map(f64::sqrt);
     let mut levels = fit.point.iter().zip(&stds);
     levels.any(|(level, std)| level.abs() > TRAINED_LEVEL + SEVERE_DEVIATIONS * std)

@@ -38,7 +38,7 @@ use crate::{
         quantities::{Bent, Quantities},
         trend::{FARTHEST, LEAST_MACHINES, Rows, trend},
         unmodelled::absent,
-        voltage::{UnitVoltages, VoltageError, VoltageRun},
+        voltage::{UnitVoltages, VoltageError, VoltageReading, VoltageRun},
     },
 };
 use ema_sim::{EffectId, SimulationError};
@@ -104,6 +104,16 @@ pub(crate) struct UnitError {
 }
 
 impl UnitError {
+    /// Reading that the motor's voltage would give of a machine at a point of the unknowns; `None` where it was
+    /// not learnt.
+    pub(crate) fn expected_voltage(
+        &self,
+        quantities: &Quantities,
+        point: &[f64],
+    ) -> Option<VoltageReading> {
+        self.voltage.as_ref()?.expected(quantities.volts_at(point))
+    }
+
     /// Learns from units drawn with a seed.
     pub(crate) fn learn(
         experiment: &Experiment,
@@ -554,15 +564,15 @@ fn compared(
     let (mut differences, mut voltages) = (Vec::new(), UnitVoltages::default());
     for ((high, unit), at) in simulated.into_iter().zip(units).zip(&at) {
         let monitor = UnitMonitor::new(experiment, quantities, unit.start_angle_rad);
-        let (trace, machine) = monitor.run(at)?;
+        let (motion, machine) = monitor.run(at)?;
         let mut difference = high.signal_a;
-        for (value, low) in difference.iter_mut().zip(monitor.filtered(&trace.current_a)) {
+        for (value, low) in difference.iter_mut().zip(monitor.filtered(&motion.current_a)) {
             *value -= low;
         }
         differences.push(difference);
         let fit = high.voltage_v.and_then(|voltage_v| {
             let filtered = |channel: &[f64]| monitor.filtered(channel);
-            let run = VoltageRun { trace: &trace, machine: &machine, experiment };
+            let run = VoltageRun { motion: &motion, machine: &machine, experiment };
             run.filtered(filtered).fit(&voltage_v)
         });
         voltages.fits.push(fit);

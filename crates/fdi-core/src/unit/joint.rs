@@ -411,10 +411,10 @@ impl<'a> Joint<'a> {
         columns
     }
 
-    /// True where each recording that is diagnosed has the motor's voltage.
+    /// True where a recording that is diagnosed has the motor's voltage.
     pub(crate) fn has_voltage(&self) -> bool {
         let mut diagnosed = self.seen.iter().filter(|one| one.is_diagnosed);
-        diagnosed.all(|one| one.evidence.voltage_by.is_some())
+        diagnosed.any(|one| one.evidence.voltage_by.is_some())
     }
 
     /// White numbers of all recordings.

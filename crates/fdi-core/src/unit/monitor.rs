@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use ema_sim::{Effect, EffectId, LowFidelity, LowFidelityTrace, PhysicalFaults, SimulationError};
+use ema_sim::{Effect, EffectId, LowFidelity, MotorMotion, PhysicalFaults, SimulationError};
 
 use crate::{
     simulation::{experiment::Experiment, resampling::resampled},
@@ -15,7 +15,7 @@ use crate::{
 
 /// Difference of a quantity for its slope over its spread in the design: large against the kinks
 /// of the controller's ticks, small against what bends.
-pub(crate) const STEP_OF_SPREAD: f64 = 0.07;
+const STEP_OF_SPREAD: f64 = 0.07;
 
 /// The low-fidelity model of a unit in a test, from a start angle.
 #[derive(Clone, Debug)]
@@ -61,21 +61,7 @@ impl<'a> UnitMonitor<'a> {
         places: impl IntoIterator<Item = usize>,
         spread: &[f64],
     ) -> Result<Vec<Vec<f64>>, SimulationError> {
-        let places: Vec<usize> = places.into_iter().collect();
-        let step = |place: usize| STEP_OF_SPREAD * spread[place];
-        let sides = places.iter().flat_map(|&place| {
-            [step(place), -step(place)].map(|by| {
-                let mut moved = at.to_vec();
-                moved[place] += by;
-                moved
-            })
-        });
-        let signals = self.signals(&sides.collect::<Vec<_>>())?;
-        let slope = |(&place, sides): (&usize, &[Vec<f64>])| {
-            let pairs = sides[0].iter().zip(&sides[1]);
-            pairs.map(|(above, below)| (above - below) / (2.0 * step(place))).collect()
-        };
-        Ok(places.iter().zip(signals.chunks(2)).map(slope).collect())
+        slopes_of(at, places, spread, |moved| self.signals(moved))
     }
 
     /// The diagnosed signals of several machines, which run side by side.
@@ -134,12 +120,20 @@ impl<'a> UnitMonitor<'a> {
     }
 
     /// A run of the model with its machine.
-    pub(crate) fn run(
+    pub(crate) fn run(&self, at: &[f64]) -> Result<(MotorMotion, UnitMachine), SimulationError> {
+        Ok(self.runs(&[at.to_vec()])?.swap_remove(0))
+    }
+
+    /// Runs of several machines, side by side, with the machines.
+    pub(crate) fn runs(
         &self,
-        at: &[f64],
-    ) -> Result<(LowFidelityTrace, UnitMachine), SimulationError> {
-        let (model, machine) = self.model(at)?;
-        Ok((model.simulate(&machine.faults), machine))
+        at: &[Vec<f64>],
+    ) -> Result<Vec<(MotorMotion, UnitMachine)>, SimulationError> {
+        let models = at.iter().map(|at| self.model(at)).collect::<Result<Vec<_>, _>>()?;
+        let tests: Vec<_> =
+            models.iter().map(|(model, machine)| (model, &machine.faults)).collect();
+        let motions = LowFidelity::simulate_motions(&tests);
+        Ok(motions.into_iter().zip(models.into_iter().map(|(_, machine)| machine)).collect())
     }
 
     fn model(&self, at: &[f64]) -> Result<(LowFidelity, UnitMachine), SimulationError> {
@@ -162,7 +156,7 @@ impl<'a> UnitMonitor<'a> {
     }
 
     /// Channels of the model through the filter of the experiment.
-    fn filtered_each<S: AsRef<[f64]>>(&self, channels: &[S]) -> Vec<Vec<f64>> {
+    pub(crate) fn filtered_each<S: AsRef<[f64]>>(&self, channels: &[S]) -> Vec<Vec<f64>> {
         let Experiment { filter, phase_rate_hz, .. } = self.experiment;
         let own_hz = self.experiment.actuator.controller.sample_hz;
         match *phase_rate_hz {
@@ -173,4 +167,29 @@ impl<'a> UnitMonitor<'a> {
             _ => filter.apply_each(channels, own_hz),
         }
     }
+}
+
+/// Slopes of a function of the quantities in some of them, by their places and the spread of every
+/// quantity, one row each: central differences, of all places at once.
+pub(crate) fn slopes_of<E>(
+    at: &[f64],
+    places: impl IntoIterator<Item = usize>,
+    spread: &[f64],
+    function: impl FnOnce(&[Vec<f64>]) -> Result<Vec<Vec<f64>>, E>,
+) -> Result<Vec<Vec<f64>>, E> {
+    let places: Vec<usize> = places.into_iter().collect();
+    let step = |place: usize| STEP_OF_SPREAD * spread[place];
+    let sides = places.iter().flat_map(|&place| {
+        [step(place), -step(place)].map(|by| {
+            let mut moved = at.to_vec();
+            moved[place] += by;
+            moved
+        })
+    });
+    let values = function(&sides.collect::<Vec<_>>())?;
+    let slope = |(&place, sides): (&usize, &[Vec<f64>])| {
+        let pairs = sides[0].iter().zip(&sides[1]);
+        pairs.map(|(above, below)| (above - below) / (2.0 * step(place))).collect()
+    };
+    Ok(places.iter().zip(values.chunks(2)).map(slope).collect())
 }

@@ -50,13 +50,4 @@ impl<'a> Placed<'a> {
     pub(crate) fn joint(&self, start: &[f64]) -> Option<Joint<'a>> {
         Joint::new(&self.others, &[self.own], start)
     }
-
-    /// The recordings together with another evidence of the one that is diagnosed.
-    pub(crate) fn with_evidence<'b>(
-        &'b self,
-        evidence: &'b Evidence,
-        start: &[f64],
-    ) -> Option<Joint<'b>> {
-        Joint::new(&self.others, &[self.own.with_evidence(evidence)], start)
-    }
 }

@@ -26,13 +26,14 @@ use crate::{
     diagnose::Diagnoser,
     online::{error::DiagnoseError, options::DiagnoseOptions, posterior::Posterior, watch::Watch},
     report::{
-        FaultId, Fit, Notice, NoticeCode, PooledLevel, PooledRecording, RecordDiagnosis, Status,
-        Verdict,
+        FaultId, Fit, Identifiability, Notice, NoticeCode, PooledLevel, PooledRecording,
+        RecordDiagnosis, Status, Verdict,
     },
     unit::{
         answer::Conclusion,
         evidence::Evidence,
         finding::{History, Since},
+        identifiability::Outlook,
         joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
         layout::Layout,
         learnt_unit::{Earlier, Learnt, LearntUnit, basis, session_of},
@@ -56,6 +57,8 @@ pub struct DiagnosedAlone {
     /// Identity of the test.
     basis: String,
     unit: Option<Arc<LearntUnit>>,
+    /// True where it is asked how well each fault can be told.
+    asks_identifiability: bool,
 }
 
 impl DiagnosedAlone {
@@ -78,8 +81,8 @@ impl DiagnosedAlone {
         self.quantities.layout()
     }
 
-    /// Why an answer to several cannot rest on the recording; `None` where it can.
-    fn reason_against(&self) -> Option<String> {
+    /// Why an answer to several cannot rest on what the recording shows; `None` where it can.
+    fn unexplained(&self) -> Option<String> {
         let Some(explained) = &self.explained else {
             let unused = self.answer.notice(NoticeCode::TolerancesUnused);
             let reason = unused.map_or("the model does not explain it", |notice| &notice.message);
@@ -95,6 +98,23 @@ impl DiagnosedAlone {
             )
         } else {
             None
+        }
+    }
+}
+
+/// Why an answer to several recordings does not rest on one of them.
+enum Against {
+    /// The model does not explain it, or not well enough: what the machine shows there is not known.
+    Unexplained(String),
+    /// One of the others, by the name of that.
+    Repeats(String),
+}
+
+impl Against {
+    fn in_words(&self) -> String {
+        match self {
+            Self::Unexplained(reason) => reason.clone(),
+            Self::Repeats(other) => format!("it is `{other}` again"),
         }
     }
 }
@@ -150,6 +170,7 @@ impl Diagnoser {
             basis: basis(self.bundle(), &quantities),
             quantities,
             unit: options.unit.clone(),
+            asks_identifiability: options.identifiability,
         })
     }
 }
@@ -160,7 +181,10 @@ impl Diagnoser {
 /// its test, and with the unit as it was learnt with that bundle. What the answer does not rest on,
 /// such as a recording that the model does not explain, is told in `together`.
 ///
-/// Where it can rest on none, it is that of the recording with the worst verdict.
+/// Where it can rest on none, it is that of the recording with the worst verdict. A machine is not said
+/// to be healthy where the model does not explain one of its recordings: where that one is faulty by
+/// itself, the answer is its own if the others decide nothing, and `model-inadequate` if they show a
+/// healthy machine; else the verdict is `undetermined`.
 ///
 /// # Errors
 ///
@@ -174,7 +198,7 @@ pub fn diagnose_together(recordings: &[DiagnosedAlone]) -> Result<RecordDiagnosi
 struct Pool<'a> {
     all: &'a [DiagnosedAlone],
     /// Why the answer does not rest on each; `None` where it does.
-    against: Vec<Option<String>>,
+    against: Vec<Option<Against>>,
     /// Recordings that the answer rests on.
     used: Vec<usize>,
     /// One recording of each test.
@@ -189,10 +213,13 @@ impl<'a> Pool<'a> {
                 other.explained.as_ref().is_some_and(|one| one.evidence == own.evidence)
             };
             let known = all[..place].iter().find(is_same)?;
-            Some(format!("it is `{}` again", known.answer.recording))
+            Some(Against::Repeats(known.answer.recording.clone()))
         };
-        let against = |place: usize| all[place].reason_against().or_else(|| again(place));
-        let against: Vec<Option<String>> = (0..all.len()).map(against).collect();
+        let against = |place: usize| {
+            let unexplained = all[place].unexplained().map(Against::Unexplained);
+            unexplained.or_else(|| again(place))
+        };
+        let against: Vec<Option<Against>> = (0..all.len()).map(against).collect();
         let used: Vec<usize> = (0..all.len()).filter(|&place| against[place].is_none()).collect();
         let mut tests: Vec<&DiagnosedAlone> = Vec::new();
         for one in used.iter().map(|&place| &all[place]) {
@@ -280,13 +307,30 @@ impl<'a> Pool<'a> {
             known_numbers: self.known_numbers().ok_or_else(undetermined)?,
             ..joint.damage().ok_or_else(undetermined)?
         };
-        let disagree = self.disagree();
+        let is_asked = self.used.iter().any(|&place| self.all[place].asks_identifiability);
+        let identifiability = if is_asked { self.identifiability(&beside) } else { Vec::new() };
         let history = beside.history(joint);
         let found = Conclusion::of(self.layout(), &history, damage, None, false);
+        let by_used = found.verdict(self.is_loud());
+        let faulty_apart = self.faulty_apart();
+        if by_used == Verdict::Undetermined && !faulty_apart.is_empty() {
+            return self.worst();
+        }
+        let disagreement = if self.disagree() {
+            Some(self.disagreement_notice())
+        } else if by_used == Verdict::Healthy && !faulty_apart.is_empty() {
+            Some(faulty_apart_notice(&faulty_apart))
+        } else {
+            None
+        };
+        let disagree = disagreement.is_some();
+        let verdict = match by_used {
+            _ if disagree => Verdict::ModelInadequate,
+            Verdict::Healthy if self.unexplained().next().is_some() => Verdict::Undetermined,
+            by_used => by_used,
+        };
         let mut notices: Vec<Notice> = found.direction_notice().into_iter().collect();
-        notices.extend(disagree.then(|| self.disagreement_notice()));
-        let verdict =
-            if disagree { Verdict::ModelInadequate } else { found.verdict(self.is_loud()) };
+        notices.extend(disagreement);
         notices.extend(found.hidden_notice(verdict));
         notices.extend(self.notices());
         let is_whole = self.used.len() == self.all.len() && !disagree;
@@ -306,13 +350,28 @@ impl<'a> Pool<'a> {
             },
             faults,
             findings,
-            identifiability: Vec::new(),
+            identifiability: if disagree { Vec::new() } else { identifiability },
             action: None,
             covariance: posterior.report_covariance(),
             notices,
             together: self.told(),
             ..first.clone()
         })
+    }
+
+    /// How well each fault can be told from the recordings that the answer rests on.
+    fn identifiability(&self, beside: &Beside<'_>) -> Vec<Identifiability> {
+        let voltage = |&place: &usize| self.all[place].explained.as_ref()?.voltage_to_come.clone();
+        let voltages: Vec<_> = self.used.iter().map(voltage).collect();
+        let outlook = Outlook {
+            layout: self.layout(),
+            others: &beside.others,
+            own: &beside.own,
+            has_unit: beside.since == Since::References,
+            start: &beside.start,
+            voltages: &voltages,
+        };
+        outlook.identifiability()
     }
 
     /// The answer to the recording with the worst verdict.
@@ -325,7 +384,8 @@ impl<'a> Pool<'a> {
         };
         let worst = self.all.iter().max_by_key(rank).ok_or(TogetherError::Nothing)?;
         let mut answer = RecordDiagnosis { together: self.told(), ..worst.answer.clone() };
-        answer.notices.extend(self.left_out_notice());
+        answer.notices.extend(self.answered_alone_notice(&worst.answer));
+        answer.notices.extend(self.repeats_notice());
         Ok(answer)
     }
 
@@ -375,17 +435,58 @@ impl<'a> Pool<'a> {
             }
             Notice { message: format!("{}: {}", of.join(", "), notice.message), ..notice }
         };
-        known.into_iter().map(with_names).chain(self.left_out_notice()).collect()
+        let beside = [self.left_out_notice(), self.repeats_notice()].into_iter().flatten();
+        known.into_iter().map(with_names).chain(beside).collect()
+    }
+
+    /// Answers to the recordings that the model does not explain well enough, each with the reason.
+    fn unexplained(&self) -> impl Iterator<Item = (&RecordDiagnosis, &str)> {
+        self.all.iter().zip(&self.against).filter_map(|(one, against)| match against {
+            Some(Against::Unexplained(reason)) => Some((&one.answer, reason.as_str())),
+            _ => None,
+        })
+    }
+
+    /// Names of recordings that the answer does not rest on and that are faulty by themselves.
+    fn faulty_apart(&self) -> Vec<&str> {
+        let faulty = self.unexplained().filter(|(one, _)| one.verdict == Verdict::Faulty);
+        faulty.map(|(one, _)| one.recording.as_str()).collect()
     }
 
     fn left_out_notice(&self) -> Option<Notice> {
-        let told = self.all.iter().zip(&self.against).filter_map(|(one, against)| {
-            Some(format!("{}: {}", one.answer.recording, against.as_ref()?))
-        });
+        let told = self.unexplained().map(|(one, reason)| format!("{}: {reason}", one.recording));
         let told: Vec<String> = told.collect();
         (!told.is_empty()).then(|| Notice {
             code: NoticeCode::RecordingsLeftOut,
             message: format!("the answer does not rest on {}", told.join("; ")),
+        })
+    }
+
+    /// The notice that an answer is that of one of several recordings.
+    fn answered_alone_notice(&self, answer: &RecordDiagnosis) -> Option<Notice> {
+        let reasons: Vec<String> = self
+            .unexplained()
+            .map(|(one, reason)| format!("{}: {reason}", one.recording))
+            .collect();
+        (self.all.len() > 1 && !reasons.is_empty()).then(|| Notice {
+            code: NoticeCode::RecordingsLeftOut,
+            message: format!(
+                "the answer is that of `{}` by itself; {}",
+                answer.recording,
+                reasons.join("; ")
+            ),
+        })
+    }
+
+    fn repeats_notice(&self) -> Option<Notice> {
+        let told = self.all.iter().zip(&self.against).filter_map(|(one, against)| {
+            let repeats = against.as_ref().filter(|one| matches!(one, Against::Repeats(_)))?;
+            Some(format!("{}: {}", one.answer.recording, repeats.in_words()))
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| Notice {
+            code: NoticeCode::RecordingsRepeated,
+            message: format!("counted once: {}", told.join("; ")),
         })
     }
 
@@ -416,7 +517,7 @@ impl<'a> Pool<'a> {
                 session: session.clone(),
                 date: answer.date.clone(),
                 verdict: answer.verdict,
-                left_out: self.against[place].clone(),
+                left_out: self.against[place].as_ref().map(Against::in_words),
                 levels: FaultId::ALL[..6].iter().filter_map(level).collect(),
             }
         };
@@ -434,6 +535,18 @@ impl<'a> Pool<'a> {
         let indices = self.layout().sought.clone();
         let faults = Posterior { indices, estimate, covariance, explained: None }.faults();
         Some([0, 1, 2, 3, 4, 5].map(|fault| faults[fault].std))
+    }
+}
+
+/// The notice that recordings show a fault by themselves which the others exclude.
+fn faulty_apart_notice(names: &[&str]) -> Notice {
+    Notice {
+        code: NoticeCode::RecordingsDisagree,
+        message: format!(
+            "{} is faulty by itself, and the other recordings show a healthy machine: no one state of \
+             health explains all of them; diagnose them one by one",
+            names.join(", ")
+        ),
     }
 }
 

@@ -18,6 +18,7 @@ use crate::{
         quantities::Quantities,
         sensors::SensorShares,
         unmodelled::{EffectSlopes, Explanation, unmodelled},
+        voltage::VoltageReading,
         weight::Weight,
     },
 };
@@ -104,15 +105,18 @@ pub(crate) struct Explained {
     /// True where damage is beyond that of the machines whose error was learnt, so that the answer
     /// is wider than the evidence.
     pub(crate) is_widened: bool,
+    /// Reading that the motor's voltage would give beside it; `None` where it was not learnt.
+    pub(crate) voltage_to_come: Option<VoltageReading>,
 }
 
-impl From<&UnitFit> for Explained {
-    fn from(fit: &UnitFit) -> Self {
+impl Explained {
+    pub(crate) fn of(fit: &UnitFit, error: &UnitError, quantities: &Quantities) -> Self {
         Self {
             evidence: fit.evidence.clone(),
             point: fit.point.clone(),
             known_numbers: fit.known_numbers.clone(),
             is_widened: false,
+            voltage_to_come: error.expected_voltage(quantities, &fit.point),
         }
     }
 }

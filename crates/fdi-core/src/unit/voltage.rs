@@ -25,7 +25,7 @@
 //! Equation 18 of the FREEDOM paper, phase by phase; numbers in place of a signal whose error is
 //! learnt by simulation: Beaumont, Zhang and Balding, *Genetics* 162, 2002, 2025.
 
-use ema_sim::{Commutation, LowFidelityTrace, Sector};
+use ema_sim::{Commutation, MotorMotion, Sector};
 use inference::dot;
 use nalgebra::{DMatrix, DVector};
 
@@ -59,7 +59,7 @@ const OTHERS: usize = 6;
 /// A run of the model, whose voltage is looked at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VoltageRun<'a> {
-    pub(crate) trace: &'a LowFidelityTrace,
+    pub(crate) motion: &'a MotorMotion,
     pub(crate) machine: &'a UnitMachine,
     pub(crate) experiment: &'a Experiment,
 }
@@ -80,16 +80,16 @@ pub(crate) struct VoltageFit {
 
 impl VoltageRun<'_> {
     fn samples(&self) -> usize {
-        self.trace.current_a.len()
+        self.motion.current_a.len()
     }
 
     /// Parts of the voltage at a sample, V.
     fn parts(&self, sample: usize) -> [f64; PARTS] {
-        let Self { trace, machine, experiment } = *self;
+        let Self { motion, machine, experiment } = *self;
         let (motor, faults) = (&experiment.actuator.motor, &machine.faults);
-        let current_a = &trace.current_a;
-        let (i, speed) = (current_a[sample], trace.motor_speed_rad_per_s[sample]);
-        let angle_rad = trace.motor_angle_rad[sample];
+        let current_a = &motion.current_a;
+        let (i, speed) = (current_a[sample], motion.motor_speed_rad_per_s[sample]);
+        let angle_rad = motion.motor_angle_rad[sample];
         let (sin, cos) = angle_rad.sin_cos();
         let gap = 1.0 + faults.eccentricity_cos * cos - faults.eccentricity_sin * sin;
         let pole_pairs = f64::from(motor.pole_pairs);
@@ -105,7 +105,7 @@ impl VoltageRun<'_> {
             .map(|part| weights.map(|weight| weight * part));
         let (before, after) =
             (sample.saturating_sub(1), (sample + 1).min(current_a.len().saturating_sub(1)));
-        let per_s = trace.rate_hz / (after - before).max(1) as f64;
+        let per_s = experiment.actuator.controller.sample_hz / (after - before).max(1) as f64;
         let rise = motor.inductance_henry * (current_a[after] - current_a[before]) * per_s;
         let commutation = motor.inductance_henry * pole_pairs * speed.abs() * i;
         let width_a = SIGN_WIDTH * experiment.actuator.controller.current_limit_a;
@@ -512,8 +512,8 @@ mod tests {
         let quantities = Quantities::new(experiment);
         let monitor = UnitMonitor::new(experiment, &quantities, 0.0);
         let at = quantities.at(&vec![0.0; quantities.layout().len()]);
-        let (trace, machine) = monitor.run(&at).unwrap();
-        VoltageRun { trace: &trace, machine: &machine, experiment }
+        let (motion, machine) = monitor.run(&at).unwrap();
+        VoltageRun { motion: &motion, machine: &machine, experiment }
             .filtered(|channel| monitor.filtered(channel))
     }
 
@@ -539,9 +539,9 @@ mod tests {
         let fitted = |set: &[(&str, f64)]| {
             let point = layout.point(set);
             let monitor = UnitMonitor::new(&experiment, &quantities, 0.0);
-            let (trace, machine) = monitor.run(&quantities.at(&point)).unwrap();
+            let (motion, machine) = monitor.run(&quantities.at(&point)).unwrap();
             let filtered = |channel: &[f64]| monitor.filtered(channel);
-            let run = VoltageRun { trace: &trace, machine: &machine, experiment: &experiment };
+            let run = VoltageRun { motion: &motion, machine: &machine, experiment: &experiment };
             let parts = run.filtered(filtered);
             let machine = built(&experiment, layout, &point);
             let model = HighFidelity::new(&machine.actuator, &machine.scenario).unwrap();

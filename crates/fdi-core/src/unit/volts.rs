@@ -1,15 +1,19 @@
 //! The motor's voltage and the winding's thermometer in the evidence of a recording.
 
+use std::convert::Infallible;
+
+use ema_sim::{MotorMotion, SimulationError};
 use inference::chi_squared_log_tail;
 
 use crate::{
     online::{error::DiagnoseError, motor_voltage::MotorVoltage, run::Run},
     report::{Notice, NoticeCode},
     unit::{
+        answer::is_severe,
         error::UnitError,
         evidence::Evidence,
-        monitor::{STEP_OF_SPREAD, UnitMonitor},
-        quantities::Quantities,
+        monitor::{UnitMonitor, slopes_of},
+        quantities::{Quantities, UnitMachine},
         search::{UnitFit, UnitSearchError},
         voltage::{FOUND, SHOWN, VoltageError, VoltageReading, VoltageRun},
     },
@@ -18,6 +22,8 @@ use crate::{
 /// Chance, by the normal distribution, with which a voltage or a temperature of the machine is said to
 /// contradict the rest.
 const CONTRADICTION_RATE: f64 = 1e-6;
+/// Quantities in which the voltage's slopes are simulated at once, either side of each.
+const PLACES_AT_ONCE: usize = 8;
 
 impl Run<'_> {
     /// Adds to the evidence of a recording what the motor's voltage shows, and says where it cannot be
@@ -32,7 +38,7 @@ impl Run<'_> {
         let mut notices = Vec::new();
         match self.voltage_reading(error, quantities, start_angle_rad, fit)? {
             Ok(reading) => fit.evidence.voltage = reading,
-            Err(reason) => notices.push(unused(&reason)),
+            Err(reason) => notices.push(self.unused(&reason)),
         }
         let sum = |fit: &UnitFit, has_voltage: bool, has_temperature: bool| {
             let mut evidence = fit.evidence.clone();
@@ -50,10 +56,7 @@ impl Run<'_> {
             && contradicts(sum(fit, true, false), sum(fit, false, false), SHOWN)
         {
             fit.evidence.voltage = None;
-            notices.push(unused(
-                "no machine within the tolerances shows it beside the current and the recordings as new: \
-                 is it in V, of this motor, and its supply measured as theirs was?",
-            ));
+            notices.push(self.contradicting());
         }
         if fit.evidence.voltage.is_some()
             && fit.evidence.temperature.is_some()
@@ -84,7 +87,7 @@ impl Run<'_> {
         let voltage_v = match &self.observation.motor_voltage {
             MotorVoltage::NotRecorded => return Ok(Ok(None)),
             MotorVoltage::Unusable(reason) => return Ok(Err(reason.clone())),
-            MotorVoltage::Filtered(voltage_v) => voltage_v,
+            MotorVoltage::Filtered { voltage_v, .. } => voltage_v,
         };
         let because = |reason: &str| Ok(Err(reason.to_owned()));
         if self.observation.start_std_s() > 0.0 {
@@ -95,32 +98,34 @@ impl Run<'_> {
         };
         let experiment = self.experiment();
         let monitor = UnitMonitor::new(experiment, quantities, start_angle_rad);
-        let run = |at: &[f64]| monitor.run(at).map_err(UnitSearchError::from);
-        let filtered = |channel: &[f64]| monitor.filtered(channel);
         let at = quantities.at(&fit.point);
-        let (trace, machine) = run(&at)?;
-        let parts = VoltageRun { trace: &trace, machine: &machine, experiment }.filtered(filtered);
+        let (motion, machine) = monitor.run(&at).map_err(UnitSearchError::from)?;
+        let run = VoltageRun { motion: &motion, machine: &machine, experiment };
+        let parts = run.filtered(|channel| monitor.filtered(channel));
         let shown = parts.fit(voltage_v).filter(|shown| shown.left_v <= learnt.most_left_v());
-        let Some(shown) = shown else { return Ok(Err(unexplained(learnt))) };
-        let (mut changes_v, mut changes_of_mean) = (Vec::new(), Vec::new());
-        for place in 0..at.len() {
-            let step = STEP_OF_SPREAD * error.spread[place];
-            let side = |by: f64| -> Result<[Vec<f64>; 2], UnitSearchError> {
-                let mut moved = at.clone();
-                moved[place] += by;
-                let (trace, machine) = run(&moved)?;
-                let moved_run = VoltageRun { trace: &trace, machine: &machine, experiment };
+        let Some(shown) = shown else { return Ok(Err(unexplained(learnt, fit))) };
+        let voltages = |moved: &[Vec<f64>]| {
+            let voltage_v = |(motion, machine): &(MotorMotion, UnitMachine)| {
+                VoltageRun { motion, machine, experiment }.voltage_v(&shown.numbers)
+            };
+            let voltages: Vec<Vec<f64>> = monitor.runs(moved)?.iter().map(voltage_v).collect();
+            Ok::<_, SimulationError>(monitor.filtered_each(&voltages))
+        };
+        let means = |moved: &[Vec<f64>]| {
+            let beside = moved.iter().map(|moved| {
                 let mut beside_mean = vec![0.0; FOUND];
-                learnt.take_mean(&error.terms(&moved), &shown, &mut beside_mean);
-                Ok([filtered(&moved_run.voltage_v(&shown.numbers)), beside_mean])
-            };
-            let [above, below] = [side(step)?, side(-step)?];
-            let slope = |of: usize| {
-                let pairs = above[of].iter().zip(&below[of]);
-                pairs.map(|(above, below)| (above - below) / (2.0 * step)).collect::<Vec<f64>>()
-            };
-            changes_v.push(slope(0));
-            changes_of_mean.push(slope(1));
+                learnt.take_mean(&error.terms(moved), &shown, &mut beside_mean);
+                beside_mean
+            });
+            Ok::<_, Infallible>(beside.collect())
+        };
+        let Ok(changes_of_mean) = slopes_of(&at, 0..at.len(), &error.spread, means);
+        let places: Vec<usize> = (0..at.len()).collect();
+        let mut changes_v = Vec::new();
+        // more at once would need more room than their lanes
+        for places in places.chunks(PLACES_AT_ONCE) {
+            let changes = slopes_of(&at, places.iter().copied(), &error.spread, voltages);
+            changes_v.extend(changes.map_err(UnitSearchError::from)?);
         }
         let mut slopes = parts.found_by(&shown, &changes_v);
         for (slope, of_mean) in slopes.iter_mut().zip(&changes_of_mean) {
@@ -128,7 +133,7 @@ impl Run<'_> {
         }
         let (terms, wideness) = (error.terms(&at), error.wideness(&at));
         let Some(mut reading) = learnt.reading(&terms, wideness, &shown, &slopes) else {
-            return Ok(Err(unexplained(learnt)));
+            return Ok(Err(unexplained(learnt, fit)));
         };
         // the model's current is the measured one over the gain that the fit has found
         reading.numbers[1] -= quantities.mean_phase_gain(&fit.point);
@@ -152,12 +157,40 @@ impl Run<'_> {
     }
 }
 
-fn unused(reason: &str) -> Notice {
-    let message = format!("the motor's voltage is not used: {reason}");
-    Notice { code: NoticeCode::VoltageUnused, message }
+impl Run<'_> {
+    /// The notice of a voltage beside a current that the model does not explain; `None` where it was not
+    /// recorded.
+    pub(crate) fn voltage_of_unexplained(&self) -> Option<Notice> {
+        let is_recorded = self.observation.motor_voltage != MotorVoltage::NotRecorded;
+        is_recorded.then(|| self.unused("the model does not explain the current beside it"))
+    }
+
+    /// The notice of a voltage that no machine shows beside the current.
+    fn contradicting(&self) -> Notice {
+        let (beside, asks) = match self.plan.unit {
+            Some(_) => (" and the recordings as new", ", its supply measured as theirs was"),
+            None => ("", ""),
+        };
+        self.unused(&format!(
+            "no machine within the tolerances shows it beside the current{beside}: is it in V and of this \
+             motor{asks}, and the machine under the load of the test?"
+        ))
+    }
+
+    fn unused(&self, reason: &str) -> Notice {
+        let columns = match &self.observation.motor_voltage {
+            MotorVoltage::Filtered { columns, .. } => format!(" (`{columns}`)"),
+            _ => String::new(),
+        };
+        let message = format!("the motor's voltage{columns} is not used: {reason}");
+        Notice { code: NoticeCode::VoltageUnused, message }
+    }
 }
 
-fn unexplained(learnt: &VoltageError) -> String {
+fn unexplained(learnt: &VoltageError, fit: &UnitFit) -> String {
+    if is_severe(fit) {
+        return "the damage is beyond that of the machines whose voltage was learnt".to_owned();
+    }
     format!(
         "no machine like the bundle's shows it to {:.2} V: is it of this motor, in V, and positive where \
          it drives the shaft forwards?",

@@ -102,7 +102,7 @@ fn a_voltage_that_cannot_be_used_is_told_and_changes_nothing() {
         ("`duty_frac` is recorded without `bus_voltage_v`", |v| {
             vec![(ChannelName::Duty, v.iter().map(|v| v / 48.0).collect())]
         }),
-        ("expected −1 to 1: of percent, `--map duty_frac=COLUMN*0.01`", |v| {
+        ("expected −1 to 1; of percent, `--map duty_frac=COLUMN*0.01`", |v| {
             let duty = v.iter().map(|v| 100.0 * v / 48.0).collect();
             vec![(ChannelName::Duty, duty), (ChannelName::BusVoltage, vec![48.0; v.len()])]
         }),
@@ -115,7 +115,7 @@ fn a_voltage_that_cannot_be_used_is_told_and_changes_nothing() {
         ("is it of this motor, in V, and positive", |v| {
             vec![(ChannelName::MotorVoltage, v.iter().map(|v| 1e3 * v).collect())]
         }),
-        ("and its supply measured as theirs was?", |v| {
+        ("is it in V and of this motor, and the machine under the load of the test?", |v| {
             vec![(ChannelName::MotorVoltage, v.iter().map(|v| 1.4 * v).collect())]
         }),
     ];

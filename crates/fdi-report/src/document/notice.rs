@@ -62,6 +62,8 @@ pub enum NoticeCode {
     TemperatureUnused,
     /// The winding's temperature as read contradicts what currents and voltage show.
     TemperatureContradicts,
+    /// The recording is under another load than the test of the bundle.
+    LoadDiffers,
     /// The motor's voltage was recorded and is not used.
     VoltageUnused,
     /// Samples were put in order, filled, or brought onto an even clock.
@@ -72,13 +74,15 @@ pub enum NoticeCode {
     PhasesRewired,
     /// Recordings that the answer to several together does not rest on.
     RecordingsLeftOut,
+    /// Recordings given more than once, which the answer to several together counts once.
+    RecordingsRepeated,
     /// No machine in one state of health explains the recordings together.
     RecordingsDisagree,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 29] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -100,11 +104,13 @@ impl NoticeCode {
         Self::UnmodelledPhysics,
         Self::TemperatureUnused,
         Self::TemperatureContradicts,
+        Self::LoadDiffers,
         Self::VoltageUnused,
         Self::SamplesMended,
         Self::PhaseComputed,
         Self::PhasesRewired,
         Self::RecordingsLeftOut,
+        Self::RecordingsRepeated,
         Self::RecordingsDisagree,
     ];
 
@@ -132,11 +138,13 @@ impl NoticeCode {
             Self::UnmodelledPhysics => "unmodelled-physics",
             Self::TemperatureUnused => "temperature-unused",
             Self::TemperatureContradicts => "temperature-contradicts",
+            Self::LoadDiffers => "load-differs",
             Self::VoltageUnused => "voltage-unused",
             Self::SamplesMended => "samples-mended",
             Self::PhaseComputed => "phase-computed",
             Self::PhasesRewired => "phases-rewired",
             Self::RecordingsLeftOut => "recordings-left-out",
+            Self::RecordingsRepeated => "recordings-repeated",
             Self::RecordingsDisagree => "recordings-disagree",
         }
     }

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 43] = [
+const OF_METHOD: [&str; 45] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -29,6 +29,8 @@ const OF_METHOD: [&str; 43] = [
     "fidelity/diagnosis.md",
     "fidelity/found.md",
     "fidelity/head.md",
+    "load/head.md",
+    "load/limits.md",
     "measured/again.md",
     "measured/compared.md",
     "measured/delay.md",

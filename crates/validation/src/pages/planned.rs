@@ -195,6 +195,7 @@ fn achieved(page: &mut String, test: &Experiment, plan: &PlannedTest) -> Result<
             half_width_k: HALF_WIDTH_K,
             reading_std_k: is_read.then_some(READING_STD_K),
             has_voltage: false,
+            load_within_n_m: 0.0,
             damage,
             misstated: 1.0,
             units: if damage == HiddenDamage::Healthy { HEALTHY } else { DAMAGED },

@@ -143,6 +143,7 @@ fn units(page: &mut String, name: &str, bundle: Bundle, lines: &[Line], seed: u6
             half_width_k: HALF_WIDTH_K,
             reading_std_k: None,
             has_voltage: line.has_voltage,
+            load_within_n_m: 0.0,
             damage: line.drawn,
             misstated: 1.0,
             units: line.units,

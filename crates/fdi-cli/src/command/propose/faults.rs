@@ -61,7 +61,7 @@ pub(super) fn propose(
     streams.product(None, |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &global.output {
         let load = vec![request.load_n_m; plan.command_rad.len()];
-        let load = (request.load_n_m != 0.0).then_some((ChannelName::Load, load.as_slice()));
+        let load = Some((ChannelName::Load, load.as_slice()));
         let text = command_text(plan.rate_hz, (ChannelName::Command, &plan.command_rad), load);
         streams.product(Some(path), |out| out.write_all(text.as_bytes()))?;
     }

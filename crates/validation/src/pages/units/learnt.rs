@@ -35,6 +35,7 @@ fn line(damage: HiddenDamage, reading_std_k: Option<f64>) -> LearntLine {
         half_width_k: HALF_WIDTH_K,
         reading_std_k,
         has_voltage: false,
+        load_within_n_m: 0.0,
         damage,
         misstated: 1.0,
         units: UNITS,
