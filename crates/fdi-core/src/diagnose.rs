@@ -222,8 +222,7 @@ impl Diagnoser {
         let experiment = &self.bundle().experiment;
         let mut begun = self.diagnose_run(observation, plan, watch)?;
         if observation.depends_on_damage() {
-            let damage = begun.posterior.damage();
-            observation.correct_for(&damage, experiment).map_err(BundleError::from)?;
+            observation.correct_for(&begun.posterior, experiment).map_err(BundleError::from)?;
             let spent = begun.answer.evaluations;
             begun = self.diagnose_run(observation, plan, watch)?;
             begun.answer.evaluations += spent;

@@ -9,6 +9,7 @@ use recordings::Channel;
 use crate::{
     online::{
         observation::Observation,
+        posterior::Posterior,
         ripple::{SamplingInstants, TakenRipple},
     },
     simulation::{experiment::Experiment, shifting::advanced},
@@ -105,15 +106,22 @@ impl Observation {
         self.ripple.is_some() || self.other_load.is_some()
     }
 
-    /// Takes off the signal what ripple and load do to a machine with some damage, in place of what was
+    /// Takes off the signal what ripple and load do to the machine that was found, in place of what was
     /// taken off before.
     pub(crate) fn correct_for(
         &mut self,
-        damage: &FaultCoordinates,
+        found: &Posterior,
         experiment: &Experiment,
     ) -> Result<(), SimulationError> {
-        self.take_ripple_of(damage, experiment)?;
-        self.take_load_of(damage, experiment)
+        let damage = found.damage();
+        self.take_ripple_of(&damage, experiment)?;
+        let (Some(load), Some(unit)) = (&mut self.other_load, &found.explained) else {
+            return self.take_load_of(&damage, experiment);
+        };
+        let start_rad = self.start_angle_rad.unwrap_or_default();
+        let shown_a = load.shown_by_unit(experiment, start_rad, &unit.point)?;
+        take_off(&mut self.signal_a, &mut load.difference_a, shown_a);
+        Ok(())
     }
 }
 

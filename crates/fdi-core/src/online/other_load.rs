@@ -4,9 +4,10 @@
 //! b = s(k; L) − s(k; L₀)
 //! ```
 //!
-//! with `s` the signal of the low-fidelity model with damage `k`, `L` the load that the recording states
-//! and `L₀` that of the test. The difference is first taken to be that of the machine as new, then that
-//! of the damage found. The learnt error stays that of the test.
+//! with `s` the signal of the low-fidelity model of a machine `k`, `L` the load that the recording states
+//! and `L₀` that of the test. The difference is first taken to be that of the nominal machine as new, then
+//! that of the machine found: an eccentricity, as built or not, ripples the more the greater the load. The
+//! learnt error stays that of the test.
 
 use ema_sim::{FaultCoordinates, SimulationError};
 use recordings::{ChannelName, Recording};
@@ -15,6 +16,7 @@ use crate::{
     online::observation_error::ObservationError,
     report::{Notice, NoticeCode},
     simulation::experiment::Experiment,
+    unit::{monitor::UnitMonitor, quantities::Quantities},
 };
 
 /// Largest difference of the current, over its limit, that is not told.
@@ -42,11 +44,32 @@ impl OtherLoad {
         start_angle_rad: f64,
         damage: &FaultCoordinates,
     ) -> Result<Vec<f64>, SimulationError> {
+        self.difference_a(experiment, |test| Ok(test.monitor(start_angle_rad)?.signal(damage)))
+    }
+
+    /// The same of a machine within its tolerances, by the unknowns that were found of it, A.
+    pub(crate) fn shown_by_unit(
+        &self,
+        experiment: &Experiment,
+        start_angle_rad: f64,
+        point: &[f64],
+    ) -> Result<Vec<f64>, SimulationError> {
+        self.difference_a(experiment, |test| {
+            let quantities = Quantities::new(test);
+            UnitMonitor::new(test, &quantities, start_angle_rad).signal(&quantities.at(point))
+        })
+    }
+
+    /// A signal in the test under the load that is stated, less that in the test itself.
+    fn difference_a(
+        &self,
+        experiment: &Experiment,
+        signal_a: impl Fn(&Experiment) -> Result<Vec<f64>, SimulationError>,
+    ) -> Result<Vec<f64>, SimulationError> {
         let mut loaded = experiment.clone();
         loaded.scenario.load_n_m = self.load_n_m;
-        let mut difference_a = loaded.monitor(start_angle_rad)?.signal(damage);
-        let expected_a = experiment.monitor(start_angle_rad)?.signal(damage);
-        for (value, expected) in difference_a.iter_mut().zip(expected_a) {
+        let mut difference_a = signal_a(&loaded)?;
+        for (value, expected) in difference_a.iter_mut().zip(signal_a(experiment)?) {
             *value -= expected;
         }
         Ok(difference_a)
