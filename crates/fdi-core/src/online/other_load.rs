@@ -47,7 +47,7 @@ impl OtherLoad {
         self.difference_a(experiment, |test| Ok(test.monitor(start_angle_rad)?.signal(damage)))
     }
 
-    /// The same of a machine within its tolerances, by the unknowns that were found of it, A.
+    /// Change of the signal of a machine within its tolerances, by the unknowns found of it, A.
     pub(crate) fn shown_by_unit(
         &self,
         experiment: &Experiment,
