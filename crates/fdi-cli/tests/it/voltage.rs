@@ -89,12 +89,15 @@ fn a_duty_without_its_supply_is_told() {
     assert!(told.contains("`duty_frac` is recorded without `bus_voltage_v`"), "{told}");
 }
 
+/// Columns of a row that a voltage is written as, by the row and the voltage, V.
+type Written<'a> = &'a dyn Fn(usize, f64) -> String;
+
 #[test]
 fn what_is_wrong_with_a_duty_is_told() {
     let folder = TempDir::new().unwrap();
     simulated(&folder, "r.csv", "5", &["--motor-voltage"]);
     let text = fs::read_to_string(folder.path().join("r.csv")).unwrap();
-    let told = |columns: &str, of: &dyn Fn(usize, f64) -> String| {
+    let told = |columns: &str, of: Written<'_>| {
         let mut rows = 0;
         let line = |line: &str| match line.rsplit_once(',') {
             Some((rest, "motor_voltage_v")) => format!("{rest},{columns}\n"),
@@ -110,7 +113,7 @@ fn what_is_wrong_with_a_duty_is_told() {
         records[0].notice(NoticeCode::VoltageUnused).map(|notice| notice.message.clone())
     };
     let both = "duty_frac,bus_voltage_v";
-    let cases: [(&str, &dyn Fn(usize, f64) -> String, &str); 4] = [
+    let cases: [(&str, Written<'_>, &str); 4] = [
         (
             "bus_voltage_v",
             &|_, _| "48".to_owned(),
