@@ -41,8 +41,8 @@ impl HighFidelityTrace {
     }
 }
 
-/// Motion and current of the motor of the low-fidelity model, sampled at each tick before the controller acts; NaN
-/// from where the shaft is driven away.
+/// Motion and current of the motor of the low-fidelity model, sampled at each tick before the
+/// controller acts; NaN from where the shaft is driven away.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotorMotion {
     /// Equivalent direct current `I_m`, as its sensor shows it.

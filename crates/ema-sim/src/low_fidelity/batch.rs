@@ -87,17 +87,16 @@ impl LowFidelity {
         let alone = |place: usize| {
             let ((test, faults), mut current_a) = (tests[place], Vec::new());
             test.simulate_current(faults, &mut current_a);
-            current_a.into_iter().step_by(step).collect::<Vec<f64>>()
+            vec![current_a.into_iter().step_by(step).collect()]
         };
-        let alone = |place: usize| vec![alone(place)];
         let kept = Self::kept_of(tests, &[Kept::Current], step, alone);
         kept.into_iter().flatten().collect()
     }
 
     /// Runs many tests for motion and current of the motor in each, in the order of the tests.
     ///
-    /// What [`simulate`](Self::simulate) gives, bit for bit, side by side where
-    /// [`simulate_tests`](Self::simulate_tests) is.
+    /// They are those of [`simulate`](Self::simulate), bit for bit; tests go side by side where those of
+    /// [`simulate_tests`](Self::simulate_tests) do.
     pub fn simulate_motions(tests: &[(&Self, &PhysicalFaults)]) -> Vec<MotorMotion> {
         let alone = |place: usize| {
             let (test, faults) = tests[place];

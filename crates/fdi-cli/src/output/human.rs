@@ -209,9 +209,9 @@ fn listed(rows: &[usize], names: &[&str]) -> String {
 
 fn cells(record: &RecordDiagnosis) -> Vec<String> {
     let mut cells = vec![paint(record.verdict.word(), of_verdict(record.verdict))];
+    let is_marked = record.is_believed();
+    let cell = |fault: &Fault| level(fault, is_marked);
     for id in FaultId::ALL {
-        let is_marked = record.is_believed();
-        let cell = |fault: &Fault| level(fault, is_marked);
         cells.push(record.fault(id).map_or_else(|| "-".to_owned(), cell));
     }
     let fit = record.fit.ratio().map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"));

@@ -1,7 +1,7 @@
 //! Parts of a signal that are of how it was recorded: the carrier's ripple, another load.
 //!
-//! Both depend on the damage, and are taken off as those of the machine as new first, then as those of
-//! the damage found.
+//! Both depend on the machine, and are taken off as those of the nominal one as new first, then as those
+//! of the one found.
 
 use ema_sim::{FAULT_COUNT, FaultCoordinates, SimulationError};
 use recordings::Channel;
@@ -9,6 +9,7 @@ use recordings::Channel;
 use crate::{
     online::{
         observation::Observation,
+        other_load::OtherLoad,
         posterior::Posterior,
         ripple::{SamplingInstants, TakenRipple},
     },
@@ -87,16 +88,20 @@ impl Observation {
         take_off(&mut self.signal_a, &mut taken.ripple_a, ripple_a);
     }
 
-    /// Takes off what the difference of the load does to the signal of a machine with some damage, in
-    /// place of what was taken off before.
-    pub(super) fn take_load_of(
+    /// Takes off what the difference of the load does to the signal of the nominal machine as new.
+    pub(super) fn take_load(&mut self, experiment: &Experiment) -> Result<(), SimulationError> {
+        let as_new = FaultCoordinates([0.0; FAULT_COUNT]);
+        self.take_load_by(|load, start_rad| load.shown(experiment, start_rad, &as_new))
+    }
+
+    /// Takes off what the difference of the load is said to do to the signal of a machine from a start of
+    /// the rotor, in place of what was taken off before.
+    fn take_load_by(
         &mut self,
-        damage: &FaultCoordinates,
-        experiment: &Experiment,
+        shown_a: impl FnOnce(&OtherLoad, f64) -> Result<Vec<f64>, SimulationError>,
     ) -> Result<(), SimulationError> {
         let Some(load) = &mut self.other_load else { return Ok(()) };
-        // the rotor's angle matters little to it
-        let shown_a = load.shown(experiment, self.start_angle_rad.unwrap_or_default(), damage)?;
+        let shown_a = shown_a(load, self.start_angle_rad.unwrap_or_default())?;
         take_off(&mut self.signal_a, &mut load.difference_a, shown_a);
         Ok(())
     }
@@ -115,13 +120,10 @@ impl Observation {
     ) -> Result<(), SimulationError> {
         let damage = found.damage();
         self.take_ripple_of(&damage, experiment)?;
-        let (Some(load), Some(unit)) = (&mut self.other_load, &found.explained) else {
-            return self.take_load_of(&damage, experiment);
-        };
-        let start_rad = self.start_angle_rad.unwrap_or_default();
-        let shown_a = load.shown_by_unit(experiment, start_rad, &unit.point)?;
-        take_off(&mut self.signal_a, &mut load.difference_a, shown_a);
-        Ok(())
+        self.take_load_by(|load, start_rad| match &found.explained {
+            Some(unit) => load.shown_by_unit(experiment, start_rad, &unit.point),
+            None => load.shown(experiment, start_rad, &damage),
+        })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, Sector};
+use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector};
 use nalgebra::{Matrix3, Vector3};
 use recordings::{
     Channel, ChannelName, ClockNote, CommandSource, Current, Metadata, Recording, Sampling,
@@ -166,7 +166,7 @@ impl Observation {
             observation.take_ripple_if_shown(instants, experiment)?;
         }
         observation.other_load = OtherLoad::of(recording, experiment);
-        observation.take_load_of(&FaultCoordinates([0.0; FAULT_COUNT]), experiment)?;
+        observation.take_load(experiment)?;
         if let Some(load) = &observation.other_load {
             load.check()?;
             observation.notices.extend(load.notice(experiment));

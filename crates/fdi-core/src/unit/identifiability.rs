@@ -69,7 +69,8 @@ pub(crate) struct Outlook<'a> {
     pub(crate) has_unit: bool,
     /// Where the search begins, in the unknowns.
     pub(crate) start: &'a [f64],
-    /// Readings that the motor's voltage would give beside each of the recordings; `None` where it was not learnt.
+    /// Readings that the motor's voltage would give beside each of the recordings; `None` where it was
+    /// not learnt.
     pub(crate) voltages: &'a [Option<VoltageReading>],
 }
 

@@ -307,8 +307,6 @@ impl<'a> Pool<'a> {
             known_numbers: self.known_numbers().ok_or_else(undetermined)?,
             ..joint.damage().ok_or_else(undetermined)?
         };
-        let is_asked = self.used.iter().any(|&place| self.all[place].asks_identifiability);
-        let identifiability = if is_asked { self.identifiability(&beside) } else { Vec::new() };
         let history = beside.history(joint);
         let found = Conclusion::of(self.layout(), &history, damage, None, false);
         let by_used = found.verdict(self.is_loud());
@@ -350,7 +348,7 @@ impl<'a> Pool<'a> {
             },
             faults,
             findings,
-            identifiability: if disagree { Vec::new() } else { identifiability },
+            identifiability: if disagree { Vec::new() } else { self.identifiability(&beside) },
             action: None,
             covariance: posterior.report_covariance(),
             notices,
@@ -359,8 +357,11 @@ impl<'a> Pool<'a> {
         })
     }
 
-    /// How well each fault can be told from the recordings that the answer rests on.
+    /// How well each fault can be told from the recordings that the answer rests on, where it is asked.
     fn identifiability(&self, beside: &Beside<'_>) -> Vec<Identifiability> {
+        if !self.used.iter().any(|&place| self.all[place].asks_identifiability) {
+            return Vec::new();
+        }
         let voltage = |&place: &usize| self.all[place].explained.as_ref()?.voltage_to_come.clone();
         let voltages: Vec<_> = self.used.iter().map(voltage).collect();
         let outlook = Outlook {
@@ -453,28 +454,27 @@ impl<'a> Pool<'a> {
         faulty.map(|(one, _)| one.recording.as_str()).collect()
     }
 
-    fn left_out_notice(&self) -> Option<Notice> {
+    /// Recordings that the model does not explain well enough, with the reasons, in words; `None` where
+    /// there are none.
+    fn unexplained_in_words(&self) -> Option<String> {
         let told = self.unexplained().map(|(one, reason)| format!("{}: {reason}", one.recording));
         let told: Vec<String> = told.collect();
-        (!told.is_empty()).then(|| Notice {
+        (!told.is_empty()).then(|| told.join("; "))
+    }
+
+    fn left_out_notice(&self) -> Option<Notice> {
+        self.unexplained_in_words().map(|told| Notice {
             code: NoticeCode::RecordingsLeftOut,
-            message: format!("the answer does not rest on {}", told.join("; ")),
+            message: format!("the answer does not rest on {told}"),
         })
     }
 
     /// The notice that an answer is that of one of several recordings.
     fn answered_alone_notice(&self, answer: &RecordDiagnosis) -> Option<Notice> {
-        let reasons: Vec<String> = self
-            .unexplained()
-            .map(|(one, reason)| format!("{}: {reason}", one.recording))
-            .collect();
-        (self.all.len() > 1 && !reasons.is_empty()).then(|| Notice {
+        let told = self.unexplained_in_words().filter(|_| self.all.len() > 1);
+        told.map(|told| Notice {
             code: NoticeCode::RecordingsLeftOut,
-            message: format!(
-                "the answer is that of `{}` by itself; {}",
-                answer.recording,
-                reasons.join("; ")
-            ),
+            message: format!("the answer is that of `{}` by itself; {told}", answer.recording),
         })
     }
 
