@@ -42,6 +42,13 @@
 //! leakage-ratio = 0.5         # share of leakage in a phase's inductance; 0.5 when left out
 //! ```
 //!
+//! Levels of k1 to k6 from which the owner wants the machine watched, and acted on:
+//!
+//! ```toml
+//! [action-levels]
+//! k1 = { watch = 0.05, act = 0.1 }
+//! ```
+//!
 //! A servo axis says so, and gives its own blocks ([`parse_machine`]):
 //!
 //! ```toml
@@ -76,6 +83,7 @@
 //! Keys that are not known are refused, so that a slip of the pen changes nothing silently. The
 //! text is all there is here; reading the disk is the caller's.
 
+mod action_levels_block;
 mod axis;
 mod effect_block;
 mod error;
@@ -86,6 +94,7 @@ mod temperature_block;
 mod tolerance_block;
 
 pub use crate::presets::PRESETS;
+pub use action_levels_block::{ActionLevel, StatedLevels};
 pub use axis::{AxisModel, AxisTolerance};
 pub use effect_block::{Annotation, EffectBlock};
 pub use error::ModelFileError;
@@ -122,6 +131,8 @@ pub struct Model {
     pub tolerance: Vec<Tolerance>,
     /// How numbers follow the temperature of the winding, where that is known.
     pub temperature: Option<TemperatureLaw>,
+    /// Levels for decisions that its owner states.
+    pub action_levels: StatedLevels,
     /// Effects besides the base model.
     pub effects: Vec<EffectBlock>,
 }
@@ -195,6 +206,7 @@ impl From<Actuator> for Model {
             faults: FaultId::ALL.to_vec(),
             tolerance: Vec::new(),
             temperature: None,
+            action_levels: [None; 6],
             effects: Vec::new(),
         }
     }
@@ -293,6 +305,7 @@ pub fn write(model: &Model) -> String {
     tolerance_block::write(&written.collect::<Vec<_>>(), &mut lines);
     temperature_block::write(model.temperature.as_ref(), &mut lines);
     short_circuit_block::write(model.actuator.motor.shorted_turns, &mut lines);
+    action_levels_block::write(&model.action_levels, &mut lines);
     effect_block::write(&model.effects, &mut lines);
     lines.join("\n") + "\n"
 }
@@ -329,7 +342,8 @@ fn split(key: &'static str) -> (&'static str, &'static str) {
 }
 
 /// Keys at the top besides the blocks.
-const TOP: [&str; 7] = ["base", "kind", "name", "faults", "temperature", "short-circuit", "effect"];
+const TOP: [&str; 8] =
+    ["base", "kind", "name", "faults", "temperature", "short-circuit", "action-levels", "effect"];
 
 impl Reader<'_> {
     fn model(&self, table: &DeTable<'_>, base: Option<Model>) -> Result<Model, ModelFileError> {
@@ -359,6 +373,9 @@ impl Reader<'_> {
                 "short-circuit" => {
                     let turns = &mut model.actuator.motor.shorted_turns;
                     *turns = self.short_circuit(value, *turns)?;
+                }
+                "action-levels" => {
+                    model.action_levels = self.action_levels(value, model.action_levels)?;
                 }
                 _ => self.block(key, value, &mut model.actuator, &mut given)?,
             }

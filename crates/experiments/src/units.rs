@@ -20,7 +20,7 @@ pub use decisions::{DecisionsLine, DecisionsResult, Stated, evaluate_decisions};
 pub use effects::{EffectLine, HiddenEffect, evaluate_effects};
 pub use hidden::HiddenDamage;
 pub use learnt::{
-    LearntLine, LearntResult, WearLine, bundle_of_test, bundle_over_days, evaluate_learnt,
+    Days, LearntLine, LearntResult, WearLine, bundle_of_test, bundle_over_days, evaluate_learnt,
     evaluate_wear, over_days, unit_recordings,
 };
 pub use numbers::{NumberScore, NumbersLine, NumbersResult, evaluate_numbers};

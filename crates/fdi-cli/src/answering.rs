@@ -8,11 +8,11 @@ use std::{
 
 use anyhow::{Result, bail};
 use fdi_core::{
-    ColumnMap, DiagnosedAlone, FileFormat, Metadata, RecordError, Recording, decide,
-    report::{ActionLevels, Failure, RecordDiagnosis},
+    ColumnMap, DiagnosedAlone, FileFormat, Metadata, RecordError, Recording,
+    report::{Failure, RecordDiagnosis},
 };
 
-use crate::{Diagnoser, args::NameArgs, identity::Identity, output::Answer};
+use crate::{Diagnoser, args::NameArgs, deciding::Deciding, identity::Identity, output::Answer};
 
 /// Path and name of a recording that comes through standard input.
 pub(crate) const STANDARD_INPUT: &str = "-";
@@ -67,20 +67,6 @@ pub(crate) fn failure(path: &Path, error: String) -> Failure {
     Failure { recording: path.display().to_string(), actuator_id: None, date: None, error }
 }
 
-/// Answers with their decisions, which reports begin with: those that have none get one.
-pub fn decided(
-    records: impl Iterator<Item = RecordDiagnosis>,
-    levels: &ActionLevels,
-) -> Vec<RecordDiagnosis> {
-    let with_action = |mut record: RecordDiagnosis| {
-        if record.action.is_none() {
-            record.action = Some(decide(&record, levels));
-        }
-        record
-    };
-    records.map(with_action).collect()
-}
-
 /// Values that all recordings of a batch share.
 pub(crate) struct Batch<'a> {
     pub(crate) diagnoser: &'a dyn Diagnoser,
@@ -90,8 +76,7 @@ pub(crate) struct Batch<'a> {
     pub(crate) one_a_line: bool,
     /// True where the answers are gone on with later.
     pub(crate) is_kept: bool,
-    /// Levels that decisions are made by, where any are asked for.
-    pub(crate) levels: Option<ActionLevels>,
+    pub(crate) deciding: &'a Deciding,
 }
 
 impl Batch<'_> {
@@ -163,7 +148,9 @@ impl Batch<'_> {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
         }
-        record.action = self.levels.as_ref().map(|levels| decide(record, levels));
+        if self.deciding.is_asked() {
+            self.deciding.decide(record);
+        }
         match record.not_finite() {
             Some(name) => bail!("internal error, please report it: `{name}` is not finite"),
             None => Ok(()),

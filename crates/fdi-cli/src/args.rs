@@ -269,12 +269,12 @@ impl LevelArgs {
         !self.watch.is_empty() || !self.act.is_empty()
     }
 
-    /// The levels; of a fault without one the default.
+    /// The levels; of a fault without one that of the machine.
     ///
     /// # Errors
     /// A level for acting that is below the one for watching.
-    pub fn levels(&self) -> anyhow::Result<ActionLevels> {
-        let mut levels = ActionLevels::default();
+    pub fn over(&self, of_machine: ActionLevels) -> anyhow::Result<ActionLevels> {
+        let mut levels = of_machine;
         for (given, known) in [(&self.watch, &mut levels.watch), (&self.act, &mut levels.act)] {
             for &(fault, level) in given {
                 known[fault as usize] = level;
@@ -402,14 +402,9 @@ pub struct DiagnoseArgs {
 }
 
 impl DiagnoseArgs {
-    /// Levels that decisions are made by in the answers, where any are asked for.
-    ///
-    /// # Errors
-    /// A level for acting that is below the one for watching.
-    pub fn action_levels(&self) -> anyhow::Result<Option<ActionLevels>> {
-        let is_asked = self.decide || self.exit_code == Some(ExitBy::Decision);
-        let levels = self.levels.levels()?;
-        Ok((is_asked || self.levels.are_given()).then_some(levels))
+    /// True where the options ask for decisions in the answers.
+    pub(crate) fn ask_for_decisions(&self) -> bool {
+        self.decide || self.exit_code == Some(ExitBy::Decision) || self.levels.are_given()
     }
 }
 

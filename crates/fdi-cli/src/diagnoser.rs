@@ -12,8 +12,10 @@ use anyhow::{Context, Result, anyhow};
 use fdi_core::{
     Bundle, DiagnoseOptions, DiagnosedAlone, EMBEDDED_BUNDLES, EmbeddedBundle, Encoding,
     Experiment, FitSignals, LearntUnit, Purpose, Recording, RootSeed, ToleranceUse,
-    UnitLearningError, ema_sim::model_file::Model, fitting_experiment, list_recordings,
-    report::RecordDiagnosis,
+    UnitLearningError,
+    ema_sim::model_file::Model,
+    fitting_experiment, list_recordings,
+    report::{ActionLevels, RecordDiagnosis},
 };
 
 use crate::{DiagnoseArgs, args::ReadingArgs, identity::read_named, unit_file::Units};
@@ -65,6 +67,11 @@ pub trait Diagnoser: Send + Sync {
     fn model_name(&self) -> Option<&str> {
         None
     }
+
+    /// Machines, by bundle, whose owner states levels for decisions: SHA-256 of the bundle, levels.
+    fn stated_levels(&self) -> &[(String, ActionLevels)] {
+        &[]
+    }
 }
 
 /// True where a report is made of these answers alone: answers that are kept depend on options that
@@ -95,7 +102,18 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
     let units = Units::of(args.unit.as_deref())?;
     let rates_hz = bundles.iter().map(|one| one.experiment.filter.output_hz).collect();
     let encoding = args.encoding;
-    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, units, rates_hz }))
+    let states = |one: &&Prepared| one.experiment.stated_levels.iter().any(Option::is_some);
+    let levels = |one: &Prepared| (one.sha256().to_owned(), one.experiment.action_levels());
+    let stated_levels = bundles.iter().filter(states).map(levels).collect();
+    Ok(Box::new(BundleDiagnoser {
+        bundles,
+        options,
+        encoding,
+        references,
+        units,
+        rates_hz,
+        stated_levels,
+    }))
 }
 
 /// Recordings to learn from, and what diagnoses them.
@@ -315,6 +333,7 @@ struct BundleDiagnoser {
     references: Vec<Recording>,
     units: Units,
     rates_hz: Vec<f64>,
+    stated_levels: Vec<(String, ActionLevels)>,
 }
 
 impl BundleDiagnoser {
@@ -334,12 +353,26 @@ impl BundleDiagnoser {
         Ok(own)
     }
 
+    /// Refuses a recording of another actuator than that of the references.
+    fn check_references(&self, recording: &Recording) -> Result<()> {
+        let Some(found) = &recording.metadata.actuator_id else { return Ok(()) };
+        let stated = self.references.iter().filter_map(|one| one.metadata.actuator_id.as_ref());
+        match stated.into_iter().find(|id| *id != found) {
+            Some(expected) => Err(anyhow!(
+                "it is of actuator `{found}`, the references are of `{expected}`: give those of its own, \
+                 or a folder of learnt units (`--unit`)"
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// The diagnosis of a recording with a bundle, and its settings: those of all, and its unit.
     fn prepared<'a>(
         &self,
         bundle: &'a Prepared,
         recording: &Recording,
     ) -> Result<(&'a fdi_core::Diagnoser, DiagnoseOptions)> {
+        self.check_references(recording)?;
         let references = || self.references_of(bundle);
         let ready = bundle.ready(self.encoding, references, &self.options)?;
         let named = self.units.unit_of(recording, &ready.diagnoser)?;
@@ -395,5 +428,9 @@ impl Diagnoser for BundleDiagnoser {
 
     fn model_name(&self) -> Option<&str> {
         Some(&self.bundles[0].experiment.model_name)
+    }
+
+    fn stated_levels(&self) -> &[(String, ActionLevels)] {
+        &self.stated_levels
     }
 }

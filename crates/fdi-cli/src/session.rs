@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use fdi_core::{
     ColumnMap, FitSignals, Recording,
-    report::{ActionLevels, Failure, RecordDiagnosis},
+    report::{Failure, RecordDiagnosis},
 };
 
 use crate::{
@@ -17,6 +17,7 @@ use crate::{
     args::Command,
     batch::in_order,
     command::sources,
+    deciding::Deciding,
     diagnoser,
     output::{Answer, Cell, Head, Kind, columns, row, writer},
     simulator,
@@ -29,8 +30,7 @@ pub struct Session {
     global: GlobalArgs,
     map: ColumnMap,
     one_a_line: bool,
-    /// Levels that decisions are made by, where any are asked for.
-    levels: Option<ActionLevels>,
+    deciding: Deciding,
 }
 
 impl std::fmt::Debug for Session {
@@ -57,8 +57,8 @@ impl Session {
         let diagnoser = diagnoser::diagnoser(&args, global.root_seed())?;
         let map = args.map.column_map()?;
         let one_a_line = global.output_format == OutputFormat::Jsonl;
-        let levels = args.action_levels()?;
-        Ok(Self { diagnoser, args, global, map, one_a_line, levels })
+        let deciding = Deciding::of(&args, diagnoser.as_ref())?;
+        Ok(Self { diagnoser, args, global, map, one_a_line, deciding })
     }
 
     /// Recordings that paths stand for: files, those in folders, and those that match patterns.
@@ -108,7 +108,7 @@ impl Session {
             stable: self.global.stable,
             one_a_line: self.one_a_line,
             is_kept: false,
-            levels: self.levels,
+            deciding: &self.deciding,
         }
     }
 }

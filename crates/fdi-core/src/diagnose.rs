@@ -17,7 +17,6 @@ use crate::{
         error::DiagnoseError,
         learnt::Learnt,
         mixture::mixture,
-        motor_voltage::MotorVoltage,
         observation::{Observation, forget_direction},
         observation_error::ObservationError,
         options::DiagnoseOptions,
@@ -329,16 +328,7 @@ impl Diagnoser {
             return Ok(within);
         }
         answer.notices.extend(referred);
-        let has_voltage = observation.motor_voltage != MotorVoltage::NotRecorded;
-        answer.notices.extend(has_voltage.then(|| {
-            Notice {
-                code: NoticeCode::VoltageUnused,
-                message:
-                    "the motor's voltage is not used: it is read where the machine is known to its \
-                      tolerances, and here it is taken to be exactly its model file"
-                        .to_owned(),
-            }
-        }));
+        answer.notices.extend(run.voltage_of_exact());
         answer.notices.extend(unused.map(|reason| Notice {
             code: NoticeCode::TolerancesUnused,
             message: format!("the machine is taken to be exactly its model file: {reason}"),

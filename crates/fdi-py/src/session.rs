@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use fdi_cli::{Answer, Answers as InnerAnswers, Head, Session as Inner, Source, Stopped, decided};
-use fdi_core::report::{ActionLevels, Failure, Fleet, RecordDiagnosis};
+use fdi_cli::{Answer, Answers as InnerAnswers, Deciding, Head, Session as Inner, Source, Stopped};
+use fdi_core::report::{Failure, Fleet, RecordDiagnosis};
 use fdi_report::{DiagnosisPage, fault_figure_svg, fit_figure_svg};
 use pyo3::{
     prelude::*,
@@ -214,7 +214,7 @@ impl Answers {
     /// The report: one page in HTML.
     fn page(&self, py: Python<'_>, warning_change: f64) -> PyResult<String> {
         let tool = concat!("fdi ", env!("CARGO_PKG_VERSION"));
-        let records = decided(self.inner.records().cloned(), &ActionLevels::default());
+        let records = Deciding::default().decided(self.inner.records().cloned());
         let failures: Vec<Failure> = self.inner.failures().cloned().collect();
         let page = DiagnosisPage {
             records: &records,

@@ -6,7 +6,7 @@ use ema_sim::{
     HealthState, HighFidelity, Level, LowFidelity, MachineKind, NumberTolerance, Parameter,
     RangeOf, Scenario, ShortedTurns, Spread, ThermalCoefficient, ThermalNumber, Tolerance,
     UncertainNumber, VisitedRange,
-    model_file::{self, MachineModel, Model, ModelFileError},
+    model_file::{self, ActionLevel, MachineModel, Model, ModelFileError},
     presets::{BENCH, EMA_48, bench_tolerance, ema_48_temperature, ema_48_tolerance},
 };
 use proptest::prelude::*;
@@ -123,6 +123,37 @@ fn shorted_turns_stay_in_the_machine_where_a_block_says_so() {
         wrong("resistence-ohm = 1"),
         "line 3: unknown key `short-circuit.resistence-ohm`, did you mean `resistance-ohm`"
     );
+}
+
+#[test]
+fn levels_for_decisions_are_stated_for_each_fault_apart() {
+    let text = "base = \"ema-48\"\n[action-levels]\nk1 = { watch = 0.05, act = 0.1 }\n";
+    let model = model_file::parse(text).unwrap();
+    let ActionLevel { watch, act } = model.action_levels[0].unwrap();
+    assert_eq!([watch, act], [0.05, 0.1]);
+    assert!(model.action_levels[1..].iter().all(Option::is_none));
+    assert_eq!(model_file::parse(&model_file::write(&model)).unwrap(), model);
+    // what the block leaves out is the base's
+    let more = "[action-levels]\nk6 = { watch = 0.02, act = 0.02 }\n";
+    let onto = model_file::parse_onto(more, &model).unwrap();
+    assert_eq!(onto.action_levels[0], model.action_levels[0]);
+    assert_eq!(onto.action_levels[5], Some(ActionLevel { watch: 0.02, act: 0.02 }));
+    let wrong = |level: &str| message(&format!("base = \"ema-48\"\n[action-levels]\n{level}\n"));
+    let cases = [
+        ("k7 = { watch = 0.1, act = 0.2 }", "line 3: unknown key `action-levels.k7`"),
+        ("k1 = { wach = 0.1 }", "`action-levels.k1.wach`, did you mean `watch`"),
+        (
+            "k1 = { watch = 0, act = 0.2 }",
+            "`action-levels.k1.watch` is 0, expected a level above 0",
+        ),
+        ("k1 = { watch = 0.1 }", "`action-levels.k1` is without `act`, expected a table with"),
+        ("k1 = { watch = 0.3, act = 0.2 }", "is watched from 0.3 and acted on from 0.2, expected"),
+        ("k1 = 0.2", "`action-levels.k1` is float, expected a table"),
+    ];
+    for (level, told) in cases {
+        let found = wrong(level);
+        assert!(found.contains(told), "{found}");
+    }
 }
 
 #[test]

@@ -27,14 +27,8 @@ const Z_RATE: f64 = 0.02;
 pub struct LearntLine {
     /// Recordings of each unit as new, each of a day of its own.
     pub references: usize,
-    /// Half-width of the winding's temperature over days, K.
-    pub half_width_k: f64,
-    /// Standard deviation of the winding's temperature as read, K; `None`: it is not read.
-    pub reading_std_k: Option<f64>,
-    /// True where the drive's duty and its supply are recorded.
-    pub has_voltage: bool,
-    /// Most by which the load of a day, which its recordings state, is off that of the test, N·m.
-    pub load_within_n_m: f64,
+    /// Days on which it is recorded.
+    pub days: Days,
     /// Damage when the unit is diagnosed.
     pub damage: HiddenDamage,
     /// Most that a number's scatter is more or less than stated, as a factor.
@@ -121,9 +115,7 @@ pub fn evaluate_learnt(
     let indices: Vec<u64> = (0..line.units as u64).collect();
     let judged = in_parallel(&indices, jobs, |_, &index| -> Result<_, EvaluationError> {
         let own = RootSeed(seed).derive(Purpose::Units, index);
-        let LearntLine { half_width_k, reading_std_k, has_voltage, load_within_n_m, .. } = *line;
-        let days = Days { half_width_k, reading_std_k, has_voltage, load_within_n_m };
-        let mut unit = Owned::drawn(experiment, days, line.misstated, own);
+        let mut unit = Owned::drawn(experiment, line.days, line.misstated, own);
         let references = unit.records_as_new(line.references)?;
         let damage = line.damage.draw(&mut unit.chance);
         let recording = unit.record(damage)?;
@@ -155,11 +147,15 @@ pub fn evaluate_learnt(
 
 /// Days on which a unit is recorded.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Days {
-    pub(super) half_width_k: f64,
-    pub(super) reading_std_k: Option<f64>,
-    pub(super) has_voltage: bool,
-    pub(super) load_within_n_m: f64,
+pub struct Days {
+    /// Half-width of the winding's temperature over them, K.
+    pub half_width_k: f64,
+    /// Standard deviation of the winding's temperature as read, K; `None`: it is not read.
+    pub reading_std_k: Option<f64>,
+    /// True where the drive's duty and its supply are recorded.
+    pub has_voltage: bool,
+    /// Most by which the load of a day, which its recordings state, is off that of the test, N·m.
+    pub load_within_n_m: f64,
 }
 
 /// Cold and hot halls, the temperature read.

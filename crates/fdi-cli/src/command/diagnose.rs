@@ -22,6 +22,7 @@ use crate::{
     DiagnoseArgs, Diagnoser, ExitBy, ExitStatus, GlobalArgs, OutputFormat, Streams,
     answering::{Batch, STANDARD_INPUT, Source, failure},
     batch::in_order,
+    deciding::Deciding,
     files::Files,
     output::{Answer, Head, Tally, writer},
     progress::Progress,
@@ -59,8 +60,8 @@ pub(crate) fn diagnose(
     let map = args.map.column_map()?;
     let is_kept = args.resume.is_some();
     let (names, stable) = (&args.fleet.names, global.stable);
-    let levels = args.action_levels()?;
-    let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept, levels };
+    let deciding = &Deciding::of(args, diagnoser)?;
+    let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept, deciding };
     let (inputs, shard) = inputs(args)?;
     let part = match shard {
         Some(shard) => {

@@ -54,7 +54,7 @@ pub(crate) fn setup(
         Ok(prepared) => {
             let options = SetupOptions {
                 diagnosis: learning_options(global.root_seed()),
-                levels: args.levels.levels()?,
+                levels: args.levels.over(prepared.diagnoser.bundle().experiment.action_levels())?,
                 tests: args.tests.get(),
                 jobs: global.threads(),
             };

@@ -3,7 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use fdi_core::report::{Diagnosis, FaultId, Severity};
+use fdi_core::{
+    Bundle, EMBEDDED_BUNDLES,
+    ema_sim::model_file::ActionLevel,
+    report::{Diagnosis, FaultId, Severity},
+};
 
 fn recording(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../fixtures/recordings/{name}.csv.gz"))
@@ -51,6 +55,33 @@ fn levels_are_asked_for_to_decide() {
     let output = diagnose(&["r12"], &["--watch", "k4=0.5", "--act", "k4=0.6"]);
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(told.contains("watch: ") && !told.contains("short circuit of phase B 4"), "{told}");
+}
+
+#[test]
+fn levels_of_the_machine_s_owner_decide_unless_others_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("owned.fdib");
+    let mut bundle = Bundle::from_bytes(EMBEDDED_BUNDLES[0].bytes).unwrap();
+    bundle.experiment.stated_levels[3] = Some(ActionLevel { watch: 0.3, act: 0.4 });
+    std::fs::write(&path, bundle.to_bytes()).unwrap();
+    let path = path.to_str().unwrap();
+    let decided = |words: &[&str]| {
+        let words = [&["--bundle", path, "--output-format", "json"], words].concat();
+        let output = diagnose(&["r12"], &words);
+        let document: Result<Diagnosis, _> = serde_json::from_slice(&output.stdout);
+        document.map_err(|_| String::from_utf8(output.stderr).unwrap())
+    };
+    let of_k4 = |words: &[&str]| {
+        decided(words).unwrap().records[0].action.clone().unwrap().faults[3].clone()
+    };
+    // in percent of the turns: a short of 4.4 %
+    let own = of_k4(&[]);
+    assert_eq!((own.severity, own.levels.watch, own.levels.act), (Severity::Nothing, 30.0, 40.0));
+    let asked = of_k4(&["--watch", "k4=0.02"]);
+    let levels = [asked.levels.watch, asked.levels.act];
+    assert_eq!((asked.severity, levels), (Severity::Watch, [2.0, 40.0]));
+    let crossed = decided(&["--act", "k4=0.2"]).unwrap_err();
+    assert!(crossed.contains("watched from 0.3 and acted on from 0.2"), "{crossed}");
 }
 
 #[test]

@@ -156,6 +156,52 @@ fn a_machine_that_changed_and_what_is_no_second_recording_are_told() {
 }
 
 #[test]
+fn a_day_with_damage_that_the_others_exclude_is_named() {
+    let folder = learnt();
+    let day = |day: &str, faults: &str, seed: &str| record(&folder, "A-7", day, faults, seed);
+    let mut names = vec![
+        day("2027-11-02", "", "71"),
+        day("2027-11-03", "", "72"),
+        day("2027-11-04", "", "73"),
+        day("2027-11-20", "k1=0.2", "74"),
+    ];
+    let ask = |names: &[String]| {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        together(&folder, "actuator", &names).records.remove(0)
+    };
+    let one = ask(&names);
+    let verdicts: Vec<Verdict> = one.together.iter().map(|one| one.verdict).collect();
+    assert_eq!(verdicts[3], Verdict::Faulty);
+    assert!(!verdicts[..3].contains(&Verdict::Faulty), "{verdicts:?}");
+    assert_eq!(one.verdict, Verdict::ModelInadequate);
+    let told = &one.notice(NoticeCode::RecordingsDisagree).unwrap().message;
+    assert!(told.starts_with(&format!("{} shows friction", names[3])), "{told}");
+    assert!(one.faults.iter().all(|fault| fault.detected.is_none()), "{:?}", one.faults);
+    assert!(one.findings.iter().all(|finding| !finding.detected), "{:?}", one.findings);
+    // anti-test: friction that is there on every day is one state of health
+    names =
+        vec![day("2027-11-21", "k1=0.2", "75"), day("2027-11-22", "k1=0.2", "76"), names.remove(3)];
+    let one = ask(&names);
+    assert_eq!(one.verdict, Verdict::Faulty, "{:?}", one.notices);
+    assert_eq!(one.faults[0].detected, Some(true));
+}
+
+#[test]
+fn references_are_of_the_actuator() {
+    let folder = TempDir::new().unwrap();
+    let reference = record_test(&folder, "chirp", "11", "", true);
+    let own = record_test(&folder, "chirp", "21", "", true);
+    let text = fs::read_to_string(folder.path().join(&own)).unwrap();
+    fs::write(folder.path().join("other.csv"), text.replace("\"A-7\"", "\"B-1\"")).unwrap();
+    let asked = ["diagnose", "--reference", &reference, &own, "other.csv"];
+    let said = output(folder.path(), &[&asked[..], &["--output-format", "json"]].concat());
+    let said: Diagnosis = answer(&said, Schema::Diagnosis);
+    assert_eq!(said.records.len(), 1);
+    let told = &said.failed[0].error;
+    assert!(told.starts_with("it is of actuator `B-1`, the references are of `A-7`"), "{told}");
+}
+
+#[test]
 fn no_machine_is_healthy_where_a_recording_of_it_is_not_explained() {
     let folder = learnt();
     let sound = record(&folder, "A-7", "2027-11-02", "", "31");

@@ -1,8 +1,8 @@
 //! Layout of bundles and datasets on disk: plain data, kept apart from the types that compute.
 
 use ema_sim::{
-    Actuator, Command, ControlMode, EffectId, EnvelopeFilter, FAULT_COUNT, FaultId, Imperfections,
-    Role, Scenario,
+    Actuator, Command, ControlMode, EffectId, EnvelopeFilter, FAULT_COUNT, Imperfections, Role,
+    Scenario,
     model_file::{self, Model},
 };
 
@@ -530,7 +530,7 @@ impl ExperimentData {
         Self {
             name: experiment.name.clone(),
             model_name: experiment.model_name.clone(),
-            model: model_text(experiment),
+            model: model_file::write(&experiment.model()),
             scenario: ScenarioData::of(&experiment.scenario, &experiment.actuator),
             envelope: envelope_kind(experiment.envelope).name().to_owned(),
             filter_hz: experiment.filter.corner_hz,
@@ -559,6 +559,7 @@ impl ExperimentData {
             phase_rate_hz: None,
             tolerance: model.tolerance,
             temperature: model.temperature,
+            stated_levels: model.action_levels,
         };
         // refuses durations and rates that would claim unbounded memory
         experiment.monitor(0.0)?;
@@ -695,18 +696,6 @@ fn design_of(name: &str) -> Result<ReferenceDesign, BundleError> {
 
 fn content(what: String) -> BundleError {
     BundleError::Content { what }
-}
-
-/// The model as text, complete.
-fn model_text(experiment: &Experiment) -> String {
-    model_file::write(&Model {
-        name: Some(experiment.model_name.clone()),
-        actuator: experiment.actuator,
-        faults: FaultId::ALL.into_iter().filter(|id| experiment.sought[id.index()]).collect(),
-        tolerance: experiment.tolerance.clone(),
-        temperature: experiment.temperature,
-        effects: experiment.effects.iter().cloned().map(Into::into).collect(),
-    })
 }
 
 /// The model from text.

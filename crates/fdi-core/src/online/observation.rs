@@ -5,9 +5,7 @@ use std::borrow::Cow;
 
 use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector};
 use nalgebra::{Matrix3, Vector3};
-use recordings::{
-    Channel, ChannelName, ClockNote, CommandSource, Current, Metadata, Recording, Sampling,
-};
+use recordings::{Channel, ChannelName, ClockNote, CommandSource, Current, Recording, Sampling};
 
 use crate::{
     online::{
@@ -94,10 +92,16 @@ impl UnfilteredEnvelope {
 /// Standard deviation of a temperature that comes without one, K: that of a sensor on the winding.
 pub(crate) const TEMPERATURE_STD_K: f64 = 3.0;
 
-/// Temperature of the winding that metadata state, with its standard deviation, K.
-fn winding_temperature_k(metadata: &Metadata) -> Option<(f64, f64)> {
-    let std_k = metadata.winding_temperature_std_k.unwrap_or(TEMPERATURE_STD_K);
-    metadata.winding_temperature_k.map(|found_k| (found_k, std_k))
+/// Temperature of the winding that metadata state, else the mean of its channel, with its standard
+/// deviation, K.
+fn winding_temperature_k(recording: &Recording) -> Option<(f64, f64)> {
+    let metadata = &recording.metadata;
+    let mean_k = || {
+        let values = recording.channel(ChannelName::WindingTemperature)?.values();
+        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    };
+    let found_k = metadata.winding_temperature_k.or_else(mean_k)?;
+    Some((found_k, metadata.winding_temperature_std_k.unwrap_or(TEMPERATURE_STD_K)))
 }
 
 /// Lowest rate at which phase currents still show the sectors.
@@ -284,7 +288,7 @@ fn of_phases(
         other_load: None,
         wiring,
         session: session_of(&recording.metadata),
-        winding_temperature_k: winding_temperature_k(&recording.metadata),
+        winding_temperature_k: winding_temperature_k(recording),
         motor_voltage: MotorVoltage::NotRecorded,
         notices: wiring.iter().map(Wiring::notice).collect(),
     })
@@ -533,7 +537,7 @@ fn of_channel(
         other_load: None,
         wiring: None,
         session: session_of(metadata),
-        winding_temperature_k: winding_temperature_k(metadata),
+        winding_temperature_k: winding_temperature_k(recording),
         motor_voltage: MotorVoltage::NotRecorded,
         notices: Vec::new(),
     }
@@ -709,5 +713,17 @@ mod tests {
     fn phases_that_were_computed_have_no_noise() {
         let [a, b, c] = sensed([1.01, 0.99, 1.005], 0.0);
         assert_eq!(noise_beside_gains_a([&a, &b, &c]), None);
+    }
+    #[test]
+    fn a_winding_s_temperature_is_read_off_metadata_or_its_channel() {
+        let read_k = |head: &str| {
+            let text = format!("{head}time_s,winding_temperature_k\n0,310\n0.1,312\n");
+            let map = recordings::ColumnMap::default();
+            winding_temperature_k(&Recording::parse("t.csv", text.as_bytes(), &map).unwrap())
+        };
+        assert_eq!(read_k(""), Some((311.0, TEMPERATURE_STD_K)));
+        assert_eq!(read_k("# winding-temperature-sd-k = 1.5\n"), Some((311.0, 1.5)));
+        let stated = "# winding-temperature-k = 305\n";
+        assert_eq!(read_k(stated), Some((305.0, TEMPERATURE_STD_K)));
     }
 }

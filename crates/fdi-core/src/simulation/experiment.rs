@@ -6,9 +6,10 @@ use ema_sim::{
     Actuator, Command, Effect, Envelope, EnvelopeFilter, FAULT_COUNT, FaultCoordinates, FaultId,
     HighFidelity, Imperfections, LowFidelity, PhysicalFaults, Scenario, SimulationError,
     TemperatureLaw, Tolerance,
-    model_file::{EffectBlock, Model},
+    model_file::{ActionLevel, EffectBlock, Model, StatedLevels},
     presets::EMA_48,
 };
+use fdi_report::ActionLevels;
 use inference::central_differences_together;
 
 /// Electrical start angles closer than this to the bundle's count as the bundle's, rad: at the
@@ -45,6 +46,8 @@ pub struct Experiment {
     pub tolerance: Vec<Tolerance>,
     /// How numbers of the machine follow the temperature of its winding, where that is known.
     pub temperature: Option<TemperatureLaw>,
+    /// Levels for decisions that the model file states.
+    pub stated_levels: StatedLevels,
 }
 
 /// Why a model and a test make no experiment.
@@ -128,6 +131,7 @@ impl Experiment {
             phase_rate_hz: None,
             tolerance: Vec::new(),
             temperature: None,
+            stated_levels: [None; 6],
         }
     }
 
@@ -213,6 +217,7 @@ impl Experiment {
             sought,
             tolerance,
             temperature: model.temperature,
+            stated_levels: model.action_levels,
             ..self
         };
         experiment.monitor(experiment.scenario.start_angle_rad)?;
@@ -257,8 +262,21 @@ impl Experiment {
             faults: FaultId::ALL.into_iter().filter(|fault| self.sought[fault.index()]).collect(),
             tolerance: self.tolerance.clone(),
             temperature: self.temperature,
+            action_levels: self.stated_levels,
             effects: self.effects.iter().map(plain).collect(),
         }
+    }
+
+    /// Levels that decisions are made by: those that the model file states, of any other fault the
+    /// default.
+    pub fn action_levels(&self) -> ActionLevels {
+        let mut levels = ActionLevels::default();
+        for (place, stated) in self.stated_levels.iter().enumerate() {
+            if let Some(ActionLevel { watch, act }) = *stated {
+                (levels.watch[place], levels.act[place]) = (watch, act);
+            }
+        }
+        levels
     }
 
     /// Mechanical angle within which two start angles count as one, rad.

@@ -93,9 +93,19 @@ pub(crate) struct Findings {
 impl Findings {
     /// Findings of damage that recordings of a unit show together.
     pub(crate) fn of(layout: &Layout, history: &History<'_>, damage: &DamageFit) -> Self {
+        Self::at_rate(history.rate(), layout, history, damage)
+    }
+
+    /// Findings, any of them detected by chance at some rate.
+    pub(crate) fn at_rate(
+        rate: f64,
+        layout: &Layout,
+        history: &History<'_>,
+        damage: &DamageFit,
+    ) -> Self {
         let directions = directions(layout, history.joint.has_voltage());
         let tests = if history.worn.is_some() { 2.0 } else { 1.0 };
-        let rate = history.rate() / (tests * directions.len().max(1) as f64);
+        let rate = rate / (tests * directions.len().max(1) as f64);
         let estimate = DVector::from_column_slice(&damage.estimate);
         let joint = &history.joint;
         let whole = joint.least_sum(&[]);

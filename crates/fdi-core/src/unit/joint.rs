@@ -280,6 +280,16 @@ impl<'a> Joint<'a> {
         Self::of_seen(seen, is_alone, start)
     }
 
+    /// Recordings with others of their unit, the damage looked for that beyond the wear which those have too:
+    /// damage since them; `None` where there are none, or some evidence is not finite.
+    pub(crate) fn beyond_wear(
+        others: &[OfUnit<'a>],
+        diagnosed: &[OfUnit<'a>],
+        start: &[f64],
+    ) -> Option<Self> {
+        Self::of_seen(seen_of(others, diagnosed)?, false, start)
+    }
+
     /// Recordings with others of their unit, their damage the wear of so many sessions as that of the
     /// others is; `None` where some evidence is not finite, or no part has worn.
     pub(crate) fn worn(

@@ -26,16 +26,16 @@ use crate::{
     diagnose::Diagnoser,
     online::{error::DiagnoseError, options::DiagnoseOptions, posterior::Posterior, watch::Watch},
     report::{
-        FaultId, Fit, Identifiability, Notice, NoticeCode, PooledLevel, PooledRecording,
+        FaultId, Finding, Fit, Identifiability, Notice, NoticeCode, PooledLevel, PooledRecording,
         RecordDiagnosis, Status, Verdict,
     },
     unit::{
         answer::Conclusion,
         evidence::Evidence,
-        finding::{History, Since},
+        finding::{Findings, History, Since},
         identifiability::Outlook,
         joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
-        layout::Layout,
+        layout::{Component, Layout},
         learnt_unit::{Earlier, Learnt, LearntUnit, basis, session_of},
         quantities::Quantities,
         search::Explained,
@@ -46,6 +46,9 @@ use crate::{
 /// different ones. The model's error is not normal: of 500 units of another seed than those that are
 /// scored, the least likely had 1e-6.
 const DISAGREEMENT_RATE: f64 = 1e-7;
+/// Chance with which a recording that is faulty by itself is said to be of another state of health than
+/// those that are not. It is one of the recordings that chance has made faulty already.
+const CHANGE_RATE: f64 = 1e-5;
 
 /// A recording that was diagnosed by itself, with what it leaves for an answer to several.
 #[derive(Clone, Debug)]
@@ -314,7 +317,10 @@ impl<'a> Pool<'a> {
         if by_used == Verdict::Undetermined && !faulty_apart.is_empty() {
             return self.worst();
         }
-        let disagreement = if self.disagree() {
+        let changes = self.changes();
+        let disagreement = if !changes.is_empty() {
+            Some(changed_notice(&changes))
+        } else if self.disagree() {
             Some(self.disagreement_notice())
         } else if by_used == Verdict::Healthy && !faulty_apart.is_empty() {
             Some(faulty_apart_notice(&faulty_apart))
@@ -333,7 +339,12 @@ impl<'a> Pool<'a> {
         notices.extend(self.notices());
         let is_whole = self.used.len() == self.all.len() && !disagree;
         let first = &self.all[self.used[0]].answer;
-        let Conclusion { posterior, faults, findings, .. } = found;
+        let Conclusion { posterior, mut faults, mut findings, .. } = found;
+        if disagree {
+            // what no machine shows is no damage of one
+            faults.iter_mut().for_each(|fault| fault.detected = None);
+            findings.iter_mut().for_each(|finding| finding.detected = false);
+        }
         Ok(RecordDiagnosis {
             status: if is_whole { Status::Ok } else { Status::Partial },
             verdict,
@@ -388,6 +399,46 @@ impl<'a> Pool<'a> {
         answer.notices.extend(self.answered_alone_notice(&worst.answer));
         answer.notices.extend(self.repeats_notice());
         Ok(answer)
+    }
+
+    /// Recordings that are faulty by themselves and show damage beyond that of those that are not, each
+    /// with its directions in words.
+    fn changes(&self) -> Vec<(&'a str, String)> {
+        let is_faulty = |place: &usize| self.all[*place].answer.verdict == Verdict::Faulty;
+        let (faulty, sound): (Vec<usize>, Vec<usize>) =
+            self.used.iter().partition(|&p| is_faulty(p));
+        if sound.is_empty() {
+            return Vec::new();
+        }
+        let named = |place: usize| {
+            let name = self.all[place].answer.recording.as_str();
+            Some((name, self.change(&sound, place)?))
+        };
+        faulty.into_iter().filter_map(named).collect()
+    }
+
+    /// Directions of damage that a recording shows since others; `None` where there are none.
+    ///
+    /// All of them have a damage in common, beside references that are as new, and the recording has more.
+    fn change(&self, others: &[usize], place: usize) -> Option<String> {
+        let worn = |one: OfUnit<'a>| OfUnit { wear: Wear::Since([1; Component::COUNT]), ..one };
+        let beside = self.beside(&[others, &[place]].concat())?;
+        let mut own: Vec<OfUnit<'a>> = beside.own.into_iter().map(worn).collect();
+        let changed = own.pop()?;
+        let as_new = beside.others.into_iter().filter(|one| one.wear == Wear::AsNew);
+        let before: Vec<OfUnit<'a>> = as_new.chain(own).collect();
+        let mut start = self.start(others);
+        let damage = self.layout().sought.len();
+        for (more, level) in start.iter_mut().zip(self.start(&[place])).take(damage) {
+            *more = level - *more;
+        }
+        let joint = Joint::beyond_wear(&before, &[changed], &start)?;
+        let damage = joint.damage()?;
+        let history = History { joint, worn: None, since: Since::References, nth: 1 };
+        let Findings { all, .. } = Findings::at_rate(CHANGE_RATE, self.layout(), &history, &damage);
+        let found: Vec<String> =
+            all.iter().filter(|one| one.detected).map(Finding::label).collect();
+        (!found.is_empty()).then(|| found.join(", "))
     }
 
     /// True where no machine in one state of health shows the recordings.
@@ -448,10 +499,16 @@ impl<'a> Pool<'a> {
         })
     }
 
-    /// Names of recordings that the answer does not rest on and that are faulty by themselves.
+    /// Names of recordings that the answer does not rest on and that are faulty by themselves, beside
+    /// tolerances: without any every machine that is not its model file to the last digit is faulty.
     fn faulty_apart(&self) -> Vec<&str> {
-        let faulty = self.unexplained().filter(|(one, _)| one.verdict == Verdict::Faulty);
-        faulty.map(|(one, _)| one.recording.as_str()).collect()
+        let all = self.all.iter().zip(&self.against);
+        let faulty = all.filter(|(one, against)| {
+            matches!(against, Some(Against::Unexplained(_)))
+                && one.answer.verdict == Verdict::Faulty
+                && !one.layout().numbers.is_empty()
+        });
+        faulty.map(|(one, _)| one.answer.recording.as_str()).collect()
     }
 
     /// Recordings that the model does not explain well enough, with the reasons, in words; `None` where
@@ -535,6 +592,20 @@ impl<'a> Pool<'a> {
         let indices = self.layout().sought.clone();
         let faults = Posterior { indices, estimate, covariance, explained: None }.faults();
         Some([0, 1, 2, 3, 4, 5].map(|fault| faults[fault].std))
+    }
+}
+
+/// The notice that recordings show damage which others do not have.
+fn changed_notice(changes: &[(&str, String)]) -> Notice {
+    let told: Vec<String> =
+        changes.iter().map(|(name, labels)| format!("{name} shows {labels}")).collect();
+    Notice {
+        code: NoticeCode::RecordingsDisagree,
+        message: format!(
+            "{}, which the recordings that are not faulty by themselves do not have: no one state of \
+             health explains all of them; diagnose those before the change and those after it apart",
+            told.join("; ")
+        ),
     }
 }
 

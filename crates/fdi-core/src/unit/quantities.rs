@@ -101,7 +101,7 @@ impl Quantities {
             };
             others.extend(moved.filter(|parameter| !others.contains(parameter)));
         }
-        others.retain(|parameter| is_shown(experiment, parameter));
+        let others = shown_of(experiment, others);
         let mut quantities = Self {
             load_n_m: experiment.scenario.load_n_m,
             temperature: experiment.temperature,
@@ -350,24 +350,35 @@ fn is_absent(experiment: &Experiment, place: usize) -> bool {
     nominal == 0.0
 }
 
-/// Tells whether a test shows a parameter: whether the low-fidelity signal moves with it.
-fn is_shown(experiment: &Experiment, parameter: &'static Parameter) -> bool {
-    let moved = |ratio: f64| {
+/// Parameters that a test shows: those with which the low-fidelity signal moves. What cannot be moved
+/// either way is none of them.
+fn shown_of(
+    experiment: &Experiment,
+    parameters: Vec<&'static Parameter>,
+) -> Vec<&'static Parameter> {
+    let moved = |parameter: &'static Parameter, ratio: f64| {
         let mut actuator = experiment.actuator;
         parameter.set(&mut actuator, ratio * parameter.get(&experiment.actuator));
         let model = LowFidelity::new(&actuator, &experiment.scenario).ok()?;
-        let model = model.with_effects(&experiment.effects).ok()?;
-        Some(model.simulate(&PhysicalFaults::from(&FaultCoordinates([0.0; FAULT_COUNT]))).current_a)
+        model.with_effects(&experiment.effects).ok()
     };
-    match (moved(1.0 - SHOWN_STEP), moved(1.0 + SHOWN_STEP)) {
-        (Some(below), Some(above)) => {
-            let changes = below.iter().zip(&above).map(|(a, b)| (a - b) * (a - b));
-            let rms_a = (changes.sum::<f64>() / below.len() as f64).sqrt();
-            rms_a > SHOWN_SHARE * experiment.actuator.controller.current_limit_a
-        }
-        // what cannot be moved either way is not looked for
-        _ => false,
-    }
+    let sides = |parameter: &&'static Parameter| {
+        Some([moved(parameter, 1.0 - SHOWN_STEP)?, moved(parameter, 1.0 + SHOWN_STEP)?])
+    };
+    let movable: Vec<_> =
+        parameters.into_iter().filter_map(|one| Some((one, sides(&one)?))).collect();
+    let healthy = PhysicalFaults::from(&FaultCoordinates([0.0; FAULT_COUNT]));
+    let tests: Vec<_> =
+        movable.iter().flat_map(|(_, sides)| sides).map(|model| (model, &healthy)).collect();
+    let mut currents_a = Vec::new();
+    LowFidelity::simulate_tests(&tests, &mut currents_a);
+    let moves = |sides: &[Vec<f64>]| {
+        let changes = sides[0].iter().zip(&sides[1]).map(|(a, b)| (a - b) * (a - b));
+        let rms_a = (changes.sum::<f64>() / sides[0].len() as f64).sqrt();
+        rms_a > SHOWN_SHARE * experiment.actuator.controller.current_limit_a
+    };
+    let shown = movable.into_iter().zip(currents_a.chunks(2)).filter(|(_, sides)| moves(sides));
+    shown.map(|((parameter, _), _)| parameter).collect()
 }
 
 /// A machine in a test.

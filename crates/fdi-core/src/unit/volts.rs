@@ -161,8 +161,21 @@ impl Run<'_> {
     /// The notice of a voltage beside a current that the model does not explain; `None` where it was not
     /// recorded.
     pub(crate) fn voltage_of_unexplained(&self) -> Option<Notice> {
+        self.unused_where_recorded("the model does not explain the current beside it")
+    }
+
+    /// The notice of a voltage of a machine that is taken to be exactly its model file; `None` where it was
+    /// not recorded.
+    pub(crate) fn voltage_of_exact(&self) -> Option<Notice> {
+        self.unused_where_recorded(
+            "it is read where the machine is known to its tolerances, and here it is taken to be exactly \
+             its model file",
+        )
+    }
+
+    fn unused_where_recorded(&self, reason: &str) -> Option<Notice> {
         let is_recorded = self.observation.motor_voltage != MotorVoltage::NotRecorded;
-        is_recorded.then(|| self.unused("the model does not explain the current beside it"))
+        is_recorded.then(|| self.unused(reason))
     }
 
     /// The notice of a voltage that no machine shows beside the current.

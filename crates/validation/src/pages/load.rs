@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
-    HiddenDamage, LearntLine, UnitsScore, bundle_of_test, evaluate_learnt, over_days,
+    Days, HiddenDamage, LearntLine, UnitsScore, bundle_of_test, evaluate_learnt, over_days,
 };
 use fdi_core::{Diagnoser, Experiment, report::FaultId};
 
 use super::{
-    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
+    bar::{LEAST_POWER, MOST_ALARMS, coverages, met},
     figure::Figure,
     units::{HALF_WIDTH_K, percent},
 };
@@ -86,10 +86,12 @@ fn score(
 ) -> Result<UnitsScore> {
     let line = LearntLine {
         references: 4,
-        half_width_k: HALF_WIDTH_K,
-        reading_std_k: None,
-        has_voltage: false,
-        load_within_n_m,
+        days: Days {
+            half_width_k: HALF_WIDTH_K,
+            reading_std_k: None,
+            has_voltage: false,
+            load_within_n_m,
+        },
         damage,
         misstated: 1.0,
         units,
@@ -116,15 +118,13 @@ fn row(
         }
         _ => Default::default(),
     };
-    let [least, most] = COVERAGE;
-    let covered = score.covered.map(|count| percent(count, n));
-    let holds = covered.iter().all(|held| (least..=most).contains(held));
+    let (covered, holds) = coverages(score);
     writeln!(
         page,
         "| {name} | {within_n_m} | {n} | {:.1} | {:.1} | {detected:.1}{alarms} | {power} | {} {} | {} |",
         percent(score.verdicts[0], n),
         percent(score.verdicts[3], n),
-        covered.map(|held| format!("{held:.1}")).join(", "),
+        covered,
         met(holds),
         score.std_median.map(|std| format!("{:.2}", 1e3 * std)).join(", ")
     )?;

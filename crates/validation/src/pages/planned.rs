@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
-    EffectLine, HiddenDamage, HiddenEffect, LearntLine, UnitsScore, bundle_of_test,
+    Days, EffectLine, HiddenDamage, HiddenEffect, LearntLine, UnitsScore, bundle_of_test,
     evaluate_effects, evaluate_learnt, over_days, plan_request, planned_test, test_by_hand,
 };
 use fdi_core::{
@@ -13,7 +13,7 @@ use fdi_core::{
 };
 
 use super::{
-    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
+    bar::{LEAST_POWER, MOST_ALARMS, coverages, met},
     figure::Figure,
     units::{HALF_WIDTH_K, READING_STD_K, percent},
 };
@@ -192,10 +192,12 @@ fn achieved(page: &mut String, test: &Experiment, plan: &PlannedTest) -> Result<
         say(&format!("planned: line {} of {}", place + 1, LINES.len()));
         let line = LearntLine {
             references: 4,
-            half_width_k: HALF_WIDTH_K,
-            reading_std_k: is_read.then_some(READING_STD_K),
-            has_voltage: false,
-            load_within_n_m: 0.0,
+            days: Days {
+                half_width_k: HALF_WIDTH_K,
+                reading_std_k: is_read.then_some(READING_STD_K),
+                has_voltage: false,
+                load_within_n_m: 0.0,
+            },
             damage,
             misstated: 1.0,
             units: if damage == HiddenDamage::Healthy { HEALTHY } else { DAMAGED },
@@ -292,9 +294,7 @@ fn row(page: &mut String, name: &str, is_read: bool, told: Told, score: &UnitsSc
         let found = percent(found, n);
         format!("{found:.1} {}", met(found >= LEAST_POWER))
     });
-    let [least, most] = COVERAGE;
-    let covered = score.covered.map(|count| percent(count, n));
-    let holds = covered.iter().all(|held| (least..=most).contains(held));
+    let (covered, holds) = coverages(score);
     writeln!(
         page,
         "| {name} | {} | {n} | {:.1} | {:.1} | {detected:.1}{alarms} | {} | {} {} |",
@@ -302,7 +302,7 @@ fn row(page: &mut String, name: &str, is_read: bool, told: Told, score: &UnitsSc
         percent(score.verdicts[0], n),
         percent(score.verdicts[3], n),
         power.unwrap_or_default(),
-        covered.map(|held| format!("{held:.1}")).join(", "),
+        covered,
         met(holds)
     )?;
     Ok(())

@@ -10,7 +10,7 @@ use experiments::{
 use fdi_core::{Bundle, report::FaultId};
 
 use super::{
-    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
+    bar::{LEAST_POWER, MOST_ALARMS, coverages, met},
     figure::Figure,
     units::{HALF_WIDTH_K, READING_STD_K, diagnoser, percent},
 };
@@ -152,9 +152,7 @@ fn rows(page: &mut String, name: &str, result: &TogetherResult) -> Result<()> {
             let found = percent(found, n);
             format!("{found:.1}{}", told(found >= LEAST_POWER))
         });
-        let [least, most] = COVERAGE;
-        let covered = score.covered.map(|count| percent(count, n));
-        let holds = covered.iter().all(|held| (least..=most).contains(held));
+        let (covered, holds) = coverages(score);
         writeln!(
             page,
             "| {} | {} × {} | {name} | {n} | {answer} | {:.1} | {detected:.1}{alarms} | {} | \
@@ -164,7 +162,7 @@ fn rows(page: &mut String, name: &str, result: &TogetherResult) -> Result<()> {
             line.each,
             percent(score.verdicts[0], n),
             power.unwrap_or_default(),
-            covered.map(|held| format!("{held:.1}")).join(", "),
+            covered,
             told(holds)
         )?;
     }

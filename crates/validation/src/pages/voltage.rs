@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use experiments::{
-    HiddenDamage, LearntLine, UnitsScore, bundle_of_test, bundle_over_days, evaluate_learnt,
+    Days, HiddenDamage, LearntLine, UnitsScore, bundle_of_test, bundle_over_days, evaluate_learnt,
     plan_request, planned_test,
 };
 use fdi_core::{Bundle, Diagnoser, EMBEDDED_BUNDLES, report::FaultId};
 
 use super::{
-    bar::{COVERAGE, LEAST_POWER, MOST_ALARMS, met},
+    bar::{LEAST_POWER, MOST_ALARMS, coverages, met},
     figure::Figure,
     units::{HALF_WIDTH_K, percent},
 };
@@ -140,10 +140,12 @@ fn units(page: &mut String, name: &str, bundle: Bundle, lines: &[Line], seed: u6
         say(&format!("voltage: {name}, line {} of {}", place + 1, lines.len()));
         let learnt = LearntLine {
             references: 4,
-            half_width_k: HALF_WIDTH_K,
-            reading_std_k: None,
-            has_voltage: line.has_voltage,
-            load_within_n_m: 0.0,
+            days: Days {
+                half_width_k: HALF_WIDTH_K,
+                reading_std_k: None,
+                has_voltage: line.has_voltage,
+                load_within_n_m: 0.0,
+            },
             damage: line.drawn,
             misstated: 1.0,
             units: line.units,
@@ -172,9 +174,7 @@ fn row(page: &mut String, line: &Line, score: &UnitsScore) -> Result<()> {
         }
         _ => (String::new(), String::new()),
     };
-    let [least, most] = COVERAGE;
-    let covered = score.covered.map(|count| percent(count, n));
-    let holds = covered.iter().all(|held| (least..=most).contains(held));
+    let (covered, holds) = coverages(score);
     let thousandths = |stds: [f64; 6]| stds.map(|std| format!("{:.2}", 1e3 * std)).join(", ");
     writeln!(
         page,
@@ -183,7 +183,7 @@ fn row(page: &mut String, line: &Line, score: &UnitsScore) -> Result<()> {
         if line.has_voltage { "yes" } else { "no" },
         percent(score.verdicts[0], n),
         percent(score.verdicts[3], n),
-        covered.map(|held| format!("{held:.1}")).join(", "),
+        covered,
         judged(holds),
         thousandths(score.std_median),
         thousandths(score.error_rms)

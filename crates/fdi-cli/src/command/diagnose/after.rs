@@ -13,7 +13,7 @@ use fdi_report::DiagnosisPage;
 use super::say_left;
 use crate::{
     Cli, DiagnoseArgs, GlobalArgs, ResolvedSetting, Streams,
-    answering::{Batch, decided},
+    answering::Batch,
     output::{TOOL, Tally},
     report_file::{self, put, trends_beside},
     shell::{file_word, quoted},
@@ -46,7 +46,7 @@ pub(super) fn batch(
     }
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
     let made = global.stamp.then(stamp::now);
-    let records = &decided(records.iter().cloned(), &args.levels.levels()?);
+    let records = &batch.deciding.decided(records.iter().cloned());
     report_file::write(args.report.places(), || {
         let report = DiagnosisPage {
             records,

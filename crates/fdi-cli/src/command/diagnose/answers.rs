@@ -8,7 +8,7 @@ use fdi_core::{
     report::{BatchShard, ResumeHead, SCHEMA_VERSION},
 };
 
-use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, output::TOOL, unit_file};
+use crate::{DiagnoseArgs, Diagnoser, GlobalArgs, deciding::Deciding, output::TOOL, unit_file};
 
 /// Options of `diagnose` that change no answer: which recordings, and what is made of the answers.
 #[cfg(test)]
@@ -52,7 +52,7 @@ pub(super) fn head(
         ("bundle", Some(diagnoser.bundles().join(", "))),
         ("act", several(&act)),
         ("date-from", args.fleet.names.date_from.as_ref().and_then(|one| word(one))),
-        ("decide", switch(args.action_levels()?.is_some())),
+        ("decide", switch(Deciding::of(args, diagnoser)?.is_asked())),
         ("encoding", Some(args.encoding.word().to_owned())),
         ("fidelity", Some(args.fidelity.word().to_owned())),
         ("free-start", switch(args.free_start)),

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use experiments::{
-    BoundCase, HiddenDamage, LearntLine, LearntResult, UnitsScore, WearLine, bundle_over_days,
-    evaluate_learnt, evaluate_wear,
+    BoundCase, Days, HiddenDamage, LearntLine, LearntResult, UnitsScore, WearLine,
+    bundle_over_days, evaluate_learnt, evaluate_wear,
 };
 use fdi_core::{Diagnoser, report::FaultId};
 
@@ -32,10 +32,12 @@ pub(crate) fn diagnoser() -> Result<Diagnoser> {
 fn line(damage: HiddenDamage, reading_std_k: Option<f64>) -> LearntLine {
     LearntLine {
         references: REFERENCES,
-        half_width_k: HALF_WIDTH_K,
-        reading_std_k,
-        has_voltage: false,
-        load_within_n_m: 0.0,
+        days: Days {
+            half_width_k: HALF_WIDTH_K,
+            reading_std_k,
+            has_voltage: false,
+            load_within_n_m: 0.0,
+        },
         damage,
         misstated: 1.0,
         units: UNITS,

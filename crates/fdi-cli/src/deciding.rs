@@ -1,0 +1,64 @@
+//! Levels that decisions are made by: those of the options, else of the machine's owner, else the
+//! default.
+
+use anyhow::Result;
+use fdi_core::{
+    decide,
+    report::{ActionLevels, RecordDiagnosis},
+};
+
+use crate::{DiagnoseArgs, Diagnoser};
+
+/// Levels for the answers of a diagnosis.
+#[derive(Clone, Debug, Default)]
+pub struct Deciding {
+    /// SHA-256 of the bundle at the head of the answers.
+    of_head: String,
+    /// Levels of machines whose owner states some, by the SHA-256 of the bundle.
+    stated: Vec<(String, ActionLevels)>,
+    other: ActionLevels,
+    is_asked: bool,
+}
+
+impl Deciding {
+    /// Levels of the options over those that are stated.
+    ///
+    /// # Errors
+    /// A level for acting that is below the one for watching.
+    pub(crate) fn of(args: &DiagnoseArgs, diagnoser: &dyn Diagnoser) -> Result<Self> {
+        let levels = &args.levels;
+        let over =
+            |(bundle, stated): &(String, ActionLevels)| Ok((bundle.clone(), levels.over(*stated)?));
+        Ok(Self {
+            of_head: diagnoser.bundle_sha256().to_owned(),
+            stated: diagnoser.stated_levels().iter().map(over).collect::<Result<_>>()?,
+            other: levels.over(ActionLevels::default())?,
+            is_asked: args.ask_for_decisions() || !diagnoser.stated_levels().is_empty(),
+        })
+    }
+
+    /// True where answers have a decision: the options ask for it, or the owner of a machine has stated
+    /// its levels.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.is_asked
+    }
+
+    /// Answers with their decisions, which reports begin with: those that have none get one.
+    pub fn decided(&self, records: impl Iterator<Item = RecordDiagnosis>) -> Vec<RecordDiagnosis> {
+        let with_action = |mut record: RecordDiagnosis| {
+            if record.action.is_none() {
+                self.decide(&mut record);
+            }
+            record
+        };
+        records.map(with_action).collect()
+    }
+
+    /// Puts a decision into an answer.
+    pub(crate) fn decide(&self, record: &mut RecordDiagnosis) {
+        let bundle = record.bundle.as_ref().unwrap_or(&self.of_head);
+        let stated = self.stated.iter().find(|(one, _)| one == bundle);
+        let levels = stated.map_or(&self.other, |(_, levels)| levels);
+        record.action = Some(decide(record, levels));
+    }
+}
