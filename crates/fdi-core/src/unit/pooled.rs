@@ -342,8 +342,12 @@ impl<'a> Pool<'a> {
         let Conclusion { posterior, mut faults, mut findings, .. } = found;
         if disagree {
             // what no machine shows is no damage of one
-            faults.iter_mut().for_each(|fault| fault.detected = None);
-            findings.iter_mut().for_each(|finding| finding.detected = false);
+            for fault in &mut faults {
+                fault.detected = None;
+            }
+            for finding in &mut findings {
+                finding.detected = false;
+            }
         }
         Ok(RecordDiagnosis {
             status: if is_whole { Status::Ok } else { Status::Partial },
