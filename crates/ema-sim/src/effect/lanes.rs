@@ -74,7 +74,7 @@ impl<const N: usize> Moments<N> {
     }
 
     #[inline(always)]
-    fn of(&self, lane: usize) -> Moment {
+    pub(crate) fn of(&self, lane: usize) -> Moment {
         Moment {
             motor_rad: self.motor_rad[lane],
             speed_rad_per_s: self.speed_rad_per_s[lane],
@@ -114,7 +114,7 @@ impl<const N: usize> ShaftLoads<N> {
     }
 
     #[inline(always)]
-    fn put(&mut self, lane: usize, load: &ShaftLoad) {
+    pub(crate) fn put(&mut self, lane: usize, load: &ShaftLoad) {
         self.against_n_m[lane] = load.against_n_m;
         self.friction_ratio[lane] = load.friction_ratio;
         for (wide, of) in

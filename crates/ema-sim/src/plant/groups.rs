@@ -40,8 +40,9 @@ pub(crate) struct Group<'a, L> {
 }
 
 impl<L: LaneLaw> Group<'_, L> {
-    /// Runs all of them; gives the signals of each with its place. One that has no other beside it
-    /// runs `alone`, and so do all where there are no wide vectors.
+    /// Runs all of them; gives the signals of each with its place. Those with the same effects go
+    /// together first, then those that this leaves without another. One that still has no other
+    /// beside it runs `alone`, and so do all where there are no wide vectors.
     pub(crate) fn run(
         mut self,
         alone: impl Fn(usize) -> Vec<Vec<f64>>,
@@ -49,35 +50,70 @@ impl<L: LaneLaw> Group<'_, L> {
     ) {
         // runs of one length end together
         self.members.sort_by_key(|member| core::cmp::Reverse(member.commands.len()));
-        while let Some(first) = self.members.first() {
-            let (law, tick_s, effects) =
-                (first.law.clone(), first.tick_s.to_bits(), first.run.effects());
-            let is_like = |of: &Member<'_, L>| {
-                of.law.is_like(&law) && of.tick_s.to_bits() == tick_s && of.run.effects() == effects
-            };
-            let (alike, others): (Vec<_>, Vec<_>) = self.members.into_iter().partition(is_like);
-            self.members = others;
-            let mut alike = alike.into_iter();
-            while alike.len() > 0 {
-                let width = if alike.len() > MOST_NARROW { WIDTH } else { NARROW };
-                let members: Vec<Member<'_, L>> = alike.by_ref().take(width).collect();
-                let places: Vec<usize> = members.iter().map(|member| member.place).collect();
-                let signals = if width == WIDTH {
-                    side_by_side::<WIDTH, L>(members, self.kept, self.step)
-                } else {
-                    side_by_side::<NARROW, L>(members, self.kept, self.step)
-                };
-                match signals {
-                    Some(signals) => places.iter().zip(signals).for_each(|(n, of)| take(*n, of)),
-                    None => places.iter().for_each(|n| take(*n, alone(*n))),
-                }
+        let Self { members, kept, step } = self;
+        let mut single = Vec::new();
+        for mut alike in sets(members, |a, b| a.is_like(b) && a.run.has_effects_of(&b.run)) {
+            if alike.len() == 1 && alike[0].run.may_differ_in_effects() {
+                single.append(&mut alike);
+            } else {
+                side_by_side(alike, kept, step, &alone, &mut take);
             }
+        }
+        for alike in sets(single, Member::is_like) {
+            side_by_side(alike, kept, step, &alone, &mut take);
+        }
+    }
+}
+
+impl<L: LaneLaw> Member<'_, L> {
+    /// True where another one may go beside it, but for the effects of both.
+    fn is_like(&self, other: &Self) -> bool {
+        self.law.is_like(&other.law) && self.tick_s.to_bits() == other.tick_s.to_bits()
+    }
+}
+
+/// Members in sets that are alike, in their order.
+fn sets<'a, L>(
+    members: Vec<Member<'a, L>>,
+    is_like: impl Fn(&Member<'a, L>, &Member<'a, L>) -> bool,
+) -> Vec<Vec<Member<'a, L>>> {
+    let mut sets: Vec<Vec<Member<'a, L>>> = Vec::new();
+    for member in members {
+        match sets.iter_mut().find(|set| is_like(&set[0], &member)) {
+            Some(set) => set.push(member),
+            None => sets.push(vec![member]),
+        }
+    }
+    sets
+}
+
+/// Runs members that are alike, as many at a time as go together.
+fn side_by_side<L: LaneLaw>(
+    members: Vec<Member<'_, L>>,
+    kept: &[Kept],
+    step: usize,
+    alone: &impl Fn(usize) -> Vec<Vec<f64>>,
+    take: &mut impl FnMut(usize, Vec<Vec<f64>>),
+) {
+    let mut left = members.into_iter();
+    while left.len() > 0 {
+        let width = if left.len() > MOST_NARROW { WIDTH } else { NARROW };
+        let members: Vec<Member<'_, L>> = left.by_ref().take(width).collect();
+        let places: Vec<usize> = members.iter().map(|member| member.place).collect();
+        let signals = if width == WIDTH {
+            in_lanes::<WIDTH, L>(members, kept, step)
+        } else {
+            in_lanes::<NARROW, L>(members, kept, step)
+        };
+        match signals {
+            Some(signals) => places.iter().zip(signals).for_each(|(n, of)| take(*n, of)),
+            None => places.iter().for_each(|n| take(*n, alone(*n))),
         }
     }
 }
 
 /// Runs at most `N` members that are alike; `None` where that gains nothing.
-fn side_by_side<const N: usize, L: LaneLaw>(
+fn in_lanes<const N: usize, L: LaneLaw>(
     members: Vec<Member<'_, L>>,
     kept: &[Kept],
     step: usize,

@@ -27,7 +27,11 @@ pub(crate) use kept::{GATHERED, Kept};
 use pulp::Arch;
 
 use crate::{
-    effect::{Effect, catalogue::EffectId, lanes::EffectLanes, part::Parts},
+    effect::{
+        Effect,
+        lanes::{Adding, EffectLanes, Moments, ShaftLoads},
+        part::Parts,
+    },
     extension::Extension,
     wide::Wide,
     winding::RotorAngle,
@@ -70,6 +74,16 @@ struct Asking {
     loaded: Vec<usize>,
 }
 
+/// Effects of all lanes.
+#[derive(Clone, Debug)]
+enum Effects<const N: usize> {
+    None,
+    /// The same in all lanes but for their numbers.
+    Same(Vec<EffectLanes<N>>),
+    /// Of each run its own.
+    OfEach,
+}
+
 /// Runs side by side.
 #[derive(Clone, Debug)]
 pub(crate) struct OwnLanes<const N: usize, C> {
@@ -82,8 +96,8 @@ pub(crate) struct OwnLanes<const N: usize, C> {
     friction: Friction<N>,
     /// Friction without effects.
     nominal: Friction<N>,
-    /// Effects, the same in all lanes but for their numbers, and parts that they have put in.
-    effects: Vec<EffectLanes<N>>,
+    /// What effects add to friction and torque, and parts that they have put in.
+    effects: Effects<N>,
     bristles: Option<BristleLanes<N>>,
     shafts: Option<ShaftLanes<N>>,
     arch: Arch,
@@ -118,30 +132,78 @@ impl Run {
             && self.extension.as_ref().is_none_or(|extension| plain_parts(extension))
     }
 
+    /// True where a run with other effects may go beside it: it has some, and none with lanes of its
+    /// own.
+    pub(super) fn may_differ_in_effects(&self) -> bool {
+        let has_lanes = |extension: &Extension| {
+            extension.parts().bristles.is_some() || extension.is_compliant()
+        };
+        let extension = self.extension.as_ref();
+        !self.effects().is_empty() && !extension.is_some_and(|extension| has_lanes(extension))
+    }
+
+    /// True where the effects of another one differ in their numbers alone.
+    pub(super) fn has_effects_of(&self, other: &Self) -> bool {
+        self.effects().iter().map(Effect::id).eq(other.effects().iter().map(Effect::id))
+    }
+
     /// The effects that are on.
-    pub(super) fn effects(&self) -> Vec<EffectId> {
-        let effects = self.extension.as_ref().map_or(&[][..], |extension| extension.effects());
-        effects.iter().map(Effect::id).collect()
+    fn effects(&self) -> &[Effect] {
+        self.extension.as_ref().map_or(&[], |extension| extension.effects())
     }
 }
 
-/// The effects of runs that have the same ones.
-fn effects_of<const N: usize>(runs: &[Run]) -> Vec<EffectLanes<N>> {
-    let of = |run: &Run| run.extension.as_ref().map_or(&[][..], |e| e.effects()).to_vec();
-    let Some(first) = runs.first() else { return Vec::new() };
-    let mut effects: Vec<EffectLanes<N>> = of(first).iter().filter_map(Effect::in_lanes).collect();
-    for lane in 0..N {
-        let run = &runs[lane.min(runs.len() - 1)];
-        for (lanes, effect) in effects.iter_mut().zip(of(run)) {
-            lanes.put(lane, effect.all_values());
+impl<const N: usize> Effects<N> {
+    fn of(runs: &[Run]) -> Self {
+        let Some(first) = runs.first() else { return Self::None };
+        if runs.iter().any(|run| !run.has_effects_of(first)) {
+            return Self::OfEach;
+        }
+        let mut effects: Vec<EffectLanes<N>> =
+            first.effects().iter().filter_map(Effect::in_lanes).collect();
+        for lane in 0..N {
+            let run = &runs[lane.min(runs.len() - 1)];
+            for (lanes, effect) in effects.iter_mut().zip(run.effects()) {
+                lanes.put(lane, effect.all_values());
+            }
+        }
+        if effects.is_empty() { Self::None } else { Self::Same(effects) }
+    }
+
+    fn is_none(&self) -> bool {
+        matches!(self, Self::None)
+    }
+
+    /// Adds what they do to the loads of all lanes.
+    #[inline(always)]
+    fn act(&self, arch: Arch, runs: &[Run], at: &Moments<N>, loads: &mut ShaftLoads<N>) {
+        match self {
+            Self::None => {}
+            Self::Same(effects) => {
+                for effect in effects {
+                    Adding { effect, at, loads }.dispatch(arch);
+                }
+            }
+            Self::OfEach => act_of_each(runs, at, loads),
         }
     }
-    effects
+}
+
+/// Adds what each run's own effects do to its load.
+#[inline(never)]
+fn act_of_each<const N: usize>(runs: &[Run], at: &Moments<N>, loads: &mut ShaftLoads<N>) {
+    for (lane, run) in runs.iter().enumerate() {
+        let mut load = loads.of(lane);
+        for effect in run.effects() {
+            effect.load(&at.of(lane), &mut load);
+        }
+        loads.put(lane, &load);
+    }
 }
 
 impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
-    /// At most `N` runs that [join lanes](Run::joins_lanes) and have the same effects, with so many
-    /// ticks each.
+    /// At most `N` runs that [join lanes](Run::joins_lanes), with so many ticks each. They have the
+    /// same effects, or all [may differ](Run::may_differ_in_effects) in them.
     pub(crate) fn of(runs: Vec<Run>, control: C, tick_s: f64, ticks: &[usize]) -> Self {
         let has = |of: &dyn Fn(&Parts) -> bool| {
             runs.iter().any(|run| run.extension.as_ref().is_some_and(|e| of(e.parts())))
@@ -155,7 +217,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
             ahead: Ahead::none(),
             friction: Friction::none(),
             nominal: Friction::none(),
-            effects: effects_of(&runs),
+            effects: Effects::of(&runs),
             bristles: has(&|p| p.bristles.is_some()).then(BristleLanes::none),
             shafts: has(&|p| p.elastic_shaft.is_some()).then(ShaftLanes::none),
             arch: Arch::new(),
@@ -336,7 +398,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
         while self.is_any_on() {
             self.look_ahead();
             self.regulate(part);
-            if !self.effects.is_empty() {
+            if !self.effects.is_none() {
                 self.find_middle();
                 self.act();
             }

@@ -65,7 +65,8 @@ pub(crate) fn diagnose(
     let (inputs, shard) = inputs(args)?;
     let part = match shard {
         Some(shard) => {
-            let depend_on = answers::head(args, global, diagnoser, None)?.answers_depend_on;
+            let depend_on =
+                answers::head(args, global, diagnoser, deciding, None)?.answers_depend_on;
             Some((shard, depend_on))
         }
         None => None,
@@ -73,7 +74,7 @@ pub(crate) fn diagnose(
     let resume = match &args.resume {
         Some(path) => {
             let shard = part.as_ref().map(|(shard, _)| shard.clone());
-            let head = answers::head(args, global, diagnoser, shard)?;
+            let head = answers::head(args, global, diagnoser, deciding, shard)?;
             Some(Resume::open(path, inputs.iter().map(Source::name), &head)?)
         }
         None => None,

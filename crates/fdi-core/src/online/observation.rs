@@ -714,6 +714,7 @@ mod tests {
         let [a, b, c] = sensed([1.01, 0.99, 1.005], 0.0);
         assert_eq!(noise_beside_gains_a([&a, &b, &c]), None);
     }
+
     #[test]
     fn a_winding_s_temperature_is_read_off_metadata_or_its_channel() {
         let read_k = |head: &str| {

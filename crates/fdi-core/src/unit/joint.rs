@@ -297,8 +297,7 @@ impl<'a> Joint<'a> {
         diagnosed: &[OfUnit<'a>],
         start: &[f64],
     ) -> Option<Self> {
-        let seen = seen_of(others, diagnosed)?;
-        let mut joint = Self::of_seen(seen, false, start)?;
+        let mut joint = Self::beyond_wear(others, diagnosed, start)?;
         joint.retain(|part| part.of != Of::Diagnosed);
         let has_worn = joint.parts.iter().any(|part| matches!(part.of, Of::Wear(..)));
         has_worn.then_some(joint)

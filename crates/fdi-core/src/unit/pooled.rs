@@ -496,9 +496,9 @@ impl<'a> Pool<'a> {
     }
 
     /// Answers to the recordings that the model does not explain well enough, each with the reason.
-    fn unexplained(&self) -> impl Iterator<Item = (&RecordDiagnosis, &str)> {
+    fn unexplained(&self) -> impl Iterator<Item = (&DiagnosedAlone, &str)> {
         self.all.iter().zip(&self.against).filter_map(|(one, against)| match against {
-            Some(Against::Unexplained(reason)) => Some((&one.answer, reason.as_str())),
+            Some(Against::Unexplained(reason)) => Some((one, reason.as_str())),
             _ => None,
         })
     }
@@ -506,11 +506,8 @@ impl<'a> Pool<'a> {
     /// Names of recordings that the answer does not rest on and that are faulty by themselves, beside
     /// tolerances: without any every machine that is not its model file to the last digit is faulty.
     fn faulty_apart(&self) -> Vec<&str> {
-        let all = self.all.iter().zip(&self.against);
-        let faulty = all.filter(|(one, against)| {
-            matches!(against, Some(Against::Unexplained(_)))
-                && one.answer.verdict == Verdict::Faulty
-                && !one.layout().numbers.is_empty()
+        let faulty = self.unexplained().filter(|(one, _)| {
+            one.answer.verdict == Verdict::Faulty && !one.layout().numbers.is_empty()
         });
         faulty.map(|(one, _)| one.answer.recording.as_str()).collect()
     }
@@ -518,7 +515,8 @@ impl<'a> Pool<'a> {
     /// Recordings that the model does not explain well enough, with the reasons, in words; `None` where
     /// there are none.
     fn unexplained_in_words(&self) -> Option<String> {
-        let told = self.unexplained().map(|(one, reason)| format!("{}: {reason}", one.recording));
+        let told =
+            self.unexplained().map(|(one, reason)| format!("{}: {reason}", one.answer.recording));
         let told: Vec<String> = told.collect();
         (!told.is_empty()).then(|| told.join("; "))
     }

@@ -10,7 +10,7 @@
 
 use crate::{
     bounds::{larger, smaller},
-    effect::lanes::{Adding, Moments, ShaftLoads},
+    effect::lanes::{Moments, ShaftLoads},
     extension::{SLOWEST, with_effects},
     plant::Motion,
     series::{value, value_from_zero},
@@ -67,7 +67,7 @@ impl<const N: usize, C> OwnLanes<N, C> {
     #[inline(always)]
     pub(super) fn look_ahead(&mut self) {
         let Self { fixed, moving, ahead, .. } = self;
-        if self.effects.is_empty() {
+        if self.effects.is_none() {
             ahead.span_s = moving.left_s;
             return;
         }
@@ -162,9 +162,7 @@ impl<const N: usize, C> OwnLanes<N, C> {
         // a load that changes is felt beside the friction of a lane's own last segment
         let before = (!self.asking.loaded.is_empty()).then(|| friction.clone());
         let mut loads = ShaftLoads::new(nominal.against_n_m);
-        for effect in &self.effects {
-            Adding { effect, at, loads: &mut loads }.dispatch(self.arch);
-        }
+        self.effects.act(self.arch, &self.runs, at, &mut loads);
         for lane in 0..N {
             friction.put(lane, &with_effects(nominal.of(lane), &loads.of(lane)));
         }

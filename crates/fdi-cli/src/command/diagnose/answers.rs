@@ -37,6 +37,7 @@ pub(super) fn head(
     args: &DiagnoseArgs,
     global: &GlobalArgs,
     diagnoser: &dyn Diagnoser,
+    deciding: &Deciding,
     shard: Option<BatchShard>,
 ) -> Result<ResumeHead> {
     let of_file =
@@ -52,7 +53,7 @@ pub(super) fn head(
         ("bundle", Some(diagnoser.bundles().join(", "))),
         ("act", several(&act)),
         ("date-from", args.fleet.names.date_from.as_ref().and_then(|one| word(one))),
-        ("decide", switch(Deciding::of(args, diagnoser)?.is_asked())),
+        ("decide", switch(deciding.is_asked())),
         ("encoding", Some(args.encoding.word().to_owned())),
         ("fidelity", Some(args.fidelity.word().to_owned())),
         ("free-start", switch(args.free_start)),
@@ -109,7 +110,8 @@ mod tests {
     fn depends_on(words: &[&str]) -> BTreeMap<String, Option<String>> {
         let cli = Cli::parse_from([&["fdi", "diagnose", "r.csv"], words].concat());
         let Command::Diagnose(args) = &cli.command else { panic!("diagnose") };
-        head(args, &cli.global, &Two, None).unwrap().answers_depend_on
+        let deciding = Deciding::of(args, &Two).unwrap();
+        head(args, &cli.global, &Two, &deciding, None).unwrap().answers_depend_on
     }
 
     /// An option that comes later is either what answers depend on or says that it is not.
