@@ -225,8 +225,8 @@ pub enum Command {
 /// Which columns of a file are which channels.
 #[derive(Clone, Debug, Default, Args)]
 pub struct MapArgs {
-    /// Read channel NAME from COLUMN, multiplied by FACTOR; may be repeated
-    #[arg(long, value_name = "NAME=COLUMN[*FACTOR]", value_parser = mapping)]
+    /// Read channel NAME from COLUMN, multiplied by FACTOR, with OFFSET added; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN[*FACTOR[+OFFSET]]", value_parser = mapping)]
     pub map: Vec<String>,
     /// Recordings that lack samples, or have some twice or out of order
     #[arg(long, value_enum, default_value_t)]

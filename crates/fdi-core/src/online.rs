@@ -26,6 +26,7 @@ pub(crate) mod observation_error;
 pub(crate) mod options;
 pub(crate) mod other_load;
 pub(crate) mod outcome;
+pub(crate) mod phase_sum;
 pub(crate) mod plan;
 pub(crate) mod posterior;
 pub(crate) mod references;

@@ -176,7 +176,11 @@ impl Planner<'_> {
                 safe.push(motion);
             }
         }
-        if safe.is_empty() { Err(PlanError::NoMotion { within_s, limits }) } else { Ok(safe) }
+        if safe.is_empty() {
+            let load_n_m = self.request.load_n_m;
+            return Err(PlanError::NoMotion { within_s, limits, load_n_m });
+        }
+        Ok(safe)
     }
 
     /// The motions that leave the faults asked for least open; their quantities are those of a test of
@@ -228,9 +232,10 @@ fn check_limits(asked: &MotionLimits, actuator: &Actuator) -> Result<(), PlanErr
     let limits = [
         (asked.current_a, drive.current_limit_a, "A"),
         (asked.speed_rad_per_s, drive.speed_limit_rad_per_s, "rad/s"),
+        (asked.travel_rad, actuator.transmission.stop_rad, "rad"),
     ];
     match limits.into_iter().find(|(asked, most, _)| asked > most) {
-        Some((asked, most, unit)) => Err(PlanError::BeyondDrive { asked, most, unit }),
+        Some((asked, most, unit)) => Err(PlanError::BeyondMachine { asked, most, unit }),
         None => Ok(()),
     }
 }

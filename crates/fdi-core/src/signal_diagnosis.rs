@@ -33,7 +33,7 @@ impl EnvelopeSignal {
                 commutation: None,
                 phase_rate_hz,
                 measured_noise_a: None,
-                noise_beside_gains_a: None,
+                phase_sum: None,
                 sensor_shares: None,
                 stated_noise_a: Some(noise_a),
                 resampling_error_a: 0.0,

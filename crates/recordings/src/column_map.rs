@@ -1,8 +1,8 @@
-//! Which column of a foreign file is which channel: `NAME=COLUMN[*FACTOR]`.
+//! Which column of a foreign file is which channel: `NAME=COLUMN[*FACTOR[+OFFSET]]`.
 
 use std::str::FromStr;
 
-use super::{ChannelName, Gaps, nearest::nearest};
+use super::{ChannelName, Gaps, nearest::nearest, unit::Scale};
 
 /// Meaning of a mapped column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub(super) struct Entry {
     pub(super) target: Target,
     pub(super) column: String,
     /// Where one is given: it goes before the unit that the file states.
-    pub(super) factor: Option<f64>,
+    pub(super) scale: Option<Scale>,
 }
 
 /// Column of row numbers from 0, where no column has that name.
@@ -66,7 +66,7 @@ pub struct ColumnMap {
     skipped_lines: usize,
 }
 
-/// Why a `NAME=COLUMN[*FACTOR]` cannot be used.
+/// Why a `NAME=COLUMN[*FACTOR[+OFFSET]]` cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnMapError {
@@ -95,6 +95,18 @@ pub enum ColumnMapError {
         /// The factor as given.
         factor: f64,
     },
+    /// The offset is infinite or not a number, or of the time, whose zero is free.
+    #[error("offset {offset} of `{name}` {}", if *name == "time_s" {
+        "does nothing: times begin where they do"
+    } else {
+        "must be finite"
+    })]
+    Offset {
+        /// The channel.
+        name: &'static str,
+        /// The offset as given.
+        offset: f64,
+    },
     /// The channel is mapped twice.
     #[error("`{name}` is mapped twice")]
     ChannelTwice {
@@ -117,12 +129,14 @@ fn hint(nearest: Option<&'static str>) -> String {
 }
 
 impl ColumnMap {
-    /// Reads entries of the form `NAME=COLUMN` or `NAME=COLUMN*FACTOR`.
+    /// Reads entries of the form `NAME=COLUMN`, `NAME=COLUMN*FACTOR` or `NAME=COLUMN*FACTOR+OFFSET`,
+    /// where the offset may be negative.
     ///
-    /// The value of the channel is that of the column times the factor; without a factor, times
-    /// what makes SI of the unit that the file states for the column, if it states one. What
-    /// follows the last `*` is the factor only where it is a number, so a column
-    /// whose name holds a `*` can be named.
+    /// The value of the channel is that of the column times the factor, and the offset is added, in
+    /// the unit of the channel: `winding_temperature_k=T*1+273.15`. Without a factor, the unit that the
+    /// file states for the column says what makes SI of it, if it states one. What follows the last
+    /// `*` is read so only where it is one number or two, so a column whose name holds a `*` can
+    /// be named.
     ///
     /// # Errors
     /// A [`ColumnMapError`] for the first entry that cannot be used.
@@ -193,19 +207,39 @@ impl FromStr for Entry {
         let form = || ColumnMapError::Form { entry: text.to_owned() };
         let (name, rest) = text.split_once('=').ok_or_else(form)?;
         let (name, rest) = (name.trim(), rest.trim());
-        let (column, factor): (&str, Option<f64>) = rest
+        let (column, scale) = rest
             .rsplit_once('*')
-            .and_then(|(column, factor)| Some((column.trim(), Some(factor.trim().parse().ok()?))))
+            .and_then(|(column, scale)| Some((column.trim(), Some(scale_of(scale.trim())?))))
             .unwrap_or((rest, None));
         if name.is_empty() || column.is_empty() {
             return Err(form());
         }
         let target = Target::from_column(name).ok_or_else(|| unknown(name))?;
-        if let Some(factor) = factor.filter(|factor| !factor.is_finite() || *factor == 0.0) {
-            return Err(ColumnMapError::Factor { name: target.column(), factor });
+        let Scale { factor, offset } = scale.unwrap_or(Scale::ONE);
+        let name = target.column();
+        if !factor.is_finite() || factor == 0.0 {
+            return Err(ColumnMapError::Factor { name, factor });
         }
-        Ok(Self { target, column: column.to_owned(), factor })
+        if !offset.is_finite() || target == Target::Time && offset != 0.0 {
+            return Err(ColumnMapError::Offset { name, offset });
+        }
+        Ok(Self { target, column: column.to_owned(), scale })
     }
+}
+
+/// `FACTOR`, or `FACTOR+OFFSET` with either sign; `None` where these are no numbers.
+fn scale_of(text: &str) -> Option<Scale> {
+    if let Ok(factor) = text.parse() {
+        return Some(Scale::by(factor));
+    }
+    // a sign may also be that of an exponent
+    text.match_indices(['+', '-']).find_map(|(place, _)| {
+        let (factor, offset) = text.split_at(place);
+        let offset = offset.split_at(1);
+        let sign = if offset.0 == "-" { -1.0 } else { 1.0 };
+        let offset: f64 = offset.1.trim_start().parse().ok()?;
+        Some(Scale { factor: factor.trim_end().parse().ok()?, offset: sign * offset })
+    })
 }
 
 fn unknown(name: &str) -> ColumnMapError {
@@ -219,17 +253,27 @@ mod tests {
 
     #[test]
     fn reads_names_columns_and_factors() {
-        let map =
-            ColumnMap::new(["time_s = t [ms] * 1e-3", "current_a=i*q", "load_n_m=x=y*-2"]).unwrap();
+        let map = ColumnMap::new([
+            "time_s = t [ms] * 1e-3",
+            "current_a=i*q",
+            "load_n_m=x=y*-2",
+            "winding_temperature_k=a*b*1e-1 + 273.15",
+            "phase_a_current_a=adc*-1.2e+1-2.5",
+            "phase_b_current_a=i*2+x",
+        ])
+        .unwrap();
         let read: Vec<_> = map
             .entries()
             .iter()
-            .map(|entry| (entry.target.column(), entry.column.as_str(), entry.factor))
+            .map(|entry| (entry.target.column(), entry.column.as_str(), entry.scale))
             .collect();
         let want = [
-            ("time_s", "t [ms]", Some(1e-3)),
+            ("time_s", "t [ms]", Some(Scale::by(1e-3))),
             ("current_a", "i*q", None),
-            ("load_n_m", "x=y", Some(-2.0)),
+            ("load_n_m", "x=y", Some(Scale::by(-2.0))),
+            ("winding_temperature_k", "a*b", Some(Scale { factor: 0.1, offset: 273.15 })),
+            ("phase_a_current_a", "adc", Some(Scale { factor: -12.0, offset: -2.5 })),
+            ("phase_b_current_a", "i*2+x", None),
         ];
         assert_eq!(read, want);
     }
@@ -253,6 +297,11 @@ mod tests {
         assert_eq!(
             error(&["current_a=i*0"]),
             "factor 0 of `current_a` must be finite and not zero"
+        );
+        assert_eq!(error(&["current_a=i*1+inf"]), "offset inf of `current_a` must be finite");
+        assert_eq!(
+            error(&["time_s=t*1-5"]),
+            "offset -5 of `time_s` does nothing: times begin where they do"
         );
         assert_eq!(error(&["current_a=i", "current_a=j"]), "`current_a` is mapped twice");
         assert_eq!(error(&["current_a=i", "load_n_m=i"]), "column `i` is mapped twice");

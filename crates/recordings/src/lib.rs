@@ -56,7 +56,7 @@ pub use error::RecordError;
 pub use evened::{ClockNote, Gaps, TakenRate};
 pub use format::FileFormat;
 pub use guess::{ColumnGuess, guess_columns};
-pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate};
+pub use metadata::{CommandSource, EnvelopeKind, Metadata, RecordingDate, WINDING_TEMPERATURES_K};
 pub use metadata_key::{METADATA_KEYS, MetadataKey};
 pub use name_pattern::{NamePattern, NamedRecording};
 pub use nearest::nearest;

@@ -1,6 +1,6 @@
 //! Metadata that a recording states: TOML in `#` lines before the header.
 
-use std::{borrow::Cow, fmt, str::FromStr};
+use std::{borrow::Cow, fmt, ops::RangeInclusive, str::FromStr};
 
 use toml::de::{DeTable, DeValue};
 
@@ -238,6 +238,9 @@ impl Metadata {
     }
 }
 
+/// Temperatures of a winding: one outside of them is in another unit.
+pub const WINDING_TEMPERATURES_K: RangeInclusive<f64> = 150.0..=600.0;
+
 /// Range that a number in the metadata may be in.
 #[derive(Clone, Copy)]
 struct Range {
@@ -248,10 +251,9 @@ struct Range {
 const FINITE: Range = Range { expected: "a number", holds: f64::is_finite };
 const POSITIVE: Range =
     Range { expected: "a positive number", holds: |value| value.is_finite() && value > 0.0 };
-/// A winding outside of these is one whose temperature is in another unit.
 const TEMPERATURE_K: Range = Range {
     expected: "a temperature of 150 to 600 K",
-    holds: |value| (150.0..=600.0).contains(&value),
+    holds: |value| WINDING_TEMPERATURES_K.contains(&value),
 };
 const NOT_NEGATIVE: Range = Range {
     expected: "a number that is not negative",

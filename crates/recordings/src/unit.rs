@@ -35,11 +35,39 @@ pub(super) fn si_unit(target: Target) -> &'static str {
     }
 }
 
-/// Factor from the stated unit to this SI unit; `None` where the unit is not known as one of that
+/// Names of the degree Celsius, the one unit that has its zero elsewhere.
+const CELSIUS: [&str; 5] = ["°C", "degC", "℃", "C", "Celsius"];
+/// Zero of the Celsius scale, K.
+const ZERO_CELSIUS_K: f64 = 273.15;
+
+/// Scale that makes SI of the numbers of a column: `factor·number + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    pub(super) factor: f64,
+    /// In the SI unit.
+    pub(super) offset: f64,
+}
+
+impl Scale {
+    /// Numbers as they are.
+    pub(super) const ONE: Self = Self::by(1.0);
+
+    pub(super) const fn by(factor: f64) -> Self {
+        Self { factor, offset: 0.0 }
+    }
+
+    pub(super) fn of(self, number: f64) -> f64 {
+        let product = number * self.factor;
+        // a sum with zero would lose the sign of a zero
+        if self.offset == 0.0 { product } else { product + self.offset }
+    }
+}
+
+/// Scale from the stated unit to this SI unit; `None` where the unit is not known as one of that
 /// kind. A pure number takes any.
-pub(super) fn factor(stated: &str, si: &str) -> Option<f64> {
+pub(super) fn scale(stated: &str, si: &str) -> Option<Scale> {
     if si == "1" {
-        return Some(1.0);
+        return Some(Scale::ONE);
     }
     let mut plain: String = stated.chars().filter(|letter| !letter.is_whitespace()).collect();
     plain = plain.replace('\u{3bc}', "µ");
@@ -48,42 +76,46 @@ pub(super) fn factor(stated: &str, si: &str) -> Option<f64> {
     let word = |name: &str| name.chars().count() > 2;
     // `mA` and `MA` differ in more than style, words do not
     let same = |name: &str| name == plain || word(name) && name.eq_ignore_ascii_case(plain);
-    alike.clone().find(|(name, _)| same(name)).map(|(_, factor)| *factor)
+    if si == "K" && CELSIUS.iter().any(|name| same(name)) {
+        return Some(Scale { factor: 1.0, offset: ZERO_CELSIUS_K });
+    }
+    alike.clone().find(|(name, _)| same(name)).map(|(_, factor)| Scale::by(*factor))
 }
 
 /// Tells whether a text is a unit of some kind.
 pub(super) fn is_known(stated: &str) -> bool {
-    UNITS.iter().any(|(si, _)| factor(stated, si).is_some())
+    UNITS.iter().any(|(si, _)| scale(stated, si).is_some())
 }
 
-/// Factor that makes SI of a column, and the notice of a unit that is not the SI unit or whose
-/// factor a map replaces.
+/// Scale that makes SI of a column, and the notice of a unit that is not the SI unit or whose scale
+/// a map replaces.
 ///
 /// # Errors
 /// [`RecordError::UnitUnknown`] for a unit that is not known as one of the channel, without a factor
 /// in the map.
-pub(super) fn stated_factor(
+pub(super) fn stated_scale(
     column: &str,
     unit: Option<&str>,
     target: Target,
     mapped: Option<&Entry>,
-) -> Result<(f64, Option<StatedUnit>), RecordError> {
-    let mapped = mapped.and_then(|entry| entry.factor);
+) -> Result<(Scale, Option<StatedUnit>), RecordError> {
+    let mapped = mapped.and_then(|entry| entry.scale);
     let Some(unit) = unit.map(str::trim).filter(|unit| !unit.is_empty() && *unit != "-") else {
-        return Ok((mapped.unwrap_or(1.0), None));
+        return Ok((mapped.unwrap_or(Scale::ONE), None));
     };
     let expected = si_unit(target);
-    let own = factor(unit, expected);
-    let factor = mapped.or(own).ok_or_else(|| RecordError::UnitUnknown {
+    let own = scale(unit, expected);
+    let scale = mapped.or(own).ok_or_else(|| RecordError::UnitUnknown {
         column: column.to_owned(),
         unit: unit.to_owned(),
         channel: target.column(),
         expected,
     })?;
-    let is_told = factor != 1.0 || own != Some(factor);
+    let is_told = scale != Scale::ONE || own != Some(scale);
     let (column, unit, is_mapped) = (column.to_owned(), unit.to_owned(), mapped.is_some());
-    let stated = StatedUnit { column, unit, factor, is_mapped };
-    Ok((factor, is_told.then_some(stated)))
+    let Scale { factor, offset } = scale;
+    let stated = StatedUnit { column, unit, factor, offset, is_mapped };
+    Ok((scale, is_told.then_some(stated)))
 }
 
 /// A column whose file states a unit that is not the SI unit of its channel.
@@ -95,7 +127,9 @@ pub struct StatedUnit {
     pub unit: String,
     /// Factor that the column was multiplied by.
     pub factor: f64,
-    /// True where a [`ColumnMap`](super::ColumnMap) gave that factor; it goes before the unit.
+    /// Number that was added to the product, in the SI unit.
+    pub offset: f64,
+    /// True where a [`ColumnMap`](super::ColumnMap) gave these; it goes before the unit.
     pub is_mapped: bool,
 }
 
@@ -120,7 +154,11 @@ mod tests {
             ("counts", "A", None),
             ("counts", "1", Some(1.0)),
         ] {
-            assert_eq!(factor(stated, si), expected, "{stated} as {si}");
+            assert_eq!(scale(stated, si), expected.map(Scale::by), "{stated} as {si}");
         }
+        for celsius in ["°C", "[degC]", "C"] {
+            assert_eq!(scale(celsius, "K").map(|scale| scale.of(20.0)), Some(293.15), "{celsius}");
+        }
+        assert_eq!(scale("C", "A"), None);
     }
 }

@@ -78,9 +78,9 @@ struct Asking {
 #[derive(Clone, Debug)]
 enum Effects<const N: usize> {
     None,
-    /// The same in all lanes but for their numbers.
+    /// Alike in all lanes but for their numbers.
     Same(Vec<EffectLanes<N>>),
-    /// Of each run its own.
+    /// Each run has its own.
     OfEach,
 }
 
@@ -96,7 +96,7 @@ pub(crate) struct OwnLanes<const N: usize, C> {
     friction: Friction<N>,
     /// Friction without effects.
     nominal: Friction<N>,
-    /// What effects add to friction and torque, and parts that they have put in.
+    /// Effects that add to friction and torque, and parts that they have put in.
     effects: Effects<N>,
     bristles: Option<BristleLanes<N>>,
     shafts: Option<ShaftLanes<N>>,

@@ -103,9 +103,13 @@ fn describe(recording: &Recording) -> Result<String> {
         let gap = if index == 0 { "\n" } else { "" };
         let by = if stated.is_mapped { " as `--map` says" } else { "" };
         let (column, unit, factor) = (&stated.column, &stated.unit, stated.factor);
+        let and_added = match stated.offset {
+            0.0 => String::new(),
+            offset => format!(", with {offset} added"),
+        };
         writeln!(
             text,
-            "{gap}column `{column}` is in `{unit}` as the file says and multiplied by {factor}{by}"
+            "{gap}column `{column}` is in `{unit}` as the file says and multiplied by {factor}{and_added}{by}"
         )?;
     }
     text.push('\n');

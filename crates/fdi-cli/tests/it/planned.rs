@@ -64,7 +64,7 @@ fn a_planned_test_is_a_command_that_can_be_run() {
 #[test]
 fn what_belongs_to_the_other_kind_of_proposal_is_refused() {
     let folder = TempDir::new().unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["propose", "--faults", "--output-format", "csv"], "no such form"),
         (&["propose"], "--train <REC>..."),
         (&["propose", "--train", "r.csv", "--within", "3s"], "cannot be used with"),
@@ -74,6 +74,14 @@ fn what_belongs_to_the_other_kind_of_proposal_is_refused() {
         (&["propose", "--faults", "k1", "--within", "0s"], "expected a positive time in seconds"),
         (&["propose", "--faults", "k1", "--within", "10ms"], "expected a positive time in seconds"),
         (&["propose", "--faults", "k1", "--within", "0.1"], "no motion of at most 0.1 s stays"),
+        (
+            &["propose", "--faults", "k1", "--within", "0.3", "--load-n-m", "-1000"],
+            "under a load of -1000 N·m: allow more time or wider limits, or a smaller load",
+        ),
+        (
+            &["propose", "--faults", "k1", "--most-travel-rad", "5"],
+            "a limit of 5 rad, expected at most the",
+        ),
     ];
     for (arguments, expected) in cases {
         let said = refusal(&folder, arguments);

@@ -58,7 +58,7 @@ impl Observation {
     /// Noise on each phase sample that an envelope less its ripple has beyond that of the sensors and of
     /// the drive's current feedback, A: what the prediction of the ripple misses.
     fn left_of_ripple_a(&self, noise_of_envelope_a: f64, experiment: &Experiment) -> f64 {
-        let Some(sensors_a) = self.noise_beside_gains_a.or(self.measured_noise_a) else {
+        let Some(sensors_a) = self.noise_beside_gains_a().or(self.measured_noise_a) else {
             return 0.0;
         };
         let feedback_a2 = experiment.actuator.sensing.current_noise_half_width_a.powi(2) / 3.0;

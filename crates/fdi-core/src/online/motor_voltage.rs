@@ -16,6 +16,9 @@ use crate::{
     },
 };
 
+/// Share by which a recorded voltage and duty times supply may differ: dead time and the drop of
+/// switches are less.
+const MOST_APART: f64 = 0.2;
 /// Duty up to which a value beyond one is a spike, and above which it is of percent.
 const MOST_SPIKE: f64 = 2.0;
 
@@ -73,6 +76,7 @@ fn samples(recording: &Recording, experiment: &Experiment) -> Result<Option<Samp
     if let Some(channel) = own.iter().find_map(|&name| recording.channel(name)) {
         let rate_hz = usable_rate_hz(recording, channel, experiment)?;
         let columns = channel.name().column();
+        agrees_with_duty(channel, recording, is_field_oriented)?;
         return Ok(Some(Samples { columns, voltage_v: channel.values().to_vec(), rate_hz }));
     }
     let bus = recording.channel(ChannelName::BusVoltage);
@@ -96,12 +100,43 @@ fn samples(recording: &Recording, experiment: &Experiment) -> Result<Option<Samp
     refuse(duty, |duty| duty.abs() > 1.0 + 1e-6, &format!("−1 to 1{of_percent}"))?;
     refuse(bus, |bus_v| bus_v <= 0.0, "a positive supply")?;
     let rate_hz = usable_rate_hz(recording, duty, experiment)?;
+    let voltage_v = of_duty(duty, bus, is_field_oriented);
+    Ok(Some(Samples { columns: OF_DUTY, voltage_v, rate_hz }))
+}
+
+/// Columns of a voltage that duty and supply give.
+const OF_DUTY: &str = "duty_frac · bus_voltage_v";
+
+/// Duty times supply, V.
+fn of_duty(duty: &Channel, bus: &Channel, is_field_oriented: bool) -> Vec<f64> {
     // the axes of a field-oriented drive reach to half of the supply
     let reach = if is_field_oriented { 0.5 } else { 1.0 };
     let bus_v = at_times(bus, duty.times_s());
-    let voltage = duty.values().iter().zip(bus_v).map(|(duty, bus_v)| reach * duty * bus_v);
-    let columns = "duty_frac · bus_voltage_v";
-    Ok(Some(Samples { columns, voltage_v: voltage.collect(), rate_hz }))
+    duty.values().iter().zip(bus_v).map(|(duty, bus_v)| reach * duty * bus_v).collect()
+}
+
+/// Refuses a recorded voltage beside which duty times supply has another size.
+fn agrees_with_duty(
+    voltage: &Channel,
+    recording: &Recording,
+    is_field_oriented: bool,
+) -> Result<(), String> {
+    let by_name = |name| recording.channel(name);
+    let (Some(duty), Some(bus)) = (by_name(ChannelName::Duty), by_name(ChannelName::BusVoltage))
+    else {
+        return Ok(());
+    };
+    let other_v = of_duty(duty, bus, is_field_oriented);
+    let own_v = at_times(voltage, duty.times_s());
+    let products = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let times = products(&own_v, &other_v) / products(&own_v, &own_v);
+    if times.is_finite() && (times - 1.0).abs() > MOST_APART {
+        let column = voltage.name().column();
+        return Err(format!(
+            "`{OF_DUTY}` is {times:.2} times `{column}`, and both are recorded: leave out the wrong one"
+        ));
+    }
+    Ok(())
 }
 
 /// Refuses a channel by its first value that is wrong.

@@ -4,8 +4,10 @@
 use std::borrow::Cow;
 
 use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector};
-use nalgebra::{Matrix3, Vector3};
-use recordings::{Channel, ChannelName, ClockNote, CommandSource, Current, Recording, Sampling};
+use recordings::{
+    Channel, ChannelName, ClockNote, CommandSource, Current, Recording, Sampling,
+    WINDING_TEMPERATURES_K,
+};
 
 use crate::{
     online::{
@@ -14,6 +16,7 @@ use crate::{
         motor_voltage::MotorVoltage,
         observation_error::ObservationError,
         other_load::OtherLoad,
+        phase_sum::{PhaseSum, zero_sequence_noise_a},
         ripple::TakenRipple,
         wiring::Wiring,
     },
@@ -45,9 +48,8 @@ pub(crate) struct Observation {
     pub(crate) phase_rate_hz: f64,
     /// Noise on each phase sample read off the recording itself, A.
     pub(crate) measured_noise_a: Option<f64>,
-    /// Noise on each phase sample beside errors of the sensors' gains, which add to the sum of the
-    /// phases.
-    pub(crate) noise_beside_gains_a: Option<f64>,
+    /// Noise and errors of the phases' sensors by the sum of the phases.
+    pub(crate) phase_sum: Option<PhaseSum>,
     /// Shares of the signal that errors of the phases' sensors have, where phases were recorded.
     pub(crate) sensor_shares: Option<SensorShares>,
     /// Noise on each phase sample by the metadata, A.
@@ -94,22 +96,23 @@ pub(crate) const TEMPERATURE_STD_K: f64 = 3.0;
 
 /// Temperature of the winding that metadata state, else the mean of its channel, with its standard
 /// deviation, K.
-fn winding_temperature_k(recording: &Recording) -> Option<(f64, f64)> {
+fn winding_temperature_k(recording: &Recording) -> Result<Option<(f64, f64)>, ObservationError> {
     let metadata = &recording.metadata;
     let mean_k = || {
         let values = recording.channel(ChannelName::WindingTemperature)?.values();
         (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
     };
-    let found_k = metadata.winding_temperature_k.or_else(mean_k)?;
-    Some((found_k, metadata.winding_temperature_std_k.unwrap_or(TEMPERATURE_STD_K)))
+    let Some(found_k) = metadata.winding_temperature_k.or_else(mean_k) else { return Ok(None) };
+    if !WINDING_TEMPERATURES_K.contains(&found_k) {
+        return Err(ObservationError::TemperatureUnit { found_k });
+    }
+    Ok(Some((found_k, metadata.winding_temperature_std_k.unwrap_or(TEMPERATURE_STD_K))))
 }
 
 /// Lowest rate at which phase currents still show the sectors.
 const LEAST_PHASE_RATE_HZ: f64 = 2000.0;
 /// Currents beyond this many times the controller's limit are in another unit, such as mA.
 const BEYOND_LIMIT: f64 = 10.0;
-/// A sum of the phase currents below this is one that was computed, not measured, A.
-const COMPUTED_SUM_A: f64 = 1e-5;
 /// Share of a sample by which the times of two phases may differ: lines through stamps that scatter
 /// by 0.4 samples, with and without a few of 100 or more.
 const SAME_TIME_SAMPLES: f64 = 0.02;
@@ -129,6 +132,12 @@ impl Observation {
             return Err(ObservationError::StartUnknown { after_s: start.after_s(recording) });
         }
         Self::begun(recording, experiment, start, max_delay_s)
+    }
+
+    /// Noise on each phase sample beside errors of the sensors' gains, which add to the sum of the
+    /// phases, A.
+    pub(crate) fn noise_beside_gains_a(&self) -> Option<f64> {
+        self.phase_sum.map(|sum| sum.noise_a)
     }
 
     /// Reads the signal of an experiment off a recording, from a start of the command on, else from its
@@ -279,7 +288,7 @@ fn of_phases(
         commutation: rotor.commutation,
         phase_rate_hz: sampling.rate_hz,
         measured_noise_a: zero_sequence_noise_a(views),
-        noise_beside_gains_a: noise_beside_gains_a(views),
+        phase_sum: PhaseSum::of(views),
         sensor_shares: shares,
         stated_noise_a: recording.metadata.noise_a,
         resampling_error_a: root_mean_square(phases.map(Channel::resampling_error)),
@@ -288,7 +297,7 @@ fn of_phases(
         other_load: None,
         wiring,
         session: session_of(&recording.metadata),
-        winding_temperature_k: winding_temperature_k(recording),
+        winding_temperature_k: winding_temperature_k(recording)?,
         motor_voltage: MotorVoltage::NotRecorded,
         notices: wiring.iter().map(Wiring::notice).collect(),
     })
@@ -457,7 +466,7 @@ fn of_envelope(
     long_enough(channel, &sampling, experiment)?;
     let phase_rate_hz = metadata.phase_rate_hz.unwrap_or(experiment.actuator.controller.sample_hz);
     let signal_a = channel.values()[..experiment.samples()].to_vec();
-    Ok(of_channel(recording, channel, signal_a, phase_rate_hz))
+    of_channel(recording, channel, signal_a, phase_rate_hz)
 }
 
 /// The quadrature-axis current of a field-oriented drive, at a rate of its own and behind the drive's
@@ -479,7 +488,7 @@ fn of_quadrature(
     };
     let envelope = UnfilteredEnvelope { samples_a, rate_hz: fine_hz };
     let signal_a = envelope.filtered_from(0.0, experiment);
-    let observation = of_channel(recording, channel, signal_a, rate_hz);
+    let observation = of_channel(recording, channel, signal_a, rate_hz)?;
     Ok(Observation { envelope: Some(envelope), ..observation })
 }
 
@@ -517,9 +526,9 @@ fn of_channel(
     channel: &Channel,
     signal_a: Vec<f64>,
     phase_rate_hz: f64,
-) -> Observation {
+) -> Result<Observation, ObservationError> {
     let metadata = &recording.metadata;
-    Observation {
+    Ok(Observation {
         signal_a,
         envelope: None,
         start_angle_rad: metadata
@@ -528,7 +537,7 @@ fn of_channel(
         commutation: None,
         phase_rate_hz,
         measured_noise_a: None,
-        noise_beside_gains_a: None,
+        phase_sum: None,
         sensor_shares: None,
         stated_noise_a: metadata.noise_a,
         resampling_error_a: channel.resampling_error(),
@@ -537,10 +546,10 @@ fn of_channel(
         other_load: None,
         wiring: None,
         session: session_of(metadata),
-        winding_temperature_k: winding_temperature_k(recording),
+        winding_temperature_k: winding_temperature_k(recording)?,
         motor_voltage: MotorVoltage::NotRecorded,
         notices: Vec::new(),
-    }
+    })
 }
 
 /// The channel's values at given times, straight between its samples.
@@ -561,43 +570,6 @@ pub(super) fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
             values[place] + share * (values[place + 1] - values[place])
         })
         .collect()
-}
-
-/// Noise of one phase from the sum of the three currents, which a star connection keeps at zero:
-/// whatever the model does, this is noise (offsets removed), quantisation included.
-fn zero_sequence_noise_a(phases: [&[f64]; 3]) -> Option<f64> {
-    let [a, b, c] = phases;
-    let sums: Vec<f64> = a.iter().zip(b).zip(c).map(|((a, b), c)| a + b + c).collect();
-    let count = sums.len() as f64;
-    let mean = sums.iter().sum::<f64>() / count;
-    let variance = sums.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>() / (count - 1.0);
-    let noise_a = (variance / 3.0).sqrt();
-    (noise_a > COMPUTED_SUM_A).then_some(noise_a)
-}
-
-/// Noise of a phase sample by the sum of three phases, less what offsets and gains of the sensors
-/// make of the currents.
-///
-/// The currents of a star add to nothing, so that sensors with gains `1 + g` and offsets `o` sum to
-/// `Σ g·i + Σ o` and noise: with two differences of the currents for regressors this is linear, and
-/// what is left of the sum is the noise of three samples. The noise of a difference is not
-/// correlated with that of the sum. The currents themselves are no regressors: they hold their sum.
-fn noise_beside_gains_a(phases: [&[f64]; 3]) -> Option<f64> {
-    let [a, b, c] = phases;
-    let sum = |n: usize| a[n] + b[n] + c[n];
-    let regressors = |n: usize| Vector3::new(a[n] - b[n], b[n] - c[n], 1.0);
-    let mut gram = Matrix3::<f64>::zeros();
-    let mut moment = Vector3::<f64>::zeros();
-    for n in 0..a.len() {
-        let row = regressors(n);
-        gram += row * row.transpose();
-        moment += row * sum(n);
-    }
-    let shares = gram.try_inverse()? * moment;
-    let square = |n: usize| (sum(n) - shares.dot(&regressors(n))).powi(2);
-    let variance = (0..a.len()).map(square).sum::<f64>() / (a.len() as f64 - 3.0);
-    let noise_a = (variance / 3.0).sqrt();
-    (noise_a > COMPUTED_SUM_A).then_some(noise_a)
 }
 
 /// Compares the recording's command with the bundle's, which begins late by a part of a sample,
@@ -675,56 +647,32 @@ pub(crate) fn forget_direction(answer: &mut RecordDiagnosis, pole_pairs: u32) {
 
 #[cfg(test)]
 mod tests {
-    use core::f64::consts::PI;
-
-    use approx::assert_relative_eq;
-
     use super::*;
-
-    /// Three phases of a star, whose sensors have gains, offsets and noise.
-    fn sensed(gains: [f64; 3], noise_a: f64) -> [Vec<f64>; 3] {
-        let mut noise = crate::seed::Draws::new(7);
-        core::array::from_fn(|phase| {
-            let current_a = |n: u32| {
-                let angle = 0.01 * f64::from(n) - phase as f64 * PI / 1.5;
-                3.0 * angle.sin()
-            };
-            let offset_a = 0.02 * phase as f64;
-            (0..20_000)
-                .map(|n| gains[phase] * current_a(n) + offset_a + noise_a * noise.normal())
-                .collect()
-        })
-    }
-
-    #[test]
-    fn noise_is_told_from_gains_of_the_sensors() {
-        for noise_a in [0.02, 0.5] {
-            let [a, b, c] = sensed([1.01, 0.99, 1.005], noise_a);
-            let phases = [&a[..], &b[..], &c[..]];
-            let found_a = noise_beside_gains_a(phases).expect("noise");
-            assert_relative_eq!(found_a, noise_a, max_relative = 0.02);
-            // gains are noise to the plain sum
-            let plain_a = zero_sequence_noise_a(phases).expect("noise");
-            assert!(plain_a > found_a, "{plain_a} {found_a}");
-        }
-    }
-
-    #[test]
-    fn phases_that_were_computed_have_no_noise() {
-        let [a, b, c] = sensed([1.01, 0.99, 1.005], 0.0);
-        assert_eq!(noise_beside_gains_a([&a, &b, &c]), None);
-    }
 
     #[test]
     fn a_winding_s_temperature_is_read_off_metadata_or_its_channel() {
         let read_k = |head: &str| {
             let text = format!("{head}time_s,winding_temperature_k\n0,310\n0.1,312\n");
             let map = recordings::ColumnMap::default();
-            winding_temperature_k(&Recording::parse("t.csv", text.as_bytes(), &map).unwrap())
+            let recording = Recording::parse("t.csv", text.as_bytes(), &map).unwrap();
+            winding_temperature_k(&recording).unwrap()
         };
         assert_eq!(read_k(""), Some((311.0, TEMPERATURE_STD_K)));
         assert_eq!(read_k("# winding-temperature-sd-k = 1.5\n"), Some((311.0, 1.5)));
         let stated = "# winding-temperature-k = 305\n";
         assert_eq!(read_k(stated), Some((305.0, TEMPERATURE_STD_K)));
+    }
+
+    #[test]
+    fn a_temperature_in_another_unit_is_read_by_its_map_alone() {
+        let read_k = |column: &str, map: &[&str]| {
+            let text = format!("time_s,{column}\n0,20\n0.1,22\n");
+            let map = recordings::ColumnMap::new(map).unwrap();
+            winding_temperature_k(&Recording::parse("t.csv", text.as_bytes(), &map).unwrap())
+        };
+        let refused = read_k("winding_temperature_k", &[]).unwrap_err().to_string();
+        assert!(refused.starts_with("the mean of `winding_temperature_k` is 21.0"), "{refused}");
+        let (found_k, _) = read_k("T", &["winding_temperature_k=T*1+273.15"]).unwrap().unwrap();
+        assert!((found_k - 294.15).abs() < 1e-9, "{found_k}");
     }
 }

@@ -1,7 +1,7 @@
 //! Reasons why a recording does not fit an experiment.
 
 use ema_sim::SimulationError;
-use recordings::RecordError;
+use recordings::{RecordError, WINDING_TEMPERATURES_K};
 
 /// Why a recording does not fit an experiment.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +52,17 @@ pub enum ObservationError {
         found_a: f64,
         /// Current limit of the actuator's controller, A.
         limit_a: f64,
+    },
+    /// The winding's temperature is of another unit than the column says.
+    #[error(
+        "the mean of `winding_temperature_k` is {found_k:.1}, expected {} to {} K: say what is to be added \
+         (`--map winding_temperature_k=COLUMN*1+273.15` for °C)",
+        WINDING_TEMPERATURES_K.start(),
+        WINDING_TEMPERATURES_K.end()
+    )]
+    TemperatureUnit {
+        /// Mean of the column.
+        found_k: f64,
     },
     /// The recording ends too early.
     #[error(

@@ -48,22 +48,28 @@ pub enum PlanError {
     },
     /// No motion stays within the limits.
     #[error(
-        "no motion of at most {within_s} s stays within ±{} rad, {} rad/s of the rotor and {} A: \
-         allow more time or wider limits",
-        .limits.travel_rad, .limits.speed_rad_per_s, .limits.current_a
+        "no motion of at most {within_s} s stays within ±{} rad, {} rad/s of the rotor and {} A{}: \
+         allow more time or wider limits{}",
+        .limits.travel_rad,
+        .limits.speed_rad_per_s,
+        .limits.current_a,
+        if *load_n_m == 0.0 { String::new() } else { format!(" under a load of {load_n_m} N·m") },
+        if *load_n_m == 0.0 { "" } else { ", or a smaller load" }
     )]
     NoMotion {
         /// Longest that the test may last.
         within_s: f64,
         /// Limits of the motions.
         limits: MotionLimits,
+        /// Load on the surface, N·m.
+        load_n_m: f64,
     },
-    /// A limit beyond what the drive itself allows.
-    #[error("a limit of {asked} {unit}, expected at most the {most} {unit} of the drive")]
-    BeyondDrive {
+    /// A limit beyond what the machine itself allows.
+    #[error("a limit of {asked} {unit}, expected at most the {most} {unit} of the machine")]
+    BeyondMachine {
         /// Asked for.
         asked: f64,
-        /// Limit of the drive.
+        /// Limit of the machine.
         most: f64,
         /// Unit of both.
         unit: &'static str,

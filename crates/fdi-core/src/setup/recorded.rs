@@ -4,7 +4,10 @@ use recordings::{Channel, ChannelName, Current, Recording};
 
 use super::test::range;
 use crate::{
-    online::{command_start::CommandStart, observation::Observation, wiring::MappedColumn},
+    online::{
+        command_start::CommandStart, observation::Observation, phase_sum::PhaseSum,
+        wiring::MappedColumn,
+    },
     report::{NoticeCode, SetupChoice, SetupRefusalCode},
     setup::error::SetupError,
     simulation::{cut_phase::CutPhase, experiment::Experiment},
@@ -40,6 +43,8 @@ pub(super) struct Seen {
     pub(super) phase_rate_hz: f64,
     /// Noise on each phase sample, A.
     pub(super) noise_a: f64,
+    /// Noise and errors of the sensors by the sum of the phases, where that is not zero.
+    phase_sum: Option<PhaseSum>,
     /// Notices of samples that were put in order, filled or computed.
     mended: Vec<String>,
 }
@@ -78,7 +83,7 @@ impl Seen {
         if let Some(reason) = other_travel(recording, healthy.travel_rad) {
             return refused(SetupRefusalCode::WrongGear, reason);
         }
-        let noise_a = observation.noise_beside_gains_a.or(observation.measured_noise_a);
+        let noise_a = observation.noise_beside_gains_a().or(observation.measured_noise_a);
         let noise_a = noise_a.or(observation.stated_noise_a);
         if let Some(noise_a) = noise_a
             && noise_a > MOST_NOISE * current_a(recording)
@@ -99,6 +104,7 @@ impl Seen {
             after_s: start.map_or(0.0, |start| start.after_s(recording)),
             phase_rate_hz: observation.phase_rate_hz,
             noise_a: noise_a.unwrap_or(healthy.noise_a),
+            phase_sum: observation.phase_sum,
             mended: mended.map(|notice| notice.message.clone()).collect(),
         })
     }
@@ -188,6 +194,9 @@ pub(super) fn choices(seen: &[Seen], unit: &LearntUnit) -> Vec<SetupChoice> {
     } else {
         add("start", "at the first sample".to_owned(), "the command begins there", None);
     }
+    if let Some((choice, reason)) = sensors(seen) {
+        add("sensors", choice, &reason, None);
+    }
     for message in distinct(seen.iter().flat_map(|one| &one.mended)) {
         add("samples", message.clone(), "found while reading", None);
     }
@@ -202,6 +211,21 @@ pub(super) fn choices(seen: &[Seen], unit: &LearntUnit) -> Vec<SetupChoice> {
         format!("{count} recording{} of {sessions} session{}", plural(count), plural(sessions));
     add("unit", learnt, days, None);
     choices
+}
+
+/// Gains and offsets of the phases' sensors in the mean of the recordings, in words, with the reason;
+/// `None` where a recording has no sum of three measured phases.
+fn sensors(seen: &[Seen]) -> Option<(String, String)> {
+    let all = seen.iter().map(|one| one.phase_sum).collect::<Option<Vec<_>>>()?;
+    let mean = |of: &dyn Fn(&PhaseSum) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+    let [a, b, c] = [0, 1, 2].map(|phase| 100.0 * mean(&|sum| sum.gains[phase]));
+    let offset_ma = 1e3 * mean(&|sum| sum.offset_sum_a);
+    let choice = format!(
+        "gains {a:+.2}, {b:+.2} and {c:+.2} % (A, B, C) beyond their mean, offsets {offset_ma:+.1} mA together"
+    );
+    let reason = "the currents of a star sum to zero; each diagnosis finds them anew, within \
+                  `sensors.phase-gain` and `sensors.phase-offset-a` of the tolerances";
+    Some((choice, reason.to_owned()))
 }
 
 fn distinct<'a>(texts: impl Iterator<Item = &'a String>) -> Vec<&'a String> {

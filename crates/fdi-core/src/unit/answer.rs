@@ -125,7 +125,7 @@ impl<'a> Run<'a> {
         let experiment = self.experiment();
         let quantities = self.learnt.quantities();
         let unit_noise = self.learnt.unit_noise(self.observation.phase_rate_hz);
-        let told = self.told_noise(self.observation.noise_beside_gains_a);
+        let told = self.told_noise(self.observation.noise_beside_gains_a());
         let temperature = self.learnt.temperature_reading(self.observation);
         let effects = self.learnt.effect_slopes(start_angle_rad).map_err(UnitSearchError::from)?;
         let fitted = |level_a: f64| {

@@ -256,7 +256,7 @@ impl Diagnoser {
         }
         let unit_noise = self.learnt.unit_noise(observation.phase_rate_hz);
         let noise_of = |level_a: f64| unit_noise.scaled(level_a * level_a);
-        let level_a = if let Some(told) = run.told_noise(observation.noise_beside_gains_a) {
+        let level_a = if let Some(told) = run.told_noise(observation.noise_beside_gains_a()) {
             told.level_a
         } else {
             let noise = noise_of(self.learnt.bundle.noise_a);

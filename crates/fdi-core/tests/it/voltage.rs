@@ -95,7 +95,7 @@ type Made = fn(&[f64]) -> Vec<(ChannelName, Vec<f64>)>;
 fn a_voltage_that_cannot_be_used_is_told_and_changes_nothing() {
     let without = diagnosed(&recorded(0.03, false));
     let recording = recorded(0.03, true);
-    let cases: [(&str, Made); 7] = [
+    let cases: [(&str, Made); 8] = [
         ("`q_axis_voltage_v` is of a field-oriented drive", |v| {
             vec![(ChannelName::QAxisVoltage, v.to_vec())]
         }),
@@ -118,6 +118,16 @@ fn a_voltage_that_cannot_be_used_is_told_and_changes_nothing() {
         ("is it in V and of this motor, and the machine under the load of the test?", |v| {
             vec![(ChannelName::MotorVoltage, v.iter().map(|v| 1.4 * v).collect())]
         }),
+        (
+            "`duty_frac · bus_voltage_v` is 1.25 times `motor_voltage_v`, and both are recorded",
+            |v| {
+                vec![
+                    (ChannelName::MotorVoltage, v.to_vec()),
+                    (ChannelName::Duty, v.iter().map(|v| v / 48.0).collect()),
+                    (ChannelName::BusVoltage, vec![60.0; v.len()]),
+                ]
+            },
+        ),
     ];
     for (told, made) in cases {
         let answer = diagnosed(&with(&recording, made));

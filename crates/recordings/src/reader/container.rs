@@ -11,7 +11,7 @@ use crate::{
     long_form::is_long_form,
     property::Property,
     recording::MOST_PLAUSIBLE,
-    unit::{self, StatedUnit},
+    unit::{self, Scale, StatedUnit},
 };
 
 /// Most numbers that one recording may hold in its channels: a day of six channels at
@@ -43,13 +43,13 @@ pub(super) struct Head {
 }
 
 impl Head {
-    /// Factor that makes SI of the numbers as this channel, and what is to be told of it.
-    fn factor(
+    /// Scale that makes SI of the numbers as this channel, and what is to be told of it.
+    fn scale(
         &self,
         target: Target,
         mapped: Option<&Entry>,
-    ) -> Result<(f64, Option<StatedUnit>), RecordError> {
-        unit::stated_factor(&self.path, self.unit.as_deref(), target, mapped)
+    ) -> Result<(Scale, Option<StatedUnit>), RecordError> {
+        unit::stated_scale(&self.path, self.unit.as_deref(), target, mapped)
     }
 }
 
@@ -111,12 +111,12 @@ impl Numbers {
         Self { values: values.collect(), present, ..self }
     }
 
-    /// Multiplies all of them; without a factor they stay where they are.
-    fn scaled(self, factor: f64) -> Self {
-        if factor == 1.0 {
+    /// Brings all of them to a scale; on their own they stay where they are.
+    fn scaled(self, scale: Scale) -> Self {
+        if scale == Scale::ONE {
             return self;
         }
-        Self { values: self.values.iter().map(|value| value * factor).collect(), ..self }
+        Self { values: self.values.iter().map(|&value| scale.of(value)).collect(), ..self }
     }
 }
 
@@ -224,7 +224,7 @@ fn metadata(properties: Vec<(String, Property)>) -> Result<Metadata, RecordError
 struct Wanted {
     column: usize,
     channel: ChannelName,
-    factor: f64,
+    scale: Scale,
 }
 
 /// A column that may be a time axis.
@@ -255,7 +255,7 @@ impl Plan {
             let exact = heads.iter().filter(|head| head.path == entry.column).count();
             let found: Vec<_> = heads.iter().filter(|head| names(head, entry)).collect();
             if found.is_empty() && entry.is_of_rows() {
-                row_step_s = Some(entry.factor.unwrap_or(1.0));
+                row_step_s = Some(entry.scale.unwrap_or(Scale::ONE).factor);
                 continue;
             }
             if found.is_empty() {
@@ -282,12 +282,15 @@ impl Plan {
             let own = || Target::from_column(&head.name).filter(|&own| !map.maps(own));
             let target = mapped.map(|entry| entry.target).or_else(own);
             let used = target.or_else(|| is_clock(heads, column).then_some(Target::Time));
-            let (factor, told) = used.map_or(Ok((1.0, None)), |used| head.factor(used, mapped))?;
+            let unscaled = Ok((Scale::ONE, None));
+            let (scale, told) = used.map_or(unscaled, |used| head.scale(used, mapped))?;
             plan.units.extend(told);
             match target {
-                Some(Target::Time) => plan.times.push(TimeColumn { column, factor }),
+                Some(Target::Time) => {
+                    plan.times.push(TimeColumn { column, factor: scale.factor });
+                }
                 Some(Target::Channel(channel)) => {
-                    plan.want(heads, Wanted { column, channel, factor })?;
+                    plan.want(heads, Wanted { column, channel, scale })?;
                 }
                 // the axis that other columns point at is no column of its own
                 None if is_clock(heads, column) => {}
@@ -353,8 +356,8 @@ impl Axes<'_> {
         }
         match head.clock {
             Clock::Column(column) => {
-                let (factor, _) = heads[column].factor(Target::Time, None)?;
-                return self.column(TimeColumn { column, factor });
+                let (scale, _) = heads[column].scale(Target::Time, None)?;
+                return self.column(TimeColumn { column, factor: scale.factor });
             }
             Clock::Uniform { start_s, step_s } => return uniform(start_s, step_s, samples, head),
             Clock::Unstated => {}
@@ -409,7 +412,7 @@ impl Axes<'_> {
         } else {
             10f64.powi(-decimals).max(FINEST_CLOCK_S)
         };
-        let samples = samples.scaled(time.factor);
+        let samples = samples.scaled(Scale::by(time.factor));
         let axis = Axis {
             times_s: samples.values,
             present: samples.present,
@@ -452,7 +455,7 @@ fn channel(
     evener: &mut Evener,
 ) -> Result<Option<Channel>, RecordError> {
     let head = &container.heads()[wanted.column];
-    let samples = container.numbers(wanted.column)?.scaled(wanted.factor);
+    let samples = container.numbers(wanted.column)?.scaled(wanted.scale);
     let samples = if evener.bridges() { samples.without_nan() } else { samples };
     let count = samples.values.len();
     if !(0..count).any(|index| samples.is_present(index)) {

@@ -20,7 +20,7 @@ use crate::{
     },
     recording::MOST_PLAUSIBLE,
     source::LIMIT_BYTES,
-    unit::{self, StatedUnit},
+    unit::{self, Scale, StatedUnit},
 };
 
 /// Lines after the samples that may be no samples.
@@ -290,7 +290,7 @@ enum Role {
 /// A channel while its rows arrive.
 struct KnownColumn {
     name: ChannelName,
-    factor: f64,
+    scale: Scale,
     values: Vec<f64>,
     /// Rows of the cells that are not empty, once one was empty; until then all.
     own_rows: Option<Vec<usize>>,
@@ -380,7 +380,7 @@ impl Table {
     ) -> Result<Self, RecordError> {
         let by_row = |entry: &&Entry| entry.is_of_rows() && !columns.contains(&entry.column);
         let mapped_step_s =
-            map.entries().iter().find(by_row).map(|entry| entry.factor.unwrap_or(1.0));
+            map.entries().iter().find(by_row).map(|entry| entry.scale.unwrap_or(Scale::ONE).factor);
         for entry in map.entries() {
             if !columns.contains(&entry.column) && !by_row(&entry) {
                 return Err(RecordError::MappedColumnMissing {
@@ -397,21 +397,20 @@ impl Table {
         for (index, column) in columns.iter().enumerate() {
             let target = target_of(column, map);
             let unit = units.get(index).map(String::as_str);
-            let mut factor = 1.0;
+            let mut scale = Scale::ONE;
             if let Some(target) = target {
-                let (by, stated) =
-                    unit::stated_factor(column, unit, target, map.of_column(column))?;
-                factor = by;
+                let (by, stated) = unit::stated_scale(column, unit, target, map.of_column(column))?;
+                scale = by;
                 stated_units.extend(stated);
             }
             roles.push(match target {
                 Some(Target::Time) => {
-                    (time_column, time_factor) = (Some(index), factor);
+                    (time_column, time_factor) = (Some(index), scale.factor);
                     Role::Time
                 }
                 Some(Target::Channel(name)) => {
                     let (values, own_rows) = (Vec::new(), None);
-                    Role::Known(KnownColumn { name, factor, values, own_rows })
+                    Role::Known(KnownColumn { name, scale, values, own_rows })
                 }
                 None => Role::Other(OtherColumn::new(column.clone())),
             });
@@ -626,13 +625,13 @@ impl KnownColumn {
     /// The number of a cell with a unit behind it, `1.5 mA`; `None` where a factor is known already.
     fn with_unit(&self, cell: &[u8], has_decimal_comma: bool) -> Option<f64> {
         let (value, stated) = str::from_utf8(cell).ok()?.rsplit_once(' ')?;
-        let by = unit::factor(stated, self.name.unit())?;
+        let scale = unit::scale(stated, self.name.unit())?;
         let value = number_text::parse(value.trim_end(), has_decimal_comma)?;
-        (self.factor == 1.0 && self.name.unit() != "1").then_some(value * by)
+        (self.scale == Scale::ONE && self.name.unit() != "1").then_some(scale.of(value))
     }
 
     fn push(&mut self, row: usize, value: f64, column: usize) -> Result<(), RowProblem> {
-        let value = value * self.factor;
+        let value = self.scale.of(value);
         if !value.is_finite() {
             return Err(RowProblem::NotFinite { column, cell: value.to_string() });
         }
