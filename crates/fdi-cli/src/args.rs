@@ -225,7 +225,7 @@ pub enum Command {
 /// Which columns of a file are which channels.
 #[derive(Clone, Debug, Default, Args)]
 pub struct MapArgs {
-    /// Read channel NAME from COLUMN, multiplied by FACTOR, with OFFSET added; may be repeated
+    /// Read channel NAME from COLUMN, or from `(COLUMN + COLUMN)`, multiplied by FACTOR, with OFFSET added; may be repeated
     #[arg(long, value_name = "NAME=COLUMN[*FACTOR[+OFFSET]]", value_parser = mapping)]
     pub map: Vec<String>,
     /// Recordings that lack samples, or have some twice or out of order
@@ -526,6 +526,9 @@ pub struct SimulateArgs {
     /// Record the voltage that the drive puts on the motor beside the phases
     #[arg(long)]
     pub motor_voltage: bool,
+    /// Leave noise and steps of the electronics out of the controller's loops
+    #[arg(long)]
+    pub ideal_electronics: bool,
 }
 
 /// Levels of the seven faults.

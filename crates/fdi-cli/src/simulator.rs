@@ -79,6 +79,7 @@ fn axis(
         (args.adc_bits.is_some(), "--adc-bits", "has no phases to digitise"),
         (args.short_resistance_ohm.is_some(), "--short-resistance-ohm", "has no turns to short"),
         (args.motor_voltage, "--motor-voltage", "has no current loop"),
+        (args.ideal_electronics, "--ideal-electronics", "has no noise in its loops"),
         (args.rate_hz.is_some(), "--rate-hz", "is recorded at the rate of its controller"),
         (args.fidelity == Fidelity::Low, "--fidelity low", "has one model"),
     ] {
@@ -109,10 +110,12 @@ fn actuator(
     let controller = &experiment.actuator.controller;
     let of_drive = |bits| Converter::of_drive(u32::from(bits), args.adc_range_a, controller);
     let converter = args.adc_bits.map(of_drive);
+    let imperfections =
+        if args.ideal_electronics { Imperfections::NONE } else { Imperfections::REAL };
     let simulated = SimulatedRecording {
         faults: HealthState::new(args.faults.0)?.coordinates(),
         start_angle_rad: args.test.start_angle_rad,
-        imperfections: Imperfections::REAL,
+        imperfections,
         controller_seed: seed.derive(Purpose::ControllerNoise, 0),
         sensors: PhaseSensors { noise_a: args.noise_a, converter },
         phase_rate_hz: args.rate_hz,

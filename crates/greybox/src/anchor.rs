@@ -75,11 +75,12 @@ impl Anchor {
     }
 }
 
-/// Covariance of the noise in the loop by runs less their mean, of which `n − 1` are free, and of
-/// that mean, which scatters by an `n`-th; samples far apart share none.
+/// Covariance of the noise in the loop by runs less their mean, of which `n − 1` are free; samples
+/// far apart share none.
 pub(crate) fn loop_covariance(scatter: &[Vec<f64>], rate_hz: f64) -> BandedMatrix {
     let runs = scatter.len() as f64;
     let support = libm::ceil(MEMORY_S * rate_hz) as usize;
-    let covariance = tapered_covariance(scatter, support.max(1));
-    covariance.scaled((1.0 + 1.0 / runs) * runs / (runs - 1.0).max(1.0))
+    let mut covariance = tapered_covariance(scatter, support.max(1));
+    covariance.scale(runs / (runs - 1.0).max(1.0));
+    covariance
 }

@@ -1,22 +1,17 @@
 //! Choice of the model that predicts recordings, and moves of the predictions to it.
 
 use ema_sim::{Effect, EffectId};
-use inference::Whitener;
+use inference::{Whitener, log_likelihood_without};
 
 use crate::{
     anchor::{FEW_RUNS, RUNS},
     error::{GreyboxError, if_run},
     explain::Session,
-    fit::fit,
+    fit::{Fitted, fit},
     observation::Observation,
     problem::{Anchors, PerRecord, rough_noise},
     structure::{Free, Structure, Target},
 };
-
-/// Fits after each of which the prediction is moved to the finer model there.
-const MOST_MOVES: usize = 2;
-/// Rise of the log-likelihood below which it has moved enough, nats.
-const SETTLED_NATS: f64 = 1.0;
 
 /// Share of the step of each number by which a fit may leave an anchor that still stands for it: the
 /// simple model is off by a few hundredths of what that changes.
@@ -98,48 +93,57 @@ impl Session<'_> {
 
     /// Log-likelihood of the recordings to fit under a model, with the numbers found; `None` where
     /// it cannot be run.
+    ///
+    /// The mean of `n` runs has an `n`-th of their scatter, which must not count against a model that
+    /// needs runs. With the residual `r` beside that mean, it is the larger of the likelihoods under
+    /// a noise that is alike throughout, by autocovariances `γ`, and one as the runs scatter:
+    ///
+    /// ```text
+    /// ln p = ln p_AR(γ_r − γ_V/n),        ln p = ln p_AR(L⁻¹·r) − ln det L_∞
+    /// L·Lᵀ = I + V·(1 + 1/n)/σ²,          L_∞·L_∞ᵀ = I + V/σ²
+    /// ```
+    ///
+    /// with the covariance `V` of runs and the noise `σ` of the sensors.
     fn likelihood_under(
         &mut self,
         observation: Observation,
     ) -> Result<Option<(f64, Vec<f64>)>, GreyboxError> {
         let nominal = Structure::nominal(self.machine);
         let mut values = nominal.starts();
-        let mut most: Option<f64> = None;
-        for _ in 0..MOST_MOVES {
-            let moved = self.anchor_roughly(observation, &nominal, &values)?;
-            if !moved && observation != Observation::Ideal {
+        let Some(fidelity) = observation.fidelity() else {
+            let fitted = self.rough_fit(&nominal, &values)?;
+            return Ok(fitted.map(|fitted| (likelihood_of(&fitted.residuals, &[]), fitted.values)));
+        };
+        let mut alike = f64::NEG_INFINITY;
+        for runs in [FEW_RUNS, RUNS] {
+            let state = nominal.state(self.machine, &values);
+            if !self.train.anchor(fidelity, &state, runs)? {
                 return Ok(None);
             }
-            let noise = Whitener::white(rough_noise(&self.train));
-            let structure = nominal.clone().started_at(&values);
-            let Some(fitted) = if_run(fit(&self.train, structure, &noise))? else {
-                return Ok(None);
-            };
-            let likelihood = own_likelihood(&fitted.residuals);
+            let Some(fitted) = self.rough_fit(&nominal, &values)? else { return Ok(None) };
+            alike = likelihood_of(&fitted.residuals, &self.train.scatter());
             values = fitted.values;
-            let risen = most.is_none_or(|most| likelihood > most + SETTLED_NATS);
-            most = Some(most.map_or(likelihood, |most| most.max(likelihood)));
-            if !moved || !risen {
-                break;
-            }
         }
-        Ok(most.map(|most| (most, values)))
+        let noise = self.train.sensor_noise(&nominal.state(self.machine, &values))?;
+        self.train.weigh(noise);
+        let Some(fitted) = self.rough_fit(&nominal, &values)? else { return Ok(None) };
+        let as_runs = likelihood_of(&fitted.residuals, &[]) - self.train.log_determinant(noise);
+        let values = if as_runs > alike { fitted.values } else { values };
+        Ok(Some((alike.max(as_runs), values)))
     }
 
-    /// Moves the predictions of what is fitted to the means of few runs of a model; false where it
-    /// cannot be run.
-    fn anchor_roughly(
-        &mut self,
-        observation: Observation,
-        structure: &Structure,
+    /// Fit with white noise; `None` where the machine cannot be run.
+    fn rough_fit(
+        &self,
+        nominal: &Structure,
         values: &[f64],
-    ) -> Result<bool, GreyboxError> {
-        let Some(fidelity) = observation.fidelity() else { return Ok(false) };
-        let state = structure.state(self.machine, values);
-        self.train.anchor(fidelity, &state, FEW_RUNS)
+    ) -> Result<Option<Fitted>, GreyboxError> {
+        let noise = Whitener::white(rough_noise(&self.train));
+        if_run(fit(&self.train, nominal.clone().started_at(values), &noise))
     }
 
-    /// Moves the predictions to the model of an observation at values of a structure; false where it cannot be run, or where there is none.
+    /// Moves the predictions to the model of an observation at values of a structure; false where it
+    /// cannot be run, or where there is none.
     pub(crate) fn anchor(
         &mut self,
         observation: Observation,
@@ -188,10 +192,11 @@ impl Session<'_> {
     }
 }
 
-/// Log-likelihood of residuals under autoregressive noise of their own.
-fn own_likelihood(residuals: &PerRecord) -> f64 {
+/// Log-likelihood of residuals under autoregressive noise of their own, less what the scatter of
+/// runs less their mean, all of as many recordings, puts into them.
+fn likelihood_of(residuals: &PerRecord, scatter: &[&[f64]]) -> f64 {
     let stretches: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
-    let noise = Whitener::fit(&stretches, 0);
-    let of = |residual: &&[f64]| noise.log_likelihoods(residual, usize::MAX).iter().sum::<f64>();
-    stretches.iter().map(of).sum()
+    let runs = (scatter.len() / stretches.len().max(1)) as f64;
+    // n − 1 of n runs less their mean are free
+    log_likelihood_without(&stretches, scatter, 1.0 / (runs - 1.0).max(1.0))
 }

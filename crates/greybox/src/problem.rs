@@ -57,6 +57,18 @@ struct Anchored {
     noise: Option<BandedCholesky>,
 }
 
+impl Anchored {
+    /// Factor of the covariance of the sensors and so many times that of the loop, in units of the
+    /// sensors' variance.
+    fn covariance(&self, times: f64, noise: f64, rate_hz: f64) -> Option<BandedCholesky> {
+        let mut covariance = loop_covariance(&self.scatter, rate_hz);
+        covariance.scale(times / (noise * noise));
+        covariance.add_to_diagonal(1.0);
+        // a unit matrix beside one that is positive semi-definite
+        covariance.cholesky().ok()
+    }
+}
+
 impl<'a> Prepared<'a> {
     fn new(machine: &Machine, place: usize, record: &'a Record) -> Self {
         let factor = libm::round(record.rate_hz / machine.compared_hz(record)).max(1.0) as usize;
@@ -139,17 +151,23 @@ impl<'a> Prepared<'a> {
         }))
     }
 
-    /// Takes the noise of the loop into account beside that of the sensors.
+    /// Takes the noise of the loop into account beside that of the sensors, and that of the mean of
+    /// so few runs.
     fn weigh(&mut self, noise: f64) {
         let rate_hz = self.rate_hz();
         if let Some(anchored) = &mut self.anchored {
-            let mut covariance = loop_covariance(&anchored.scatter, rate_hz);
-            covariance = covariance.scaled(1.0 / (noise * noise));
-            covariance.add_to_diagonal(1.0);
-            // a unit matrix beside one that is positive semi-definite
-            anchored.noise = covariance.cholesky().ok();
+            let runs = anchored.scatter.len() as f64;
+            anchored.noise = anchored.covariance(1.0 + 1.0 / runs, noise, rate_hz);
         }
         self.measured = self.of_equal_noise(self.averaged.clone());
+    }
+
+    /// Logarithm of the determinant of `L`, the factor of the noise of sensors and loop about a mean
+    /// that is known; zero without an anchor.
+    fn log_determinant(&self, noise: f64) -> f64 {
+        let own = self.anchored.as_ref();
+        let factor = own.and_then(|anchored| anchored.covariance(1.0, noise, self.rate_hz()));
+        factor.map_or(0.0, |factor| 0.5 * factor.log_determinant())
     }
 
     /// A drive signal at the recording's rate, averaged, and without what hums at the frequency of
@@ -240,9 +258,21 @@ impl<'a> Problem<'a> {
         Ok(true)
     }
 
+    /// Runs less their mean of the finer model to which predictions are moved, of all recordings.
+    pub(crate) fn scatter(&self) -> Vec<&[f64]> {
+        let anchored = self.records.iter().filter_map(|prepared| prepared.anchored.as_ref());
+        anchored.flat_map(|anchored| anchored.scatter.iter().map(Vec::as_slice)).collect()
+    }
+
     /// Gives all samples noise of one size, where the sensors have so much.
     pub(crate) fn weigh(&mut self, noise: f64) {
         self.records.iter_mut().for_each(|prepared| prepared.weigh(noise));
+    }
+
+    /// Logarithm of the determinant of the factors of the noise of sensors and loop, of all
+    /// recordings.
+    pub(crate) fn log_determinant(&self, noise: f64) -> f64 {
+        self.records.iter().map(|prepared| prepared.log_determinant(noise)).sum()
     }
 
     /// Noise of the sensors by second differences of what an anchored prediction leaves in a state,

@@ -27,7 +27,7 @@ mod sides;
 mod symmetric;
 mod taper;
 
-pub use autoregressive::{Whitener, rms};
+pub use autoregressive::{Whitener, log_likelihood_without, rms};
 pub use banded::{BandedCholesky, BandedMatrix, NotPositiveDefinite, dot};
 pub use central::{central_differences, central_differences_together, try_central_differences};
 pub use chance::{chi_squared_log_tail, ljung_box_chance};

@@ -83,13 +83,23 @@ impl Channel {
         Self { resampling_error, taken_s, ..Self::from_rows(name, times_s, values, 0.0) }
     }
 
+    /// The sum with a channel that has the same times.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        self.with_other(other, |own, other| own + other)
+    }
+
     /// The current of a star's phase by those of the others, which have the same times.
     pub(super) fn third_of_star(name: ChannelName, one: &Self, two: &Self) -> Self {
-        let values = one.values.iter().zip(two.values.iter()).map(|(one, two)| -(one + two));
+        Self { name, ..one.with_other(two, |one, two| -(one + two)) }
+    }
+
+    /// Samples made of those of two channels that have the same times; errors are independent.
+    fn with_other(&self, other: &Self, value: impl Fn(f64, f64) -> f64) -> Self {
+        let pairs = self.values.iter().zip(other.values.iter());
         Self {
-            resampling_error: one.resampling_error.hypot(two.resampling_error),
-            taken_s: one.taken_s.clone(),
-            ..Self::from_rows(name, one.times_s.clone(), values.collect(), one.time_quantum_s)
+            values: pairs.map(|(&own, &other)| value(own, other)).collect(),
+            resampling_error: self.resampling_error.hypot(other.resampling_error),
+            ..self.clone()
         }
     }
 

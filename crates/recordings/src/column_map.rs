@@ -1,6 +1,5 @@
-//! Which column of a foreign file is which channel: `NAME=COLUMN[*FACTOR[+OFFSET]]`.
-
-use std::str::FromStr;
+//! Which columns of a foreign file are which channel: `NAME=COLUMN[*FACTOR[+OFFSET]]`, where a sum
+//! of columns stands in brackets.
 
 use super::{ChannelName, Gaps, nearest::nearest, unit::Scale};
 
@@ -34,6 +33,8 @@ pub(super) struct Entry {
     pub(super) column: String,
     /// Where one is given: it goes before the unit that the file states.
     pub(super) scale: Option<Scale>,
+    /// True for a part of a sum with a minus before it; a scale that is given has no sign of it.
+    pub(super) is_subtracted: bool,
 }
 
 /// Column of row numbers from 0, where no column has that name.
@@ -43,6 +44,11 @@ impl Entry {
     /// Tells whether times are those of the rows, where no column has the name.
     pub(super) fn is_of_rows(&self) -> bool {
         self.target == Target::Time && self.column == ROW_COLUMN
+    }
+
+    /// Time between rows where times are those of the rows, s.
+    pub(super) fn row_step_s(&self) -> f64 {
+        self.scale.unwrap_or(Scale::ONE).factor
     }
 }
 
@@ -66,7 +72,7 @@ pub struct ColumnMap {
     skipped_lines: usize,
 }
 
-/// Why a `NAME=COLUMN[*FACTOR[+OFFSET]]` cannot be used.
+/// Why a `NAME=COLUMN[*FACTOR[+OFFSET]]` or a sum of columns cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnMapError {
@@ -107,6 +113,12 @@ pub enum ColumnMapError {
         /// The offset as given.
         offset: f64,
     },
+    /// The time is a sum, or the Hall sensors are.
+    #[error("`{name}` cannot be the sum of columns")]
+    NoSum {
+        /// The channel.
+        name: &'static str,
+    },
     /// The channel is mapped twice.
     #[error("`{name}` is mapped twice")]
     ChannelTwice {
@@ -138,6 +150,10 @@ impl ColumnMap {
     /// `*` is read so only where it is one number or two, so a column whose name holds a `*` can
     /// be named.
     ///
+    /// A sum of columns stands in brackets, with blanks around each sign, and each column may have
+    /// a factor: `position_m=(a - b)*0.001`, `motor_angle_rad=(coarse*4096 + fine)*1e-4`. Its columns
+    /// have their samples at the same times.
+    ///
     /// # Errors
     /// A [`ColumnMapError`] for the first entry that cannot be used.
     pub fn new<S: AsRef<str>>(
@@ -145,14 +161,16 @@ impl ColumnMap {
     ) -> Result<Self, ColumnMapError> {
         let mut map = Self::default();
         for text in entries {
-            let entry: Entry = text.as_ref().parse()?;
-            if map.entries.iter().any(|earlier| earlier.target == entry.target) {
-                return Err(ColumnMapError::ChannelTwice { name: entry.target.column() });
+            let parts = parts(text.as_ref())?;
+            if parts.iter().any(|part| map.maps(part.target)) {
+                return Err(ColumnMapError::ChannelTwice { name: parts[0].target.column() });
             }
-            if map.entries.iter().any(|earlier| earlier.column == entry.column) {
-                return Err(ColumnMapError::ColumnTwice { column: entry.column });
+            for part in parts {
+                if map.reads(&part.column) {
+                    return Err(ColumnMapError::ColumnTwice { column: part.column });
+                }
+                map.entries.push(part);
             }
-            map.entries.push(entry);
         }
         Ok(map)
     }
@@ -196,35 +214,85 @@ impl ColumnMap {
     }
 
     pub(super) fn maps(&self, target: Target) -> bool {
-        self.entries.iter().any(|entry| entry.target == target)
+        self.columns_of(target) > 0
+    }
+
+    /// Columns that a channel is read from: several where it is their sum.
+    pub(super) fn columns_of(&self, target: Target) -> usize {
+        self.entries.iter().filter(|entry| entry.target == target).count()
     }
 }
 
-impl FromStr for Entry {
-    type Err = ColumnMapError;
-
-    fn from_str(text: &str) -> Result<Self, ColumnMapError> {
-        let form = || ColumnMapError::Form { entry: text.to_owned() };
-        let (name, rest) = text.split_once('=').ok_or_else(form)?;
-        let (name, rest) = (name.trim(), rest.trim());
-        let (column, scale) = rest
-            .rsplit_once('*')
-            .and_then(|(column, scale)| Some((column.trim(), Some(scale_of(scale.trim())?))))
-            .unwrap_or((rest, None));
-        if name.is_empty() || column.is_empty() {
+/// The columns of an entry: one, or the parts of a sum.
+fn parts(text: &str) -> Result<Vec<Entry>, ColumnMapError> {
+    let form = || ColumnMapError::Form { entry: text.to_owned() };
+    let (name, columns) = text.split_once('=').ok_or_else(form)?;
+    let (name, columns) = (name.trim(), columns.trim());
+    if name.is_empty() {
+        return Err(form());
+    }
+    let target = Target::from_column(name).ok_or_else(|| unknown(name))?;
+    let (columns, of_all) = scaled(columns);
+    check(target, of_all)?;
+    let Some(terms) = terms(columns) else {
+        if columns.is_empty() {
             return Err(form());
         }
-        let target = Target::from_column(name).ok_or_else(|| unknown(name))?;
-        let Scale { factor, offset } = scale.unwrap_or(Scale::ONE);
-        let name = target.column();
-        if !factor.is_finite() || factor == 0.0 {
-            return Err(ColumnMapError::Factor { name, factor });
-        }
-        if !offset.is_finite() || target == Target::Time && offset != 0.0 {
-            return Err(ColumnMapError::Offset { name, offset });
-        }
-        Ok(Self { target, column: column.to_owned(), scale })
+        let column = columns.to_owned();
+        return Ok(vec![Entry { target, column, scale: of_all, is_subtracted: false }]);
+    };
+    if matches!(target, Target::Time | Target::Channel(ChannelName::HallState)) {
+        return Err(ColumnMapError::NoSum { name: target.column() });
     }
+    let part = |(index, (term, is_subtracted)): (usize, (&str, bool))| {
+        let (column, own) = scaled(term);
+        check(target, own)?;
+        if column.is_empty() {
+            return Err(form());
+        }
+        let of_all = of_all.filter(|_| index == 0).or(of_all.map(|all| Scale::by(all.factor)));
+        let scale = match (own, of_all) {
+            (Some(own), Some(all)) => Some(own.then(all)),
+            (own, all) => own.or(all),
+        };
+        Ok(Entry { target, column: column.to_owned(), scale, is_subtracted })
+    };
+    terms.into_iter().enumerate().map(part).collect()
+}
+
+/// A text before the last `*`, and the scale behind it, where there is one.
+fn scaled(text: &str) -> (&str, Option<Scale>) {
+    text.rsplit_once('*')
+        .and_then(|(before, scale)| Some((before.trim(), Some(scale_of(scale.trim())?))))
+        .unwrap_or((text, None))
+}
+
+/// Refuses a scale that loses the numbers.
+fn check(target: Target, scale: Option<Scale>) -> Result<(), ColumnMapError> {
+    let Scale { factor, offset } = scale.unwrap_or(Scale::ONE);
+    let name = target.column();
+    if !factor.is_finite() || factor == 0.0 {
+        return Err(ColumnMapError::Factor { name, factor });
+    }
+    if !offset.is_finite() || target == Target::Time && offset != 0.0 {
+        return Err(ColumnMapError::Offset { name, offset });
+    }
+    Ok(())
+}
+
+/// The terms of `(A + B - C)`, and whether each is subtracted; `None` where a text is no sum.
+fn terms(text: &str) -> Option<Vec<(&str, bool)>> {
+    const SIGNS: [&str; 2] = [" + ", " - "];
+    let mut rest = text.strip_prefix('(')?.strip_suffix(')')?;
+    let (mut terms, mut is_subtracted) = (Vec::new(), false);
+    while let Some(place) = SIGNS.iter().filter_map(|sign| rest.find(sign)).min() {
+        let (term, behind) = rest.split_at(place);
+        terms.push((term.trim(), is_subtracted));
+        is_subtracted = behind.starts_with(SIGNS[1]);
+        rest = &behind[SIGNS[0].len()..];
+    }
+    terms.push((rest.trim(), is_subtracted));
+    (terms.len() > 1).then_some(terms)
 }
 
 /// `FACTOR`, or `FACTOR+OFFSET` with either sign; `None` where these are no numbers.
@@ -279,6 +347,33 @@ mod tests {
     }
 
     #[test]
+    fn sums_of_columns_are_read_part_by_part() {
+        let map = ColumnMap::new([
+            "position_m=(a - b)*0.001+0.5",
+            "current_a = (i [A] + j*2 - k-l) ",
+            "load_n_m=(x)",
+            "command_rad=(x+y)",
+        ])
+        .unwrap();
+        let read: Vec<_> = map
+            .entries()
+            .iter()
+            .map(|entry| (entry.column.as_str(), entry.scale, entry.is_subtracted))
+            .collect();
+        let want = [
+            ("a", Some(Scale { factor: 0.001, offset: 0.5 }), false),
+            ("b", Some(Scale::by(0.001)), true),
+            ("i [A]", None, false),
+            ("j", Some(Scale::by(2.0)), false),
+            ("k-l", None, true),
+            ("(x)", None, false),
+            ("(x+y)", None, false),
+        ];
+        assert_eq!(read, want);
+        assert_eq!(map.columns_of(Target::Channel(ChannelName::Current)), 3);
+    }
+
+    #[test]
     fn says_what_is_wrong_with_an_entry() {
         let error = |entries: &[&str]| ColumnMap::new(entries).unwrap_err().to_string();
         assert_eq!(
@@ -305,5 +400,8 @@ mod tests {
         );
         assert_eq!(error(&["current_a=i", "current_a=j"]), "`current_a` is mapped twice");
         assert_eq!(error(&["current_a=i", "load_n_m=i"]), "column `i` is mapped twice");
+        assert_eq!(error(&["current_a=(i - i)"]), "column `i` is mapped twice");
+        assert_eq!(error(&["time_s=(t + u)"]), "`time_s` cannot be the sum of columns");
+        assert!(error(&["current_a=(i +  - j)"]).contains("is not of the form"));
     }
 }

@@ -115,6 +115,14 @@ pub enum RecordError {
         /// Time columns of that length.
         alike: usize,
     },
+    /// Columns that a map adds up do not all have their samples at the same times.
+    #[error(
+        "the columns that `{channel}` is the sum of do not all have their samples at the same times"
+    )]
+    SumTimes {
+        /// The channel.
+        channel: ChannelName,
+    },
     /// The step of an evenly spaced time axis is not positive.
     #[error("column `{column}` has the sample period {step_s} s, expected a positive one")]
     Step {

@@ -45,6 +45,7 @@ mod sha256;
 mod shared_numbers;
 mod source;
 mod star;
+mod sum;
 mod unit;
 mod writer;
 

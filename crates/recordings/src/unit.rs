@@ -61,6 +61,11 @@ impl Scale {
         // a sum with zero would lose the sign of a zero
         if self.offset == 0.0 { product } else { product + self.offset }
     }
+
+    /// One scale, and another after it.
+    pub(super) fn then(self, next: Self) -> Self {
+        Self { factor: self.factor * next.factor, offset: next.of(self.offset) }
+    }
 }
 
 /// Scale from the stated unit to this SI unit; `None` where the unit is not known as one of that
@@ -87,7 +92,7 @@ pub(super) fn is_known(stated: &str) -> bool {
     UNITS.iter().any(|(si, _)| scale(stated, si).is_some())
 }
 
-/// Scale that makes SI of a column, and the notice of a unit that is not the SI unit or whose scale
+/// Scale that makes SI of a column, negative for one that a map subtracts, and the notice of a unit that is not the SI unit or whose scale
 /// a map replaces.
 ///
 /// # Errors
@@ -99,9 +104,10 @@ pub(super) fn stated_scale(
     target: Target,
     mapped: Option<&Entry>,
 ) -> Result<(Scale, Option<StatedUnit>), RecordError> {
+    let sign = Scale::by(if mapped.is_some_and(|entry| entry.is_subtracted) { -1.0 } else { 1.0 });
     let mapped = mapped.and_then(|entry| entry.scale);
     let Some(unit) = unit.map(str::trim).filter(|unit| !unit.is_empty() && *unit != "-") else {
-        return Ok((mapped.unwrap_or(Scale::ONE), None));
+        return Ok((mapped.unwrap_or(Scale::ONE).then(sign), None));
     };
     let expected = si_unit(target);
     let own = scale(unit, expected);
@@ -115,7 +121,7 @@ pub(super) fn stated_scale(
     let (column, unit, is_mapped) = (column.to_owned(), unit.to_owned(), mapped.is_some());
     let Scale { factor, offset } = scale;
     let stated = StatedUnit { column, unit, factor, offset, is_mapped };
-    Ok((scale, is_told.then_some(stated)))
+    Ok((scale.then(sign), is_told.then_some(stated)))
 }
 
 /// A column whose file states a unit that is not the SI unit of its channel.

@@ -344,6 +344,50 @@ fn electronics_are_no_cause_and_hide_none() {
     assert_eq!(symbols, ["E11"], "{}", found.sentence);
 }
 
+/// Noise of the loop that is alike throughout, as on the bench: the mean of a few runs has some of
+/// it, which must not count against the model that made the recordings.
+#[test]
+fn the_model_that_made_a_recording_predicts_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fdi"));
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    // from 0.7 to 5 Hz, and from 0.9 to 6 Hz
+    for (name, from_hz, growth) in [("train", 0.7, 4.3), ("holdout", 0.9, 5.1)] {
+        let at = |t: f64| {
+            let (hz, turns) = (from_hz + growth * t, from_hz * t + 0.5 * growth * t * t);
+            (t / 0.2).min(1.0).powi(2) * 0.02 / (1.0 + hz) * (std::f64::consts::TAU * turns).sin()
+        };
+        let row = |n: usize| format!("{},{}", n as f64 * 5e-4, at(n as f64 * 5e-4));
+        let rows: Vec<String> = (0..2001).map(row).collect();
+        let text = format!("time_s,command_rad\n{}\n", rows.join("\n"));
+        fs::write(folder.path().join(format!("{name}.csv")), text).unwrap();
+    }
+    let explained = |electronics: &[&str]| -> Explanation {
+        for (seed, name) in [("1", "train"), ("2", "holdout")] {
+            let (command, file) = (format!("{name}.csv"), format!("recorded-{name}.csv"));
+            let of = ["simulate", "--model", "bench", "--command", &command, "-o", &file];
+            let sensors = ["--noise-a", "0.02", "--adc-bits", "12", "--seed", seed];
+            run(&[&of[..], &sensors, electronics].concat());
+        }
+        let recordings = ["--train", "recorded-train.csv", "--holdout", "recorded-holdout.csv"];
+        let asked = ["explain", "--model", "bench", "--output-format", "json"];
+        serde_json::from_slice(&run(&[&asked[..], &recordings].concat())).unwrap()
+    };
+    for (electronics, is_high) in [
+        (&[][..], true),
+        (&["--fidelity", "low"], false),
+        (&["--fidelity", "low", "--ideal-electronics"], false),
+    ] {
+        let healthy = explained(electronics);
+        assert_eq!(healthy.prediction == Some(Prediction::High), is_high, "{electronics:?}");
+        assert_eq!(healthy.verdict, ExplanationVerdict::Adequate, "{healthy:?}");
+    }
+}
+
 /// The text of a recording whose currents were cut at a level.
 fn cut_at(level_a: f64, text: &str) -> String {
     let cut = |line: &str| -> String {

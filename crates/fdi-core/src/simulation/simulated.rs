@@ -208,11 +208,12 @@ impl SimulatedRecording {
         let envelope_a = trace.envelope_a(experiment.envelope, pole_pairs);
         let start_angle_rad =
             (self.content == RecordedContent::Envelope).then_some(self.start_angle_rad);
-        envelope_recording(experiment, name, &envelope_a, rate_hz, start_angle_rad)
+        let envelope = EnvelopeAtRate { envelope_a: &envelope_a, rate_hz };
+        envelope.recording(experiment, name, start_angle_rad, None)
     }
 
-    /// Runs the low-fidelity model and records its current as the envelope; noise and converter
-    /// act on the current as they would on the conducting phase.
+    /// Runs the low-fidelity model and records its current as the envelope, and the rotor's angle;
+    /// noise and converter act on the current as they would on the conducting phase.
     ///
     /// # Errors
     ///
@@ -250,7 +251,10 @@ impl SimulatedRecording {
         let [current_a, ..] =
             self.sensors.measure([&current_a, &current_a, &current_a], self.sensor_seed);
         let start_angle_rad = Some(self.start_angle_rad);
-        let recording = envelope_recording(experiment, name, &current_a, rate_hz, start_angle_rad)?;
+        let envelope = EnvelopeAtRate { envelope_a: &current_a, rate_hz };
+        let angle_rad =
+            resampled(&trace.motor_angle_rad, trace.rate_hz, experiment.filter.output_hz);
+        let recording = envelope.recording(experiment, name, start_angle_rad, Some(angle_rad))?;
         Ok((recording, visited))
     }
 
@@ -274,34 +278,48 @@ impl SimulatedRecording {
     }
 }
 
-/// A recording of the filtered envelope alone.
-fn envelope_recording(
-    experiment: &Experiment,
-    name: &str,
-    envelope_a: &[f64],
+/// An envelope before its filter.
+#[derive(Clone, Copy, Debug)]
+struct EnvelopeAtRate<'a> {
+    envelope_a: &'a [f64],
     rate_hz: f64,
-    start_angle_rad: Option<f64>,
-) -> Result<Recording, SimulatedRecordingError> {
-    let output_hz = experiment.filter.output_hz;
-    let metadata = Metadata {
-        command: Some(command_source(experiment)),
-        rate_hz: Some(output_hz),
-        filter_hz: Some(experiment.filter.corner_hz),
-        envelope: Some(envelope_kind(experiment.envelope)),
-        phase_rate_hz: Some(rate_hz),
-        start_angle_rad,
-        load_n_m: load_to_state(experiment),
-        ..Metadata::default()
-    };
-    let filtered_a = filtered(envelope_a, rate_hz, experiment);
-    let samples = filtered_a.len();
-    let mut channels = vec![Channel::uniform(ChannelName::Current, 0.0, output_hz, filtered_a)?];
-    if experiment.name == RECORDED {
-        let command = &experiment.scenario.command;
-        let command_rad = (0..samples).map(|n| command.at(n as f64 / output_hz)).collect();
-        channels.push(Channel::uniform(ChannelName::Command, 0.0, output_hz, command_rad)?);
+}
+
+impl EnvelopeAtRate<'_> {
+    /// Records it filtered, with the rotor's angle at the same rate where that is recorded.
+    fn recording(
+        self,
+        experiment: &Experiment,
+        name: &str,
+        start_angle_rad: Option<f64>,
+        motor_angle_rad: Option<Vec<f64>>,
+    ) -> Result<Recording, SimulatedRecordingError> {
+        let output_hz = experiment.filter.output_hz;
+        let metadata = Metadata {
+            command: Some(command_source(experiment)),
+            rate_hz: Some(output_hz),
+            filter_hz: Some(experiment.filter.corner_hz),
+            envelope: Some(envelope_kind(experiment.envelope)),
+            phase_rate_hz: Some(self.rate_hz),
+            start_angle_rad,
+            load_n_m: load_to_state(experiment),
+            ..Metadata::default()
+        };
+        let filtered_a = filtered(self.envelope_a, self.rate_hz, experiment);
+        let samples = filtered_a.len();
+        let channel = |channel, values: Vec<f64>| Channel::uniform(channel, 0.0, output_hz, values);
+        let mut channels = vec![channel(ChannelName::Current, filtered_a)?];
+        if let Some(mut angle_rad) = motor_angle_rad {
+            angle_rad.truncate(samples);
+            channels.push(channel(ChannelName::MotorAngle, angle_rad)?);
+        }
+        if experiment.name == RECORDED {
+            let command = &experiment.scenario.command;
+            let command_rad = (0..samples).map(|n| command.at(n as f64 / output_hz)).collect();
+            channels.push(channel(ChannelName::Command, command_rad)?);
+        }
+        Ok(Recording::new(name, metadata, channels)?)
     }
-    Ok(Recording::new(name, metadata, channels)?)
 }
 
 /// Load in metadata, where it is not the one that the test has by its name.

@@ -190,6 +190,7 @@ pub(super) fn assemble_with(
         dialect: None,
         computed_phase: None,
     };
+    recording.add_parts(map)?;
     recording.complete_star();
     recording.settle_rate()?;
     Ok(recording)
@@ -255,7 +256,7 @@ impl Plan {
             let exact = heads.iter().filter(|head| head.path == entry.column).count();
             let found: Vec<_> = heads.iter().filter(|head| names(head, entry)).collect();
             if found.is_empty() && entry.is_of_rows() {
-                row_step_s = Some(entry.scale.unwrap_or(Scale::ONE).factor);
+                row_step_s = Some(entry.row_step_s());
                 continue;
             }
             if found.is_empty() {
@@ -290,7 +291,8 @@ impl Plan {
                     plan.times.push(TimeColumn { column, factor: scale.factor });
                 }
                 Some(Target::Channel(channel)) => {
-                    plan.want(heads, Wanted { column, channel, scale })?;
+                    let is_part = map.columns_of(Target::Channel(channel)) > 1;
+                    plan.want(heads, Wanted { column, channel, scale }, is_part)?;
                 }
                 // the axis that other columns point at is no column of its own
                 None if is_clock(heads, column) => {}
@@ -304,9 +306,9 @@ impl Plan {
         Ok(plan)
     }
 
-    fn want(&mut self, heads: &[Head], wanted: Wanted) -> Result<(), RecordError> {
+    fn want(&mut self, heads: &[Head], wanted: Wanted, is_part: bool) -> Result<(), RecordError> {
         let twice = self.channels.iter().find(|earlier| earlier.channel == wanted.channel);
-        if let Some(earlier) = twice {
+        if let Some(earlier) = twice.filter(|_| !is_part) {
             let columns = [earlier.column, wanted.column].map(|index| heads[index].path.clone());
             let column = wanted.channel.column().to_owned();
             return Err(RecordError::ColumnAmbiguous { column, columns: columns.to_vec() });

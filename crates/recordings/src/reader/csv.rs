@@ -86,6 +86,7 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
         dialect: (dialect != Dialect::default()).then_some(dialect),
         computed_phase: None,
     };
+    recording.add_parts(map)?;
     recording.complete_star();
     recording.settle_rate()?;
     Ok(recording)
@@ -379,8 +380,7 @@ impl Table {
         steps: Steps,
     ) -> Result<Self, RecordError> {
         let by_row = |entry: &&Entry| entry.is_of_rows() && !columns.contains(&entry.column);
-        let mapped_step_s =
-            map.entries().iter().find(by_row).map(|entry| entry.scale.unwrap_or(Scale::ONE).factor);
+        let mapped_step_s = map.entries().iter().find(by_row).map(Entry::row_step_s);
         for entry in map.entries() {
             if !columns.contains(&entry.column) && !by_row(&entry) {
                 return Err(RecordError::MappedColumnMissing {
