@@ -29,7 +29,7 @@ const JOINED: [&str; 6] =
     ["recordings", "fdi-report", "ema-sim", "inference", "reduction", "gp-bayesopt"];
 
 /// Crates that `validation` measures: everything but the program, which it runs.
-const VALIDATED: [&str; 10] = [
+const VALIDATED: [&str; 11] = [
     "experiments",
     "fdi-benches",
     "fdi-core",
@@ -38,6 +38,7 @@ const VALIDATED: [&str; 10] = [
     "gp-bayesopt",
     "greybox",
     "greybox-blind",
+    "inference",
     "recordings",
     "reduction",
 ];

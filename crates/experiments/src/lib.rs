@@ -56,8 +56,9 @@ pub use units::{
     LearntLine, LearntResult, NumberBound, NumberScore, NumbersLine, NumbersResult, SetupsLine,
     SetupsResult, Stated, Symmetry, SymmetryResult, TogetherLine, TogetherResult, Unfit, UnitsLine,
     UnitsResult, UnitsScore, WearLine, bundle_at, bundle_of_scaled_torques, bundle_of_test,
-    bundle_over_days, difference_of_diagnosers, evaluate_decisions, evaluate_effects,
-    evaluate_learnt, evaluate_numbers, evaluate_setups, evaluate_symmetries, evaluate_together,
-    evaluate_unfit, evaluate_units, evaluate_wear, hidden_recordings, number_bounds, over_days,
-    plan_request, planned_test, test_by_hand, unit_bounds, unit_recordings,
+    bundle_over_days, difference_of_diagnosers, effect_of_size, effects_of_both,
+    evaluate_decisions, evaluate_effects, evaluate_learnt, evaluate_numbers, evaluate_setups,
+    evaluate_symmetries, evaluate_together, evaluate_unfit, evaluate_units, evaluate_wear,
+    hidden_recordings, number_bounds, over_days, plan_request, planned_test, test_by_hand,
+    unit_bounds, unit_recordings,
 };

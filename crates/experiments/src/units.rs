@@ -17,7 +17,7 @@ mod together;
 
 pub use bound::{BoundCase, NumberBound, number_bounds, unit_bounds};
 pub use decisions::{DecisionsLine, DecisionsResult, Stated, evaluate_decisions};
-pub use effects::{EffectLine, HiddenEffect, evaluate_effects};
+pub use effects::{EffectLine, HiddenEffect, effect_of_size, effects_of_both, evaluate_effects};
 pub use hidden::HiddenDamage;
 pub use learnt::{
     Days, LearntLine, LearntResult, WearLine, bundle_of_test, bundle_over_days, evaluate_learnt,

@@ -7,6 +7,7 @@
 mod as_recorded;
 mod bar;
 mod bayesopt;
+mod chance;
 mod clocks;
 mod cranfield;
 mod diagnosis;
@@ -27,6 +28,7 @@ mod section;
 mod setup;
 mod several;
 mod signal_chain;
+mod simulated_sets;
 mod simulator;
 mod units;
 mod voltage;
@@ -94,6 +96,11 @@ const PAGES: &[Page] = &[
         name: "explaining",
         quick: explaining::quick,
         text: |_| explaining::text().map(Into::into),
+    },
+    Page {
+        name: "simulated-sets",
+        quick: simulated_sets::quick,
+        text: |_| simulated_sets::text().map(Into::into),
     },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "planned", quick: planned::quick, text: |_| planned::text().map(Into::into) },

@@ -137,13 +137,7 @@ impl<'a> Usual<'a> {
         let trace = low.try_simulate(&healthy)?;
         let scales = low.scales(&trace);
         let high = HighFidelity::new(actuator, &scenario.clone().with_real_electronics(1))?;
-        let is_taken = |id: &EffectId| {
-            let effect = [Effect::new(*id, Geometry::Rotary)];
-            low.clone().with_effects(&effect).is_ok()
-                && high.clone().with_effects(&effect).is_ok()
-                && !id.info().takes_curve
-        };
-        let effects = EffectId::ALL.into_iter().filter(is_taken).collect();
+        let effects = effects_of_both(&low, &high);
         let high_a = mean_signal(&nominal, experiment)?;
         Ok(Self { experiment, nominal, scales, high, high_a, effects })
     }
@@ -174,7 +168,7 @@ impl<'a> Usual<'a> {
     ) -> Option<(Effect, f64)> {
         let mut scale = 0.3;
         for _ in 0..STEPS {
-            let effect = self.of_size(id, sizes, scale)?;
+            let effect = effect_of_size(id, sizes, scale, &self.scales)?;
             let lambda = self.lambda(evidence, &effect)?;
             // the high-fidelity model has some effects of its own
             self.high.clone().with_effects(std::slice::from_ref(&effect)).ok()?;
@@ -184,22 +178,6 @@ impl<'a> Usual<'a> {
             scale *= (wanted / lambda.max(1e-9)).sqrt().clamp(0.1, 10.0);
         }
         None
-    }
-
-    fn of_size(&self, id: EffectId, sizes: &[f64], scale: f64) -> Option<Effect> {
-        let mut effect = Effect::new(id, Geometry::Rotary);
-        for (parameter, share) in id.info().parameters.iter().zip(sizes) {
-            if parameter.role() == Role::Amplitude {
-                let (least, most) = parameter.bounds();
-                let size = scale * share * parameter.typical_size(&self.scales);
-                let size = if least >= 0.0 { size.abs() } else { size };
-                if size > most || size < least {
-                    return None;
-                }
-                effect.set(parameter.key(Geometry::Rotary), size).ok()?;
-            }
-        }
-        Some(effect)
     }
 
     fn lambda(&self, evidence: &Evidence, effect: &Effect) -> Option<f64> {
@@ -215,6 +193,40 @@ impl<'a> Usual<'a> {
         let share = evidence.shown_share(&lambda, change).max(0.0);
         Some(share * share * lambda.value)
     }
+}
+
+/// Effects that both models of a machine take, without those of a curve.
+pub fn effects_of_both(low: &LowFidelity, high: &HighFidelity) -> Vec<EffectId> {
+    let is_taken = |id: &EffectId| {
+        let effect = [Effect::new(*id, Geometry::Rotary)];
+        low.clone().with_effects(&effect).is_ok()
+            && high.clone().with_effects(&effect).is_ok()
+            && !id.info().takes_curve
+    };
+    EffectId::ALL.into_iter().filter(is_taken).collect()
+}
+
+/// An effect whose sizes are these shares of the typical ones on a machine, times a scale; `None`
+/// where it cannot have them. A share is given for each number of the effect.
+pub fn effect_of_size(
+    id: EffectId,
+    shares: &[f64],
+    scale: f64,
+    scales: &MachineScales,
+) -> Option<Effect> {
+    let mut effect = Effect::new(id, Geometry::Rotary);
+    for (parameter, share) in id.info().parameters.iter().zip(shares) {
+        if parameter.role() == Role::Amplitude {
+            let (least, most) = parameter.bounds();
+            let size = scale * share * parameter.typical_size(scales);
+            let size = if least >= 0.0 { size.abs() } else { size };
+            if size > most || size < least {
+                return None;
+            }
+            effect.set(parameter.key(Geometry::Rotary), size).ok()?;
+        }
+    }
+    Some(effect)
 }
 
 /// Mean signal of the high-fidelity machine with its electronics over some runs, A.

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 45] = [
+const OF_METHOD: [&str; 48] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -52,6 +52,9 @@ const OF_METHOD: [&str; 45] = [
     "signal_chain/head.md",
     "signal_chain/laas.md",
     "signal_chain/limits.md",
+    "simulated_sets/head.md",
+    "simulated_sets/hidden.md",
+    "simulated_sets/limits.md",
     "simulator/limits.md",
     "tests/head.md",
     "tests/limits.md",

@@ -1,7 +1,6 @@
 //! `docs/validation/signal-chain.md`: mutations of measured recordings, and false alarms on sound
 //! ones.
 
-mod chance;
 mod emps;
 mod laas;
 mod mutation;

@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use ema_sim::model_file::{MachineModel, parse_machine};
 use greybox::{Record, Recordings, SignalCode};
 
-use super::chance::Chance;
+use crate::pages::chance::Chance;
 
 /// A model file with recordings.
 #[derive(Clone, Debug)]

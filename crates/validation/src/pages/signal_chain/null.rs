@@ -8,7 +8,7 @@ use ema_sim::{
 };
 use greybox::{CommandKind, Record, Recordings, SignalFind, check_signals};
 
-use super::chance::Chance;
+use crate::pages::chance::Chance;
 
 const RATE_HZ: f64 = 2000.0;
 /// Length of a recording, s.

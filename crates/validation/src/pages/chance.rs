@@ -1,4 +1,4 @@
-//! Random numbers of the simulated and the noisy sets, from a seed.
+//! Random numbers of simulated sets, from a seed.
 
 /// The generator `SplitMix64` (Steele, Lea and Flood, OOPSLA 2014).
 pub(super) struct Chance(u64);
@@ -19,6 +19,11 @@ impl Chance {
     /// Evenly distributed between 0 and 1, neither of them.
     pub(super) fn uniform(&mut self) -> f64 {
         ((self.next() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    /// Evenly distributed between two numbers.
+    pub(super) fn between(&mut self, least: f64, most: f64) -> f64 {
+        least + (most - least) * self.uniform()
     }
 
     /// A number of the standard normal distribution (Box and Muller 1958).

@@ -1,0 +1,113 @@
+//! A simulated set: two recordings to fit, and one held out.
+
+use anyhow::Result;
+use ema_sim::{
+    Converter, Effect, FaultCoordinates, Imperfections, ModelFidelity, PhaseSensors,
+    model_file::{MachineModel, Model, parse_machine},
+};
+use fdi_core::{
+    ComparedSignals, Experiment, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
+    read_model,
+};
+use greybox::{Record, Recordings};
+
+use super::course::{Course, RATE_HZ};
+use crate::pages::chance::Chance;
+
+/// White noise on each sample of a phase, A.
+pub(super) const NOISE_A: f64 = 0.02;
+/// Bits of the converter.
+const BITS: u32 = 12;
+/// Recordings that are fitted.
+const FITTED: usize = 2;
+/// All recordings of a set.
+const RECORDINGS: usize = 3;
+
+/// Machines by their names.
+pub(super) const MACHINES: [&str; 3] = ["EMA-48", "bench", "ema-270"];
+
+/// The machine of a name.
+pub(super) fn machine(name: &str) -> Result<Model> {
+    if name != "ema-270" {
+        return Ok(read_model(&name.to_lowercase())?);
+    }
+    let text = include_str!("../../../../../fixtures/models/ema-270.toml");
+    match parse_machine(text)? {
+        MachineModel::Actuator(model) => Ok(model),
+        MachineModel::ServoAxis(_) => anyhow::bail!("`ema-270.toml` is an actuator"),
+    }
+}
+
+/// Choice of a set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice<'a> {
+    pub(super) model: &'a Model,
+    pub(super) fidelity: ModelFidelity,
+    pub(super) course: Course,
+    /// Everything random in it.
+    pub(super) seed: RootSeed,
+}
+
+impl Choice<'_> {
+    /// Tests of the set, without an effect.
+    pub(super) fn tests(&self) -> Result<Vec<Experiment>> {
+        let name = self.model.name.clone().unwrap_or_else(|| "machine".to_owned());
+        let mut chance = Chance::new(self.seed.derive(Purpose::Design, 0));
+        let test = |_| {
+            let test = Experiment::recorded(self.course.draw(&mut chance), RATE_HZ);
+            Ok(test.of_model(&name, self.model)?)
+        };
+        (0..RECORDINGS).map(test).collect()
+    }
+
+    /// Recordings of the set, of a machine that has effects beside its model.
+    pub(super) fn recordings(&self, effects: &[Effect]) -> Result<Recordings> {
+        let tests = self.tests()?.into_iter().enumerate();
+        let mut train = tests
+            .map(|(place, mut test)| {
+                test.effects.extend_from_slice(effects);
+                self.record(&test, place as u64)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let holdout = train.split_off(FITTED);
+        Ok(Recordings { train, holdout, repeat: Vec::new() })
+    }
+
+    fn record(&self, test: &Experiment, place: u64) -> Result<Record> {
+        let converter = Converter::of_drive(BITS, None, &test.actuator.controller);
+        let request = SimulatedRecording {
+            faults: FaultCoordinates([0.0; 7]),
+            start_angle_rad: 0.0,
+            imperfections: Imperfections::REAL,
+            controller_seed: self.seed.derive(Purpose::ControllerNoise, place),
+            sensors: PhaseSensors { noise_a: NOISE_A, converter: Some(converter) },
+            phase_rate_hz: None,
+            sensor_seed: self.seed.derive(Purpose::SensorNoise, place),
+            content: RecordedContent::Phases,
+            has_voltage: false,
+        };
+        let name = format!("recording {}", place + 1);
+        let recording = match self.fidelity {
+            ModelFidelity::High => request.record(test, &name)?,
+            ModelFidelity::Low => request.record_low_fidelity(test, &name)?,
+        };
+        compared(&recording, self.model)
+    }
+}
+
+/// Signals of a recording that are compared, as `fdi explain` takes them.
+fn compared(recording: &Recording, model: &Model) -> Result<Record> {
+    let machine = MachineModel::Actuator(model.clone());
+    let signals = ComparedSignals::of_recording(recording, &machine, None)?;
+    Ok(Record {
+        name: recording.name.clone(),
+        rate_hz: signals.rate_hz,
+        command: signals.command,
+        kind: signals.kind,
+        drive: signals.drive,
+        position: signals.position,
+        load: signals.load,
+        filter_hz: signals.filter_hz,
+        start_rad: signals.start_rad,
+    })
+}
