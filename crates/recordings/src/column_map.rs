@@ -151,8 +151,9 @@ impl ColumnMap {
     /// be named.
     ///
     /// A sum of columns stands in brackets, with blanks around each sign, and each column may have
-    /// a factor: `position_m=(a - b)*0.001`, `motor_angle_rad=(coarse*4096 + fine)*1e-4`. Its columns
-    /// have their samples at the same times.
+    /// a factor: `position_m=(a - b)*0.001`, `motor_angle_rad=(coarse*4096 + fine)*1e-4`. With any
+    /// factor, no unit that the file states counts. Columns have no brackets in their names, and their
+    /// samples at the same times of an even clock.
     ///
     /// # Errors
     /// A [`ColumnMapError`] for the first entry that cannot be used.
@@ -244,17 +245,24 @@ fn parts(text: &str) -> Result<Vec<Entry>, ColumnMapError> {
     if matches!(target, Target::Time | Target::Channel(ChannelName::HallState)) {
         return Err(ColumnMapError::NoSum { name: target.column() });
     }
-    let part = |(index, (term, is_subtracted)): (usize, (&str, bool))| {
-        let (column, own) = scaled(term);
-        check(target, own)?;
-        if column.is_empty() {
+    let terms: Vec<(&str, Option<Scale>, bool)> = terms
+        .into_iter()
+        .map(|(term, is_subtracted)| {
+            let (column, own) = scaled(term);
+            (column, own, is_subtracted)
+        })
+        .collect();
+    // one factor is enough for the numbers of all columns to be taken as they are
+    let is_scaled = of_all.is_some() || terms.iter().any(|(_, own, _)| own.is_some());
+    let part = |(index, (column, own, is_subtracted)): (usize, (&str, Option<Scale>, bool))| {
+        let own = own.unwrap_or(Scale::ONE);
+        if column.is_empty() || own.offset != 0.0 {
             return Err(form());
         }
-        let of_all = of_all.filter(|_| index == 0).or(of_all.map(|all| Scale::by(all.factor)));
-        let scale = match (own, of_all) {
-            (Some(own), Some(all)) => Some(own.then(all)),
-            (own, all) => own.or(all),
-        };
+        let all = of_all.unwrap_or(Scale::ONE);
+        let scale = own.then(if index == 0 { all } else { Scale::by(all.factor) });
+        check(target, Some(scale))?;
+        let scale = is_scaled.then_some(scale);
         Ok(Entry { target, column: column.to_owned(), scale, is_subtracted })
     };
     terms.into_iter().enumerate().map(part).collect()
@@ -280,10 +288,14 @@ fn check(target: Target, scale: Option<Scale>) -> Result<(), ColumnMapError> {
     Ok(())
 }
 
-/// The terms of `(A + B - C)`, and whether each is subtracted; `None` where a text is no sum.
+/// The terms of `(A + B - C)`, and whether each is subtracted; `None` where a text is no sum, as one
+/// with brackets within.
 fn terms(text: &str) -> Option<Vec<(&str, bool)>> {
     const SIGNS: [&str; 2] = [" + ", " - "];
     let mut rest = text.strip_prefix('(')?.strip_suffix(')')?;
+    if rest.contains(['(', ')']) {
+        return None;
+    }
     let (mut terms, mut is_subtracted) = (Vec::new(), false);
     while let Some(place) = SIGNS.iter().filter_map(|sign| rest.find(sign)).min() {
         let (term, behind) = rest.split_at(place);
@@ -351,6 +363,8 @@ mod tests {
         let map = ColumnMap::new([
             "position_m=(a - b)*0.001+0.5",
             "current_a = (i [A] + j*2 - k-l) ",
+            "motor_angle_rad=(m - n)",
+            "motor_voltage_v=(Drive) x - y (A)",
             "load_n_m=(x)",
             "command_rad=(x+y)",
         ])
@@ -363,9 +377,12 @@ mod tests {
         let want = [
             ("a", Some(Scale { factor: 0.001, offset: 0.5 }), false),
             ("b", Some(Scale::by(0.001)), true),
-            ("i [A]", None, false),
+            ("i [A]", Some(Scale::ONE), false),
             ("j", Some(Scale::by(2.0)), false),
-            ("k-l", None, true),
+            ("k-l", Some(Scale::ONE), true),
+            ("m", None, false),
+            ("n", None, true),
+            ("(Drive) x - y (A)", None, false),
             ("(x)", None, false),
             ("(x+y)", None, false),
         ];
@@ -402,6 +419,8 @@ mod tests {
         assert_eq!(error(&["current_a=i", "load_n_m=i"]), "column `i` is mapped twice");
         assert_eq!(error(&["current_a=(i - i)"]), "column `i` is mapped twice");
         assert_eq!(error(&["time_s=(t + u)"]), "`time_s` cannot be the sum of columns");
-        assert!(error(&["current_a=(i +  - j)"]).contains("is not of the form"));
+        for wrong in ["current_a=(i +  - j)", "current_a=(i*2+1 - j)"] {
+            assert!(error(&[wrong]).contains("is not of the form"), "{wrong}");
+        }
     }
 }

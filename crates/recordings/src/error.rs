@@ -115,9 +115,10 @@ pub enum RecordError {
         /// Time columns of that length.
         alike: usize,
     },
-    /// Columns that a map adds up do not all have their samples at the same times.
+    /// Columns that a map adds up do not all have their samples at the same times of an even clock.
     #[error(
-        "the columns that `{channel}` is the sum of do not all have their samples at the same times"
+        "the columns that `{channel}` is the sum of do not all have their samples at the same times \
+         of an even clock without gaps"
     )]
     SumTimes {
         /// The channel.

@@ -5,8 +5,12 @@ use crate::{Channel, ColumnMap, RecordError, Recording, column_map::Target};
 impl Recording {
     /// Adds up the columns of each channel that is a sum of them.
     ///
+    /// A part that was brought onto an even clock is refused: each was interpolated by itself, and
+    /// turns of a rotor that one of them counts would count twice.
+    ///
     /// # Errors
-    /// [`RecordError::SumTimes`] where they do not have all their samples at the same times.
+    /// [`RecordError::SumTimes`] where they do not have all their samples at the same times of an even
+    /// clock.
     pub(crate) fn add_parts(&mut self, map: &ColumnMap) -> Result<(), RecordError> {
         let mut sums: Vec<(Channel, usize)> = Vec::with_capacity(self.channels.len());
         for part in self.channels.drain(..) {
@@ -15,7 +19,8 @@ impl Recording {
                 sums.push((part, 1));
                 continue;
             };
-            if sum.times_s() != part.times_s() {
+            let is_evened = [&*sum, &part].iter().any(|one| one.resampling_error() > 0.0);
+            if is_evened || sum.times_s() != part.times_s() {
                 return Err(RecordError::SumTimes { channel: sum.name() });
             }
             *sum = sum.plus(&part);
@@ -75,8 +80,27 @@ mod tests {
             assert_eq!(
                 read(text, &[map]).unwrap_err().to_string(),
                 "the columns that `motor_angle_rad` is the sum of do not all have their samples \
-                 at the same times"
+                 at the same times of an even clock without gaps"
             );
         }
+    }
+
+    #[test]
+    fn parts_that_were_interpolated_are_refused() {
+        let row = |n: usize| {
+            let angle = 0.5 * n as f64;
+            let turns = (angle / std::f64::consts::TAU).floor();
+            format!("{:.4},{turns},{}\n", n as f64 * 1e-4, angle - turns * std::f64::consts::TAU)
+        };
+        let rows: Vec<String> = (0..400).filter(|n| *n != 200).map(row).collect();
+        let text = format!("time_s,turns,angle\n{}", rows.concat());
+        let map = ColumnMap::new(["motor_angle_rad=(turns*6.283185307179586 + angle)"]).unwrap();
+        let bridged = map.clone().with_gaps(crate::Gaps::Bridge);
+        let read = |map| Recording::parse("r.csv", text.as_bytes(), map);
+        assert!(matches!(read(&bridged), Err(RecordError::SumTimes { .. })));
+        let whole = format!("time_s,turns,angle\n{}", (0..400).map(row).collect::<String>());
+        let whole = Recording::parse("r.csv", whole.as_bytes(), &map).unwrap();
+        let angle = whole.channel(ChannelName::MotorAngle).unwrap();
+        assert!((angle.values()[399] - 199.5).abs() < 1e-9);
     }
 }
