@@ -45,6 +45,13 @@ struct Kind {
     course: Course,
 }
 
+impl Kind {
+    fn in_words(self) -> String {
+        let Self { machine, fidelity, course } = self;
+        format!("{}, {}, {}", MACHINES[machine], word(fidelity), course.word())
+    }
+}
+
 /// Answer to a set.
 struct Answer {
     kind: Kind,
@@ -147,7 +154,7 @@ fn answer(models: &[Model], kind: Kind, place: usize, has_effect: bool) -> Resul
     let model = &models[kind.machine];
     let seed = RootSeed(RootSeed(SEED).derive(Purpose::Units, index as u64));
     let choice = Choice { model, fidelity: kind.fidelity, course: kind.course, seed };
-    let hidden = if has_effect { Some(Outlook::new(&choice)?.draw()?.0) } else { None };
+    let hidden = if has_effect { Some(Outlook::new(&choice)?.draw()?) } else { None };
     let recordings = choice.recordings(hidden.as_slice())?;
     let machine = MachineModel::Actuator(model.clone());
     let explained = explain(&machine, &recordings, &Options::default())?;
@@ -192,14 +199,7 @@ fn healthy_rows(page: &mut String, answers: &[Answer]) {
     for one in answers.iter().filter(|one| !one.is_adequate()) {
         let told: Vec<&str> =
             std::iter::once(verdict(one.verdict)).chain(one.named.iter().copied()).collect();
-        let _ = writeln!(
-            page,
-            "\n- {}, {}, {}: {}",
-            MACHINES[one.kind.machine],
-            word(one.kind.fidelity),
-            one.kind.course.word(),
-            told.join(" ")
-        );
+        let _ = writeln!(page, "\n- {}: {}", one.kind.in_words(), told.join(" "));
     }
 }
 
@@ -240,10 +240,8 @@ fn effect_rows(page: &mut String, answers: &[Answer]) {
         let named = if one.named.is_empty() { "nothing".to_owned() } else { one.named.join(", ") };
         let _ = writeln!(
             page,
-            "- {}, {}, {}: {} hidden, {}, {named} named",
-            MACHINES[one.kind.machine],
-            word(one.kind.fidelity),
-            one.kind.course.word(),
+            "- {}: {} hidden, {}, {named} named",
+            one.kind.in_words(),
             one.truth(),
             verdict(one.verdict)
         );

@@ -8,15 +8,15 @@ use ema_sim::{
 use experiments::{effect_of_size, effects_of_both};
 use fdi_core::{Experiment, Purpose};
 use inference::{BandedCholesky, dot, tapered_covariance};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::set::{Choice, NOISE_A};
 use crate::pages::chance::Chance;
 
 /// Evidence λ of the effects: the least asked for, and the most drawn.
-pub(super) const LAMBDA: [f64; 2] = [60.0, 600.0];
+const LAMBDA: [f64; 2] = [60.0, 600.0];
 /// Runs of the truth with and without an effect, each pair with a noise of its own.
-pub(super) const RUNS: usize = 8;
+const RUNS: usize = 8;
 /// Time from which on samples share no noise of the loop, s.
 const MEMORY_S: f64 = 0.15;
 /// Damage that may take up an effect, and the step of its slopes.
@@ -30,6 +30,7 @@ const STEPS: usize = 6;
 pub(super) struct Outlook<'a> {
     choice: &'a Choice<'a>,
     tests: Vec<Test>,
+    damage: Damage,
     scales: MachineScales,
     effects: Vec<EffectId>,
 }
@@ -55,14 +56,15 @@ impl<'a> Outlook<'a> {
         let high = HighFidelity::new(&first.actuator, &first.scenario)?;
         let effects = effects_of_both(&low, &high);
         let tests = experiments.into_iter().enumerate();
-        let tests = tests
+        let tests: Vec<Test> = tests
             .map(|(place, experiment)| Test::new(choice, experiment, place))
             .collect::<Result<_>>()?;
-        Ok(Self { choice, tests, scales, effects })
+        let damage = Damage::of(&tests)?;
+        Ok(Self { choice, tests, damage, scales, effects })
     }
 
-    /// An effect with its evidence.
-    pub(super) fn draw(&self) -> Result<(Effect, f64)> {
+    /// An effect that shows.
+    pub(super) fn draw(&self) -> Result<Effect> {
         for stream in 0..MOST_DRAWS {
             let mut chance = Chance::new(self.choice.seed.derive(Purpose::Units, stream));
             let place = (self.effects.len() as f64 * chance.uniform()) as usize;
@@ -78,13 +80,13 @@ impl<'a> Outlook<'a> {
 
     /// The effect with sizes in some proportion, scaled to an evidence; `None` where it cannot have
     /// it.
-    fn scaled(&self, id: EffectId, sizes: &[f64], wanted: f64) -> Option<(Effect, f64)> {
+    fn scaled(&self, id: EffectId, sizes: &[f64], wanted: f64) -> Option<Effect> {
         let mut scale = 0.3;
         for _ in 0..STEPS {
             let effect = effect_of_size(id, sizes, scale, &self.scales)?;
             let lambda = self.lambda(&effect).ok()?;
             if (wanted / 1.4..=wanted * 1.4).contains(&lambda) && lambda >= LAMBDA[0] {
-                return Some((effect, lambda));
+                return Some(effect);
             }
             scale *= (wanted / lambda.max(1.0)).sqrt().clamp(0.1, 10.0);
         }
@@ -110,12 +112,8 @@ impl<'a> Outlook<'a> {
                 joined.extend(change);
             }
         }
-        let slopes: Vec<Vec<f64>> = FREE
-            .iter()
-            .map(|&k| self.tests.iter().flat_map(|t| t.slopes[k].clone()).collect())
-            .collect();
         for change in &mut changes {
-            *change = without(&slopes, change)?;
+            self.damage.take_off(change);
         }
         let n = RUNS as f64;
         let mean: Vec<f64> = (0..changes[0].len())
@@ -169,19 +167,34 @@ fn signals(choice: &Choice<'_>, test: &Experiment, place: usize) -> Result<Vec<V
     (0..RUNS).map(run).collect()
 }
 
-/// A whitened change less what slopes imitate of it, each level with a standard deviation of one.
-fn without(slopes: &[Vec<f64>], change: &[f64]) -> Result<Vec<f64>> {
-    let order = slopes.len();
-    let gram = DMatrix::from_fn(order, order, |i, j| {
-        dot(&slopes[i], &slopes[j]) + if i == j { 1.0 } else { 0.0 }
-    });
-    let ahead = DVector::from_fn(order, |i, _| dot(&slopes[i], change));
-    let levels = gram.cholesky().context("a level with a prior is determined")?.solve(&ahead);
-    let mut left = change.to_vec();
-    for (slope, level) in slopes.iter().zip(levels.iter()) {
-        for (x, s) in left.iter_mut().zip(slope) {
-            *x -= level * s;
+/// Damage that may take up a change in all tests of a set, each level with a standard deviation of
+/// one.
+struct Damage {
+    /// Whitened slopes, a level each.
+    slopes: Vec<Vec<f64>>,
+    gram: Cholesky<f64, Dyn>,
+}
+
+impl Damage {
+    fn of(tests: &[Test]) -> Result<Self> {
+        let slopes: Vec<Vec<f64>> = (0..FREE.len())
+            .map(|k| tests.iter().flat_map(|test| test.slopes[k].iter().copied()).collect())
+            .collect();
+        let gram = DMatrix::from_fn(FREE.len(), FREE.len(), |i, j| {
+            dot(&slopes[i], &slopes[j]) + if i == j { 1.0 } else { 0.0 }
+        });
+        let gram = gram.cholesky().context("a level with a prior is determined")?;
+        Ok(Self { slopes, gram })
+    }
+
+    /// Takes what damage imitates off a whitened change.
+    fn take_off(&self, change: &mut [f64]) {
+        let ahead = DVector::from_fn(FREE.len(), |i, _| dot(&self.slopes[i], change));
+        let levels = self.gram.solve(&ahead);
+        for (slope, level) in self.slopes.iter().zip(levels.iter()) {
+            for (x, s) in change.iter_mut().zip(slope) {
+                *x -= level * s;
+            }
         }
     }
-    Ok(left)
 }
