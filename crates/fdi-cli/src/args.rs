@@ -234,6 +234,9 @@ pub struct MapArgs {
     /// Leave out the first N lines of a text
     #[arg(long, default_value_t, value_name = "N")]
     pub skip_lines: usize,
+    /// Read the rows with this VALUE in this COLUMN, of a table that holds several recordings; may be repeated
+    #[arg(long = "where", value_name = "COLUMN=VALUE", value_parser = row_choice)]
+    pub rows: Vec<String>,
 }
 
 impl MapArgs {
@@ -247,7 +250,7 @@ impl MapArgs {
             GapsArg::Refuse => Gaps::Refuse,
             GapsArg::Bridge => Gaps::Bridge,
         };
-        let map = ColumnMap::new(&self.map)?;
+        let map = ColumnMap::new(&self.map)?.with_rows(&self.rows)?;
         Ok(map.with_gaps(gaps).with_skipped_lines(self.skip_lines))
     }
 }
@@ -649,6 +652,12 @@ fn noise_a(text: &str) -> Result<f64, String> {
 /// An entry of `--map`; whether entries go together is seen once all are known.
 fn mapping(text: &str) -> Result<String, String> {
     ColumnMap::new([text]).map(|_| text.to_owned()).map_err(|error| error.to_string())
+}
+
+/// A condition of `--where`.
+fn row_choice(text: &str) -> Result<String, String> {
+    let map = ColumnMap::default().with_rows([text]);
+    map.map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

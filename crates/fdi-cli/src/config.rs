@@ -28,9 +28,9 @@ use file::SettingsFile;
 const HERE: &str = "fdi.toml";
 
 /// Options that say what one run reads or writes, and are therefore no settings.
-const OF_ONE_RUN: [&str; 15] = [
+const OF_ONE_RUN: [&str; 16] = [
     "output", "report", "figures", "figure", "resume", "shard", "dataset", "faults", "train",
-    "holdout", "repeat", "config", "help", "version", "replaced",
+    "holdout", "repeat", "where", "config", "help", "version", "replaced",
 ];
 
 /// Why the command line cannot be acted on.

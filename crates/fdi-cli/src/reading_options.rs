@@ -15,6 +15,7 @@ pub(crate) struct ReadingOptions {
     maps: Vec<String>,
     is_bridged: bool,
     skipped_lines: usize,
+    rows: Vec<String>,
 }
 
 impl ReadingOptions {
@@ -25,6 +26,7 @@ impl ReadingOptions {
             maps: given.map.clone(),
             is_bridged: given.is_bridged(),
             skipped_lines: given.skip_lines,
+            rows: given.rows.clone(),
         };
         let mut options = given.clone();
         for _ in 0..MOST_TRIED {
@@ -64,12 +66,13 @@ impl ReadingOptions {
         let maps = self.maps.iter().map(|entry| format!("--map {}", quoted(entry)));
         let gaps = self.is_bridged.then(|| "--gaps bridge".to_owned());
         let skip = (self.skipped_lines > 0).then(|| format!("--skip-lines {}", self.skipped_lines));
-        maps.chain(gaps).chain(skip).collect::<Vec<_>>().join(" ")
+        let rows = self.rows.iter().map(|choice| format!("--where {}", quoted(choice)));
+        maps.chain(gaps).chain(skip).chain(rows).collect::<Vec<_>>().join(" ")
     }
 
     fn column_map(&self) -> Option<ColumnMap> {
         let gaps = if self.is_bridged { Gaps::Bridge } else { Gaps::Refuse };
-        let map = ColumnMap::new(&self.maps).ok()?;
+        let map = ColumnMap::new(&self.maps).ok()?.with_rows(&self.rows).ok()?;
         Some(map.with_gaps(gaps).with_skipped_lines(self.skipped_lines))
     }
 
@@ -111,6 +114,10 @@ impl ReadingOptions {
             | RecordError::Gap { can_be_bridged: true, .. }
             | RecordError::TimeNotIncreasing { can_be_bridged: true, .. }
             | RecordError::ChannelTime { can_be_bridged: true, .. } => self.is_bridged = true,
+            RecordError::TimeNotIncreasing { rows_before: Some(choice), .. }
+            | RecordError::ChannelTime { rows_before: Some(choice), .. } => {
+                self.rows.push(choice.clone());
+            }
             RecordError::MetadataSyntax { line, .. } | RecordError::MetadataKey { line, .. } => {
                 let line = usize::try_from(*line).unwrap_or(0);
                 self.skipped_lines = self.skipped_lines.max(line);

@@ -40,6 +40,7 @@ impl Channel {
                 index: index + 1,
                 can_be_bridged: false,
                 begins_again: false,
+                rows_before: None,
             });
         }
         Ok(Self::from_rows(name, times_s.into(), values.into(), 0.0))
@@ -83,23 +84,15 @@ impl Channel {
         Self { resampling_error, taken_s, ..Self::from_rows(name, times_s, values, 0.0) }
     }
 
-    /// The sum with a channel that has the same times.
-    pub(super) fn plus(&self, other: &Self) -> Self {
-        self.with_other(other, |own, other| own + other)
-    }
-
-    /// The current of a star's phase by those of the others, which have the same times.
+    /// The current of a star's phase by those of the others, which have the same times; their errors
+    /// are independent.
     pub(super) fn third_of_star(name: ChannelName, one: &Self, two: &Self) -> Self {
-        Self { name, ..one.with_other(two, |one, two| -(one + two)) }
-    }
-
-    /// Samples made of those of two channels that have the same times; errors are independent.
-    fn with_other(&self, other: &Self, value: impl Fn(f64, f64) -> f64) -> Self {
-        let pairs = self.values.iter().zip(other.values.iter());
+        let pairs = one.values.iter().zip(two.values.iter());
         Self {
-            values: pairs.map(|(&own, &other)| value(own, other)).collect(),
-            resampling_error: self.resampling_error.hypot(other.resampling_error),
-            ..self.clone()
+            name,
+            values: pairs.map(|(one, two)| -(one + two)).collect(),
+            resampling_error: one.resampling_error.hypot(two.resampling_error),
+            ..one.clone()
         }
     }
 
@@ -240,6 +233,15 @@ impl OtherColumn {
     /// The cells that are not empty, as text.
     pub fn cells(&self) -> impl Iterator<Item = &str> {
         (0..self.ends.len()).map(|index| self.cell(index))
+    }
+
+    /// The choice of rows `COLUMN=VALUE` that takes those before a row and not the row itself, where
+    /// no cell up to it is empty.
+    pub(super) fn choice_of_rows_before(&self, row: usize) -> Option<String> {
+        let mut before = (0..row).map(|index| self.cell(index));
+        let first = before.next().filter(|_| self.ends.len() > row)?;
+        let is_told = first != self.cell(row) && before.all(|cell| cell == first);
+        is_told.then(|| format!("{}={first}", self.name))
     }
 
     /// One cell that is not empty.

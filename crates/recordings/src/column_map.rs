@@ -1,7 +1,7 @@
 //! Which columns of a foreign file are which channel: `NAME=COLUMN[*FACTOR[+OFFSET]]`, where a sum
 //! of columns stands in brackets.
 
-use super::{ChannelName, Gaps, nearest::nearest, unit::Scale};
+use super::{ChannelName, Gaps, nearest::nearest, row_choice::RowChoice, unit::Scale};
 
 /// Meaning of a mapped column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,8 +52,8 @@ impl Entry {
     }
 }
 
-/// How the columns of a file are read: those that stand for channels under other names or units,
-/// and what is done where samples lack.
+/// How a file is read: columns that stand for channels under other names or units, which rows, and
+/// what is done where samples lack.
 ///
 /// # Examples
 ///
@@ -70,9 +70,10 @@ pub struct ColumnMap {
     entries: Vec<Entry>,
     gaps: Gaps,
     skipped_lines: usize,
+    rows: Vec<RowChoice>,
 }
 
-/// Why a `NAME=COLUMN[*FACTOR[+OFFSET]]` or a sum of columns cannot be used.
+/// Why a `NAME=COLUMN[*FACTOR[+OFFSET]]`, a sum of columns or a choice of rows cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnMapError {
@@ -119,6 +120,12 @@ pub enum ColumnMapError {
         /// The channel.
         name: &'static str,
     },
+    /// A choice of rows has no `=`, or no column before it.
+    #[error("`{entry}` is not of the form `COLUMN=VALUE` (rows that are read: `run=3`)")]
+    RowForm {
+        /// The entry as given.
+        entry: String,
+    },
     /// The channel is mapped twice.
     #[error("`{name}` is mapped twice")]
     ChannelTwice {
@@ -153,7 +160,7 @@ impl ColumnMap {
     /// A sum of columns stands in brackets, with blanks around each sign, and each column may have
     /// a factor: `position_m=(a - b)*0.001`, `motor_angle_rad=(coarse*4096 + fine)*1e-4`. With any
     /// factor, no unit that the file states counts. Columns have no brackets in their names, and their
-    /// samples at the same times of an even clock.
+    /// samples at the same times.
     ///
     /// # Errors
     /// A [`ColumnMapError`] for the first entry that cannot be used.
@@ -186,6 +193,26 @@ impl ColumnMap {
     #[must_use]
     pub fn with_skipped_lines(self, skipped_lines: usize) -> Self {
         Self { skipped_lines, ..self }
+    }
+
+    /// Columns of which only those rows are read that have a value in a column: of a table that
+    /// holds several recordings, one.
+    ///
+    /// Each condition is `COLUMN=VALUE`, and rows meet all of them. A cell has a value where it is
+    /// the same text, or the same number (`3` and `3.0`).
+    ///
+    /// # Errors
+    /// [`ColumnMapError::RowForm`] for the first that is not of this form.
+    pub fn with_rows<S: AsRef<str>>(
+        self,
+        conditions: impl IntoIterator<Item = S>,
+    ) -> Result<Self, ColumnMapError> {
+        let rows = conditions.into_iter().map(|text| RowChoice::parse(text.as_ref()));
+        Ok(Self { rows: rows.collect::<Result<_, _>>()?, ..self })
+    }
+
+    pub(super) fn rows(&self) -> &[RowChoice] {
+        &self.rows
     }
 
     pub(super) fn skipped_lines(&self) -> usize {

@@ -115,10 +115,9 @@ pub enum RecordError {
         /// Time columns of that length.
         alike: usize,
     },
-    /// Columns that a map adds up do not all have their samples at the same times of an even clock.
+    /// Columns that a map adds up do not all have their samples at the same times.
     #[error(
-        "the columns that `{channel}` is the sum of do not all have their samples at the same times \
-         of an even clock without gaps"
+        "the columns that `{channel}` is the sum of do not all have their samples at the same times"
     )]
     SumTimes {
         /// The channel.
@@ -222,6 +221,43 @@ pub enum RecordError {
         /// The columns.
         columns: Vec<String>,
     },
+    /// A column that rows are chosen by is not in the file.
+    #[error(
+        "{}no column `{column}` to choose rows by (`--where`); the columns are {}",
+        at(*line),
+        list(columns)
+    )]
+    ChoiceColumnMissing {
+        /// Line of the header, from 1, in a file that is text.
+        line: Option<u64>,
+        /// The column asked for.
+        column: String,
+        /// The columns.
+        columns: Vec<String>,
+    },
+    /// No row has the values that rows are chosen by.
+    #[error(
+        "no row has {} (`--where`); values of `{column}`: {}{}",
+        list(wanted),
+        list(found),
+        if *is_more { " and more" } else { "" }
+    )]
+    NoRowChosen {
+        /// The conditions.
+        wanted: Vec<String>,
+        /// The column of the first.
+        column: String,
+        /// Values in it, the first few.
+        found: Vec<String>,
+        /// True where there are others.
+        is_more: bool,
+    },
+    /// Rows that are not read stand between those that are, and times count rows.
+    #[error(
+        "rows that `--where` leaves out stand between those that it reads, and the time of a row is \
+         its place: name a column of times (`--map time_s=COLUMN`)"
+    )]
+    RowsApart,
     /// No row follows the header.
     #[error("no samples after the header on line {line}")]
     HeaderOnly {
@@ -342,7 +378,7 @@ pub enum RecordError {
     #[error(
         "line {line}: time {found_s} s is not after {previous_s} s{}{}",
         rate_note(*rate_before_hz),
-        order_note(*can_be_bridged, *begins_again)
+        order_note(*can_be_bridged, *begins_again, rows_before.as_deref())
     )]
     TimeNotIncreasing {
         /// Line, from 1.
@@ -357,6 +393,8 @@ pub enum RecordError {
         can_be_bridged: bool,
         /// True where times go back to the first or before it.
         begins_again: bool,
+        /// The rows before as a choice of rows, `COLUMN=VALUE`, where a column tells them apart.
+        rows_before: Option<String>,
     },
     /// A commutation sector outside 1 to 6.
     #[error("{}column `{column}`: expected a sector from 1 to 6, found `{found}`", cell_at(*line))]
@@ -506,7 +544,7 @@ pub enum RecordError {
     /// The times of a channel made in memory do not increase.
     #[error(
         "time of `{channel}` does not increase at sample {index}{}",
-        order_note(*can_be_bridged, *begins_again)
+        order_note(*can_be_bridged, *begins_again, rows_before.as_deref())
     )]
     ChannelTime {
         /// The channel.
@@ -517,6 +555,8 @@ pub enum RecordError {
         can_be_bridged: bool,
         /// True where times go back to the first or before it.
         begins_again: bool,
+        /// The rows before as a choice of rows, `COLUMN=VALUE`, where a column tells them apart.
+        rows_before: Option<String>,
     },
 }
 
@@ -528,6 +568,16 @@ impl RecordError {
     /// [`Gaps::Bridge`](crate::Gaps::Bridge) takes for one.
     pub fn is_lacking(cell: &str) -> bool {
         crate::reader::is_lacking(cell)
+    }
+
+    /// Adds the choice of the rows before one at which times begin again.
+    pub(crate) fn with_rows_before(mut self, choice: Option<String>) -> Self {
+        if let Self::TimeNotIncreasing { begins_again: true, rows_before, .. }
+        | Self::ChannelTime { begins_again: true, rows_before, .. } = &mut self
+        {
+            *rows_before = choice;
+        }
+        self
     }
 
     /// Tells whether the rows up to where the times stop increasing are at another rate than any
@@ -618,14 +668,15 @@ fn rate_note(rate_hz: Option<f64>) -> String {
     rate_hz.map(|hz| format!(" (the rows before are at {hz} Hz)")).unwrap_or_default()
 }
 
-fn order_note(can_be_bridged: bool, begins_again: bool) -> &'static str {
+fn order_note(can_be_bridged: bool, begins_again: bool, rows_before: Option<&str>) -> String {
     match (can_be_bridged, begins_again) {
-        (true, _) => "; `--gaps bridge` puts the samples in order",
-        (false, true) => {
-            "; of several recordings under one another make a file each, or diagnose the table in \
-             Python: `fdi.diagnose(table, group=COLUMN)`"
-        }
-        (false, false) => "",
+        (true, _) => "; `--gaps bridge` puts the samples in order".to_owned(),
+        (false, true) => format!(
+            "; of several recordings under one another `--where {}` reads one; in Python \
+             `fdi.diagnose(table, group=COLUMN)` reads all",
+            rows_before.unwrap_or("COLUMN=VALUE")
+        ),
+        (false, false) => String::new(),
     }
 }
 
@@ -649,6 +700,7 @@ mod tests {
             rate_before_hz,
             can_be_bridged: false,
             begins_again: false,
+            rows_before: None,
         };
         assert!(broken(Some(4800.0)).is_of_another_rate(&[2000.0, 10_000.0]));
         assert!(!broken(Some(2010.0)).is_of_another_rate(&[2000.0, 10_000.0]));

@@ -40,12 +40,12 @@ mod places;
 mod property;
 mod reader;
 mod recording;
+mod row_choice;
 mod sampling;
 mod sha256;
 mod shared_numbers;
 mod source;
 mod star;
-mod sum;
 mod unit;
 mod writer;
 

@@ -34,6 +34,7 @@ macro_rules! readers {
             expect(dead_code, reason = "without another format no file has columns to assemble")
         )]
         mod container;
+        mod chosen_rows;
         mod in_memory;
         $(
             $(#[cfg(feature = $feature)])?

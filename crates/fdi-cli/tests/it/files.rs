@@ -229,3 +229,23 @@ fn what_is_no_file_is_not_waited_for() {
         assert!(err.contains(name), "{arguments:?}: {err}");
     }
 }
+
+/// Of a table that holds several recordings one is read, and what is said names how.
+#[test]
+fn one_recording_of_a_table_is_chosen() {
+    let row = |run: usize, row: usize| format!("{run},{},{row}\n", row as f64 * 5e-4);
+    let rows = (1..=2).flat_map(|run| (0..120).map(move |at| row(run, at)));
+    let table = format!("run,time_s,current_a\n{}", rows.collect::<String>());
+    let folder = folder(&[("healthy.csv", &table)]);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (table, kept) = (path("healthy.csv"), path("kept.jsonl"));
+    let told = diagnose(&[&table]).err;
+    assert!(told.contains("`--where run=1` reads one"), "{told}");
+    assert!(told.contains("fdi inspect --where run=1"), "{told}");
+    let outcome = diagnose(&["--where", "run=2", "--resume", &kept, &table]);
+    assert_eq!(outcome.code, 0, "{}", outcome.err);
+    let told = refused(&["--where", "run=1", "--resume", &kept, &table]);
+    assert!(told.contains("where"), "{told}");
+    let outcome = diagnose(&["--where", "run=3", &table]);
+    assert!(outcome.err.contains("values of `run`: `1`, `2`"), "{}", outcome.err);
+}

@@ -87,6 +87,7 @@ fn envelope(
             index: 0,
             can_be_bridged: false,
             begins_again: false,
+            rows_before: None,
         }
         .into());
     }

@@ -10,6 +10,7 @@ use crate::{
     evened::{Evener, OutOfOrder, Untimely},
     long_form::is_long_form,
     property::Property,
+    reader::chosen_rows::ChosenRows,
     recording::MOST_PLAUSIBLE,
     unit::{self, Scale, StatedUnit},
 };
@@ -111,6 +112,22 @@ impl Numbers {
         Self { values: values.collect(), present, ..self }
     }
 
+    /// The sum with as many others, which lack the same samples; where gaps are bridged, either may
+    /// lack some, and the sum lacks them.
+    fn plus(&self, other: &Self, is_bridged: bool) -> Option<Self> {
+        let count = self.values.len();
+        let are_alike = |index| self.is_present(index) == other.is_present(index);
+        if other.values.len() != count || !(is_bridged || (0..count).all(are_alike)) {
+            return None;
+        }
+        let is_there = |index| self.is_present(index) && other.is_present(index);
+        let is_whole = self.present.is_none() && other.present.is_none();
+        let present = (!is_whole).then(|| (0..count).map(is_there).collect());
+        let values = self.values.iter().zip(other.values.iter()).map(|(own, other)| own + other);
+        let single = self.single || other.single;
+        Some(Self { values: values.collect(), present, single })
+    }
+
     /// Brings all of them to a scale; on their own they stay where they are.
     fn scaled(self, scale: Scale) -> Self {
         if scale == Scale::ONE {
@@ -136,6 +153,31 @@ pub(super) trait Container {
         let Samples { values, present, single } = self.read(column)?;
         Ok(Numbers { values: values.into(), present, single })
     }
+
+    /// Visits the cells of a column as text; one without a value is empty.
+    fn each_cell(&self, column: usize, visit: &mut dyn FnMut(&str)) -> Result<(), RecordError> {
+        each_number(&self.read(column)?, visit);
+        Ok(())
+    }
+
+    /// Samples of a column whose rows are lists that are in these rows of the table; `None` where a
+    /// sample is a row.
+    fn in_rows(&self, _column: usize, _rows: &[usize]) -> Result<Option<Vec<usize>>, RecordError> {
+        Ok(None)
+    }
+
+    /// Tells whether samples that are not read stand between those of a column.
+    fn has_rows_apart(&self, _column: usize) -> bool {
+        false
+    }
+}
+
+/// Visits numbers as text; one that is not there is empty.
+pub(super) fn each_number(samples: &Samples, visit: &mut dyn FnMut(&str)) {
+    for (index, value) in samples.values.iter().enumerate() {
+        let is_there = samples.present.as_ref().is_none_or(|present| present[index]);
+        visit(&if is_there { value.to_string() } else { String::new() });
+    }
 }
 
 /// Makes a recording of the columns that are channels.
@@ -155,6 +197,13 @@ pub(super) fn assemble_with(
     container: &dyn Container,
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
+    let chosen;
+    let container = if map.rows().is_empty() {
+        container
+    } else {
+        chosen = ChosenRows::new(container, map.rows())?;
+        &chosen
+    };
     let plan = Plan::new(container.heads(), map)?;
     let paths = || container.heads().iter().map(|head| head.path.clone()).collect::<Vec<_>>();
     if plan.channels.is_empty() && is_long_form(&paths()) {
@@ -163,8 +212,13 @@ pub(super) fn assemble_with(
     let mut axes = Axes { container, plan: &plan, metadata: &metadata, read: Vec::new() };
     let mut channels = Vec::with_capacity(plan.channels.len());
     let mut evener = Evener::new(map.gaps());
-    for wanted in &plan.channels {
-        channels.extend(channel(wanted, container, &mut axes, &mut evener)?);
+    for (index, wanted) in plan.channels.iter().enumerate() {
+        let (before, from) = plan.channels.split_at(index);
+        let is_of_sum = |other: &&Wanted| other.channel == wanted.channel;
+        if !before.iter().any(|other| is_of_sum(&other)) {
+            let parts: Vec<_> = from.iter().filter(is_of_sum).collect();
+            channels.extend(channel(&parts, container, &mut axes, &mut evener)?);
+        }
     }
     let heads = container.heads();
     let is_empty = |wanted: &Wanted| heads[wanted.column].path.clone();
@@ -190,7 +244,6 @@ pub(super) fn assemble_with(
         dialect: None,
         computed_phase: None,
     };
-    recording.add_parts(map)?;
     recording.complete_star();
     recording.settle_rate()?;
     Ok(recording)
@@ -354,14 +407,16 @@ impl Axes<'_> {
             return self.column(time);
         }
         if let Some(step_s) = self.plan.row_step_s {
-            return uniform(0.0, step_s, samples, head);
+            return self.uniform(0.0, step_s, samples, column);
         }
         match head.clock {
             Clock::Column(column) => {
                 let (scale, _) = heads[column].scale(Target::Time, None)?;
                 return self.column(TimeColumn { column, factor: scale.factor });
             }
-            Clock::Uniform { start_s, step_s } => return uniform(start_s, step_s, samples, head),
+            Clock::Uniform { start_s, step_s } => {
+                return self.uniform(start_s, step_s, samples, column);
+            },
             Clock::Unstated => {}
         }
         let alike: Vec<_> = times.iter().filter(|time| length(time) == head.samples).collect();
@@ -371,11 +426,55 @@ impl Axes<'_> {
             (_, Some(time), _) => {
                 let step = self.container.read(time.column)?.values;
                 let step_s = step.first().copied().unwrap_or(0.0) * time.factor;
-                uniform(0.0, step_s, samples, head)
+                self.uniform(0.0, step_s, samples, column)
             }
-            (_, None, Some(rate_hz)) => uniform(0.0, 1.0 / rate_hz, samples, head),
+            (_, None, Some(rate_hz)) => self.uniform(0.0, 1.0 / rate_hz, samples, column),
             (several, None, None) => Err(self.no_axis(head, several.len())),
         }
+    }
+
+    /// Evenly spaced times from 0 or a start.
+    fn uniform(
+        &self,
+        start_s: f64,
+        step_s: f64,
+        samples: usize,
+        column: usize,
+    ) -> Result<Axis, RecordError> {
+        if !(step_s.is_finite() && step_s > 0.0 && start_s.is_finite()) {
+            let column = self.container.heads()[column].path.clone();
+            return Err(RecordError::Step { column, step_s });
+        }
+        if self.container.has_rows_apart(column) {
+            return Err(RecordError::RowsApart);
+        }
+        let rate_hz = step_s.recip().round();
+        // a step of 1e-4 s means 10 kHz, and i/10 000 is the nearer double
+        let exact = (rate_hz * step_s - 1.0).abs() < f64::EPSILON;
+        let at = |index: usize| {
+            let index = index as f64;
+            start_s + if exact { index / rate_hz } else { index * step_s }
+        };
+        let times_s = (0..samples).map(at).collect();
+        Ok(Axis { times_s, present: None, quantum_s: 0.0 })
+    }
+
+    /// Adds to an error of times that begin again by what other column the rows are told apart.
+    fn with_rows_before(&self, error: RecordError, column: usize) -> RecordError {
+        let RecordError::ChannelTime { index, begins_again: true, .. } = error else {
+            return error;
+        };
+        let heads = self.container.heads();
+        let is_beside = |other: &&usize| {
+            let (own, other) = (&heads[column], &heads[**other]);
+            own.group == other.group && own.samples == other.samples
+        };
+        let choice = self.plan.others.iter().filter(is_beside).find_map(|&other| {
+            let mut cells = OtherColumn::new(heads[other].path.clone());
+            let visited = self.container.each_cell(other, &mut |cell| cells.push(0.0, cell));
+            visited.ok().and_then(|()| cells.choice_of_rows_before(index))
+        });
+        error.with_rows_before(choice)
     }
 
     fn no_axis(&self, head: &Head, alike: usize) -> RecordError {
@@ -425,21 +524,6 @@ impl Axes<'_> {
     }
 }
 
-/// Evenly spaced times from 0 or a start.
-fn uniform(start_s: f64, step_s: f64, samples: usize, head: &Head) -> Result<Axis, RecordError> {
-    if !(step_s.is_finite() && step_s > 0.0 && start_s.is_finite()) {
-        return Err(RecordError::Step { column: head.path.clone(), step_s });
-    }
-    let rate_hz = step_s.recip().round();
-    // a step of 1e-4 s means 10 kHz, and i/10 000 is the nearer double
-    let exact = (rate_hz * step_s - 1.0).abs() < f64::EPSILON;
-    let at = |index: usize| {
-        let index = index as f64;
-        start_s + if exact { index / rate_hz } else { index * step_s }
-    };
-    Ok(Axis { times_s: (0..samples).map(at).collect(), present: None, quantum_s: 0.0 })
-}
-
 /// Decimals of the shortest number that is this double, at most those of the finest clock.
 fn decimals(value: f64) -> i32 {
     let text = format!("{value:e}");
@@ -449,19 +533,28 @@ fn decimals(value: f64) -> i32 {
     decimals.clamp(0, FINEST_CLOCK_DECIMALS)
 }
 
-/// One channel, or none where the column holds no sample.
+/// One channel, the sum of its columns, or none where they hold no sample.
 fn channel(
-    wanted: &Wanted,
+    parts: &[&Wanted],
     container: &dyn Container,
     axes: &mut Axes<'_>,
     evener: &mut Evener,
 ) -> Result<Option<Channel>, RecordError> {
+    let &[wanted, ref others @ ..] = parts else { return Ok(None) };
     let head = &container.heads()[wanted.column];
-    let samples = container.numbers(wanted.column)?.scaled(wanted.scale);
-    let samples = if evener.bridges() { samples.without_nan() } else { samples };
+    let read = |part: &Wanted| {
+        let samples = container.numbers(part.column)?.scaled(part.scale);
+        Ok(if evener.bridges() { samples.without_nan() } else { samples })
+    };
+    let mut samples = read(wanted)?;
+    for part in others {
+        let sum = samples.plus(&read(part)?, evener.bridges());
+        samples = sum.ok_or(RecordError::SumTimes { channel: wanted.channel })?;
+    }
     let count = samples.values.len();
     if !(0..count).any(|index| samples.is_present(index)) {
-        return Ok(None);
+        let is_sum = !others.is_empty();
+        return if is_sum { Err(RecordError::SumTimes { channel: wanted.channel }) } else { Ok(None) };
     }
     if wanted.channel == ChannelName::HallState {
         let sector = |value: f64| (1..=6).any(|sector| value == f64::from(sector));
@@ -483,12 +576,18 @@ fn channel(
         });
     }
     let axis = axes.of(wanted.column, count)?;
+    for part in others {
+        if axes.of(part.column, count)?.times_s != axis.times_s {
+            return Err(RecordError::SumTimes { channel: wanted.channel });
+        }
+    }
     if axis.times_s.len() != count {
         let (channel, times) = (wanted.channel, axis.times_s.len());
         return Err(RecordError::ChannelLength { channel, times, values: count });
     }
     if samples.present.is_none() && axis.present.is_none() {
-        return evened(wanted.channel, axis.times_s, samples.values, axis.quantum_s, evener);
+        let made = evened(wanted.channel, axis.times_s, samples.values, axis.quantum_s, evener);
+        return made.map_err(|error| axes.with_rows_before(error, wanted.column));
     }
     let timed = |index: usize| axis.present.as_ref().is_none_or(|present| present[index]);
     let kept: Vec<usize> = (0..count).filter(|&index| samples.is_present(index)).collect();
@@ -518,219 +617,17 @@ fn evened(
     channel.map(Some).map_err(|problem| match problem {
         Untimely::NotAfter(OutOfOrder { at, can_be_bridged }) => {
             let begins_again = at >= LEAST_ROWS && stamps_s[at] <= stamps_s[0];
-            RecordError::ChannelTime { channel: name, index: at, can_be_bridged, begins_again }
+            RecordError::ChannelTime {
+                channel: name,
+                index: at,
+                can_be_bridged,
+                begins_again,
+                rows_before: None,
+            }
         }
         Untimely::Lacking(gap) => gap.error(name, None),
     })
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    struct Fixed {
-        heads: Vec<Head>,
-        numbers: Vec<Samples>,
-        properties: Vec<(String, Property)>,
-    }
-
-    impl Container for Fixed {
-        fn heads(&self) -> &[Head] {
-            &self.heads
-        }
-
-        fn properties(&self) -> Vec<(String, Property)> {
-            self.properties.clone()
-        }
-
-        fn read(&self, column: usize) -> Result<Samples, RecordError> {
-            Ok(self.numbers[column].clone())
-        }
-    }
-
-    fn file(columns: &[(&str, &str, Clock, &[f64])]) -> Fixed {
-        let heads = columns.iter().map(|&(group, name, clock, values)| Head {
-            unit: None,
-            group: (!group.is_empty()).then(|| group.to_owned()),
-            name: name.to_owned(),
-            path: if group.is_empty() { name.to_owned() } else { format!("{group}/{name}") },
-            samples: values.len(),
-            clock,
-        });
-        let numbers = columns.iter().map(|(.., values)| Samples::of(values.to_vec()));
-        Fixed { heads: heads.collect(), numbers: numbers.collect(), properties: Vec::new() }
-    }
-
-    fn read(file: &Fixed, map: &[&str]) -> Result<Recording, RecordError> {
-        assemble("r".to_owned(), file, &ColumnMap::new(map).unwrap())
-    }
-
-    const FREE: Clock = Clock::Unstated;
-
-    #[test]
-    fn groups_have_their_own_time_axes() {
-        let file = file(&[
-            ("fast", "time_s", FREE, &[0.0, 0.1, 0.2]),
-            ("fast", "current_a", FREE, &[1.0, 2.0, 3.0]),
-            ("slow", "time_s", FREE, &[0.0, 0.2]),
-            ("slow", "load_n_m", FREE, &[4.0, 5.0]),
-        ]);
-        let recording = read(&file, &[]).unwrap();
-        let times = |name| recording.channel(name).unwrap().times_s();
-        assert_eq!(times(ChannelName::Current), [0.0, 0.1, 0.2]);
-        assert_eq!(times(ChannelName::Load), [0.0, 0.2]);
-        assert!(recording.other_columns().is_empty());
-    }
-
-    #[test]
-    fn axes_come_from_formats_periods_and_rates() {
-        let stated = Clock::Uniform { start_s: 0.5, step_s: 1e-4 };
-        let uniform = file(&[("", "current_a", stated, &[1.0, 2.0, 3.0])]);
-        let recording = read(&uniform, &[]).unwrap();
-        let channel = recording.channel(ChannelName::Current).unwrap();
-        assert_eq!(channel.times_s(), [0.5, 0.5001, 0.5002]);
-        let period = file(&[("", "Ts", FREE, &[0.5]), ("", "current_a", FREE, &[1.0, 2.0])]);
-        let recording = read(&period, &["time_s=Ts*0.001"]).unwrap();
-        assert_eq!(recording.channel(ChannelName::Current).unwrap().times_s(), [0.0, 0.0005]);
-        let mut rated = file(&[("", "current_a", FREE, &[1.0, 2.0])]);
-        assert!(matches!(read(&rated, &[]), Err(RecordError::NoTime { line: None, .. })));
-        rated.properties.push(("rate_hz".to_owned(), Property::Number(4800.0)));
-        let recording = read(&rated, &[]).unwrap();
-        assert_eq!(recording.channel(ChannelName::Current).unwrap().times_s(), [0.0, 1.0 / 4800.0]);
-        assert_eq!(recording.metadata.rate_hz, Some(4800.0));
-    }
-
-    #[test]
-    fn maps_name_a_column_or_its_path() {
-        let file = file(&[
-            ("a", "t", FREE, &[0.0, 1.0]),
-            ("a", "i", FREE, &[1.0, 2.0]),
-            ("b", "t", FREE, &[0.0, 2.0]),
-            ("b", "i", FREE, &[3.0, 4.0]),
-        ]);
-        let recording = read(&file, &["time_s=t", "current_a=b/i*2"]).unwrap();
-        let current = recording.channel(ChannelName::Current).unwrap();
-        assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[6.0, 8.0][..]));
-        assert_eq!(recording.other_columns()[0].name(), "a/i");
-        let error = |map: &[&str]| read(&file, map).unwrap_err().to_string();
-        assert_eq!(
-            error(&["time_s=t", "current_a=i"]),
-            "column `i` is in the file more than once: say which of `a/i`, `b/i` is meant \
-             (`--map NAME=COLUMN`)"
-        );
-        assert_eq!(
-            error(&["current_a=j"]),
-            "no column `j` to read `current_a` from; the columns are `a/t`, `a/i`, `b/t`, `b/i`"
-        );
-    }
-
-    #[test]
-    fn missing_samples_are_left_out_and_other_gaps_are_refused() {
-        let mut file = file(&[
-            ("", "time_s", FREE, &[0.0, 1.0, 2.0]),
-            ("", "current_a", FREE, &[1.0, 9.0, 3.0]),
-        ]);
-        file.numbers[1].present = Some(vec![true, false, true]);
-        let recording = read(&file, &[]).unwrap();
-        let current = recording.channel(ChannelName::Current).unwrap();
-        assert_eq!((current.times_s(), current.values()), (&[0.0, 2.0][..], &[1.0, 3.0][..]));
-        file.numbers[1].values[2] = f64::NAN;
-        let error = read(&file, &[]).unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "`current_a` is not finite at sample 1 (`--gaps bridge` takes it for a missing sample)"
-        );
-        file.numbers[0].present = Some(vec![false, true, true]);
-        let error = read(&file, &[]).unwrap_err().to_string();
-        assert_eq!(error, "`current_a` has a sample without a time: sample 0");
-    }
-
-    #[test]
-    fn too_much_is_refused_before_it_is_read() {
-        let mut file = file(&[("", "current_a", FREE, &[1.0])]);
-        file.heads[0].samples = LIMIT_NUMBERS + 1;
-        assert!(matches!(read(&file, &[]), Err(RecordError::TooManyNumbers { .. })));
-    }
-
-    #[test]
-    fn clocks_are_as_fine_as_their_numbers_show() {
-        let cases = [(0.0, 0), (0.0005, 4), (12.5, 1), (1e-4, 4), (300.0, 0), (0.1 + 0.2, 9)];
-        for (value, want) in cases {
-            assert_eq!(decimals(value), want, "{value}");
-        }
-    }
-
-    fn in_unit(unit: &str, map: &[&str]) -> Result<Recording, RecordError> {
-        let mut file = file(&[
-            ("g", "time_s", Clock::Unstated, &[0.0, 1.0]),
-            ("g", "i", Clock::Unstated, &[1000.0, 2000.0]),
-        ]);
-        file.heads[1].unit = Some(unit.to_owned());
-        assemble("r".to_owned(), &file, &ColumnMap::new(map).unwrap())
-    }
-
-    #[test]
-    fn units_that_the_file_states_are_looked_at() {
-        let read = |unit: &str, map: &str| {
-            let recording = in_unit(unit, &[map]).unwrap();
-            let value = recording.channel(ChannelName::Current).unwrap().values()[0];
-            let told: Vec<_> = recording
-                .stated_units()
-                .iter()
-                .map(|one| (one.unit.clone(), one.factor, one.is_mapped))
-                .collect();
-            (value, told)
-        };
-        assert_eq!(read("A", "current_a=i"), (1000.0, vec![]));
-        assert_eq!(read("  ", "current_a=i"), (1000.0, vec![]));
-        assert_eq!(read("mA", "current_a=i"), (1.0, vec![("mA".to_owned(), 1e-3, false)]));
-        // a factor that is given goes before the unit, and that is told too
-        assert_eq!(read("mA", "current_a=i*2"), (2000.0, vec![("mA".to_owned(), 2.0, true)]));
-        assert_eq!(
-            read("counts", "current_a=i*2"),
-            (2000.0, vec![("counts".to_owned(), 2.0, true)])
-        );
-        assert_eq!(
-            in_unit("Nm", &["current_a=i"]).unwrap_err().to_string(),
-            "column `g/i` is in `Nm` as the file says, `current_a` in A: say by what it is to be \
-             multiplied (`--map current_a=g/i*FACTOR`)"
-        );
-        // what is no channel may be in anything
-        assert!(in_unit("furlong", &[]).is_ok());
-    }
-
-    #[test]
-    fn the_unit_of_a_time_axis_is_looked_at() {
-        let mut file = file(&[
-            ("g", "t", Clock::Unstated, &[0.0, 500.0]),
-            ("g", "current_a", Clock::Column(0), &[1.0, 2.0]),
-        ]);
-        file.heads[0].unit = Some("ms".to_owned());
-        let recording = assemble("r".to_owned(), &file, &ColumnMap::default()).unwrap();
-        assert_eq!(recording.channel(ChannelName::Current).unwrap().times_s(), [0.0, 0.5]);
-        assert_eq!(recording.stated_units().len(), 1);
-        file.heads[0].unit = Some("lap".to_owned());
-        let error = assemble("r".to_owned(), &file, &ColumnMap::default()).unwrap_err();
-        assert!(error.to_string().starts_with("column `g/t` is in `lap`"), "{error}");
-    }
-
-    #[test]
-    fn files_without_rows_are_told_apart_from_files_without_channels() {
-        let error = |columns: &[(&str, &str, Clock, &[f64])]| {
-            let read = assemble("r".to_owned(), &file(columns), &ColumnMap::default());
-            read.unwrap_err().to_string()
-        };
-        let none: &[f64] = &[];
-        assert_eq!(
-            error(&[
-                ("", "time_s", Clock::Unstated, none),
-                ("", "current_a", Clock::Unstated, none)
-            ]),
-            "no samples: the file has `current_a` and no rows of it"
-        );
-        assert_eq!(
-            error(&[("", "x", Clock::Unstated, none)]),
-            "no samples: the file has columns and no rows"
-        );
-    }
-}
+mod tests;

@@ -1,5 +1,9 @@
 //! The text of a recording, row by row.
 
+mod chooser;
+
+use std::collections::BTreeMap;
+
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::{
@@ -22,6 +26,8 @@ use crate::{
     source::LIMIT_BYTES,
     unit::{self, Scale, StatedUnit},
 };
+
+use chooser::Chooser;
 
 /// Lines after the samples that may be no samples.
 const MOST_LEFT_AFTER: usize = 20;
@@ -86,7 +92,6 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
         dialect: (dialect != Dialect::default()).then_some(dialect),
         computed_phase: None,
     };
-    recording.add_parts(map)?;
     recording.complete_star();
     recording.settle_rate()?;
     Ok(recording)
@@ -144,11 +149,15 @@ fn rows(
     }
     let mut table = Table::new(&columns, &units, map, header_line, steps)?;
     table.has_decimal_comma = dialect.has_decimal_comma;
+    let mut chooser = Chooser::new(map.rows(), &columns, header_line)?;
     let mut pending: Option<(RowProblem, u64, usize)> = None;
     while (has_row && is_read) || next(&mut record) {
         is_read = false;
         if record.iter().all(|cell| cell.trim_ascii().is_empty()) || is_of_header(&record, &columns)
         {
+            continue;
+        }
+        if !chooser.takes(&record) {
             continue;
         }
         let line = cursor.line_at(text.start_of(&record));
@@ -165,6 +174,7 @@ fn rows(
             (Err(problem), None) => return Err(problem.at(line, &table)),
         }
     }
+    chooser.check(table.time_column.is_some())?;
     let left_after = pending.map_or(0, |(.., lines)| lines);
     let rows = table.finish(header_line, map.gaps())?;
     Ok(Rows { left_after, ..rows })
@@ -557,33 +567,41 @@ impl Table {
         // rows without a sample of any channel have times too
         evener
             .check(&times_s, quantum_s, &repeated)
-            .map_err(|problem| axis.error(problem.at, problem.can_be_bridged))?;
-        let (mut channels, mut others) = (Vec::new(), Vec::new());
+            .map_err(|problem| {
+                let mut others = self.roles.iter().filter_map(Role::other);
+                let row = problem.at;
+                let choice = others.find_map(|other| other.choice_of_rows_before(row));
+                axis.error(row, problem.can_be_bridged).with_rows_before(choice)
+            })?;
+        let (mut known, mut others): (Vec<KnownColumn>, Vec<_>) = (Vec::new(), Vec::new());
         for role in self.roles {
             match role {
                 Role::Time => {}
                 Role::Other(other) => others.push(other),
-                // a column without a single sample is a channel that is not there
-                Role::Known(known) if known.values.is_empty() => {}
-                Role::Known(KnownColumn { name, values, own_rows, .. }) => {
-                    let own_s = own_rows.as_ref().map_or_else(
-                        || times_s.clone(),
-                        |rows| rows.iter().map(|&row| times_s[row]).collect(),
-                    );
-                    let channel = evener.channel(name, own_s, values.into(), quantum_s);
-                    let row = |index: usize| own_rows.as_ref().map_or(index, |rows| rows[index]);
-                    channels.push(channel.map_err(|problem| match problem {
-                        Untimely::NotAfter(order) => {
-                            axis.error(row(order.at), order.can_be_bridged)
-                        }
-                        Untimely::Lacking(gap) => {
-                            let line = lines.of_row(row(gap.before)) + 1;
-                            gap.error(name, Some(line))
-                        }
-                    })?);
+                Role::Known(column) => {
+                    match known.iter_mut().find(|sum| sum.name == column.name) {
+                        Some(sum) => sum.add(&column, evener.bridges())?,
+                        None => known.push(column),
+                    }
                 }
             }
         }
+        // a column without a single sample is a channel that is not there
+        known.retain(|column| !column.values.is_empty());
+        let channel = |KnownColumn { name, values, own_rows, .. }| {
+            let own_s = own_rows.as_ref().map_or_else(
+                || times_s.clone(),
+                |rows: &Vec<usize>| rows.iter().map(|&row| times_s[row]).collect(),
+            );
+            let row = |index: usize| own_rows.as_ref().map_or(index, |rows| rows[index]);
+            evener.channel(name, own_s, values.into(), quantum_s).map_err(|problem| match problem {
+                Untimely::NotAfter(order) => axis.error(row(order.at), order.can_be_bridged),
+                Untimely::Lacking(gap) => {
+                    gap.error(name, Some(lines.of_row(row(gap.before)) + 1))
+                }
+            })
+        };
+        let channels = known.into_iter().map(channel).collect::<Result<_, _>>()?;
         let clock_notes = evener.into_notes();
         let left_after = 0;
         Ok(Rows { channels, other_columns: others, lines, clock_notes, stated_units, left_after })
@@ -608,6 +626,7 @@ impl TextAxis<'_> {
             rate_before_hz: before.map(|sampling| sampling.rate_hz),
             can_be_bridged,
             begins_again: row >= LEAST_ROWS && self.times_s[row] <= self.times_s[0],
+            rows_before: None,
         }
     }
 }
@@ -616,6 +635,13 @@ impl Role {
     fn known(&self) -> Option<&KnownColumn> {
         match self {
             Self::Known(known) => Some(known),
+            _ => None,
+        }
+    }
+
+    fn other(&self) -> Option<&OtherColumn> {
+        match self {
+            Self::Other(other) => Some(other),
             _ => None,
         }
     }
@@ -628,6 +654,32 @@ impl KnownColumn {
         let scale = unit::scale(stated, self.name.unit())?;
         let value = number_text::parse(value.trim_end(), has_decimal_comma)?;
         (self.scale == Scale::ONE && self.name.unit() != "1").then_some(scale.of(value))
+    }
+
+    /// Adds a part of the sum that the channel is, whose samples stand in the same rows; where gaps
+    /// are bridged, in the rows that have a sample of each.
+    ///
+    /// # Errors
+    /// [`RecordError::SumTimes`].
+    fn add(&mut self, part: &Self, is_bridged: bool) -> Result<(), RecordError> {
+        if self.own_rows == part.own_rows {
+            self.values.iter_mut().zip(&part.values).for_each(|(sum, value)| *sum += value);
+            return Ok(());
+        }
+        let others: BTreeMap<usize, f64> = part.samples().collect();
+        let both = |(row, value)| others.get(&row).map(|other| (row, value + other));
+        let (rows, values): (Vec<usize>, Vec<f64>) = self.samples().filter_map(both).unzip();
+        if !is_bridged || rows.is_empty() {
+            return Err(RecordError::SumTimes { channel: self.name });
+        }
+        (self.own_rows, self.values) = (Some(rows), values);
+        Ok(())
+    }
+
+    /// The samples, each with its row.
+    fn samples(&self) -> impl Iterator<Item = (usize, f64)> {
+        let row = |index: usize| self.own_rows.as_ref().map_or(index, |rows| rows[index]);
+        self.values.iter().enumerate().map(move |(index, &value)| (row(index), value))
     }
 
     fn push(&mut self, row: usize, value: f64, column: usize) -> Result<(), RowProblem> {

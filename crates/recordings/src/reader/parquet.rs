@@ -5,6 +5,8 @@
 mod elapsed;
 mod pages;
 
+use std::fmt::Display;
+
 use ::parquet::{
     basic::{ConvertedType, LogicalType, TimeUnit, Type},
     column::reader::{ColumnReader, ColumnReaderImpl},
@@ -22,7 +24,7 @@ use crate::{
     ColumnMap, FileFormat, RecordError, Recording,
     metadata_key::keys,
     property::Property,
-    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble},
+    reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble, each_number},
 };
 
 use elapsed::elapsed_per_second;
@@ -41,7 +43,8 @@ pub(super) fn read(
     bytes: Vec<u8>,
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
-    assemble(name, &ParquetFile::open(bytes)?, map)
+    let selects_rows = !map.rows().is_empty();
+    assemble(name, &ParquetFile { selects_rows, ..ParquetFile::open(bytes)? }, map)
 }
 
 /// A file, open for reading.
@@ -51,6 +54,8 @@ struct ParquetFile {
     heads: Vec<Head>,
     /// Columns of elapsed times, by their names, and units of them in a second.
     elapsed: Vec<(String, f64)>,
+    /// True where lists of other rows may stand beside those that are read.
+    selects_rows: bool,
 }
 
 impl ParquetFile {
@@ -84,7 +89,8 @@ impl ParquetFile {
         let pairs = metadata.file_metadata().key_value_metadata();
         let arrow = pairs.into_iter().flatten().find(|pair| pair.key == ARROW_SCHEMA);
         let elapsed = arrow.and_then(|pair| pair.value.as_deref()).map(elapsed_per_second);
-        Ok(Self { reader, bytes, heads, elapsed: elapsed.unwrap_or_default() })
+        let elapsed = elapsed.unwrap_or_default();
+        Ok(Self { reader, bytes, heads, elapsed, selects_rows: false })
     }
 
     fn descriptor(&self, column: usize) -> &ColumnDescriptor {
@@ -126,6 +132,70 @@ impl ParquetFile {
         let size = usize::try_from(chunk.compressed_size()).map_err(|_| outside())?;
         let end = start.checked_add(size).ok_or_else(outside)?;
         check_pages(self.bytes.get(start..end).ok_or_else(outside)?)
+    }
+
+    /// Decodes a column.
+    fn gather(&self, column: usize) -> Result<Gathered, RecordError> {
+        let descriptor = self.descriptor(column);
+        let name = || self.heads[column].path.clone();
+        let rows = self.reader.metadata().file_metadata().num_rows();
+        if is_list(descriptor) && rows != 1 && !self.selects_rows {
+            return Err(lists_in_rows(rows, &name()));
+        }
+        let name_of_elapsed = descriptor.path().parts().last();
+        let elapsed = self.elapsed.iter().find(|(name, _)| Some(name) == name_of_elapsed);
+        let meaning =
+            elapsed.map_or_else(|| meaning(descriptor), |(_, per)| Meaning::Decimal(*per));
+        let single = descriptor.physical_type() == Type::FLOAT;
+        let samples = Samples { single, ..Samples::default() };
+        let there = descriptor.max_def_level();
+        let mut all = Gathered { samples, there, start: None, starts: Vec::new() };
+        let whole = |value: i64, start: &mut Option<i64>| match meaning {
+            Meaning::Time(per_second) => {
+                let elapsed = i128::from(value) - i128::from(*start.get_or_insert(value));
+                elapsed as f64 / per_second
+            }
+            Meaning::Decimal(scale) => value as f64 / scale,
+            Meaning::Unsigned => value.cast_unsigned() as f64,
+            Meaning::Plain | Meaning::Half => value as f64,
+        };
+        let of_bytes = |bytes: &[u8]| match meaning {
+            // what is no number is refused beyond any actuator
+            Meaning::Decimal(scale) => big_endian(bytes).map_or(f64::NAN, |value| value / scale),
+            _ => half(bytes).unwrap_or(f64::NAN),
+        };
+        let are_numbers = matches!(meaning, Meaning::Decimal(_) | Meaning::Half);
+        self.each_group(column, |reader| match reader {
+            ColumnReader::DoubleColumnReader(reader) => all.take(reader, |&value, _| value),
+            ColumnReader::FloatColumnReader(reader) => all.take(reader, |&v, _| f64::from(v)),
+            ColumnReader::Int64ColumnReader(reader) => {
+                all.take(reader, |&v, start| whole(v, start))
+            }
+            ColumnReader::Int32ColumnReader(reader) => all.take(reader, |&value, start| {
+                let unsigned = meaning == Meaning::Unsigned;
+                let wide = if unsigned { i64::from(value.cast_unsigned()) } else { value.into() };
+                whole(wide, start)
+            }),
+            ColumnReader::BoolColumnReader(reader) => {
+                all.take(reader, |&value, _| f64::from(u8::from(value)))
+            }
+            ColumnReader::Int96ColumnReader(reader) => all.take(reader, |value, start| {
+                let now = value.to_nanos();
+                let elapsed = i128::from(now) - i128::from(*start.get_or_insert(now));
+                elapsed as f64 / 1e9
+            }),
+            ColumnReader::FixedLenByteArrayColumnReader(reader) if are_numbers => {
+                all.take(reader, |value, _| of_bytes(value.data()))
+            }
+            ColumnReader::ByteArrayColumnReader(reader) if are_numbers => {
+                all.take(reader, |value, _| of_bytes(value.data()))
+            }
+            ColumnReader::ByteArrayColumnReader(_)
+            | ColumnReader::FixedLenByteArrayColumnReader(_) => {
+                Err(RecordError::NotNumbers { column: name(), found: "text or bytes" })
+            }
+        })?;
+        Ok(all)
     }
 
     /// The text in the only row of a column.
@@ -173,6 +243,15 @@ fn half(bytes: &[u8]) -> Option<f64> {
         _ => (1.0 + fraction / 1024.0) * 2f64.powi(exponent - 15),
     };
     Some(if bits >> 15 == 1 { -size } else { size })
+}
+
+/// The error of lists in several rows, each row a recording.
+fn lists_in_rows(rows: impl Display, column: &str) -> RecordError {
+    RecordError::Unsupported {
+        format: FileFormat::Parquet,
+        what: format!("lists in {rows} rows (`{column}`)"),
+        advice: "`--where COLUMN=VALUE` chooses the row that is read",
+    }
 }
 
 fn is_list(column: &ColumnDescriptor) -> bool {
@@ -254,6 +333,8 @@ struct Gathered {
     there: i16,
     /// First point in time, in its own unit.
     start: Option<i64>,
+    /// First sample of each row of lists.
+    starts: Vec<usize>,
 }
 
 impl Gathered {
@@ -271,6 +352,9 @@ impl Gathered {
             if self.samples.values.len() + levels > LIMIT_NUMBERS {
                 return Err(RecordError::TooManyNumbers { limit: LIMIT_NUMBERS });
             }
+            let before = self.samples.values.len();
+            let starts = batch.repetitions.iter().enumerate().filter(|(_, level)| **level == 0);
+            self.starts.extend(starts.map(|(index, _)| before + index));
             let start = &mut self.start;
             if batch.values.len() == levels {
                 let values = batch.values.iter().map(|value| number(value, start));
@@ -280,7 +364,6 @@ impl Gathered {
                 }
                 continue;
             }
-            let before = self.samples.values.len();
             let present = self.samples.present.get_or_insert_with(|| vec![true; before]);
             let mut values = batch.values.iter();
             for &definition in &batch.definitions {
@@ -328,69 +411,43 @@ impl Container for ParquetFile {
     }
 
     fn read(&self, column: usize) -> Result<Samples, RecordError> {
+        self.gather(column).map(|all| all.samples)
+    }
+    fn each_cell(&self, column: usize, visit: &mut dyn FnMut(&str)) -> Result<(), RecordError> {
         let descriptor = self.descriptor(column);
-        let name = || self.heads[column].path.clone();
-        let rows = self.reader.metadata().file_metadata().num_rows();
-        if is_list(descriptor) && rows != 1 {
-            return Err(RecordError::Unsupported {
-                format: FileFormat::Parquet,
-                what: format!("lists in {rows} rows (`{}`)", name()),
-                advice: "a file holds one recording: one row of lists, or one sample a row",
-            });
+        if descriptor.physical_type() != Type::BYTE_ARRAY || meaning(descriptor) != Meaning::Plain {
+            each_number(&self.read(column)?, visit);
+            return Ok(());
         }
-        let name_of_elapsed = descriptor.path().parts().last();
-        let elapsed = self.elapsed.iter().find(|(name, _)| Some(name) == name_of_elapsed);
-        let meaning =
-            elapsed.map_or_else(|| meaning(descriptor), |(_, per)| Meaning::Decimal(*per));
-        let single = descriptor.physical_type() == Type::FLOAT;
-        let samples = Samples { single, ..Samples::default() };
-        let mut all = Gathered { samples, there: descriptor.max_def_level(), start: None };
-        let whole = |value: i64, start: &mut Option<i64>| match meaning {
-            Meaning::Time(per_second) => {
-                let elapsed = i128::from(value) - i128::from(*start.get_or_insert(value));
-                elapsed as f64 / per_second
+        self.each_group(column, |reader| {
+            let ColumnReader::ByteArrayColumnReader(mut reader) = reader else { return Ok(()) };
+            let mut batch = Batch::default();
+            loop {
+                let levels = batch.next(&mut reader)?;
+                if levels == 0 {
+                    return Ok(());
+                }
+                let mut values = batch.values.iter();
+                for index in 0..levels {
+                    let definition = batch.definitions.get(index);
+                    let is_there = definition.is_none_or(|own| *own == descriptor.max_def_level());
+                    let value = if is_there { values.next() } else { None };
+                    visit(value.and_then(|value| value.as_utf8().ok()).unwrap_or_default());
+                }
             }
-            Meaning::Decimal(scale) => value as f64 / scale,
-            Meaning::Unsigned => value.cast_unsigned() as f64,
-            Meaning::Plain | Meaning::Half => value as f64,
+        })
+    }
+
+    fn in_rows(&self, column: usize, rows: &[usize]) -> Result<Option<Vec<usize>>, RecordError> {
+        if !is_list(self.descriptor(column)) {
+            return Ok(None);
+        }
+        let &[row] = rows else {
+            return Err(lists_in_rows(rows.len(), &self.heads[column].path));
         };
-        let of_bytes = |bytes: &[u8]| match meaning {
-            // what is no number is refused beyond any actuator
-            Meaning::Decimal(scale) => big_endian(bytes).map_or(f64::NAN, |value| value / scale),
-            _ => half(bytes).unwrap_or(f64::NAN),
-        };
-        let are_numbers = matches!(meaning, Meaning::Decimal(_) | Meaning::Half);
-        self.each_group(column, |reader| match reader {
-            ColumnReader::DoubleColumnReader(reader) => all.take(reader, |&value, _| value),
-            ColumnReader::FloatColumnReader(reader) => all.take(reader, |&v, _| f64::from(v)),
-            ColumnReader::Int64ColumnReader(reader) => {
-                all.take(reader, |&v, start| whole(v, start))
-            }
-            ColumnReader::Int32ColumnReader(reader) => all.take(reader, |&value, start| {
-                let unsigned = meaning == Meaning::Unsigned;
-                let wide = if unsigned { i64::from(value.cast_unsigned()) } else { value.into() };
-                whole(wide, start)
-            }),
-            ColumnReader::BoolColumnReader(reader) => {
-                all.take(reader, |&value, _| f64::from(u8::from(value)))
-            }
-            ColumnReader::Int96ColumnReader(reader) => all.take(reader, |value, start| {
-                let now = value.to_nanos();
-                let elapsed = i128::from(now) - i128::from(*start.get_or_insert(now));
-                elapsed as f64 / 1e9
-            }),
-            ColumnReader::FixedLenByteArrayColumnReader(reader) if are_numbers => {
-                all.take(reader, |value, _| of_bytes(value.data()))
-            }
-            ColumnReader::ByteArrayColumnReader(reader) if are_numbers => {
-                all.take(reader, |value, _| of_bytes(value.data()))
-            }
-            ColumnReader::ByteArrayColumnReader(_)
-            | ColumnReader::FixedLenByteArrayColumnReader(_) => {
-                Err(RecordError::NotNumbers { column: name(), found: "text or bytes" })
-            }
-        })?;
-        Ok(all.samples)
+        let Gathered { samples, starts, .. } = self.gather(column)?;
+        let end = |row: usize| starts.get(row).copied().unwrap_or(samples.values.len());
+        Ok(Some((end(row)..end(row + 1)).collect()))
     }
 }
 
@@ -409,7 +466,16 @@ fn attributes(json: &str) -> Vec<(String, Property)> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use ::parquet::{
+        data_type::{ByteArray, ByteArrayType, DoubleType},
+        file::writer::SerializedFileWriter,
+        schema::parser::parse_message_type,
+    };
+
     use super::*;
+    use crate::ChannelName;
 
     #[test]
     fn halves_and_decimals_are_numbers() {
@@ -419,6 +485,53 @@ mod tests {
         assert_eq!(big_endian(&[0xff, 0xfe]), Some(-2.0));
         assert_eq!(big_endian(&[0x01, 0x00]), Some(256.0));
         assert_eq!(big_endian(&[0; 17]), None);
+    }
+
+    /// A table of two recordings, one a row, the second one sample shorter.
+    fn two_rows_of_lists() -> Vec<u8> {
+        const SCHEMA: &str = "message table {
+            required binary run (UTF8);
+            required group time_s (LIST) { repeated group list { required double element; } }
+            required group current_a (LIST) { repeated group list { required double element; } }
+        }";
+        let schema = Arc::new(parse_message_type(SCHEMA).unwrap());
+        let mut bytes = Vec::new();
+        let mut writer = SerializedFileWriter::new(&mut bytes, schema, Arc::default()).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        let mut names = group.next_column().unwrap().unwrap();
+        let runs = ["first", "second"].map(ByteArray::from);
+        names.typed::<ByteArrayType>().write_batch(&runs, None, None).unwrap();
+        names.close().unwrap();
+        for values in [[0.0, 0.1, 0.2, 0.0, 0.1], [1.0, 2.0, 3.0, 4.0, 5.0]] {
+            let mut lists = group.next_column().unwrap().unwrap();
+            let (there, begins) = ([1; 5], [0, 1, 1, 0, 1]);
+            let column = lists.typed::<DoubleType>();
+            column.write_batch(&values, Some(&there), Some(&begins)).unwrap();
+            lists.close().unwrap();
+        }
+        group.close().unwrap();
+        writer.close().unwrap();
+        bytes
+    }
+
+    #[test]
+    fn a_row_of_lists_is_chosen_by_its_name() {
+        let of = |choices: &[&str]| {
+            let map = ColumnMap::default().with_rows(choices).unwrap();
+            read("r.parquet".to_owned(), two_rows_of_lists(), &map)
+        };
+        for (choice, values) in [("run=first", &[1.0, 2.0, 3.0][..]), ("run=second", &[4.0, 5.0])] {
+            let recording = of(&[choice]).unwrap();
+            let current = recording.channel(ChannelName::Current).unwrap();
+            let times = &[0.0, 0.1, 0.2][..values.len()];
+            assert_eq!((current.values(), current.times_s()), (values, times), "{choice}");
+        }
+        assert_eq!(
+            of(&["run=third"]).unwrap_err().to_string(),
+            "no row has `run=third` (`--where`); values of `run`: `first`, `second`"
+        );
+        let several = of(&[]).unwrap_err().to_string();
+        assert!(several.contains("`--where COLUMN=VALUE` chooses the row"), "{several}");
     }
 
     #[test]

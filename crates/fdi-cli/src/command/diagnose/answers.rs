@@ -73,6 +73,7 @@ pub(super) fn head(
         ("tolerance", Some(args.tolerance.word().to_owned())),
         ("unit", several(&units)),
         ("watch", several(&watch)),
+        ("where", several(&args.map.rows)),
     ];
     let answers_depend_on: BTreeMap<String, Option<String>> =
         depend_on.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();

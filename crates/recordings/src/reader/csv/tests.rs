@@ -268,6 +268,58 @@ fn lines_are_skipped_where_that_is_asked_for() {
     assert!(told.ends_with("`--skip-lines N` leaves out the first N lines)"), "{told}");
 }
 
+/// Two recordings under one another, with the number and the state of each.
+fn two_runs() -> String {
+    let row = |run: usize, row: usize| {
+        let state = if row < 50 { "START" } else { "RUN" };
+        format!("{run}.0;{state};{:.4};{}\n", row as f64 * 1e-4, run * 1000 + row)
+    };
+    let rows = (1..=2).flat_map(|run| (0..150).map(move |at| row(run, at)));
+    format!("run;state;time_s;current_a\n{}", rows.collect::<String>())
+}
+
+fn read_rows(text: &str, choices: &[&str]) -> Result<Recording, RecordError> {
+    let map = ColumnMap::default().with_rows(choices).unwrap();
+    parse("r".to_owned(), text.as_bytes(), &map)
+}
+
+#[test]
+fn rows_are_chosen_by_their_values() {
+    let text = two_runs();
+    for (choices, samples, first, start_s) in [
+        (&["run=1"][..], 150, 1000.0, 0.0),
+        (&["run=2"], 150, 2000.0, 0.0),
+        (&["state=RUN", "run=2.0"], 100, 2050.0, 0.005),
+    ] {
+        let recording = read_rows(&text, choices).unwrap();
+        let current = recording.channel(ChannelName::Current).unwrap();
+        let start = (current.values()[0], current.times_s()[0]);
+        assert_eq!((current.values().len(), start), (samples, (first, start_s)), "{choices:?}");
+    }
+    let broken = text.replace("0.0149;2149", "0.0149;off");
+    let error = read_rows(&broken, &["run=2"]).unwrap_err();
+    assert!(matches!(error, RecordError::NotANumber { line: 301, .. }), "{error}");
+    assert!(read_rows(&broken, &["run=1"]).is_ok());
+}
+
+#[test]
+fn a_choice_of_rows_that_cannot_be_is_told() {
+    let text = two_runs();
+    let told = |choices: &[&str]| read_rows(&text, choices).unwrap_err().to_string();
+    assert_eq!(
+        told(&["test=1"]),
+        "line 1: no column `test` to choose rows by (`--where`); the columns are `run`, `state`, \
+         `time_s`, `current_a`"
+    );
+    assert_eq!(told(&["run=7"]), "no row has `run=7` (`--where`); values of `run`: `1.0`, `2.0`");
+    assert!(told(&[]).contains("`--where run=1.0` reads one"), "{}", told(&[]));
+    let rated = format!("# rate-hz = 10000\n{}", text.replace("time_s", "t"));
+    let whole = read_rows(&rated, &["run=2"]).unwrap();
+    assert_eq!(whole.channel(ChannelName::Current).unwrap().times_s()[1], 1e-4);
+    let error = read_rows(&rated, &["state=RUN"]).unwrap_err();
+    assert!(matches!(error, RecordError::RowsApart), "{error}");
+}
+
 #[test]
 fn mapped_columns_must_exist_and_hide_their_namesake() {
     let map = ColumnMap::new(["current_a=i*2"]).unwrap();
@@ -294,4 +346,76 @@ fn decimals_as_written() {
     for (cell, want) in cases {
         assert_eq!(decimals(cell.as_bytes()), want, "{cell}");
     }
+}
+
+fn read_mapped(text: &str, map: &[&str]) -> Result<Recording, RecordError> {
+    Recording::parse("r.csv", text.as_bytes(), &ColumnMap::new(map).unwrap())
+}
+
+const SUMMANDS: &str = "time_s,a,b,c\n0,1,2,\n1,3,5,4\n";
+
+#[test]
+fn columns_are_added_with_their_factors() {
+    for (map, values) in [
+        ("motor_angle_rad=(a - b)*0.5+10", [9.5, 9.0]),
+        ("motor_angle_rad=(a*4 + b)*0.5", [3.0, 8.5]),
+        ("motor_angle_rad=(b - a)", [1.0, 2.0]),
+    ] {
+        let recording = read_mapped(SUMMANDS, &[map]).unwrap();
+        let angle = recording.channel(ChannelName::MotorAngle).unwrap();
+        assert_eq!((angle.values(), angle.times_s()), (&values[..], &[0.0, 1.0][..]), "{map}");
+        assert_eq!(recording.channels().len(), 1);
+    }
+}
+
+#[test]
+fn units_of_the_parts_are_their_own() {
+    let text = "time_s;coarse;fine\ns;rad;mrad\n0;1;20\n1;2;30\n";
+    let recording = read_mapped(text, &["motor_angle_rad=(coarse - fine)"]).unwrap();
+    let angle = recording.channel(ChannelName::MotorAngle).unwrap();
+    assert_eq!(angle.values(), [0.98, 1.97]);
+    assert_eq!(recording.stated_units()[0].factor, 1e-3);
+}
+
+#[test]
+fn parts_without_a_sample_of_each_time_are_refused() {
+    for (text, map) in [
+        (SUMMANDS, "motor_angle_rad=(a - c)"),
+        ("time_s,a,b\n0,1,\n1,2,\n", "motor_angle_rad=(a - b)"),
+    ] {
+        assert_eq!(
+            read_mapped(text, &[map]).unwrap_err().to_string(),
+            "the columns that `motor_angle_rad` is the sum of do not all have their samples at the \
+             same times"
+        );
+    }
+}
+
+#[test]
+fn sums_are_made_before_samples_are_put_on_a_clock() {
+    let row = |n: usize| {
+        let angle = 0.5 * n as f64;
+        let turns = (angle / std::f64::consts::TAU).floor();
+        format!("{:.4},{turns},{}\n", n as f64 * 1e-4, angle - turns * std::f64::consts::TAU)
+    };
+    let of_rows = |rows: &[String]| format!("time_s,turns,angle\n{}", rows.concat());
+    let mut rows: Vec<String> = (0..400).map(row).collect();
+    let map = ColumnMap::new(["motor_angle_rad=(turns*6.283185307179586 + angle)"]).unwrap();
+    let bridged = map.clone().with_gaps(Gaps::Bridge);
+    let read = |text: &str, map| parse("r".to_owned(), text.as_bytes(), map);
+    let assert_angle = |text: &str, map| {
+        let recording = read(text, map).unwrap();
+        let angle = recording.channel(ChannelName::MotorAngle).unwrap();
+        assert!(angle.values().len() > 397);
+        for (time_s, value) in angle.times_s().iter().zip(angle.values()) {
+            assert!((value - 5000.0 * time_s).abs() < 1e-3, "{time_s} s: {value}");
+        }
+    };
+    assert_angle(&of_rows(&rows), &map);
+    let lacking = format!("{},nan\n", rows[300].rsplit_once(',').unwrap().0);
+    rows[300] = lacking;
+    rows.remove(200);
+    let text = of_rows(&rows);
+    assert_angle(&text, &bridged);
+    assert!(read(&text, &map).is_err());
 }
