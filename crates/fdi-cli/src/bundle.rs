@@ -11,7 +11,7 @@ use fdi_core::{
 use crate::args::BuildArgs;
 
 /// Learns a bundle; gives the bytes of its file.
-pub(crate) fn build(args: &BuildArgs, seed: RootSeed, tell: &dyn Fn(&str)) -> Result<Vec<u8>> {
+pub(crate) fn build(args: &BuildArgs, seed: RootSeed, tell: &dyn Fn(&str, f64)) -> Result<Vec<u8>> {
     let mut joined = JoinedDatasets::default();
     let mut first_name: Option<String> = None;
     for path in &args.dataset {

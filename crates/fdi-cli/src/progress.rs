@@ -4,6 +4,7 @@
 //! sequences are left out (`NO_COLOR`, `TERM=dumb`).
 
 use std::{
+    cell::RefCell,
     io::Write,
     panic::resume_unwind,
     sync::mpsc::{self, RecvTimeoutError},
@@ -85,6 +86,36 @@ impl Progress {
     }
 }
 
+/// Steps of long work: each a line as it begins, with the time that is left once that is known.
+#[derive(Debug)]
+pub(crate) struct Steps<'a, 's> {
+    streams: RefCell<&'a mut Streams<'s>>,
+    is_quiet: bool,
+    began: Instant,
+}
+
+impl<'a, 's> Steps<'a, 's> {
+    pub(crate) fn new(streams: &'a mut Streams<'s>, is_quiet: bool) -> Self {
+        Self { streams: RefCell::new(streams), is_quiet, began: clock() }
+    }
+
+    /// Says that a step begins, when about this share of the time is over.
+    pub(crate) fn tell(&self, what: &str, done: f64) {
+        if !self.is_quiet {
+            let left = left(self.began.elapsed().as_secs_f64(), done);
+            self.streams.borrow_mut().say(format_args!("{what}{left}"));
+        }
+    }
+}
+
+/// The time that is left, in words, after so many seconds; nothing where that is not known yet.
+fn left(seconds: f64, done: f64) -> String {
+    if seconds < SOONEST_S || done <= 0.0 {
+        return String::new();
+    }
+    format!(", about {} left", remaining(seconds * (1.0 - done) / done))
+}
+
 /// Does work that says nothing of how far it is: one line elsewhere, on a terminal one that counts the
 /// time and is taken away. Quiet where that is asked for.
 pub(crate) fn watched<T: Send>(
@@ -128,6 +159,8 @@ pub(crate) fn watched<T: Send>(
     outcome.unwrap_or_else(|panic| resume_unwind(panic))
 }
 
+/// Time before which the time that is left is a guess, s.
+const SOONEST_S: f64 = 2.0;
 /// Time between two looks at the clock.
 const TICK: Duration = Duration::from_millis(500);
 
@@ -170,6 +203,13 @@ mod tests {
         assert_eq!(told(0, 2, 0, after(9)), "0 of 2 recordings, 0 %");
         assert!(told(1, 9000, 1, after(1)).ends_with("2 h 29 min left"));
         assert!(told(2, 2, 2, after(1)).ends_with("100 %, 2.0 a second, 0 s left"));
+    }
+
+    #[test]
+    fn the_time_left_follows_from_the_share_that_is_over() {
+        assert_eq!(left(6.0, 0.24), ", about 19 s left");
+        assert_eq!(left(60.0, 0.25), ", about 3 min 0 s left");
+        assert_eq!((left(6.0, 0.0), left(1.0, 0.5)), Default::default());
     }
 
     #[test]

@@ -213,7 +213,7 @@ pub fn evaluate_setups(
         let references = (0..line.references)
             .map(|_| bench.recorded(experiment, &unit.day(healthy)))
             .collect::<Result<Vec<_>, _>>()?;
-        let setup = match diagnoser.set_up(&references, &line.options(), &|_| ()) {
+        let setup = match diagnoser.set_up(&references, &line.options(), &|_, _| ()) {
             Ok(setup) => setup,
             Err(SetupError::Refused(refused)) => {
                 result.refusals.push(refused.code);
@@ -312,7 +312,7 @@ pub fn evaluate_unfit(
                 _ => recording,
             });
         }
-        match diagnoser.set_up(&references, &line.options(), &|_| ()) {
+        match diagnoser.set_up(&references, &line.options(), &|_, _| ()) {
             Ok(setup) => Ok(setup.refusal.map(|refused| refused.code)),
             Err(error) => Ok(code(&error)),
         }

@@ -1,6 +1,6 @@
 //! `fdi bundle`.
 
-use std::{cell::RefCell, fmt::Write};
+use std::fmt::Write;
 
 use anyhow::{Context, Result, bail};
 use fdi_core::report::BundleSummary;
@@ -9,6 +9,7 @@ use crate::{
     ExitStatus, GlobalArgs, OutputFormat, Streams,
     args::{BuildArgs, ShowArgs},
     bundle,
+    progress::Steps,
 };
 
 /// Learns a bundle and writes its file.
@@ -18,12 +19,8 @@ pub(crate) fn build(
     streams: &mut Streams<'_>,
 ) -> Result<ExitStatus> {
     let path = global.output.as_deref().context("`--output FILE` says where the bundle goes")?;
-    let told = RefCell::new(&mut *streams);
-    let tell = |what: &str| {
-        if !global.quiet {
-            told.borrow_mut().say(format_args!("{what}"));
-        }
-    };
+    let steps = Steps::new(streams, global.quiet);
+    let tell = |what: &str, done: f64| steps.tell(what, done);
     let bytes = bundle::build(args, global.root_seed(), &tell)?;
     streams.product(Some(path), |out| out.write_all(&bytes))?;
     Ok(ExitStatus::Done)

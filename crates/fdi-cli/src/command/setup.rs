@@ -1,6 +1,6 @@
 //! `fdi setup`.
 
-use std::{cell::RefCell, fmt::Write as _, fs, path::Path};
+use std::{fmt::Write as _, fs, path::Path};
 
 use anyhow::{Context, Result, bail};
 use fdi_core::{
@@ -18,6 +18,7 @@ use crate::{
     diagnoser::{diagnoser_of_model, learning_options, read_all},
     experiment,
     output::TOOL,
+    progress::Steps,
     report_file,
 };
 
@@ -27,6 +28,10 @@ const UNIT: &str = "unit.fdi-unit";
 const SETTINGS: &str = "fdi.toml";
 const REPORT: &str = "setup.html";
 const SUMMARY: &str = "setup.json";
+/// Shares of the time of a setup that are over once reference signals are simulated and once the
+/// bundle is built: 1.3 and 25.8 of 28.3 s with three recordings of `ema-270` in the chirp.
+const SIMULATION_SHARE: f64 = 0.05;
+const BUILD_SHARE: f64 = 0.91;
 /// Conditions of each design of a bundle that is built.
 const CONDITIONS: usize = 100;
 
@@ -42,14 +47,9 @@ pub(crate) fn setup(
     if !matches!(global.output_format, OutputFormat::Human | OutputFormat::Json) {
         bail!("a setup has no such form: `--output-format human|json`");
     }
-    let told = RefCell::new(&mut *streams);
-    let tell = |what: &str| {
-        if !global.quiet {
-            told.borrow_mut().say(format_args!("{what}"));
-        }
-    };
+    let steps = Steps::new(streams, global.quiet);
     let recordings = read_all(&args.recordings, &args.reading)?;
-    let prepared = prepared(args, global, &recordings, &tell);
+    let prepared = prepared(args, global, &recordings, &steps);
     let (prepared, found) = match prepared {
         Ok(prepared) => {
             let options = SetupOptions {
@@ -58,6 +58,8 @@ pub(crate) fn setup(
                 tests: args.tests.get(),
                 jobs: global.threads(),
             };
+            let before = if prepared.built.is_some() { BUILD_SHARE } else { 0.0 };
+            let tell = |what: &str, done: f64| steps.tell(what, before + (1.0 - before) * done);
             let found = prepared.diagnoser.set_up(&recordings, &options, &tell);
             (Some(prepared), found)
         }
@@ -114,7 +116,7 @@ fn prepared(
     args: &SetupArgs,
     global: &GlobalArgs,
     recordings: &[Recording],
-    tell: &dyn Fn(&str),
+    steps: &Steps<'_, '_>,
 ) -> Result<Prepared, NotPrepared> {
     let mut choices = Vec::new();
     let mut chosen = |what: &str, choice: &str, reason: &str, pin: &str| {
@@ -162,7 +164,7 @@ fn prepared(
     if let Err(error) = check_test(&experiment) {
         return Err(NotPrepared::Refused(error));
     }
-    tell("simulate the machine's reference signals");
+    steps.tell("simulate the machine's reference signals", 0.0);
     let datasets = designs.iter().map(|&design| {
         let request = DatasetRequest {
             design,
@@ -175,7 +177,9 @@ fn prepared(
     });
     let datasets = datasets.collect::<Result<Vec<_>, _>>()?;
     let noise_a = default_noise_a(&experiment.actuator);
-    let bundle = Bundle::build_told(&experiment, datasets, noise_a, global.root_seed(), tell)?;
+    let (root, share) = (global.root_seed(), BUILD_SHARE - SIMULATION_SHARE);
+    let tell = |what: &str, done: f64| steps.tell(what, SIMULATION_SHARE + share * done);
+    let bundle = Bundle::build_told(&experiment, datasets, noise_a, root, &tell)?;
     let names: Vec<_> = designs.iter().map(|design| design.name()).collect();
     let choice = format!("built of {CONDITIONS} conditions each of {}", names.join(", "));
     chosen("bundle", &choice, "none at hand is of this model file and test", "--bundle FILE");

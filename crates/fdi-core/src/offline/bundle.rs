@@ -181,6 +181,10 @@ pub struct Bundle {
     pub(crate) units: Vec<UnitError>,
 }
 
+/// Share of the time of learning that the models of error and signal take where machines within
+/// tolerances are learnt too: 5.9 of 24.5 s for `ema-270` in the chirp.
+const MODELS_SHARE: f64 = 0.24;
+
 impl Bundle {
     /// True where it has learnt machines within the tolerances of its model.
     pub fn knows_units(&self) -> bool {
@@ -217,10 +221,11 @@ impl Bundle {
         noise_a: f64,
         root: RootSeed,
     ) -> Result<Self, BundleError> {
-        Self::build_told(experiment, datasets, noise_a, root, &|_| {})
+        Self::build_told(experiment, datasets, noise_a, root, &|_, _| {})
     }
 
-    /// Learns a bundle and tells each step in words: minutes can pass on a long test.
+    /// Learns a bundle and tells each step in words as it begins, with the share of the time that is
+    /// about over then: minutes can pass on a long test.
     ///
     /// # Errors
     ///
@@ -230,36 +235,40 @@ impl Bundle {
         datasets: Vec<Dataset>,
         noise_a: f64,
         root: RootSeed,
-        tell: &dyn Fn(&str),
+        tell: &dyn Fn(&str, f64),
     ) -> Result<Self, BundleError> {
         let incipient = datasets
             .iter()
             .find(|dataset| dataset.design == ReferenceDesign::Incipient)
             .ok_or(BundleError::NoIncipient)?;
         go_together(experiment, &datasets)?;
-        tell("placing the points of the mask");
+        let has_tolerances = !experiment.tolerance.is_empty();
+        let has_start = |start: &StartAngle| !of_start(&datasets, *start).is_empty();
+        let starts: Vec<_> =
+            [StartAngle::Zero, StartAngle::Any].into_iter().filter(has_start).collect();
+        let models: usize = starts.iter().map(|&start| Modelled::of_start(start).len()).sum();
+        let models_share = if has_tolerances { MODELS_SHARE } else { 1.0 };
+        tell("placing the points of the mask", 0.0);
         let mask = informative_points(incipient, root)?;
         let (mut choices, mut noisy) = (Vec::new(), Vec::new());
-        for start in [StartAngle::Zero, StartAngle::Any] {
+        for &start in &starts {
             let at_start = of_start(&datasets, start);
-            if at_start.is_empty() {
-                continue;
-            }
             let runs = noise_of_loops(experiment, &at_start)?;
             let electronics = runs.as_ref().map(|runs| electronics_of(experiment, &at_start, runs));
             for &of in Modelled::of_start(start) {
-                tell(&of.learning());
+                tell(&of.learning(), models_share * choices.len() as f64 / models as f64);
                 choices.push(choose(experiment, &at_start, of, noise_a, electronics.as_ref())?);
             }
             noisy.extend(runs.map(|runs| (start, runs)));
         }
         let mut units = Vec::new();
-        if !experiment.tolerance.is_empty() {
-            tell("learning the error of the monitor on machines within the tolerances");
-            for start in [StartAngle::Zero, StartAngle::Any] {
-                if !of_start(&datasets, start).is_empty() {
-                    units.push(unit_error(experiment, start, noise_a, root)?);
-                }
+        if has_tolerances {
+            tell(
+                "learning the error of the monitor on machines within the tolerances",
+                models_share,
+            );
+            for start in starts {
+                units.push(unit_error(experiment, start, noise_a, root)?);
             }
         }
         let dataset_sha256 = datasets.iter().map(Dataset::sha256).collect();

@@ -218,8 +218,10 @@ pub(super) fn choices(seen: &[Seen], unit: &LearntUnit) -> Vec<SetupChoice> {
 fn sensors(seen: &[Seen]) -> Option<(String, String)> {
     let all = seen.iter().map(|one| one.phase_sum).collect::<Option<Vec<_>>>()?;
     let mean = |of: &dyn Fn(&PhaseSum) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let [a, b, c] = [0, 1, 2].map(|phase| 100.0 * mean(&|sum| sum.gains[phase]));
-    let offset_ma = 1e3 * mean(&|sum| sum.offset_sum_a);
+    // adding zero takes the sign from a zero
+    let rounded = |value: f64, parts: f64| (parts * value).round() / parts + 0.0;
+    let [a, b, c] = [0, 1, 2].map(|phase| rounded(100.0 * mean(&|sum| sum.gains[phase]), 100.0));
+    let offset_ma = rounded(1e3 * mean(&|sum| sum.offset_sum_a), 10.0);
     let choice = format!(
         "gains {a:+.2}, {b:+.2} and {c:+.2} % (A, B, C) beyond their mean, offsets {offset_ma:+.1} mA together"
     );
