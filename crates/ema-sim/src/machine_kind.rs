@@ -142,6 +142,9 @@ pub trait MachineKind {
     /// Pole pairs of a motor whose commutation the model follows.
     fn pole_pairs(&self) -> Option<u32>;
 
+    /// Rate of its controller, Hz: that of a recording is to be a whole part of it.
+    fn controller_hz(&self) -> f64;
+
     /// Gains of its loops.
     fn loop_gains(&self) -> LoopGains;
 

@@ -70,6 +70,10 @@ impl MachineKind for Model {
         Some(self.actuator.motor.pole_pairs)
     }
 
+    fn controller_hz(&self) -> f64 {
+        self.actuator.controller.sample_hz
+    }
+
     fn loop_gains(&self) -> LoopGains {
         let controller = &self.actuator.controller;
         LoopGains {

@@ -71,6 +71,10 @@ impl MachineKind for AxisModel {
         None
     }
 
+    fn controller_hz(&self) -> f64 {
+        self.axis.controller.sample_hz
+    }
+
     fn loop_gains(&self) -> LoopGains {
         let controller = &self.axis.controller;
         LoopGains {

@@ -1,14 +1,19 @@
 //! The signals of a recording that a model is compared with in closed loop.
 
 use ema_sim::{CommandKind, Scenario, model_file::MachineModel};
-use recordings::{
-    AskedFor, Channel, ChannelName, CommandColumn, CommandSource, RecordError, Recording,
-};
+use recordings::{AskedFor, ChannelName, CommandColumn, CommandSource, RecordError, Recording};
 
-use crate::simulation::{cut_phase::CutPhase, drive_signal::DriveSignal, experiment::Experiment};
+use crate::simulation::{
+    cut_phase::CutPhase, drive_signal::DriveSignal, experiment::Experiment,
+    resampling::band_limited,
+};
 
 /// The signals of a recording that a model is compared with: equally long, all at the times of
 /// the signal that drives the machine, straight between the samples of the recording.
+///
+/// The controller's rate is a whole multiple of theirs. Where it is none of the recording's, they
+/// are at the next rate above of which it is, at most the controller's own: drive signal and position
+/// [band-limited](super::resampling::band_limited), the others straight between their samples.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ComparedSignals {
@@ -184,26 +189,46 @@ impl ComparedSignals {
             return Err(ComparedSignalsError::Clipped { column: channel, level_a, share });
         }
         let DriveSignal { channel: drive, filter_hz } = DriveSignal::of(recording, model)?;
-        let rate_hz = drive.regular_rate_hz()?;
-        let on_axis = |names: &[ChannelName]| {
-            recording.first_channel(names).map(|channel| channel.at(drive.times_s()))
+        let recorded_hz = drive.regular_rate_hz()?;
+        // a followed motion has a controller of the recording's own rate
+        let rate_hz = match given {
+            Some(GivenCommand::Motion) => recorded_hz,
+            _ => fitting_hz(recorded_hz, model.kind().controller_hz()),
+        };
+        let own_s = drive.times_s();
+        let at_rate = |values: Vec<f64>| {
+            if rate_hz == recorded_hz {
+                values
+            } else {
+                band_limited(&values, recorded_hz, rate_hz)
+            }
+        };
+        let driven = at_rate(drive.values().to_vec());
+        let times_s: Vec<f64> = if rate_hz == recorded_hz {
+            own_s.to_vec()
+        } else {
+            (0..driven.len()).map(|n| own_s[0] + n as f64 / rate_hz).collect()
+        };
+        let on_axis = |names: &[ChannelName], times_s: &[f64]| {
+            recording.first_channel(names).map(|channel| channel.at(times_s))
         };
         let has_rotor = model.kind().pole_pairs().is_some();
         let motor: &[ChannelName] =
             if has_rotor { &[MotorAngle] } else { &[MotorAngle, Position, SurfaceAngle] };
-        let position = on_axis(motor);
+        let position = on_axis(motor, own_s);
         // an axis has no rotor, and its position may be in metres
         let start_rad =
             if has_rotor { recording.start_angle_rad(position.as_deref())? } else { None };
-        let command = command(recording, model, given, &drive, position.as_deref())?;
+        let position = position.map(at_rate);
+        let command = command(recording, model, given, &times_s, position.as_deref())?;
         let stated_load = recording.metadata.load_n_m.filter(|_| has_rotor);
-        let stated_load = stated_load.map(|load| vec![load; drive.values().len()]);
+        let stated_load = stated_load.map(|load| vec![load; times_s.len()]);
         Ok(Self {
             rate_hz,
             command: command.values,
             kind: command.kind,
-            drive: drive.values().to_vec(),
-            load: on_axis(&LOADS).or(stated_load).or(command.load),
+            drive: driven,
+            load: on_axis(&LOADS, &times_s).or(stated_load).or(command.load),
             position,
             filter_hz,
             start_rad,
@@ -224,12 +249,20 @@ impl ComparedSignals {
     }
 }
 
+/// The rate at which a recording is compared: its own where a controller's is a whole multiple of it,
+/// else the next above of which it is, at most the controller's.
+fn fitting_hz(recorded_hz: f64, controller_hz: f64) -> f64 {
+    let ratio = controller_hz / recorded_hz;
+    let is_whole = ratio > 0.5 && (ratio - ratio.round()).abs() < 1e-4 * ratio;
+    if is_whole { recorded_hz } else { controller_hz / ratio.floor().max(1.0) }
+}
+
 /// The command at the samples of the drive signal.
 fn command(
     recording: &Recording,
     model: &MachineModel,
     given: Option<&GivenCommand>,
-    drive: &Channel,
+    times_s: &[f64],
     position: Option<&[f64]>,
 ) -> Result<OnAxis, ComparedSignalsError> {
     let column = match given {
@@ -237,14 +270,14 @@ fn command(
         _ => recording.command_column(),
     };
     if let Some(column) = column {
-        return Ok(OnAxis::of(&column, drive.times_s()));
+        return Ok(OnAxis::of(&column, times_s));
     }
     match given {
-        Some(given) => given.at(drive.times_s(), position),
+        Some(given) => given.at(times_s, position),
         // a test with a name is one of actuators
         None if matches!(model, MachineModel::Actuator(_)) => {
             let named = named_test(recording).ok_or(ComparedSignalsError::NoCommand)?;
-            named.at(drive.times_s(), position)
+            named.at(times_s, position)
         }
         None => Err(ComparedSignalsError::NoCommand),
     }
@@ -306,6 +339,28 @@ mod tests {
         }
         let error = of("time_s,current_a\n0,0\n0.1,0\n", Some(&GivenCommand::Motion)).unwrap_err();
         assert_eq!(error, "false no position, whose inverse dynamics were asked for");
+    }
+
+    #[test]
+    fn rates_are_brought_to_a_part_of_the_controllers() {
+        for (recorded_hz, wanted_hz) in
+            [(1000.0, 1000.0), (250.0, 250.0), (800.0, 1000.0), (640.0, 1000.0), (2000.0, 1000.0)]
+        {
+            assert_eq!(fitting_hz(recorded_hz, 1000.0), wanted_hz);
+        }
+        assert_eq!(fitting_hz(300.0, 1000.0), 1000.0 / 3.0);
+        let row = |n: usize| format!("{},{},{}\n", n as f64 / 800.0, n, 2 * n);
+        let text =
+            format!("time_s,current_a,command_rad\n{}", (0..81).map(row).collect::<String>());
+        let signals = of(&text, None).unwrap();
+        let controller_hz = EMA_48.controller.sample_hz;
+        assert_eq!(signals.rate_hz, fitting_hz(800.0, controller_hz));
+        assert_eq!(signals.drive.len(), signals.command.len());
+        let middle = signals.drive.len() / 2;
+        let place = middle as f64 * 800.0 / signals.rate_hz;
+        assert!(
+            (signals.drive[middle] - place).abs() < 0.02 && signals.command[middle] == 2.0 * place
+        );
     }
 
     #[test]
