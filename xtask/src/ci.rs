@@ -22,6 +22,11 @@ const STEPS: &[Step] = &[
     step("format", &["fmt", "--all", "--check"]),
     step("lints", &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
     step("tidy", &["xtask", "tidy"]),
+    // a reader that is not built by default
+    step(
+        "HDF5",
+        &["test", "--package", "recordings", "--features", "hdf5", "--test", "it", "hdf5"],
+    ),
     step("tests", &["test", "--workspace"]),
     Step {
         name: "docs",

@@ -30,7 +30,11 @@ pub enum RecordError {
         advice: &'static str,
     },
     /// A form of recording that this build leaves out.
-    #[error("`{}` is not read by this build: it lacks the feature `{feature}`", format.extension())]
+    #[error(
+        "`{}` is not read by this build: it lacks the feature `{feature}` (build with it, or save the \
+         recording as Parquet or CSV)",
+        format.extension()
+    )]
     NotBuiltIn {
         /// The form.
         format: FileFormat,

@@ -24,7 +24,8 @@ macro_rules! formats {
         $make! {
             Csv ".csv" "CSV, compressed or not" [] own csv;
             CsvGz ".csv.gz" "CSV compressed with gzip" [] own csv_gz;
-            Mat ".mat" "MATLAB 5 to 7" ["mat"] own mat;
+            Hdf5 ".h5" "HDF5" ["hdf5"] foreign hdf5;
+            Mat ".mat" "MATLAB 5 to 7, with `hdf5` 7.3" ["mat"] own mat;
             Mf4 ".mf4" "ASAM MDF 4" ["mf4"] foreign mf4;
             Parquet ".parquet" "Apache Parquet" ["parquet"] foreign parquet;
             Tdms ".tdms" "NI TDMS" ["tdms"] own tdms;
@@ -92,8 +93,11 @@ enum Decoder {
 
 formats!(file_format);
 
+/// First bytes of HDF5; MATLAB 7.3 writes 512 bytes of its own before them.
+pub(crate) const HDF5_MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
+
 /// Endings of files that are of a format too.
-const OTHER_ENDINGS: [(&str, FileFormat); 7] = [
+const OTHER_ENDINGS: [(&str, FileFormat); 10] = [
     (".txt.gz", FileFormat::Txt),
     (".tsv.gz", FileFormat::Txt),
     (".asc", FileFormat::Txt),
@@ -101,17 +105,19 @@ const OTHER_ENDINGS: [(&str, FileFormat); 7] = [
     (".lvm", FileFormat::Txt),
     (".prn", FileFormat::Txt),
     (".mdf", FileFormat::Mf4),
+    (".hdf5", FileFormat::Hdf5),
+    (".hdf", FileFormat::Hdf5),
+    (".he5", FileFormat::Hdf5),
 ];
 
 /// How to save what other endings stand for.
-const ADVICE: [(&[&str], &str); 5] = [
+const ADVICE: [(&[&str], &str); 4] = [
     (&["xlsx", "xls", "xlsm", "xlsb", "ods"], "save the sheet as CSV"),
     (
-        &["h5", "hdf5", "hdf", "nc", "he5"],
-        "save it as Parquet (pandas: `to_parquet`) or, from MATLAB, with `-v7`",
-    ),
-    (
-        &["feather", "arrow", "ipc", "json", "jsonl", "ndjson", "pkl", "pickle", "orc", "avro"],
+        &[
+            "nc", "feather", "arrow", "ipc", "json", "jsonl", "ndjson", "pkl", "pickle", "orc",
+            "avro",
+        ],
         "save it as Parquet (pandas: `to_parquet`, polars: `write_parquet`)",
     ),
     (&["npy", "npz"], "save it as text (`numpy.savetxt(FILE, table, header=NAMES)`) or Parquet"),
@@ -143,6 +149,8 @@ impl FileFormat {
             [b'M', b'D', b'F', b' ', ..] => Self::Mf4,
             [b'T', b'D', b'S', b'm', ..] => Self::Tdms,
             _ if bytes.starts_with(b"MATLAB 5.0 MAT-file") => Self::Mat,
+            _ if bytes.starts_with(b"MATLAB 7.3 MAT-file") => Self::Mat,
+            _ if bytes.starts_with(HDF5_MAGIC) => Self::Hdf5,
             _ => Self::Csv,
         }
     }
@@ -175,6 +183,7 @@ mod tests {
         assert_eq!(of("r.txt.gz"), Some(FileFormat::Txt));
         assert_eq!(of("r.LVM"), Some(FileFormat::Txt));
         assert_eq!(of("r.mdf"), Some(FileFormat::Mf4));
+        assert_eq!(of("r.hdf5"), Some(FileFormat::Hdf5));
         for name in ["r.tdms_index", "r.gz", ".mat", "mat", "r.doc", ""] {
             assert_eq!(of(name), None, "{name}");
         }

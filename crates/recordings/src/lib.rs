@@ -1,7 +1,8 @@
 //! Recordings of electric machines: channels with their own time axes, and metadata.
 //!
 //! A recording is a file of channels; the names of its columns carry the units. CSV is always
-//! read; Parquet, MATLAB 5 to 7, MDF 4 and TDMS with the features `parquet`, `mat`, `mf4`, `tdms`.
+//! read; Parquet, MATLAB 5 to 7, MDF 4, TDMS and HDF5 with the features `parquet`, `mat`, `mf4`,
+//! `tdms`, `hdf5`.
 //! Every message of a file that cannot be read names line, column or field, and what was
 //! expected. The crate knows no machine.
 //!

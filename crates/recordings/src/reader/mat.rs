@@ -9,14 +9,15 @@ use flate2::read::ZlibDecoder;
 
 use crate::{
     ColumnMap, FileFormat, RecordError, Recording,
+    format::HDF5_MAGIC,
     metadata_key::keys,
     property::Property,
     reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble},
 };
 
 const HEADER_BYTES: usize = 128;
-/// First bytes of HDF5, which MATLAB 7.3 writes behind a header of its own.
-const HDF5_MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Header of MATLAB 7.3 before its HDF5.
+const HDF5_HEADER_BYTES: usize = 512;
 /// Arrays inside arrays; what is deeper was not made by a person.
 const MAX_DEPTH: u32 = 32;
 /// Most bytes that one file may unpack to.
@@ -57,12 +58,19 @@ mod class {
 }
 
 /// Reads a recording.
-#[expect(clippy::needless_pass_by_value, reason = "all readers have one signature")]
+#[cfg_attr(
+    not(feature = "hdf5"),
+    expect(clippy::needless_pass_by_value, reason = "all readers have one signature")
+)]
 pub(super) fn read(
     name: String,
     bytes: Vec<u8>,
     map: &ColumnMap,
 ) -> Result<Recording, RecordError> {
+    #[cfg(feature = "hdf5")]
+    if is_hdf5(&bytes) {
+        return super::hdf5::read_matlab(name, bytes, map);
+    }
     assemble(name, &MatFile::open(&bytes)?, map)
 }
 
@@ -230,13 +238,11 @@ impl Samples {
 
 /// The order of bytes that the header tells.
 fn byte_order(bytes: &[u8]) -> Result<Order, RecordError> {
-    let hdf5 = bytes.starts_with(HDF5_MAGIC)
-        || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5_MAGIC));
-    if hdf5 || bytes.starts_with(b"MATLAB 7.3") {
+    if is_hdf5(bytes) || bytes.starts_with(b"MATLAB 7.3") {
         return Err(RecordError::Unsupported {
             format: FileFormat::Mat,
             what: "version 7.3 (HDF5)".to_owned(),
-            advice: "save it with `-v7`",
+            advice: "save it with `-v7`, or build with the feature `hdf5`",
         });
     }
     if bytes.len() < HEADER_BYTES {
@@ -255,6 +261,12 @@ fn byte_order(bytes: &[u8]) -> Result<Order, RecordError> {
         b"MI" => Ok(Order::Big),
         _ => Err(damaged("no mark of the order of bytes in the header")),
     }
+}
+
+/// Tells whether a file is one of HDF5, with or without the header of MATLAB 7.3.
+fn is_hdf5(bytes: &[u8]) -> bool {
+    let begins = |from: usize| bytes.get(from..).is_some_and(|rest| rest.starts_with(HDF5_MAGIC));
+    begins(0) || begins(HDF5_HEADER_BYTES)
 }
 
 fn damaged(reason: &str) -> RecordError {
@@ -565,7 +577,8 @@ mod tests {
         let error = |bytes: &[u8]| MatFile::open(bytes).unwrap_err().to_string();
         assert_eq!(
             error(b"MATLAB 7.3 MAT-file"),
-            "`.mat` with version 7.3 (HDF5) is not read (save it with `-v7`)"
+            "`.mat` with version 7.3 (HDF5) is not read (save it with `-v7`, or build with the \
+             feature `hdf5`)"
         );
         assert_eq!(error(&[0; 200]), "`.mat` with version 4 is not read (save it with `-v7`)");
         assert_eq!(error(b"MATLAB 5.0"), "damaged `.mat` file: ends within the header");

@@ -141,6 +141,74 @@ mod mat {
     }
 }
 
+#[cfg(feature = "hdf5")]
+mod hdf5 {
+    use super::*;
+
+    #[test]
+    fn versus_h5py_in_the_layout_of_matlab_7_3() {
+        let file = assert_twin("h5py-v73.mat", &[], &PHASES_AND_ANGLE);
+        assert_metadata(&file);
+        let others: Vec<_> = file.other_columns().iter().map(OtherColumn::name).collect();
+        assert_eq!(others, ["empty", "list", "rec.table(:,1)", "rec.table(:,2)"]);
+        let mapped = read("h5py-v73.mat", &["time_s=rec.table(:,1)", "load_n_m=rec.table(:,2)"]);
+        let load = mapped.unwrap().channel(ChannelName::Load).unwrap().clone();
+        assert_eq!((load.values().len(), load.sampling().unwrap().rate_hz), (40, 500.0));
+        assert_eq!(
+            read("h5py-v73.mat", &["load_n_m=list"]).unwrap_err().to_string(),
+            "column `list` holds a cell array, expected numbers"
+        );
+    }
+
+    #[test]
+    fn versus_h5py_with_groups_and_with_a_table() {
+        let file = assert_twin("h5py-groups.h5", &[], &PHASES_AND_ANGLE);
+        assert_metadata(&file);
+        let others: Vec<_> = file.other_columns().iter().map(OtherColumn::name).collect();
+        assert_eq!(others, ["events"]);
+        let error = read("h5py-groups.h5", &["load_n_m=drive/phase_a_current_a"]).unwrap_err();
+        assert!(error.to_string().contains("is in `A` as the file says"), "{error}");
+        let map = [
+            "time_s=data(:,1)",
+            "phase_a_current_a=data(:,2)",
+            "phase_b_current_a=data(:,3)",
+            "phase_c_current_a=data(:,4)",
+        ];
+        assert_twin("h5py-table.h5", &map, &PHASES);
+    }
+
+    #[test]
+    fn damaged_copies_are_errors() {
+        let table = ["time_s=data(:,1)", "phase_c_current_a=data(:,4)"];
+        for (name, map) in
+            [("h5py-v73.mat", &[][..]), ("h5py-groups.h5", &[]), ("h5py-table.h5", &table)]
+        {
+            let map = ColumnMap::new(map).unwrap();
+            let whole = std::fs::read(path(name)).unwrap();
+            let format = FileFormat::of(&path(name)).unwrap();
+            let read = |bytes: &[u8]| Recording::from_bytes("r", format, bytes.to_vec(), &map);
+            for end in (0..whole.len()).step_by(1500) {
+                let error = read(&whole[..end]).unwrap_err().to_string();
+                assert!(!error.is_empty() && !error.contains('\n'), "{name} {end}: {error}");
+            }
+            for place in (600..whole.len()).step_by(97) {
+                let mut changed = whole.clone();
+                changed[place] ^= 0xff;
+                // read or refused, and never a panic
+                let _ = read(&changed);
+            }
+        }
+    }
+}
+
+#[cfg(not(feature = "hdf5"))]
+#[test]
+fn what_needs_another_build_is_told() {
+    let told = |name: &str| read(name, &[]).unwrap_err().to_string();
+    assert!(told("h5py-v73.mat").contains("build with the feature `hdf5`"));
+    assert!(told("h5py-groups.h5").contains("lacks the feature `hdf5`"));
+}
+
 mod mf4 {
     use super::*;
 
