@@ -101,7 +101,7 @@ pub struct PlanArgs {
     )]
     pub faults: Option<Vec<FaultId>>,
     /// Longest that the test may last: `10s`
-    #[arg(long, value_name = "TIME", value_parser = seconds, default_value = "10s", conflicts_with = "train")]
+    #[arg(long, value_name = "TIME", value_parser = test_time, default_value = "10s", conflicts_with = "train")]
     pub within: f64,
     /// Recordings of the machine as new, each of another day, that there will be of the test
     #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "train")]
@@ -144,10 +144,15 @@ fn fault(text: &str) -> Result<FaultId, String> {
     named.next().ok_or_else(|| "expected `k1` to `k6`".to_owned())
 }
 
-/// A time with or without its unit.
-fn seconds(text: &str) -> Result<f64, String> {
+/// Longest test that is planned, s: nobody waits longer for a bench.
+const LONGEST_TEST_S: f64 = 600.0;
+
+/// The time of a test, with or without its unit.
+fn test_time(text: &str) -> Result<f64, String> {
     positive(text.strip_suffix('s').unwrap_or(text).trim_end())
-        .map_err(|_| "expected a positive time in seconds: `10s`".to_owned())
+        .ok()
+        .filter(|&seconds| seconds <= LONGEST_TEST_S)
+        .ok_or_else(|| format!("expected a time from 0 to {LONGEST_TEST_S} s: `10s`"))
 }
 
 /// Options of `fdi propose`.

@@ -71,8 +71,9 @@ fn what_belongs_to_the_other_kind_of_proposal_is_refused() {
         (&["propose", "--faults", "k1", "--train", "r.csv"], "cannot be used with"),
         (&["propose", "--faults", "k1", "--correct"], "`--correct`: a test for faults is planned"),
         (&["propose", "--faults", "k7"], "expected `k1` to `k6`"),
-        (&["propose", "--faults", "k1", "--within", "0s"], "expected a positive time in seconds"),
-        (&["propose", "--faults", "k1", "--within", "10ms"], "expected a positive time in seconds"),
+        (&["propose", "--faults", "k1", "--within", "0s"], "expected a time from 0 to 600 s"),
+        (&["propose", "--faults", "k1", "--within", "10ms"], "expected a time from 0 to 600 s"),
+        (&["propose", "--faults", "k1", "--within", "1e9s"], "expected a time from 0 to 600 s"),
         (&["propose", "--faults", "k1", "--within", "0.1"], "no motion of at most 0.1 s stays"),
         (
             &["propose", "--faults", "k1", "--within", "0.3", "--load-n-m", "-1000"],
