@@ -105,7 +105,7 @@ pub use low_fidelity::LowFidelity;
 pub use machine_kind::{
     CommandKind, DriveRun, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber,
     MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
-    NumberValue, PreparedTest, bandwidth_hz, resolved_hz, shown_while_followed,
+    NumberValue, PreparedTest, bandwidth_hz, resolved_hz, shown_while_followed, testable_rate_hz,
 };
 pub use motion_term::MotionTerm;
 pub use parameter::{Block, Parameter};

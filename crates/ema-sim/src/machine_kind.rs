@@ -13,6 +13,7 @@ mod run;
 pub use follow::{resolved_hz, shown_while_followed};
 pub use run::{
     CommandKind, DriveRun, MachineRun, MachineSignals, MachineTest, MachineTestError, PreparedTest,
+    testable_rate_hz,
 };
 
 use crate::{
@@ -174,7 +175,8 @@ pub trait MachineKind {
     fn set_numbers(&mut self, values: &[NumberValue]);
 
     /// Numbers with a tolerance on the data sheet, in the order of the file: their tolerances of
-    /// type and unit in one. Numbers that are no parameter of the machine are left out.
+    /// type and unit in one. Numbers that are no parameter of the machine are left out. The offset of
+    /// an axis has one of its own size where the file states none, and is not zero.
     fn rough(&self) -> Vec<NumberTolerance>;
 
     /// True where a motion recorded under a controller that is not known can be followed

@@ -18,7 +18,7 @@ use fdi_core::{
     report::{ActionLevels, FaultId, Fidelity, Method, ToleranceUse},
 };
 
-use crate::setting::ResolvedSetting;
+use crate::{setting::ResolvedSetting, shell::quoted};
 use published::published;
 
 pub use effects::EffectsArgs;
@@ -234,7 +234,7 @@ pub struct MapArgs {
     /// Leave out the first N lines of a text
     #[arg(long, default_value_t, value_name = "N")]
     pub skip_lines: usize,
-    /// Read the rows with this VALUE in this COLUMN, of a table that holds several recordings; may be repeated
+    /// Read the rows with this VALUE in this COLUMN, of tables that hold several recordings; may be repeated, and is for every file of the command
     #[arg(long = "where", value_name = "COLUMN=VALUE", value_parser = row_choice)]
     pub rows: Vec<String>,
 }
@@ -242,6 +242,13 @@ pub struct MapArgs {
 impl MapArgs {
     pub(crate) fn is_bridged(&self) -> bool {
         self.gaps == GapsArg::Bridge
+    }
+
+    /// The options for columns and rows as words of a command line.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let maps = self.map.iter().map(|entry| format!("--map {}", quoted(entry)));
+        let rows = self.rows.iter().map(|choice| format!("--where {}", quoted(choice)));
+        maps.chain(rows).collect()
     }
 
     /// How columns are read.

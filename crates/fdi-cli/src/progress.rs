@@ -160,7 +160,7 @@ pub(crate) fn watched<T: Send>(
 }
 
 /// Time before which the time that is left is a guess, s.
-const SOONEST_S: f64 = 2.0;
+const SOONEST_S: f64 = 1.0;
 /// Time between two looks at the clock.
 const TICK: Duration = Duration::from_millis(500);
 
@@ -207,9 +207,9 @@ mod tests {
 
     #[test]
     fn the_time_left_follows_from_the_share_that_is_over() {
-        assert_eq!(left(6.0, 0.24), ", about 19 s left");
+        assert_eq!(left(6.0, 0.25), ", about 18 s left");
         assert_eq!(left(60.0, 0.25), ", about 3 min 0 s left");
-        assert_eq!((left(6.0, 0.0), left(1.0, 0.5)), Default::default());
+        assert_eq!((left(6.0, 0.0), left(0.9, 0.5)), Default::default());
     }
 
     #[test]

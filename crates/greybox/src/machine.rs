@@ -44,12 +44,6 @@ impl Rough {
     }
 }
 
-/// Keys of the constant in the balance of torques or forces of an axis.
-const OFFSET: &str = "axis.offset-";
-/// Half-width of its tolerance over its value, where the file states none: it was found together with
-/// friction, from recordings, and another effect may have its part in it.
-const OFFSET_FRAC: f64 = 1.0;
-
 /// Departure of a machine from the nominal one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct State {
@@ -105,16 +99,7 @@ impl Machine {
         let numbers = kind.numbers();
         let rough = kind.rough().into_iter();
         let rough = rough.map(|r| Rough::new(&numbers[r.place], r.place, kind, r.half_width_frac));
-        let mut rough: Vec<Rough> = rough.collect();
-        let is_stated = |place: usize| rough.iter().any(|one| one.place == place);
-        let offsets = numbers.iter().enumerate().filter(|(place, number)| {
-            number.key.starts_with(OFFSET) && kind.number(*place) != 0.0 && !is_stated(*place)
-        });
-        let offsets = offsets.map(|(place, number)| Rough::new(number, place, kind, OFFSET_FRAC));
-        let offsets: Vec<Rough> = offsets.collect();
-        rough.extend(offsets);
-        rough.sort_by_key(|one| one.place);
-        Self { built_in: model.switched_on(), rough, model: model.clone() }
+        Self { built_in: model.switched_on(), rough: rough.collect(), model: model.clone() }
     }
 
     fn kind(&self) -> &dyn MachineKind {

@@ -1,6 +1,9 @@
 //! Channels of a recording: samples with times.
 
-use crate::{ChannelName, RecordError, Sampling, SharedNumbers, clock::Clock, kernel::Nodes};
+use crate::{
+    ChannelName, RecordError, Sampling, SharedNumbers, clock::Clock, kernel::Nodes,
+    row_choice::choice_of,
+};
 
 /// The samples of one channel.
 ///
@@ -235,13 +238,12 @@ impl OtherColumn {
         (0..self.ends.len()).map(|index| self.cell(index))
     }
 
-    /// The choice of rows `COLUMN=VALUE` that takes those before a row and not the row itself, where
-    /// no cell up to it is empty.
+    /// The choice of rows `COLUMN=VALUE` that takes those before a row and no others, where no cell
+    /// is empty.
     pub(super) fn choice_of_rows_before(&self, row: usize) -> Option<String> {
-        let mut before = (0..row).map(|index| self.cell(index));
-        let first = before.next().filter(|_| self.ends.len() > row)?;
-        let is_told = first != self.cell(row) && before.all(|cell| cell == first);
-        is_told.then(|| format!("{}={first}", self.name))
+        let first = (row > 0 && self.ends.len() > row).then(|| self.cell(0))?;
+        let is_told = (0..self.ends.len()).all(|at| (self.cell(at) == first) == (at < row));
+        is_told.then(|| choice_of(&self.name, first)).flatten()
     }
 
     /// One cell that is not empty.

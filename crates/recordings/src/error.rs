@@ -239,17 +239,24 @@ pub enum RecordError {
         /// The columns.
         columns: Vec<String>,
     },
-    /// No row has the values that rows are chosen by.
+    /// Several columns have the name that rows are chosen by.
     #[error(
-        "no row has {} (`--where`); values of `{column}`: {}{}",
-        list(wanted),
-        list(found),
-        if *is_more { " and more" } else { "" }
+        "column `{column}` is in the file more than once: say by which of {} rows are chosen \
+         (`--where PATH=VALUE`)",
+        list(columns)
     )]
+    ChoiceAmbiguous {
+        /// The name.
+        column: String,
+        /// The paths.
+        columns: Vec<String>,
+    },
+    /// No row has the values that rows are chosen by.
+    #[error("no row has {} (`--where`){}", list(wanted), seen_note(column, found, *is_more))]
     NoRowChosen {
         /// The conditions.
         wanted: Vec<String>,
-        /// The column of the first.
+        /// The column of the first that no row meets; empty where each has rows, but none has all.
         column: String,
         /// Values in it, the first few.
         found: Vec<String>,
@@ -672,13 +679,26 @@ fn rate_note(rate_hz: Option<f64>) -> String {
     rate_hz.map(|hz| format!(" (the rows before are at {hz} Hz)")).unwrap_or_default()
 }
 
+/// A choice of rows as a word of a shell.
+fn quoted(choice: &str) -> String {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.:=/".contains(letter);
+    if choice.chars().all(is_plain) { choice.to_owned() } else { format!("'{choice}'") }
+}
+
+fn seen_note(column: &str, found: &[String], is_more: bool) -> String {
+    if column.is_empty() {
+        return ", though there are rows with each".to_owned();
+    }
+    format!("; values of `{column}`: {}{}", list(found), if is_more { " and more" } else { "" })
+}
+
 fn order_note(can_be_bridged: bool, begins_again: bool, rows_before: Option<&str>) -> String {
     match (can_be_bridged, begins_again) {
         (true, _) => "; `--gaps bridge` puts the samples in order".to_owned(),
         (false, true) => format!(
             "; of several recordings under one another `--where {}` reads one; in Python \
              `fdi.diagnose(table, group=COLUMN)` reads all",
-            rows_before.unwrap_or("COLUMN=VALUE")
+            rows_before.map_or_else(|| "COLUMN=VALUE".to_owned(), quoted)
         ),
         (false, false) => String::new(),
     }

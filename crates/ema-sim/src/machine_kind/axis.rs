@@ -19,6 +19,12 @@ use crate::{
     servo_control::Drive,
 };
 
+/// Key of the constant in the balance of torques or forces, without its unit.
+const OFFSET: &str = "axis.offset-";
+/// Half-width of its tolerance over its value, where the file states none: it was found together with
+/// friction, from recordings, and what the model lacks may have a part in it.
+const OFFSET_FRAC: f64 = 1.0;
+
 impl MachineKind for AxisModel {
     fn name(&self) -> Option<&str> {
         self.name.as_deref()
@@ -118,14 +124,22 @@ impl MachineKind for AxisModel {
     fn rough(&self) -> Vec<NumberTolerance> {
         let (geometry, drive) = (self.axis.geometry, self.axis.drive);
         let mut tolerances = Vec::new();
+        let place =
+            |key: &str| AxisParameter::ALL.iter().position(|p| p.key(geometry, drive) == key);
         for tolerance in self.tolerance.iter().filter(|t| t.level.is_of_machine()) {
-            let key = tolerance.parameter.key(geometry, drive);
-            let place = AxisParameter::ALL.iter().position(|p| p.key(geometry, drive) == key);
-            if let Some(place) = place {
+            if let Some(place) = place(&tolerance.parameter.key(geometry, drive)) {
                 let half_width_frac = tolerance.spread.half_width();
                 add_tolerance(&mut tolerances, NumberTolerance { place, half_width_frac });
             }
         }
+        let is_offset = |key: &str| key.starts_with(OFFSET);
+        let is_stated = self.tolerance.iter().any(|t| is_offset(&t.parameter.key(geometry, drive)));
+        let offset = AxisParameter::ALL.iter().position(|p| is_offset(&p.key(geometry, drive)));
+        if self.axis.offset != 0.0 && !is_stated {
+            let of = |place| NumberTolerance { place, half_width_frac: OFFSET_FRAC };
+            tolerances.extend(offset.map(of));
+        }
+        tolerances.sort_by_key(|one| one.place);
         tolerances
     }
 

@@ -61,12 +61,8 @@ impl<'a> MachineTest<'a> {
 
     /// Ticks of a controller for a sample.
     pub(super) fn ticks_per_sample(&self, sample_hz: f64) -> Result<usize, MachineTestError> {
-        let ratio = sample_hz / self.rate_hz;
-        let whole = libm::round(ratio);
-        if whole >= 1.0 && (ratio - whole).abs() < 1e-4 * whole {
-            return Ok(whole as usize);
-        }
-        Err(MachineTestError::Rate { rate_hz: self.rate_hz, sample_hz })
+        let rate_hz = self.rate_hz;
+        whole_ratio(sample_hz / rate_hz).ok_or(MachineTestError::Rate { rate_hz, sample_hz })
     }
 
     pub(super) fn recorded_load(&self) -> Load {
@@ -74,6 +70,23 @@ impl<'a> MachineTest<'a> {
             Some(values) => Load::Recorded { values_n_m: values.to_vec(), rate_hz: self.rate_hz },
             None => Load::None,
         }
+    }
+}
+
+/// A ratio of rates as a whole number, which the crystals of two clocks do not keep to the last digit.
+fn whole_ratio(ratio: f64) -> Option<usize> {
+    let whole = libm::round(ratio);
+    (whole >= 1.0 && (ratio - whole).abs() < 1e-4 * whole).then_some(whole as usize)
+}
+
+/// The rate, Hz, at which a machine can be run on a test that was recorded at a rate: that rate where
+/// the controller's is a whole multiple of it, else the next above of which it is one, at most the
+/// controller's own.
+pub fn testable_rate_hz(recorded_hz: f64, controller_hz: f64) -> f64 {
+    let ratio = controller_hz / recorded_hz;
+    match whole_ratio(ratio) {
+        Some(_) => recorded_hz,
+        None => controller_hz / libm::floor(ratio).max(1.0),
     }
 }
 

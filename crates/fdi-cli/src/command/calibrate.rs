@@ -46,7 +46,7 @@ pub(crate) fn calibrate(
         }
         MachineModel::ServoAxis(_) => {}
     }
-    let recordings = whole_recordings(&args.records, &model)?;
+    let recordings = whole_recordings(&args.records, &model, global, streams)?;
     let recordings = sound(recordings, &args.records, &model, global, streams)?;
     let what = stage("fitting", &recordings);
     let calibrated = watched(streams, global.quiet, &what, || {

@@ -105,7 +105,7 @@ fn of_machine(
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<Explained> {
-    let recordings = match recordings(records, &args.records, model)? {
+    let recordings = match told_recordings(records, &args.records, model, global, streams)? {
         Ok(recordings) => recordings,
         Err(Missing::Signal(reason)) => return Ok(Explained::inconclusive(reason)),
         Err(Missing::Samples(gap)) => return Ok(Explained::unsound(vec![*gap])),
@@ -163,11 +163,35 @@ pub(super) fn in_form<T: Serialize>(
 }
 
 /// The recordings by their use; an error where one lacks what is compared.
-pub(super) fn whole_recordings(args: &RecordArgs, model: &MachineModel) -> Result<Recordings> {
-    recordings(&Records::read(args)?, args, model)?.map_err(|missing| match missing {
+pub(super) fn whole_recordings(
+    args: &RecordArgs,
+    model: &MachineModel,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Recordings> {
+    let found = told_recordings(&Records::read(args)?, args, model, global, streams)?;
+    found.map_err(|missing| match missing {
         Missing::Signal(reason) => anyhow!("{reason}"),
         Missing::Samples(gap) => anyhow!("{}: {}", gap.code.word(), gap.sentence()),
     })
+}
+
+/// The recordings as [`recordings`] has them; what was done to them is told.
+fn told_recordings(
+    records: &Records,
+    args: &RecordArgs,
+    model: &MachineModel,
+    global: &GlobalArgs,
+    streams: &mut Streams<'_>,
+) -> Result<Result<Recordings, Missing>> {
+    let mut told = Vec::new();
+    let found = recordings(records, args, model, &mut told)?;
+    if !global.quiet {
+        for line in told {
+            streams.say(format_args!("{line}"));
+        }
+    }
+    Ok(found)
 }
 
 /// Recordings as they were read, by their use.
@@ -212,6 +236,7 @@ fn recordings(
     records: &Records,
     args: &RecordArgs,
     model: &MachineModel,
+    told: &mut Vec<String>,
 ) -> Result<Result<Recordings, Missing>> {
     let given = match args.command.as_deref() {
         _ if args.inverse_dynamics => Some(GivenCommand::Motion),
@@ -223,7 +248,7 @@ fn recordings(
         let mut compared = Vec::new();
         for recording in all {
             let named = || recording.name.clone();
-            match compared::compared(recording, model, given.as_ref()).with_context(named)? {
+            match compared::compared(recording, model, given.as_ref(), told).with_context(named)? {
                 Ok(record) => compared.push(record),
                 Err(lack) => missing = missing.take().or(Some(lack)),
             }

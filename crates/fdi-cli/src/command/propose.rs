@@ -31,7 +31,7 @@ pub(crate) fn propose(
         bail!("`--fidelity learnt`: proposals predict with `ideal`, `low` or `high`");
     }
     let model = read_machine(&args.model)?;
-    let recordings = with_holdout(&whole_recordings(&args.records, &model)?);
+    let recordings = with_holdout(&whole_recordings(&args.records, &model, global, streams)?);
     let recordings = sound(recordings, &args.records, &model, global, streams)?;
     let options = Options {
         seed: global.seed,

@@ -28,10 +28,12 @@ const UNIT: &str = "unit.fdi-unit";
 const SETTINGS: &str = "fdi.toml";
 const REPORT: &str = "setup.html";
 const SUMMARY: &str = "setup.json";
-/// Shares of the time of a setup that are over once reference signals are simulated and once the
-/// bundle is built: 1.3 and 25.8 of 28.3 s with three recordings of `ema-270` in the chirp.
-const SIMULATION_SHARE: f64 = 0.05;
-const BUILD_SHARE: f64 = 0.91;
+/// Times of the parts of a setup, s, with three recordings of `ema-270` in the chirp: the reference
+/// signals and the bundle, the unit, and one pair of simulated tests. Only their ratios count.
+const REFERENCES_S: f64 = 1.3;
+const BUNDLE_S: f64 = 24.5;
+const UNIT_S: f64 = 0.24;
+const PAIR_S: f64 = 0.113;
 /// Conditions of each design of a bundle that is built.
 const CONDITIONS: usize = 100;
 
@@ -58,7 +60,7 @@ pub(crate) fn setup(
                 tests: args.tests.get(),
                 jobs: global.threads(),
             };
-            let before = if prepared.built.is_some() { BUILD_SHARE } else { 0.0 };
+            let before = if prepared.built.is_some() { built_share(args) } else { 0.0 };
             let tell = |what: &str, done: f64| steps.tell(what, before + (1.0 - before) * done);
             let found = prepared.diagnoser.set_up(&recordings, &options, &tell);
             (Some(prepared), found)
@@ -177,14 +179,21 @@ fn prepared(
     });
     let datasets = datasets.collect::<Result<Vec<_>, _>>()?;
     let noise_a = default_noise_a(&experiment.actuator);
-    let (root, share) = (global.root_seed(), BUILD_SHARE - SIMULATION_SHARE);
-    let tell = |what: &str, done: f64| steps.tell(what, SIMULATION_SHARE + share * done);
+    let (root, whole) = (global.root_seed(), built_share(args));
+    let simulated = whole * REFERENCES_S / (REFERENCES_S + BUNDLE_S);
+    let tell = |what: &str, done: f64| steps.tell(what, simulated + (whole - simulated) * done);
     let bundle = Bundle::build_told(&experiment, datasets, noise_a, root, &tell)?;
     let names: Vec<_> = designs.iter().map(|design| design.name()).collect();
     let choice = format!("built of {CONDITIONS} conditions each of {}", names.join(", "));
     chosen("bundle", &choice, "none at hand is of this model file and test", "--bundle FILE");
     let built = Some(bundle.to_bytes());
     Ok(Prepared { diagnoser: Diagnoser::new(bundle)?, built, choices })
+}
+
+/// Share of the time of a setup that is over once its bundle is built.
+fn built_share(args: &SetupArgs) -> f64 {
+    let built_s = REFERENCES_S + BUNDLE_S;
+    built_s / (built_s + UNIT_S + PAIR_S * args.tests.get() as f64)
 }
 
 /// Designs of the bundle: with the rotor starting anywhere where the recordings do not start alike. Where

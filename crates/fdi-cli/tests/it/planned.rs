@@ -64,7 +64,7 @@ fn a_planned_test_is_a_command_that_can_be_run() {
 #[test]
 fn what_belongs_to_the_other_kind_of_proposal_is_refused() {
     let folder = TempDir::new().unwrap();
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["propose", "--faults", "--output-format", "csv"], "no such form"),
         (&["propose"], "--train <REC>..."),
         (&["propose", "--train", "r.csv", "--within", "3s"], "cannot be used with"),

@@ -1,6 +1,6 @@
 //! The signals of a recording that a model is compared with in closed loop.
 
-use ema_sim::{CommandKind, Scenario, model_file::MachineModel};
+use ema_sim::{CommandKind, Scenario, model_file::MachineModel, testable_rate_hz};
 use recordings::{AskedFor, ChannelName, CommandColumn, CommandSource, RecordError, Recording};
 
 use crate::simulation::{
@@ -13,12 +13,14 @@ use crate::simulation::{
 ///
 /// The controller's rate is a whole multiple of theirs. Where it is none of the recording's, they
 /// are at the next rate above of which it is, at most the controller's own: drive signal and position
-/// [band-limited](super::resampling::band_limited), the others straight between their samples.
+/// band-limited by the kernel of Lanczos, the others straight between their samples.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ComparedSignals {
-    /// Rate of all signals.
+    /// Rate of all signals, Hz.
     pub rate_hz: f64,
+    /// Rate of the recording, Hz.
+    pub recorded_hz: f64,
     /// Command that was given: rad, rad/s, m or m/s.
     pub command: Vec<f64>,
     /// Quantity that the command asks for.
@@ -193,7 +195,7 @@ impl ComparedSignals {
         // a followed motion has a controller of the recording's own rate
         let rate_hz = match given {
             Some(GivenCommand::Motion) => recorded_hz,
-            _ => fitting_hz(recorded_hz, model.kind().controller_hz()),
+            _ => testable_rate_hz(recorded_hz, model.kind().controller_hz()),
         };
         let own_s = drive.times_s();
         let at_rate = |values: Vec<f64>| {
@@ -225,6 +227,7 @@ impl ComparedSignals {
         let stated_load = stated_load.map(|load| vec![load; times_s.len()]);
         Ok(Self {
             rate_hz,
+            recorded_hz,
             command: command.values,
             kind: command.kind,
             drive: driven,
@@ -247,14 +250,6 @@ impl ComparedSignals {
         let column = [ChannelName::Command, ChannelName::SpeedCommand];
         named_test(recording).is_some() || recording.first_channel(&column).is_some()
     }
-}
-
-/// The rate at which a recording is compared: its own where a controller's is a whole multiple of it,
-/// else the next above of which it is, at most the controller's.
-fn fitting_hz(recorded_hz: f64, controller_hz: f64) -> f64 {
-    let ratio = controller_hz / recorded_hz;
-    let is_whole = ratio > 0.5 && (ratio - ratio.round()).abs() < 1e-4 * ratio;
-    if is_whole { recorded_hz } else { controller_hz / ratio.floor().max(1.0) }
 }
 
 /// The command at the samples of the drive signal.
@@ -346,15 +341,15 @@ mod tests {
         for (recorded_hz, wanted_hz) in
             [(1000.0, 1000.0), (250.0, 250.0), (800.0, 1000.0), (640.0, 1000.0), (2000.0, 1000.0)]
         {
-            assert_eq!(fitting_hz(recorded_hz, 1000.0), wanted_hz);
+            assert_eq!(testable_rate_hz(recorded_hz, 1000.0), wanted_hz);
         }
-        assert_eq!(fitting_hz(300.0, 1000.0), 1000.0 / 3.0);
+        assert_eq!(testable_rate_hz(300.0, 1000.0), 1000.0 / 3.0);
         let row = |n: usize| format!("{},{},{}\n", n as f64 / 800.0, n, 2 * n);
         let text =
             format!("time_s,current_a,command_rad\n{}", (0..81).map(row).collect::<String>());
         let signals = of(&text, None).unwrap();
         let controller_hz = EMA_48.controller.sample_hz;
-        assert_eq!(signals.rate_hz, fitting_hz(800.0, controller_hz));
+        assert_eq!(signals.rate_hz, testable_rate_hz(800.0, controller_hz));
         assert_eq!(signals.drive.len(), signals.command.len());
         let middle = signals.drive.len() / 2;
         let place = middle as f64 * 800.0 / signals.rate_hz;

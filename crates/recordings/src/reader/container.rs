@@ -3,6 +3,8 @@
 //! A reader says which columns a file has and gives the numbers of those that are
 //! asked for; here they become channels, each with its own time axis.
 
+use std::ops::Range;
+
 use crate::{
     Channel, ChannelName, ColumnMap, METADATA_KEYS, Metadata, MetadataKey, OtherColumn,
     RecordError, Recording, RecordingDate, SharedNumbers,
@@ -19,6 +21,8 @@ use crate::{
 /// 250 Hz, in 1 GiB.
 pub(super) const LIMIT_NUMBERS: usize = 1 << 27;
 
+/// Size below which a double holds each whole number.
+const WHOLE_BELOW: f64 = 9_007_199_254_740_992.0;
 /// Samples before one that may be the first of another recording.
 const LEAST_ROWS: usize = 100;
 /// Finest step that a clock is taken to resolve where its numbers do not show one, s.
@@ -101,6 +105,10 @@ impl Numbers {
         self.present.as_ref().is_none_or(|present| present[index])
     }
 
+    fn has_any(&self) -> bool {
+        (0..self.values.len()).any(|index| self.is_present(index))
+    }
+
     /// Takes each NaN for a missing sample.
     fn without_nan(self) -> Self {
         if !self.values.iter().any(|value| value.is_nan()) {
@@ -162,21 +170,30 @@ pub(super) trait Container {
 
     /// Samples of a column whose rows are lists that are in these rows of the table; `None` where a
     /// sample is a row.
-    fn in_rows(&self, _column: usize, _rows: &[usize]) -> Result<Option<Vec<usize>>, RecordError> {
+    fn in_rows(&self, _column: usize, _rows: &[usize]) -> Result<Option<Range<usize>>, RecordError> {
         Ok(None)
     }
 
-    /// Tells whether samples that are not read stand between those of a column.
-    fn has_rows_apart(&self, _column: usize) -> bool {
-        false
+    /// Place of the first sample of a column in the file, from which its clock counts.
+    ///
+    /// # Errors
+    /// [`RecordError::RowsApart`] where samples that are not read stand between those that are.
+    fn first_place(&self, _column: usize) -> Result<usize, RecordError> {
+        Ok(0)
     }
 }
 
-/// Visits numbers as text; one that is not there is empty.
+/// Visits numbers as text; one that is not there is empty. Of those that stand for several whole numbers
+/// it is said that they are rounded, so that none is taken for another.
 pub(super) fn each_number(samples: &Samples, visit: &mut dyn FnMut(&str)) {
     for (index, value) in samples.values.iter().enumerate() {
         let is_there = samples.present.as_ref().is_none_or(|present| present[index]);
-        visit(&if is_there { value.to_string() } else { String::new() });
+        visit(&match value {
+            _ if !is_there => String::new(),
+            value if value.abs() >= WHOLE_BELOW => format!("{value} (rounded)"),
+            value if samples.single => (*value as f32).to_string(),
+            value => value.to_string(),
+        });
     }
 }
 
@@ -445,14 +462,12 @@ impl Axes<'_> {
             let column = self.container.heads()[column].path.clone();
             return Err(RecordError::Step { column, step_s });
         }
-        if self.container.has_rows_apart(column) {
-            return Err(RecordError::RowsApart);
-        }
+        let first = self.container.first_place(column)?;
         let rate_hz = step_s.recip().round();
         // a step of 1e-4 s means 10 kHz, and i/10 000 is the nearer double
         let exact = (rate_hz * step_s - 1.0).abs() < f64::EPSILON;
         let at = |index: usize| {
-            let index = index as f64;
+            let index = (first + index) as f64;
             start_s + if exact { index / rate_hz } else { index * step_s }
         };
         let times_s = (0..samples).map(at).collect();
@@ -460,7 +475,12 @@ impl Axes<'_> {
     }
 
     /// Adds to an error of times that begin again by what other column the rows are told apart.
-    fn with_rows_before(&self, error: RecordError, column: usize) -> RecordError {
+    fn with_rows_before(
+        &self,
+        error: RecordError,
+        column: usize,
+        row: impl Fn(usize) -> usize,
+    ) -> RecordError {
         let RecordError::ChannelTime { index, begins_again: true, .. } = error else {
             return error;
         };
@@ -472,7 +492,7 @@ impl Axes<'_> {
         let choice = self.plan.others.iter().filter(is_beside).find_map(|&other| {
             let mut cells = OtherColumn::new(heads[other].path.clone());
             let visited = self.container.each_cell(other, &mut |cell| cells.push(0.0, cell));
-            visited.ok().and_then(|()| cells.choice_of_rows_before(index))
+            visited.ok().and_then(|()| cells.choice_of_rows_before(row(index)))
         });
         error.with_rows_before(choice)
     }
@@ -547,15 +567,20 @@ fn channel(
         Ok(if evener.bridges() { samples.without_nan() } else { samples })
     };
     let mut samples = read(wanted)?;
+    let mut has_any = samples.has_any();
     for part in others {
-        let sum = samples.plus(&read(part)?, evener.bridges());
+        let part = read(part)?;
+        has_any |= part.has_any();
+        let sum = samples.plus(&part, evener.bridges());
         samples = sum.ok_or(RecordError::SumTimes { channel: wanted.channel })?;
     }
-    let count = samples.values.len();
-    if !(0..count).any(|index| samples.is_present(index)) {
-        let is_sum = !others.is_empty();
-        return if is_sum { Err(RecordError::SumTimes { channel: wanted.channel }) } else { Ok(None) };
+    if !has_any {
+        return Ok(None);
     }
+    if !samples.has_any() {
+        return Err(RecordError::SumTimes { channel: wanted.channel });
+    }
+    let count = samples.values.len();
     if wanted.channel == ChannelName::HallState {
         let sector = |value: f64| (1..=6).any(|sector| value == f64::from(sector));
         let wrong = (0..count).find(|&i| samples.is_present(i) && !sector(samples.values[i]));
@@ -587,7 +612,7 @@ fn channel(
     }
     if samples.present.is_none() && axis.present.is_none() {
         let made = evened(wanted.channel, axis.times_s, samples.values, axis.quantum_s, evener);
-        return made.map_err(|error| axes.with_rows_before(error, wanted.column));
+        return made.map_err(|error| axes.with_rows_before(error, wanted.column, |index| index));
     }
     let timed = |index: usize| axis.present.as_ref().is_none_or(|present| present[index]);
     let kept: Vec<usize> = (0..count).filter(|&index| samples.is_present(index)).collect();
@@ -596,7 +621,8 @@ fn channel(
     }
     let times_s: SharedNumbers = kept.iter().map(|&index| axis.times_s[index]).collect();
     let values = kept.iter().map(|&index| samples.values[index]).collect();
-    evened(wanted.channel, times_s, values, axis.quantum_s, evener)
+    let made = evened(wanted.channel, times_s, values, axis.quantum_s, evener);
+    made.map_err(|error| axes.with_rows_before(error, wanted.column, |index| kept[index]))
 }
 
 /// A channel on its clock.

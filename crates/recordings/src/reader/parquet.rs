@@ -5,7 +5,7 @@
 mod elapsed;
 mod pages;
 
-use std::fmt::Display;
+use std::{fmt::Display, ops::Range};
 
 use ::parquet::{
     basic::{ConvertedType, LogicalType, TimeUnit, Type},
@@ -413,6 +413,7 @@ impl Container for ParquetFile {
     fn read(&self, column: usize) -> Result<Samples, RecordError> {
         self.gather(column).map(|all| all.samples)
     }
+
     fn each_cell(&self, column: usize, visit: &mut dyn FnMut(&str)) -> Result<(), RecordError> {
         let descriptor = self.descriptor(column);
         if descriptor.physical_type() != Type::BYTE_ARRAY || meaning(descriptor) != Meaning::Plain {
@@ -420,7 +421,9 @@ impl Container for ParquetFile {
             return Ok(());
         }
         self.each_group(column, |reader| {
-            let ColumnReader::ByteArrayColumnReader(mut reader) = reader else { return Ok(()) };
+            let ColumnReader::ByteArrayColumnReader(mut reader) = reader else {
+                unreachable!("a column of bytes has a reader of bytes")
+            };
             let mut batch = Batch::default();
             loop {
                 let levels = batch.next(&mut reader)?;
@@ -438,7 +441,11 @@ impl Container for ParquetFile {
         })
     }
 
-    fn in_rows(&self, column: usize, rows: &[usize]) -> Result<Option<Vec<usize>>, RecordError> {
+    fn in_rows(
+        &self,
+        column: usize,
+        rows: &[usize],
+    ) -> Result<Option<Range<usize>>, RecordError> {
         if !is_list(self.descriptor(column)) {
             return Ok(None);
         }
@@ -447,7 +454,7 @@ impl Container for ParquetFile {
         };
         let Gathered { samples, starts, .. } = self.gather(column)?;
         let end = |row: usize| starts.get(row).copied().unwrap_or(samples.values.len());
-        Ok(Some((end(row)..end(row + 1)).collect()))
+        Ok(Some(end(row)..end(row + 1)))
     }
 }
 

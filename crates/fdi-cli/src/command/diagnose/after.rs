@@ -34,7 +34,7 @@ pub(super) fn batch(
     records: Option<&[RecordDiagnosis]>,
     streams: &mut Streams<'_>,
 ) -> Result<()> {
-    let next = next_command(batch, &tally.unexplained, &args.map.map);
+    let next = next_command(batch, &tally.unexplained, &args.map.words());
     if let (Some(next), false) = (&next, global.quiet) {
         streams.say(format_args!("\nhint: {next}"));
     }
@@ -88,7 +88,7 @@ pub(super) fn batch(
 const NAMED: usize = 12;
 
 /// Command to run when the model does not explain recordings.
-fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> Option<String> {
+fn next_command(batch: &Batch<'_>, unexplained: &[String], reading: &[String]) -> Option<String> {
     // a program without the command must not advise it
     Cli::command().find_subcommand("explain")?;
     let read = |name: &String| {
@@ -104,7 +104,7 @@ fn next_command(batch: &Batch<'_>, unexplained: &[String], maps: &[String]) -> O
         Some(Unexplained { name: name.clone(), lacks, command })
     };
     let first: Vec<_> = unexplained.iter().filter_map(read).take(NAMED).collect();
-    advice(&first, unexplained.len(), maps, batch.diagnoser.model_name())
+    advice(&first, unexplained.len(), reading, batch.diagnoser.model_name())
 }
 
 /// A recording that the model does not explain.
@@ -128,7 +128,7 @@ enum Asked {
 fn advice(
     unexplained: &[Unexplained],
     count: usize,
-    maps: &[String],
+    reading: &[String],
     model: Option<&str>,
 ) -> Option<String> {
     let first = unexplained.first()?;
@@ -167,7 +167,7 @@ fn advice(
         }
         format!("--model {}", file_word(&file))
     }));
-    words.extend(maps.iter().map(|map| format!("--map {}", quoted(map))));
+    words.extend(reading.iter().cloned());
     if let Some(name) = assumed {
         words.push(format!("--command {name}"));
     } else if chosen.iter().any(|one| one.command == Asked::Unknown) {
@@ -206,9 +206,9 @@ mod tests {
     #[test]
     fn the_command_names_the_recordings() {
         let two = of(&["a.csv", "my bench/b's.csv"], &Asked::Told);
-        let maps = ["current_a=I*0.001".to_owned()];
+        let reading = ["--map 'current_a=I*0.001'".to_owned()];
         assert_eq!(
-            advice(&two, 2, &maps, Some("ema-48")).unwrap(),
+            advice(&two, 2, &reading, Some("ema-48")).unwrap(),
             "the model does not explain 2 recordings; to learn what it gets wrong, run `fdi \
              explain --model ema-48 --map 'current_a=I*0.001' --train a.csv \
              'my bench/b'\\''s.csv'`"

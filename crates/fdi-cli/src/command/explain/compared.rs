@@ -12,11 +12,13 @@ use greybox::Record;
 use super::{Missing, signals};
 use crate::experiment::recording_of;
 
-/// The signals, or what the recording lacks for a conclusion.
+/// The signals, or what the recording lacks for a conclusion; tells where they are at another rate than
+/// the recording.
 pub(super) fn compared(
     recording: &Recording,
     model: &MachineModel,
     given: Option<&GivenCommand>,
+    told: &mut Vec<String>,
 ) -> Result<Result<Record, Missing>> {
     let signals = match ComparedSignals::of_recording(recording, model, given) {
         Ok(signals) => signals,
@@ -38,6 +40,15 @@ pub(super) fn compared(
         }
         Err(error) => return Err(error.into()),
     };
+    if signals.rate_hz != signals.recorded_hz {
+        told.push(format!(
+            "{}: sampled at {} Hz, which the controller's {} Hz is no multiple of: compared at {} Hz",
+            recording.name,
+            signals.recorded_hz,
+            model.kind().controller_hz(),
+            signals.rate_hz
+        ));
+    }
     Ok(Ok(Record {
         name: recording.name.clone(),
         rate_hz: signals.rate_hz,

@@ -56,7 +56,9 @@ pub(super) fn explained(
         }
         // a command that is known, each recording once: as any other model asks it
         MachineModel::Actuator(model) => {
-            match super::recordings(records, &args.records, &compared.model)? {
+            // these serve the look at the signals alone, at whatever rate
+            let mut told = Vec::new();
+            match super::recordings(records, &args.records, &compared.model, &mut told)? {
                 Ok(recordings) => {
                     let jobs = global.threads();
                     let finds = greybox::check_signals(&compared.model, &recordings, jobs)?;

@@ -112,6 +112,10 @@ fn rows_are_chosen_in_their_own_table() {
     let values = |name| recording.channel(name).unwrap().values();
     assert_eq!(values(ChannelName::Current), [3.0, 4.0]);
     assert_eq!(values(ChannelName::Load), [4.0, 5.0]);
+    // the clocks of both tables go on together
+    let times = |name| recording.channel(name).unwrap().times_s();
+    assert_eq!(times(ChannelName::Current), [0.2, 0.3]);
+    assert_eq!(times(ChannelName::Load), [0.0, 0.2]);
     let told = |choices: &[&str]| chosen(choices).unwrap_err().to_string();
     assert_eq!(
         told(&["run=2", "load_n_m=4"]),
