@@ -207,8 +207,13 @@ impl ColumnMap {
         self,
         conditions: impl IntoIterator<Item = S>,
     ) -> Result<Self, ColumnMapError> {
-        let rows = conditions.into_iter().map(|text| RowChoice::parse(text.as_ref()));
-        Ok(Self { rows: rows.collect::<Result<_, _>>()?, ..self })
+        let choice = |text: S| {
+            let entry = text.as_ref();
+            let form = || ColumnMapError::RowForm { entry: entry.to_owned() };
+            RowChoice::parse(entry).ok_or_else(form)
+        };
+        let rows = conditions.into_iter().map(choice).collect::<Result<_, _>>()?;
+        Ok(Self { rows, ..self })
     }
 
     pub(super) fn rows(&self) -> &[RowChoice] {
@@ -445,6 +450,8 @@ mod tests {
         assert_eq!(error(&["current_a=i", "current_a=j"]), "`current_a` is mapped twice");
         assert_eq!(error(&["current_a=i", "load_n_m=i"]), "column `i` is mapped twice");
         assert_eq!(error(&["current_a=(i - i)"]), "column `i` is mapped twice");
+        let rows = ColumnMap::default().with_rows(["run"]).unwrap_err().to_string();
+        assert_eq!(rows, "`run` is not of the form `COLUMN=VALUE` (rows that are read: `run=3`)");
         assert_eq!(error(&["time_s=(t + u)"]), "`time_s` cannot be the sum of columns");
         for wrong in ["current_a=(i +  - j)", "current_a=(i*2+1 - j)"] {
             assert!(error(&[wrong]).contains("is not of the form"), "{wrong}");

@@ -23,9 +23,9 @@ pub(super) struct ChosenRows<'a> {
 enum Kept {
     /// All: the column is in another table of the file.
     All,
-    /// Those of the rows.
+    /// Samples of the rows.
     Rows,
-    /// Those of the list in the one row.
+    /// Samples of the list in the one row.
     List(Range<usize>),
 }
 

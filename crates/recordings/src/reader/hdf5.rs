@@ -65,7 +65,7 @@ struct Hdf5File {
     last: RefCell<Option<(String, Vec<f64>)>>,
 }
 
-/// What a column of a file holds.
+/// Content of a column.
 #[derive(Clone, Debug)]
 enum Column {
     Numbers {
@@ -135,7 +135,7 @@ impl<'a> Seen<'a> {
         texts?.pop().filter(|text| text.len() <= LONGEST_TEXT)
     }
 
-    /// What it holds in place of numbers; `None` where it holds numbers.
+    /// Content in place of numbers, in words; `None` where it holds numbers.
     fn other(&self) -> Option<&'static str> {
         match &self.kind {
             _ if self.is_empty => Some("nothing"),
