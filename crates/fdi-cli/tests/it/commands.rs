@@ -211,7 +211,10 @@ fn dataset_and_bundle_say_what_they_made() {
     assert_eq!(one, two);
     assert_eq!(one.1, fs::read(folder.path().join("d.fdi-dataset")).unwrap());
     let build = ["bundle", "build", "--dataset", "d.fdi-dataset", "--output", "b.fdi-bundle"];
-    insta::assert_snapshot!(without_numbers(&whole(&output(folder.path(), &build))));
+    let told = without_numbers(&whole(&output(folder.path(), &build)));
+    // a fast machine has no time left worth telling
+    let steps = told.lines().map(|line| line.split(", about ").next().unwrap());
+    insta::assert_snapshot!(steps.collect::<Vec<_>>().join("\n"));
     let show = ["bundle", "show", "b.fdi-bundle", "--output-format", "json"];
     let summary: BundleSummary = answer(&output(folder.path(), &show), Schema::Bundle);
     assert_eq!(summary.datasets[0].conditions, 24);
