@@ -241,7 +241,7 @@ fn one_recording_of_a_table_is_chosen() {
     let (table, kept) = (path("healthy.csv"), path("kept.jsonl"));
     let told = diagnose(&[&table]).err;
     assert!(told.contains("`--where run=1` reads one"), "{told}");
-    assert!(told.contains("fdi inspect --where run=1"), "{told}");
+    assert!(told.contains("hint: `--where run=1` reads `"), "{told}");
     let outcome = diagnose(&["--where", "run=2", "--resume", &kept, &table]);
     assert_eq!(outcome.code, 0, "{}", outcome.err);
     let told = refused(&["--where", "run=1", "--resume", &kept, &table]);

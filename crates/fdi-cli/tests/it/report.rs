@@ -330,6 +330,7 @@ fn an_explanation_has_its_report() {
             "Fault levels and numbers with a tolerance",
             "Recordings",
             "Hypotheses",
+            "What is left open",
             "What would have been seen",
             "What this rests on",
         ]

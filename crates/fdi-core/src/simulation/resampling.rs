@@ -29,8 +29,8 @@ const LOBES: f64 = 3.0;
 /// ```
 ///
 /// with the sample period `T` of the slower rate. Beyond its ends the signal goes on turned about its
-/// first and its last sample. A sine of a tenth of the slower rate keeps its size to 1 %, one of a fifth
-/// to 3 %, one of half of it by half, and of one of 0.85 of it 5 % are left at most.
+/// first and its last sample. The error of a sine of up to a tenth of the slower rate is at most 1 % of
+/// its size, of a fifth 3 %; of one of half that rate half is left where rates are halved.
 ///
 /// # Source
 ///
@@ -83,7 +83,7 @@ mod tests {
     fn slow_sines_stay_and_fast_ones_go() {
         for (from_hz, to_hz) in [(800.0, 1000.0), (640.0, 1000.0), (2000.0, 1000.0)] {
             let slower = f64::min(from_hz, to_hz);
-            for (share, most) in [(0.05, 0.005), (0.1, 0.01), (0.2, 0.03)] {
+            for (share, most) in [(0.05, 0.01), (0.1, 0.01), (0.2, 0.03)] {
                 let hz = share * slower;
                 let made = band_limited(&sine(hz, from_hz), from_hz, to_hz);
                 let off: Vec<f64> =
