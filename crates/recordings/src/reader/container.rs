@@ -170,7 +170,11 @@ pub(super) trait Container {
 
     /// Samples of a column whose rows are lists that are in these rows of the table; `None` where a
     /// sample is a row.
-    fn in_rows(&self, _column: usize, _rows: &[usize]) -> Result<Option<Range<usize>>, RecordError> {
+    fn in_rows(
+        &self,
+        _column: usize,
+        _rows: &[usize],
+    ) -> Result<Option<Range<usize>>, RecordError> {
         Ok(None)
     }
 
@@ -433,7 +437,7 @@ impl Axes<'_> {
             }
             Clock::Uniform { start_s, step_s } => {
                 return self.uniform(start_s, step_s, samples, column);
-            },
+            }
             Clock::Unstated => {}
         }
         let alike: Vec<_> = times.iter().filter(|time| length(time) == head.samples).collect();

@@ -565,25 +565,21 @@ impl Table {
         let mut evener = Evener::new(gaps);
         let axis = TextAxis { times_s: &times_s, lines: &lines, quantum_s };
         // rows without a sample of any channel have times too
-        evener
-            .check(&times_s, quantum_s, &repeated)
-            .map_err(|problem| {
-                let mut others = self.roles.iter().filter_map(Role::other);
-                let row = problem.at;
-                let choice = others.find_map(|other| other.choice_of_rows_before(row));
-                axis.error(row, problem.can_be_bridged).with_rows_before(choice)
-            })?;
+        evener.check(&times_s, quantum_s, &repeated).map_err(|problem| {
+            let mut others = self.roles.iter().filter_map(Role::other);
+            let row = problem.at;
+            let choice = others.find_map(|other| other.choice_of_rows_before(row));
+            axis.error(row, problem.can_be_bridged).with_rows_before(choice)
+        })?;
         let (mut known, mut others): (Vec<KnownColumn>, Vec<_>) = (Vec::new(), Vec::new());
         for role in self.roles {
             match role {
                 Role::Time => {}
                 Role::Other(other) => others.push(other),
-                Role::Known(column) => {
-                    match known.iter_mut().find(|sum| sum.name == column.name) {
-                        Some(sum) => sum.add(&column, evener.bridges())?,
-                        None => known.push(column),
-                    }
-                }
+                Role::Known(column) => match known.iter_mut().find(|sum| sum.name == column.name) {
+                    Some(sum) => sum.add(&column, evener.bridges())?,
+                    None => known.push(column),
+                },
             }
         }
         // a column without a single sample is a channel that is not there
@@ -596,9 +592,7 @@ impl Table {
             let row = |index: usize| own_rows.as_ref().map_or(index, |rows| rows[index]);
             evener.channel(name, own_s, values.into(), quantum_s).map_err(|problem| match problem {
                 Untimely::NotAfter(order) => axis.error(row(order.at), order.can_be_bridged),
-                Untimely::Lacking(gap) => {
-                    gap.error(name, Some(lines.of_row(row(gap.before)) + 1))
-                }
+                Untimely::Lacking(gap) => gap.error(name, Some(lines.of_row(row(gap.before)) + 1)),
             })
         };
         let channels = known.into_iter().map(channel).collect::<Result<_, _>>()?;

@@ -144,7 +144,9 @@ impl<'a> Seen<'a> {
             DType::ObjectReference if self.class == "cell" => Some("a cell array"),
             DType::ObjectReference => Some("references"),
             DType::Compound(_) => Some("records of several fields"),
-            DType::Array(..) | DType::Enum(_) | DType::Other(_) => Some("values of a type of its own"),
+            DType::Array(..) | DType::Enum(_) | DType::Other(_) => {
+                Some("values of a type of its own")
+            }
             _ if self.shape.len() > 2 => Some("an array of three or more axes"),
             _ => None,
         }
@@ -157,7 +159,8 @@ impl<'a> Seen<'a> {
         let rows = |name: &dyn Fn(usize) -> String| -> Vec<(String, Part)> {
             (0..outer).map(|k| (name(k + 1), Part::from(k * inner, inner))).collect()
         };
-        let is_table = |samples: usize, columns: usize| samples > 1 && (2..=WIDEST).contains(&columns);
+        let is_table =
+            |samples: usize, columns: usize| samples > 1 && (2..=WIDEST).contains(&columns);
         match writer {
             Writer::Matlab if is_table(inner, outer) => rows(&|k| format!("(:,{k})")),
             Writer::Any if outer >= inner && is_table(outer, inner) => {
@@ -192,7 +195,8 @@ impl Hdf5File {
             return Err(beyond(format!("groups within groups, more than {MAX_DEPTH} deep")));
         }
         let attributes = group.attrs().map_err(damaged)?;
-        let known = attributes.into_iter().filter_map(|(name, value)| Some((name, property(&value)?)));
+        let known =
+            attributes.into_iter().filter_map(|(name, value)| Some((name, property(&value)?)));
         self.properties.extend(known);
         let mut datasets = group.datasets().map_err(damaged)?;
         datasets.sort_unstable();

@@ -441,11 +441,7 @@ impl Container for ParquetFile {
         })
     }
 
-    fn in_rows(
-        &self,
-        column: usize,
-        rows: &[usize],
-    ) -> Result<Option<Range<usize>>, RecordError> {
+    fn in_rows(&self, column: usize, rows: &[usize]) -> Result<Option<Range<usize>>, RecordError> {
         if !is_list(self.descriptor(column)) {
             return Ok(None);
         }

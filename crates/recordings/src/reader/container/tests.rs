@@ -146,10 +146,8 @@ fn rows_apart_need_times_of_their_own() {
 
 #[test]
 fn missing_samples_are_left_out_and_other_gaps_are_refused() {
-    let mut file = file(&[
-        ("", "time_s", FREE, &[0.0, 1.0, 2.0]),
-        ("", "current_a", FREE, &[1.0, 9.0, 3.0]),
-    ]);
+    let mut file =
+        file(&[("", "time_s", FREE, &[0.0, 1.0, 2.0]), ("", "current_a", FREE, &[1.0, 9.0, 3.0])]);
     file.numbers[1].present = Some(vec![true, false, true]);
     let recording = read(&file, &[]).unwrap();
     let current = recording.channel(ChannelName::Current).unwrap();
@@ -206,10 +204,7 @@ fn units_that_the_file_states_are_looked_at() {
     assert_eq!(read("mA", "current_a=i"), (1.0, vec![("mA".to_owned(), 1e-3, false)]));
     // a factor that is given goes before the unit, and that is told too
     assert_eq!(read("mA", "current_a=i*2"), (2000.0, vec![("mA".to_owned(), 2.0, true)]));
-    assert_eq!(
-        read("counts", "current_a=i*2"),
-        (2000.0, vec![("counts".to_owned(), 2.0, true)])
-    );
+    assert_eq!(read("counts", "current_a=i*2"), (2000.0, vec![("counts".to_owned(), 2.0, true)]));
     assert_eq!(
         in_unit("Nm", &["current_a=i"]).unwrap_err().to_string(),
         "column `g/i` is in `Nm` as the file says, `current_a` in A: say by what it is to be \
@@ -242,10 +237,7 @@ fn files_without_rows_are_told_apart_from_files_without_channels() {
     };
     let none: &[f64] = &[];
     assert_eq!(
-        error(&[
-            ("", "time_s", Clock::Unstated, none),
-            ("", "current_a", Clock::Unstated, none)
-        ]),
+        error(&[("", "time_s", Clock::Unstated, none), ("", "current_a", Clock::Unstated, none)]),
         "no samples: the file has `current_a` and no rows of it"
     );
     assert_eq!(
