@@ -199,7 +199,7 @@ impl ColumnMap {
     /// holds several recordings, one.
     ///
     /// Each condition is `COLUMN=VALUE`, and rows meet all of them. A cell has a value where it is
-    /// the same text, or the same number (`3` and `3.0`).
+    /// the same text, or the same number written plainly (`3`, `3.0` and `3,0`; not `007` or `3e0`).
     ///
     /// # Errors
     /// [`ColumnMapError::RowForm`] for the first that is not of this form.

@@ -230,7 +230,7 @@ fn what_is_no_file_is_not_waited_for() {
     }
 }
 
-/// Of a table that holds several recordings one is read, and what is said names how.
+/// `--where` chooses one recording of a table, and the refusal of the whole table names that option.
 #[test]
 fn one_recording_of_a_table_is_chosen() {
     let row = |run: usize, row: usize| format!("{run},{},{row}\n", row as f64 * 5e-4);
