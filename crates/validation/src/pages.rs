@@ -57,8 +57,12 @@ struct Page {
 }
 
 /// Pages whose sections can be rebuilt one by one.
-const SECTIONED: &[(&str, &[Section])] =
-    &[("experiments", experiments::SECTIONS), ("units", units::SECTIONS)];
+const SECTIONED: &[(&str, &[Section])] = &[
+    ("experiments", experiments::SECTIONS),
+    ("planned", planned::SECTIONS),
+    ("units", units::SECTIONS),
+    ("voltage", voltage::SECTIONS),
+];
 
 /// Every page, in the order of the paper's pipeline.
 const PAGES: &[Page] = &[

@@ -15,6 +15,7 @@ use fdi_core::{
 use super::{
     bar::{LEAST_POWER, MOST_ALARMS, coverages, met},
     figure::Figure,
+    section::Section,
     units::{HALF_WIDTH_K, READING_STD_K, percent},
 };
 use crate::{
@@ -101,17 +102,25 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     Ok(figures)
 }
 
+/// The section that can be rebuilt on its own, on a machine where nothing else runs.
+pub(super) const SECTIONS: &[Section] =
+    &[Section { name: "time", write: |page| costs(&mut page.markdown, &plan(WITHIN_S[1])?.0) }];
+
+/// The test of a length, with its plan.
+fn plan(within_s: f64) -> Result<(Experiment, PlannedTest)> {
+    say(&format!("planned: the plan within {within_s} s"));
+    Ok(planned_test(&plan_request(within_s, PLAN_SEED, jobs()), HALF_WIDTH_K)?)
+}
+
 pub(super) fn text() -> Result<String> {
     let mut page = String::from(HEAD);
-    say("planned: plans");
-    let plans = WITHIN_S
-        .map(|within_s| planned_test(&plan_request(within_s, PLAN_SEED, jobs()), HALF_WIDTH_K));
-    let [short, long] = plans;
+    let [short, long] = WITHIN_S.map(plan);
     let ((test, plan), (long_test, long)) = (short?, long?);
     motions(&mut page, &plan)?;
     expectations(&mut page, &plan, &long)?;
     achieved(&mut page, &test, &plan)?;
     costs(&mut page, &long_test)?;
+    page.push('\n');
     page.push_str(LIMITS);
     Ok(page)
 }

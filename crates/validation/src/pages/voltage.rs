@@ -12,6 +12,7 @@ use fdi_core::{Bundle, Diagnoser, EMBEDDED_BUNDLES, report::FaultId};
 use super::{
     bar::{LEAST_POWER, MOST_ALARMS, coverages, met},
     figure::Figure,
+    section::Section,
     units::{HALF_WIDTH_K, percent},
 };
 use crate::{processor::jobs, terminal::say};
@@ -76,31 +77,56 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     ])
 }
 
+/// Sections that can be rebuilt one by one.
+pub(super) const SECTIONS: &[Section] = &[
+    Section { name: "chirp", write: |page| units(&mut page.markdown, &chirp()?) },
+    Section { name: "planned", write: |page| units(&mut page.markdown, &planned()?) },
+];
+
+/// A test with what its bundle has learnt and what is recorded in it.
+struct Learnt {
+    name: String,
+    bundle: Bundle,
+    lines: [Line; 5],
+    seed: u64,
+}
+
+fn chirp() -> Result<Learnt> {
+    say("voltage: the chirp's bundle");
+    Ok(Learnt {
+        name: "chirp, 0.5 s".to_owned(),
+        bundle: bundle_over_days(HALF_WIDTH_K, BUNDLE_SEED)?,
+        lines: lines("one short of 0.010", 0.010),
+        seed: SEED,
+    })
+}
+
+fn planned() -> Result<Learnt> {
+    say("voltage: the planned test's bundle");
+    let (test, plan) = planned_test(&plan_request(WITHIN_S, PLAN_SEED, jobs()), HALF_WIDTH_K)?;
+    let length_s = plan.command_rad.len() as f64 / plan.rate_hz;
+    Ok(Learnt {
+        name: format!("planned, {length_s:.2} s"),
+        bundle: bundle_of_test(&test, BUNDLE_SEED, jobs())?,
+        lines: lines("one short of 0.005", 0.005),
+        seed: SEED + 100,
+    })
+}
+
 pub(super) fn text() -> Result<String> {
     let mut page = String::from(HEAD);
-    say("voltage: bundles");
-    let chirp = bundle_over_days(HALF_WIDTH_K, BUNDLE_SEED)?;
-    let (test, plan) = planned_test(&plan_request(WITHIN_S, PLAN_SEED, jobs()), HALF_WIDTH_K)?;
-    let planned = bundle_of_test(&test, BUNDLE_SEED, jobs())?;
-    let length_s = plan.command_rad.len() as f64 / plan.rate_hz;
-    let names = ["chirp, 0.5 s".to_owned(), format!("planned, {length_s:.2} s")];
-    worths(&mut page, names.iter().zip([&chirp, &planned]))?;
-    let tests = [
-        (&names[0], chirp, lines("one short of 0.010", 0.010)),
-        (&names[1], planned, lines("one short of 0.005", 0.005)),
-    ];
-    for (place, (name, bundle, lines)) in tests.into_iter().enumerate() {
-        units(&mut page, name, bundle, &lines, SEED + 100 * place as u64)?;
+    let tests = [chirp()?, planned()?];
+    worths(&mut page, &tests)?;
+    for test in &tests {
+        units(&mut page, test)?;
     }
+    page.push('\n');
     page.push_str(LIMITS);
     Ok(page)
 }
 
 /// Numbers that the voltage of each test shows of a machine.
-fn worths<'a>(
-    page: &mut String,
-    tests: impl Iterator<Item = (&'a String, &'a Bundle)>,
-) -> Result<()> {
+fn worths(page: &mut String, tests: &[Learnt]) -> Result<()> {
     writeln!(
         page,
         "\n## What the voltage shows\n\nStandard deviations of numbers read off the voltage of one \
@@ -111,7 +137,7 @@ fn worths<'a>(
          | test | torque constant | resistance | imbalance | left, V | in common |\n\
          |---|---:|---:|---:|---:|---|"
     )?;
-    for (name, bundle) in tests {
+    for Learnt { name, bundle, .. } in tests {
         let worth = bundle.voltage_worth().context("a bundle has learnt its voltage")?;
         writeln!(
             page,
@@ -127,8 +153,9 @@ fn worths<'a>(
 }
 
 /// Units in a test, with the voltage and without.
-fn units(page: &mut String, name: &str, bundle: Bundle, lines: &[Line], seed: u64) -> Result<()> {
-    let diagnoser = Diagnoser::new(bundle)?;
+fn units(page: &mut String, test: &Learnt) -> Result<()> {
+    let Learnt { name, bundle, lines, seed } = test;
+    let diagnoser = Diagnoser::new(bundle.clone())?;
     writeln!(
         page,
         "\n## Units in the test: {name}\n\n| damage | voltage | units | healthy, % | model inadequate, % \
