@@ -9,6 +9,7 @@ mod bar;
 mod bayesopt;
 mod chance;
 mod clocks;
+mod compared;
 mod cranfield;
 mod diagnosis;
 mod experiments;
@@ -60,6 +61,7 @@ struct Page {
 const SECTIONED: &[(&str, &[Section])] = &[
     ("experiments", experiments::SECTIONS),
     ("planned", planned::SECTIONS),
+    ("signal-chain", signal_chain::SECTIONS),
     ("units", units::SECTIONS),
     ("voltage", voltage::SECTIONS),
 ];

@@ -18,7 +18,7 @@ use greybox::{
     Calibrated, CalibratedNumber, Explained, Finding, Options, RecordChange, Use, Verdict,
 };
 
-pub(super) use emps::model as emps_model;
+pub(super) use emps::{model as emps_model, published as emps_published};
 pub(super) use laas::{Data as Laas, model as laas_model};
 
 use super::{bar::met, figure::Figure};

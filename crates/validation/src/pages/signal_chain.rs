@@ -10,10 +10,10 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use ema_sim::EffectId;
-use greybox::{Options, SignalCode, Verdict, check_signals, explain};
+use greybox::{NumberInterval, Options, SignalCode, Verdict, check_signals, explain};
 
 use self::mutation::{Asked, Case, Set};
-use super::{bar::met, figure::Figure, measured::verdict};
+use super::{bar::met, figure::Figure, measured::verdict, section::Section};
 
 /// Threads.
 const JOBS: usize = 2;
@@ -56,7 +56,17 @@ struct Answered {
     code: Option<SignalCode>,
     verdict: Verdict,
     effects: Vec<EffectId>,
+    /// Numbers of the first effect.
+    numbers: Vec<NumberInterval>,
     told: String,
+}
+
+impl Answered {
+    /// The verdict, or the code of what is wrong with the signals.
+    fn word(&self) -> String {
+        self.code
+            .map_or_else(|| verdict(self.verdict).to_owned(), |code| format!("`{}`", code.word()))
+    }
 }
 
 fn answered(set: &Set, options: &Options) -> Result<Answered> {
@@ -66,6 +76,7 @@ fn answered(set: &Set, options: &Options) -> Result<Answered> {
         code: find.map(|find| find.code),
         verdict: explained.verdict,
         effects: explained.effects.iter().map(|found| found.effect.id()).collect(),
+        numbers: explained.effects.first().map_or_else(Vec::new, |found| found.interval_95.clone()),
         told: find.map_or_else(String::new, |find| find.told.clone()),
     })
 }
@@ -89,10 +100,17 @@ fn symbols(effects: &[EffectId]) -> String {
     if symbols.is_empty() { "none".to_owned() } else { symbols.join(", ") }
 }
 
+/// The section that can be rebuilt on its own; explanations of LAAS take most of the page's time.
+pub(super) const SECTIONS: &[Section] = &[Section {
+    name: "elsewhere",
+    write: |page| emps_elsewhere(&mut page.markdown, &emps::Emps::read()?),
+}];
+
 pub(super) fn text() -> Result<String> {
     let mut page = String::from(include_str!("signal_chain/head.md"));
     let emps = emps::Emps::read()?;
     emps_story(&mut page, &emps)?;
+    emps_elsewhere(&mut page, &emps)?;
     laas_story(&mut page)?;
     nulls(&mut page)?;
     page.push_str(include_str!("signal_chain/limits.md"));
@@ -118,10 +136,7 @@ fn emps_story(page: &mut String, emps: &emps::Emps) -> Result<()> {
         let answer = whole(&case.set)?;
         let is_kept = answer.code.is_none() && answer.effects.first() == Some(&first);
         kept += usize::from(is_kept);
-        let found = answer.code.map_or_else(
-            || verdict(answer.verdict).to_owned(),
-            |code| format!("`{}`", code.word()),
-        );
+        let found = answer.word();
         let effects = symbols(&answer.effects);
         writeln!(page, "| {} | {found} | {effects} | {} |", case.name, met(is_kept))?;
     }
@@ -134,6 +149,31 @@ fn emps_story(page: &mut String, emps: &emps::Emps) -> Result<()> {
         met(kept == equivalent.len())
     )?;
     score.write(page)
+}
+
+/// EMPS by other model files and at other rates.
+fn emps_elsewhere(page: &mut String, emps: &emps::Emps) -> Result<()> {
+    writeln!(
+        page,
+        "\n{}\n| set out from | answer | effects | numbers of the first, 95 % | |\n\
+         | --- | --- | --- | --- | --- |",
+        include_str!("signal_chain/elsewhere.md")
+    )?;
+    let absurd = [EffectId::Cogging, EffectId::Vibration];
+    for (name, set) in emps.set_out_elsewhere()? {
+        let answer = whole(&set)?;
+        let is_right = answer.effects.first() == Some(&EffectId::DirectionalFriction)
+            && !answer.effects.iter().any(|effect| absurd.contains(effect));
+        let number = |number: &NumberInterval| {
+            let [low, high] = number.interval_95;
+            format!("`{}` {low:.3} to {high:.3}", number.key)
+        };
+        let numbers: Vec<String> = answer.numbers.iter().map(number).collect();
+        let (found, effects) = (answer.word(), symbols(&answer.effects));
+        let numbers = numbers.join(", ");
+        writeln!(page, "| {name} | {found} | {effects} | {numbers} | {} |", met(is_right))?;
+    }
+    Ok(())
 }
 
 /// LAAS with harmful mutations.

@@ -22,12 +22,18 @@ const SETTLED: usize = 300;
 /// A delay of the voltage, s: what the benchmark's residual would gain from, for comparison.
 pub(super) const DELAY_S: f64 = 5e-4;
 
+/// The published structure.
+pub(crate) fn published() -> Result<AxisModel> {
+    let text = include_str!("../../../../../fixtures/models/emps.toml");
+    match parse_machine(text)? {
+        MachineModel::ServoAxis(model) => Ok(model),
+        MachineModel::Actuator(_) => bail!("`emps.toml` is a servo axis"),
+    }
+}
+
 /// The published structure without its offset.
 pub(crate) fn model() -> Result<AxisModel> {
-    let text = include_str!("../../../../../fixtures/models/emps.toml");
-    let MachineModel::ServoAxis(mut model) = parse_machine(text)? else {
-        bail!("`emps.toml` is a servo axis");
-    };
+    let mut model = published()?;
     model.axis.offset = 0.0;
     Ok(model)
 }

@@ -1,17 +1,21 @@
 //! Mutations of the EMPS recordings.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use ema_sim::{
     AxisInput, AxisScenario, AxisStart, Command, HealthState, Load, ServoAxisSimulation,
     model_file::MachineModel,
 };
+use fdi_core::{Channel as RecordedChannel, ChannelName, Metadata, Recording};
 use greybox::{CommandKind, Record, Recordings, SignalCode, correct_signals};
 
 use super::{
     JOBS,
     mutation::{Asked, Case, Channel, Set},
 };
-use crate::pages::measured::{emps_model, recording::columns};
+use crate::pages::{
+    compared::compared,
+    measured::{emps_model, emps_published, recording::columns},
+};
 
 const RATE_HZ: f64 = 1000.0;
 /// Samples of the first two of four times there and back.
@@ -43,6 +47,21 @@ fn record(name: &str, columns: &[Vec<f64>], samples: core::ops::Range<usize>) ->
     }
 }
 
+/// A recording as a file of it is read.
+fn logged(record: &Record) -> Result<Recording> {
+    let times_s: Vec<f64> = (0..record.command.len()).map(|n| n as f64 / record.rate_hz).collect();
+    let position = record.position.as_ref().context("EMPS records its position")?;
+    let channels = [
+        (ChannelName::LinearCommand, &record.command),
+        (ChannelName::Position, position),
+        (ChannelName::Voltage, &record.drive),
+    ];
+    let channels =
+        channels.map(|(name, values)| RecordedChannel::new(name, &times_s, values.clone()));
+    let channels = channels.into_iter().collect::<Result<_, _>>()?;
+    Ok(Recording::new(record.name.clone(), Metadata::default(), channels)?)
+}
+
 impl Emps {
     pub(super) fn read() -> Result<Self> {
         let (train, test) =
@@ -59,6 +78,36 @@ impl Emps {
         }
         let sound = Set { recordings, ..raw.clone() };
         Ok(Self { raw, train, sound })
+    }
+
+    /// The recordings as they are with other model files that a user may set out from, and logged at
+    /// rates that the controller's is no multiple of; what can be set right is.
+    pub(super) fn set_out_elsewhere(&self) -> Result<Vec<(String, Set)>> {
+        let zero = &self.raw;
+        let published =
+            Set { model: MachineModel::ServoAxis(emps_published()?), ..self.raw.clone() };
+        let mut sets = Vec::new();
+        for (offset, set) in [("offset as published", &published), ("offset zero", zero)] {
+            for friction in [1.0, 0.7, 1.3] {
+                let name = format!("{offset}, dry friction times {friction}");
+                let dry = ["kinetic-friction-n", "static-friction-n"].map(|key| (key, friction));
+                sets.push((name, set.with(&dry)?));
+            }
+        }
+        for rate_hz in [640.0, 800.0, 2000.0] {
+            for (how, is_held) in [("on straight lines", false), ("held", true)] {
+                let mut set = zero.logged_at(rate_hz, is_held);
+                let Recordings { train, holdout, .. } = &mut set.recordings;
+                for record in train.iter_mut().chain(holdout) {
+                    *record = compared(&logged(record)?, &set.model)?;
+                }
+                sets.push((format!("{rate_hz} Hz, {how}"), set));
+            }
+        }
+        for (_, set) in &mut sets {
+            set.recordings = correct_signals(&set.model, &set.recordings, JOBS)?.0;
+        }
+        Ok(sets)
     }
 
     /// Mutations that leave the machine and its recordings what they are.

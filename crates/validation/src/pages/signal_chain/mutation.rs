@@ -138,6 +138,26 @@ impl Set {
         })
     }
 
+    /// Recordings logged at a rate of the logger's own: each sample the last of the recording before
+    /// it, or on the straight line between its neighbours.
+    pub(super) fn logged_at(&self, rate_hz: f64, is_held: bool) -> Self {
+        self.each(|record| {
+            let step = record.rate_hz / rate_hz;
+            for channel in channels(record) {
+                let last = channel.len() - 1;
+                let at = |n: usize| {
+                    let place = n as f64 * step;
+                    let before = place as usize;
+                    let share = if is_held { 0.0 } else { place.fract() };
+                    let after = channel[(before + 1).min(last)];
+                    (1.0 - share) * channel[before] + share * after
+                };
+                *channel = (0..=(last as f64 / step) as usize).map(at).collect();
+            }
+            record.rate_hz = rate_hz;
+        })
+    }
+
     /// Recordings turned round: what was positive is negative.
     pub(super) fn mirrored(&self) -> Self {
         self.each(|record| {

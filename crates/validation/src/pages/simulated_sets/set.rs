@@ -5,14 +5,11 @@ use ema_sim::{
     Converter, Effect, FaultCoordinates, Imperfections, ModelFidelity, PhaseSensors,
     model_file::{MachineModel, Model, parse_machine},
 };
-use fdi_core::{
-    ComparedSignals, Experiment, Purpose, RecordedContent, Recording, RootSeed, SimulatedRecording,
-    read_model,
-};
+use fdi_core::{Experiment, Purpose, RecordedContent, RootSeed, SimulatedRecording, read_model};
 use greybox::{Record, Recordings};
 
 use super::course::{Course, RATE_HZ};
-use crate::pages::chance::Chance;
+use crate::pages::{chance::Chance, compared::compared};
 
 /// White noise on each sample of a phase, A.
 pub(super) const NOISE_A: f64 = 0.02;
@@ -91,23 +88,6 @@ impl Choice<'_> {
             ModelFidelity::High => request.record(test, &name)?,
             ModelFidelity::Low => request.record_low_fidelity(test, &name)?,
         };
-        compared(&recording, self.model)
+        compared(&recording, &MachineModel::Actuator(self.model.clone()))
     }
-}
-
-/// Signals of a recording that are compared, as `fdi explain` takes them.
-fn compared(recording: &Recording, model: &Model) -> Result<Record> {
-    let machine = MachineModel::Actuator(model.clone());
-    let signals = ComparedSignals::of_recording(recording, &machine, None)?;
-    Ok(Record {
-        name: recording.name.clone(),
-        rate_hz: signals.rate_hz,
-        command: signals.command,
-        kind: signals.kind,
-        drive: signals.drive,
-        position: signals.position,
-        load: signals.load,
-        filter_hz: signals.filter_hz,
-        start_rad: signals.start_rad,
-    })
 }
