@@ -124,7 +124,7 @@ impl Batch<'_> {
         identity.put_into_answer(&mut record);
         record.recording_sha256 = sha256;
         record.elapsed_s = (!self.stable).then(|| start.elapsed().as_secs_f64());
-        self.finish(&mut record)?;
+        self.finish(&mut record, &[])?;
         Ok(record)
     }
 
@@ -142,14 +142,18 @@ impl Batch<'_> {
         Ok(alone)
     }
 
-    /// Adds what the settings ask for to an answer.
-    pub(crate) fn finish(&self, record: &mut RecordDiagnosis) -> Result<()> {
+    /// Adds what the settings ask for to an answer, of several recordings by those to each of them.
+    pub(crate) fn finish(
+        &self,
+        record: &mut RecordDiagnosis,
+        alone: &[DiagnosedAlone],
+    ) -> Result<()> {
         if self.one_a_line {
             // there is no head to name it
             record.bundle.get_or_insert_with(|| self.diagnoser.bundle_sha256().to_owned());
         }
         if self.deciding.is_asked() {
-            self.deciding.decide(record);
+            self.deciding.decide(record, alone);
         }
         match record.not_finite() {
             Some(name) => bail!("internal error, please report it: `{name}` is not finite"),

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use fdi_core::{
-    decide,
+    DiagnosedAlone, decide_together,
     report::{ActionLevels, RecordDiagnosis},
 };
 
@@ -47,18 +47,19 @@ impl Deciding {
     pub fn decided(&self, records: impl Iterator<Item = RecordDiagnosis>) -> Vec<RecordDiagnosis> {
         let with_action = |mut record: RecordDiagnosis| {
             if record.action.is_none() {
-                self.decide(&mut record);
+                self.decide(&mut record, &[]);
             }
             record
         };
         records.map(with_action).collect()
     }
 
-    /// Puts a decision into an answer.
-    pub(crate) fn decide(&self, record: &mut RecordDiagnosis) {
+    /// Puts a decision into an answer, of several recordings by what each shows too.
+    pub(crate) fn decide(&self, record: &mut RecordDiagnosis, alone: &[DiagnosedAlone]) {
         let bundle = record.bundle.as_ref().unwrap_or(&self.of_head);
         let stated = self.stated.iter().find(|(one, _)| one == bundle);
         let levels = stated.map_or(&self.other, |(_, levels)| levels);
-        record.action = Some(decide(record, levels));
+        let alone = alone.iter().map(DiagnosedAlone::answer);
+        record.action = Some(decide_together(record, alone, levels));
     }
 }

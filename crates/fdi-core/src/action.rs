@@ -49,6 +49,30 @@ const FAR: f64 = 8.0;
 /// Coordinates of the eccentricity.
 const ECCENTRICITY: [&str; 2] = [FaultCoordinates::NAMES[5], FaultCoordinates::NAMES[6]];
 
+/// Decides what to do by an answer to several recordings; where these are not of one state of health, by
+/// the answers to each of them: the most severe decision counts, and names its recording.
+pub fn decide_together<'a>(
+    answer: &RecordDiagnosis,
+    alone: impl IntoIterator<Item = &'a RecordDiagnosis>,
+    levels: &ActionLevels,
+) -> Action {
+    let together = decide(answer, levels);
+    if answer.notice(NoticeCode::RecordingsDisagree).is_none() {
+        return together;
+    }
+    let decided = alone.into_iter().map(|one| (one, decide(one, levels)));
+    let worst = decided
+        .filter(|(_, action)| action.severity > Severity::Undecided)
+        .max_by_key(|(_, action)| action.severity);
+    worst.map_or_else(
+        || together.clone(),
+        |(one, action)| Action {
+            reason: format!("{} by itself: {}; {}", one.recording, action.reason, together.reason),
+            ..action
+        },
+    )
+}
+
 /// Decides what to do by an answer: how probable it is that each fault is above levels of k1 to k6.
 ///
 /// # Examples

@@ -163,10 +163,23 @@ impl Diagnoser {
         options: &DiagnoseOptions,
         watch: &Watch<'_>,
     ) -> Result<Answered, DiagnoseError> {
-        let experiment = &self.bundle().experiment;
         if let Some(unit) = &options.unit {
             unit.check_basis(self.bundle(), &self.learnt.quantities())?;
         }
+        let (options, notice) = self.with_agreeing_unit(options);
+        let mut answered = self.diagnose_from_start(recording, &options, watch)?;
+        answered.0.notices.extend(notice);
+        Ok(answered)
+    }
+
+    /// Diagnoses a recording from the time on at which its command begins.
+    fn diagnose_from_start(
+        &self,
+        recording: &Recording,
+        options: &DiagnoseOptions,
+        watch: &Watch<'_>,
+    ) -> Result<Answered, DiagnoseError> {
+        let experiment = &self.bundle().experiment;
         let mut start = CommandStart::of(recording, experiment);
         let mut spent = 0;
         for _ in 1..START_ROUNDS {

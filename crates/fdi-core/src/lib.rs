@@ -40,7 +40,7 @@ mod simulation;
 mod statistics;
 mod unit;
 
-pub use action::{ABOVE_WATCH, decide};
+pub use action::{ABOVE_WATCH, decide, decide_together};
 pub use diagnose::Diagnoser;
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;
@@ -100,6 +100,7 @@ pub use simulation::simulated_axis::{
 pub use statistics::noise_covariance::unit_noise_covariance;
 pub use statistics::parallel::in_parallel;
 pub use unit::{
+    agreement::Contradiction,
     error::UnitErrorError,
     explaining::{
         Cause, CauseRecording, CauseTried, CauseVerdict, Causes, ExplainError, ExplainOptions,

@@ -2,6 +2,7 @@
 //! the low-fidelity model errs on such machines, and which damage explains a recording.
 
 pub(crate) mod acting;
+pub(crate) mod agreement;
 pub(crate) mod answer;
 pub(crate) mod causes;
 pub(crate) mod design;

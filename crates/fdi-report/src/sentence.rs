@@ -55,7 +55,8 @@ pub fn detected_findings(record: &RecordDiagnosis) -> Option<String> {
 }
 
 fn residual(record: &RecordDiagnosis) -> String {
-    let codes = [NoticeCode::RecordingsDisagree, NoticeCode::UnmodelledPhysics];
+    use NoticeCode::{RecordingsDisagree, SensorsUneven, UnmodelledPhysics};
+    let codes = [RecordingsDisagree, SensorsUneven, UnmodelledPhysics];
     if let Some(notice) = codes.into_iter().find_map(|code| record.notice(code)) {
         return notice.message.clone();
     }

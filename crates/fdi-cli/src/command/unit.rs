@@ -37,6 +37,12 @@ pub(crate) fn learn(
     for disagreement in diagnoser.disagreements(&unit)? {
         streams.say(format_args!("warning: {}", warning(&disagreement)));
     }
+    if let Some(contradiction) = diagnoser.contradiction(&unit) {
+        streams.say(format_args!(
+            "warning: {}. `fdi diagnose` does not use such a unit",
+            contradiction.in_words()
+        ));
+    }
     if let Some(warning) = unmodelled(&unit) {
         streams.say(format_args!("warning: {warning}"));
     }

@@ -218,7 +218,10 @@ fn no_machine_is_healthy_where_a_recording_of_it_is_not_explained() {
     let expected =
         format!("{severe} is faulty by itself, and the other recordings show a healthy machine");
     assert!(disagree.message.starts_with(&expected), "{}", disagree.message);
-    assert_eq!(one.action.as_ref().unwrap().severity, Severity::Undecided);
+    // what one of them asks for is not lost
+    let action = one.action.as_ref().unwrap();
+    assert_eq!(action.severity, Severity::Act);
+    assert!(action.reason.starts_with(&format!("{severe} by itself: ")), "{}", action.reason);
     // one that nothing explains leaves the machine open
     let text = fs::read_to_string(folder.path().join(&sound)).unwrap();
     let doubled = "A-7_2027-11-05.csv";

@@ -105,6 +105,65 @@ fn a_unit_is_learnt_and_diagnosed_a_year_later() {
     assert!(answer.notices.iter().all(|one| one.code != NoticeCode::ReferenceUsed));
 }
 
+#[test]
+fn references_that_contradict_one_another_are_not_used() {
+    let folder = learnt();
+    let worn = record(&folder, "A-7", "2026-12-01", "k2=0.01", "5");
+    let own = record(&folder, "A-7", "2027-11-03", "k2=0.002", "12");
+    let sound = ["A-7_2026-11-02.csv", "A-7_2026-11-03.csv", "A-7_2026-11-05.csv"];
+    let beside = |references: &[&str], further: &[&str]| {
+        let references = references.iter().flat_map(|&name| ["--reference", name]);
+        let options: Vec<&str> = references.chain(further.iter().copied()).collect();
+        diagnosed(&folder, &own, &options)
+    };
+    let told = |answer: &RecordDiagnosis| {
+        answer.notice(NoticeCode::ReferencesDisagree).map(|notice| notice.message.clone())
+    };
+    let agreeing = beside(&sound, &[]);
+    assert_eq!((told(&agreeing), agreeing.verdict), (None, Verdict::Faulty));
+    let answer = beside(&[&sound[..], &[&worn]].concat(), &[]);
+    let message = told(&answer).unwrap();
+    let expected = format!(
+        "the 4 recordings as new contradict one another; without `{worn}` the others agree"
+    );
+    assert!(message.starts_with(&expected) && !message.contains("`date`"), "{message}");
+    assert!(answer.notice(NoticeCode::ReferenceUsed).is_none());
+    // the answer is the one without references
+    let alone = diagnosed(&folder, &own, &[]);
+    assert_eq!((answer.verdict, &answer.faults), (alone.verdict, &alone.faults));
+    // of two neither is the odd one, and an answer to several recordings uses them no more
+    let several = ["--together", "actuator"];
+    let message = told(&beside(&[sound[0], &worn], &several)).unwrap();
+    assert!(!message.contains("the others agree"), "{message}");
+    // names say no days: all count as of one
+    let said = output(
+        folder.path(),
+        &["unit", "learn", sound[0], sound[1], &worn, "-o", "undated.fdi-unit"],
+    );
+    let said = whole(&said);
+    let expected = "none of them states `date` or `session`";
+    assert!(said.contains(expected) && said.contains("does not use such a unit"), "{said}");
+}
+
+#[test]
+fn a_sensor_whose_gain_is_off_is_no_short() {
+    let folder = fleet();
+    let own = record(&folder, "A-7", "2026-11-02", "", "1");
+    let read = |gain: f64| {
+        let map = format!("phase_a_current_a=phase_a_current_a*{gain}");
+        diagnosed(&folder, &own, &["--map", &map])
+    };
+    let told = |answer: &RecordDiagnosis| {
+        answer.notice(NoticeCode::SensorsUneven).map(|notice| notice.message.clone())
+    };
+    let answer = read(0.9);
+    assert_eq!(answer.verdict, Verdict::ModelInadequate);
+    let message = told(&answer).unwrap();
+    assert!(message.contains("the sensor of phase A reads -6.") && message.contains("8 standard"));
+    // within its tolerance it is a number of the machine
+    assert_eq!(told(&read(0.98)), None);
+}
+
 /// A number of a unit, or of a calibration, by its key.
 fn number<'a>(all: &'a [UnitNumber], key: &str) -> &'a UnitNumber {
     all.iter().find(|number| number.key == key).unwrap_or_else(|| panic!("{key}: {all:?}"))

@@ -113,7 +113,17 @@ fn what_is_wrong_with_a_duty_is_told() {
         records[0].notice(NoticeCode::VoltageUnused).map(|notice| notice.message.clone())
     };
     let both = "duty_frac,bus_voltage_v";
-    let cases: [(&str, Written<'_>, &str); 4] = [
+    let cases: [(&str, Written<'_>, &str); 6] = [
+        (
+            "motor_voltage_v",
+            &|_, v| v.clamp(-14.0, 14.0).to_string(),
+            "an end of its range; record it with a wider range",
+        ),
+        (
+            both,
+            &|_, v| format!("{},48", (v / 48.0).clamp(-0.3, 0.3)),
+            "an end of its range; record it with a wider range",
+        ),
         (
             "bus_voltage_v",
             &|_, _| "48".to_owned(),

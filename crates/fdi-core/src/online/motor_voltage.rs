@@ -10,12 +10,15 @@ use recordings::{Channel, ChannelName, Recording};
 use crate::{
     online::observation::{at_times, sampled_fast_enough},
     simulation::{
+        cut_phase::cut,
         envelope::filtered,
         experiment::Experiment,
         shifting::{advanced, at_ticks},
     },
 };
 
+/// Share of the supply from which on a drive may hold its voltage.
+const HELD_SHARE: f64 = 0.8;
 /// Share by which a recorded voltage and duty times supply may differ: dead time and the drop of
 /// switches are less.
 const MOST_APART: f64 = 0.2;
@@ -76,6 +79,7 @@ fn samples(recording: &Recording, experiment: &Experiment) -> Result<Option<Samp
     if let Some(channel) = own.iter().find_map(|&name| recording.channel(name)) {
         let rate_hz = usable_rate_hz(recording, channel, experiment)?;
         let columns = channel.name().column();
+        refuse_cut(channel, HELD_SHARE * experiment.actuator.inverter.bus_voltage_v)?;
         agrees_with_duty(channel, recording, is_field_oriented)?;
         return Ok(Some(Samples { columns, voltage_v: channel.values().to_vec(), rate_hz }));
     }
@@ -99,6 +103,7 @@ fn samples(recording: &Recording, experiment: &Experiment) -> Result<Option<Samp
         if largest > MOST_SPIKE { "; of percent, `--map duty_frac=COLUMN*0.01`" } else { "" };
     refuse(duty, |duty| duty.abs() > 1.0 + 1e-6, &format!("−1 to 1{of_percent}"))?;
     refuse(bus, |bus_v| bus_v <= 0.0, "a positive supply")?;
+    refuse_cut(duty, HELD_SHARE)?;
     let rate_hz = usable_rate_hz(recording, duty, experiment)?;
     let voltage_v = of_duty(duty, bus, is_field_oriented);
     Ok(Some(Samples { columns: OF_DUTY, voltage_v, rate_hz }))
@@ -137,6 +142,17 @@ fn agrees_with_duty(
         ));
     }
     Ok(())
+}
+
+/// Refuses a channel that was cut at a level below one that the drive may hold it at.
+fn refuse_cut(channel: &Channel, held: f64) -> Result<(), String> {
+    let Some((level, share)) = cut(channel.values(), held) else { return Ok(()) };
+    Err(format!(
+        "`{}` is clipped: {:.1} % of its samples stand at {level}, an end of its range; record it with a \
+         wider range",
+        channel.name().column(),
+        100.0 * share
+    ))
 }
 
 /// Refuses a channel by its first value that is wrong.

@@ -1,4 +1,4 @@
-//! Phase currents that were cut at a level, found without a model.
+//! Signals that were cut at a level, found without a model.
 
 use inference::{EqualRuns, Standing, ends};
 use recordings::{ChannelName, Recording};
@@ -25,14 +25,14 @@ impl CutPhase {
     }
 }
 
-/// Level and share of a signal that was cut: at an end of its range, below what the controller
-/// allows, it stands for longer than anywhere else but at zero, where a phase that does not conduct
+/// Level and share of a signal that was cut: at an end of its range, below a limit that the controller
+/// may itself hold it at, it stands for longer than anywhere else but at zero, where a phase that does not conduct
 /// rests. The switching of the inverter and the noise of the sensor leave no phase at another level.
-fn cut(signal: &[f64], limit_a: f64) -> Option<(f64, f64)> {
+pub(crate) fn cut(signal: &[f64], limit: f64) -> Option<(f64, f64)> {
     let (runs, ends) = (EqualRuns::of(signal), ends(signal));
     let elsewhere = runs.iter().filter(|(level, _)| !ends.contains(level) && *level != 0.0);
     let longest = elsewhere.map(|(_, run)| run.len()).max().unwrap_or(0);
-    let standing = runs.standing_at_ends(limit_a, longest).into_iter();
+    let standing = runs.standing_at_ends(limit, longest).into_iter();
     let levels = standing.map(|Standing { level, share, .. }| (level, share));
     levels.filter(|(level, _)| *level != 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
 }

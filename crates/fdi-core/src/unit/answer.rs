@@ -206,7 +206,9 @@ impl<'a> Run<'a> {
         let unit = self.plan.unit.as_deref().filter(|_| to_the_noise);
         let unmodelled = &fit.evidence.unmodelled;
         let unmodelled_as_new = unit.is_some_and(LearntUnit::is_unmodelled_as_new);
-        let adequate = to_the_noise && (unmodelled.is_empty() || unmodelled_as_new);
+        let uneven = self.uneven_sensors(layout);
+        let adequate =
+            to_the_noise && uneven.is_none() && (unmodelled.is_empty() || unmodelled_as_new);
         let (history, damage) = self.with_unit(unit, quantities, fit)?;
         let explained = to_the_noise.then(|| Explained::of(fit, error, quantities));
         let found = Conclusion::of(layout, &history, damage, explained, unfinished);
@@ -228,6 +230,7 @@ impl<'a> Run<'a> {
         notices.extend(limits);
         notices.extend(unit.map(unit_notice));
         notices.extend(unmodelled_notice(unmodelled, unmodelled_as_new));
+        notices.extend(uneven);
         (self.watch.answer)(&self.observation.signal_a, &fit.residual_a);
         let answer = RecordDiagnosis {
             recording_sha256: None,

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use crate::{
     offline::store::{self, ArtefactKind, Decode, Encode, StoreError},
     unit::{
+        agreement::Agreement,
         evidence::{EmbeddedShare, Evidence, InCommon, TemperatureReading},
         layout::Component,
         learnt_unit::{LearntUnit, UnitRecording, UnitState},
@@ -213,6 +214,7 @@ impl LearntUnit {
             command: data.command,
             basis: data.basis,
             replaced: data.replaced,
+            agreement: Agreement::default(),
         })
     }
 }

@@ -11,6 +11,7 @@ use crate::{
     },
     report::{Finding, Notice, NoticeCode, RecordDiagnosis, ToleranceUse, Verdict},
     unit::{
+        agreement::Agreement,
         evidence::Evidence,
         finding::{Findings, History, Since},
         joint::{Joint, OfTest, OfUnit, Wear},
@@ -109,6 +110,7 @@ impl Diagnoser {
             basis: basis(self.bundle(), &self.learnt.quantities()),
             replaced: [0; Component::COUNT],
             recordings: Vec::new(),
+            agreement: Agreement::default(),
         };
         for recording in recordings {
             unit.check(recording)?;
@@ -266,6 +268,7 @@ impl LearntUnit {
         if self.actuator_id.is_none() {
             self.actuator_id.clone_from(&recording.metadata.actuator_id);
         }
+        self.agreement = Agreement::default();
         let (session, replaced) = (session_of(&recording.metadata), self.replaced);
         self.recordings.push(UnitRecording { name, session, state, replaced, evidence });
         Ok(())

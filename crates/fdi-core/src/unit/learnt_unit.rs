@@ -10,6 +10,7 @@ use recordings::{Metadata, sha256_hex};
 use crate::{
     offline::bundle::Bundle,
     unit::{
+        agreement::Agreement,
         evidence::Evidence,
         joint::{BuiltFit, Joint, OfTest, OfUnit, Wear},
         layout::Component,
@@ -59,6 +60,7 @@ pub struct LearntUnit {
     /// Parts replaced so far, by component.
     pub(crate) replaced: [u32; Component::COUNT],
     pub(crate) recordings: Vec<UnitRecording>,
+    pub(crate) agreement: Agreement,
 }
 
 /// A unit that was learnt with another bundle than the one it is used with.

@@ -30,8 +30,8 @@ use crate::{
         RecordDiagnosis, Status, Verdict,
     },
     unit::{
+        agreement::{CHANGE_RATE, DISAGREEMENT_RATE, of_currents},
         answer::Conclusion,
-        evidence::Evidence,
         finding::{Findings, History, Since},
         identifiability::Outlook,
         joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
@@ -41,14 +41,6 @@ use crate::{
         search::Explained,
     },
 };
-
-/// Chance, by the normal distribution, with which recordings of one state of health are called of
-/// different ones. The model's error is not normal: of 500 units of another seed than those that are
-/// scored, the least likely had 1e-6.
-const DISAGREEMENT_RATE: f64 = 1e-7;
-/// Chance with which a recording that is faulty by itself is said to be of another state of health than
-/// those that are not. It is one of the recordings that chance has made faulty already.
-const CHANGE_RATE: f64 = 1e-5;
 
 /// A recording that was diagnosed by itself, with what it leaves for an answer to several.
 #[derive(Clone, Debug)]
@@ -172,7 +164,7 @@ impl Diagnoser {
             session: session_of(&recording.metadata),
             basis: basis(self.bundle(), &quantities),
             quantities,
-            unit: options.unit.clone(),
+            unit: options.unit.clone().filter(|unit| self.contradiction(unit).is_none()),
             asks_identifiability: options.identifiability,
         })
     }
@@ -445,10 +437,7 @@ impl<'a> Pool<'a> {
         (!found.is_empty()).then(|| found.join(", "))
     }
 
-    /// True where no machine in one state of health shows the recordings.
-    ///
-    /// The currents tell: the numbers of a voltage differ within a session by more in some directions
-    /// than the one share in common says that is learnt of them.
+    /// True where by their currents no machine in one state of health shows the recordings.
     fn disagree(&self) -> bool {
         let all = self.beside(&self.used).and_then(|beside| beside.sum_of_currents());
         let first = self.beside(&self.used[..1]).and_then(|beside| beside.sum_of_currents());
@@ -641,9 +630,7 @@ impl<'a> Beside<'a> {
 
     /// Least sum of squares of the recordings without their voltages, and its white numbers.
     fn sum_of_currents(&self) -> Option<(f64, usize)> {
-        let current = |one: &OfUnit<'a>| Evidence { voltage: None, ..one.evidence.clone() };
-        let [of_others, of_own] =
-            [&self.others, &self.own].map(|all| all.iter().map(current).collect::<Vec<Evidence>>());
+        let [of_others, of_own] = [&self.others, &self.own].map(|all| of_currents(all));
         let others = self.others.iter().zip(&of_others).map(|(one, of)| one.with_evidence(of));
         let own = self.own.iter().zip(&of_own).map(|(one, of)| one.with_evidence(of));
         let (others, own): (Vec<_>, Vec<_>) = (others.collect(), own.collect());

@@ -3,6 +3,7 @@ use ema_sim::{EffectId, Level, Spread, Tolerance, UncertainNumber, presets};
 use inference::BandedMatrix;
 
 use super::{
+    agreement::Agreement,
     error::UnitError,
     evidence::{Evidence, TemperatureReading},
     finding::{Findings, History, Since},
@@ -322,6 +323,7 @@ fn unit_of(as_new: &[&UnitFit], later: &[(&UnitFit, [u32; 3])]) -> LearntUnit {
         basis: String::new(),
         replaced: later.last().map_or([0; 3], |(_, replaced)| *replaced),
         recordings: first.chain(since).collect(),
+        agreement: Agreement::default(),
     }
 }
 
@@ -429,6 +431,7 @@ fn units_come_back_from_their_file() {
             recording("a.csv", UnitState::AsNew, None),
             recording("b.csv", UnitState::Since, Some(read)),
         ],
+        agreement: Agreement::default(),
     };
     let bytes = unit.to_bytes();
     assert!(LearntUnit::from_bytes(&bytes).unwrap() == unit);

@@ -78,11 +78,15 @@ pub enum NoticeCode {
     RecordingsRepeated,
     /// No machine in one state of health explains the recordings together.
     RecordingsDisagree,
+    /// The recordings of the machine as new contradict one another and are not used.
+    ReferencesDisagree,
+    /// The phase currents do not sum to zero within the tolerance of their sensors' gains.
+    SensorsUneven,
 }
 
 impl NoticeCode {
     /// Every code.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 31] = [
         Self::StartAngleUnknown,
         Self::ElectricalTurnUnknown,
         Self::PhaseUndetermined,
@@ -112,6 +116,8 @@ impl NoticeCode {
         Self::RecordingsLeftOut,
         Self::RecordingsRepeated,
         Self::RecordingsDisagree,
+        Self::ReferencesDisagree,
+        Self::SensorsUneven,
     ];
 
     /// The code as JSON has it.
@@ -146,6 +152,8 @@ impl NoticeCode {
             Self::RecordingsLeftOut => "recordings-left-out",
             Self::RecordingsRepeated => "recordings-repeated",
             Self::RecordingsDisagree => "recordings-disagree",
+            Self::ReferencesDisagree => "references-disagree",
+            Self::SensorsUneven => "sensors-uneven",
         }
     }
 }

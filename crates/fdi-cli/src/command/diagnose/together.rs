@@ -126,7 +126,7 @@ impl Group {
             record.date = self.date();
             let took_s = self.members.iter().map(|one| one.answer().elapsed_s);
             record.elapsed_s = took_s.sum();
-            batch.finish(&mut record)?;
+            batch.finish(&mut record, &self.members)?;
             Ok(record)
         };
         match diagnosed() {
