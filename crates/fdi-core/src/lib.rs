@@ -100,7 +100,7 @@ pub use simulation::simulated_axis::{
 pub use statistics::noise_covariance::unit_noise_covariance;
 pub use statistics::parallel::in_parallel;
 pub use unit::{
-    agreement::Contradiction,
+    contradiction::Contradiction,
     error::UnitErrorError,
     explaining::{
         Cause, CauseRecording, CauseTried, CauseVerdict, Causes, ExplainError, ExplainOptions,

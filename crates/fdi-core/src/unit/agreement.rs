@@ -12,15 +12,14 @@
 //! Hierarchical normal model, Gelman et al., *Bayesian Data Analysis*, 3rd ed., chapter 5;
 //! `docs/models/units.md`, section "References that contradict one another".
 
-use std::sync::OnceLock;
-
 use inference::chi_squared_log_tail;
 
 use crate::{
     diagnose::Diagnoser,
     online::options::DiagnoseOptions,
-    report::{Notice, NoticeCode},
+    report::Notice,
     unit::{
+        contradiction::Contradiction,
         evidence::Evidence,
         finding::{Findings, History, Since},
         joint::{Joint, OfTest, OfUnit, Wear},
@@ -35,63 +34,6 @@ use crate::{
 pub(crate) const DISAGREEMENT_RATE: f64 = 1e-7;
 /// Chance with which a recording is said to have damage that others do not have.
 pub(crate) const CHANGE_RATE: f64 = 1e-5;
-
-/// Recordings of a unit as new that are not of one machine without damage.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Contradiction {
-    /// How many recordings as new there are.
-    pub recordings: usize,
-    /// Name of the recording without which the others agree; `None` where no one of them is the cause.
-    pub odd_one: Option<String>,
-    /// True where none of them states a session or a day, so that all count as of one.
-    pub states_no_session: bool,
-}
-
-impl Contradiction {
-    /// The contradiction in words, and what to do.
-    pub fn in_words(&self) -> String {
-        let odd_one = self.odd_one.as_ref().map_or_else(String::new, |name| {
-            format!("; without `{name}` the others agree (is it of this machine, and as new?)")
-        });
-        let session = if self.states_no_session {
-            "; none of them states `date` or `session`, so that they count as of one day: state \
-             where they are of several"
-        } else {
-            ""
-        };
-        let count = self.recordings;
-        format!("the {count} recordings as new contradict one another{odd_one}{session}")
-    }
-
-    fn notice(&self) -> Notice {
-        Notice {
-            code: NoticeCode::ReferencesDisagree,
-            message: format!(
-                "{}. They are not used: levels are damage beside the tolerances, and no changes \
-                 since the machine was new",
-                self.in_words()
-            ),
-        }
-    }
-}
-
-/// Whether the recordings of a unit contradict one another, found when it is first asked for.
-#[derive(Debug, Default)]
-pub(crate) struct Agreement(OnceLock<Option<Contradiction>>);
-
-impl Clone for Agreement {
-    /// A copy may learn on.
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl PartialEq for Agreement {
-    /// It follows from the recordings.
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
 
 impl Diagnoser {
     /// Tells whether the recordings as new of a unit contradict one another: a diagnosis does not use
@@ -115,7 +57,7 @@ impl Diagnoser {
 
 impl LearntUnit {
     fn contradiction(&self, quantities: &Quantities) -> Option<&Contradiction> {
-        self.agreement.0.get_or_init(|| found(self, quantities)).as_ref()
+        self.agreement.or_find(|| found(self, quantities))
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use crate::{
     offline::store::{self, ArtefactKind, Decode, Encode, StoreError},
     unit::{
-        agreement::Agreement,
+        contradiction::Agreement,
         evidence::{EmbeddedShare, Evidence, InCommon, TemperatureReading},
         layout::Component,
         learnt_unit::{LearntUnit, UnitRecording, UnitState},

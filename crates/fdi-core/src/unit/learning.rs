@@ -11,7 +11,7 @@ use crate::{
     },
     report::{Finding, Notice, NoticeCode, RecordDiagnosis, ToleranceUse, Verdict},
     unit::{
-        agreement::Agreement,
+        contradiction::Agreement,
         evidence::Evidence,
         finding::{Findings, History, Since},
         joint::{Joint, OfTest, OfUnit, Wear},

@@ -10,7 +10,7 @@ use recordings::{Metadata, sha256_hex};
 use crate::{
     offline::bundle::Bundle,
     unit::{
-        agreement::Agreement,
+        contradiction::Agreement,
         evidence::Evidence,
         joint::{BuiltFit, Joint, OfTest, OfUnit, Wear},
         layout::Component,

@@ -3,7 +3,7 @@ use ema_sim::{EffectId, Level, Spread, Tolerance, UncertainNumber, presets};
 use inference::BandedMatrix;
 
 use super::{
-    agreement::Agreement,
+    contradiction::Agreement,
     error::UnitError,
     evidence::{Evidence, TemperatureReading},
     finding::{Findings, History, Since},
