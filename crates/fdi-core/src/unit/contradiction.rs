@@ -4,6 +4,10 @@ use std::sync::OnceLock;
 
 use crate::report::{Notice, NoticeCode};
 
+/// Advice on recordings that are all of one session because none says of which it is.
+pub(crate) const NO_SESSION: &str = "; none of them states `date` or `session`, so that they count as of \
+                                     one day: state where they are of several";
+
 /// Recordings of a unit as new that are not of one machine without damage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contradiction {
@@ -21,12 +25,7 @@ impl Contradiction {
         let odd_one = self.odd_one.as_ref().map_or_else(String::new, |name| {
             format!("; without `{name}` the others agree (is it of this machine, and as new?)")
         });
-        let session = if self.states_no_session {
-            "; none of them states `date` or `session`, so that they count as of one day: state \
-             where they are of several"
-        } else {
-            ""
-        };
+        let session = if self.states_no_session { NO_SESSION } else { "" };
         let count = self.recordings;
         format!("the {count} recordings as new contradict one another{odd_one}{session}")
     }

@@ -32,6 +32,7 @@ use crate::{
     unit::{
         agreement::{CHANGE_RATE, DISAGREEMENT_RATE, of_currents},
         answer::Conclusion,
+        contradiction::NO_SESSION,
         finding::{Findings, History, Since},
         identifiability::Outlook,
         joint::{DamageFit, Joint, OfTest, OfUnit, Wear},
@@ -539,11 +540,13 @@ impl<'a> Pool<'a> {
     }
 
     fn disagreement_notice(&self) -> Notice {
+        let states_none = self.used.iter().all(|&place| self.all[place].session.is_none());
+        let session = if states_none { NO_SESSION } else { "" };
         Notice {
             code: NoticeCode::RecordingsDisagree,
             message: format!(
-                "no machine in one state of health explains the {} recordings together; diagnose \
-                 them session by session, or one by one",
+                "no machine in one state of health explains the {} recordings together{session}; \
+                 diagnose them session by session, or one by one",
                 self.used.len()
             ),
         }
