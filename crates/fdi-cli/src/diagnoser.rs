@@ -96,8 +96,9 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
     };
     let bundles = read_bundles(&args.bundle)?;
     let map = args.map.column_map()?;
-    let read =
-        |path: &PathBuf| Recording::read(path, &map).with_context(|| path.display().to_string());
+    let read = |path: &PathBuf| {
+        read_named(path, &map, &args.fleet.names).with_context(|| path.display().to_string())
+    };
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>>>()?;
     let units = Units::of(args.unit.as_deref())?;
     let rates_hz = bundles.iter().map(|one| one.experiment.filter.output_hz).collect();
