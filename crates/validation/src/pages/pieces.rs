@@ -48,6 +48,7 @@ const OF_METHOD: [&str; 48] = [
     "real_recordings/references.md",
     "setup/head.md",
     "setup/limits.md",
+    "signal_chain/elsewhere.md",
     "signal_chain/emps.md",
     "signal_chain/head.md",
     "signal_chain/laas.md",
