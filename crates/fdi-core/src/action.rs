@@ -64,13 +64,9 @@ pub fn decide_together<'a>(
     let worst = decided
         .filter(|(_, action)| action.severity > Severity::Undecided)
         .max_by_key(|(_, action)| action.severity);
-    worst.map_or_else(
-        || together.clone(),
-        |(one, action)| Action {
-            reason: format!("{} by itself: {}; {}", one.recording, action.reason, together.reason),
-            ..action
-        },
-    )
+    let Some((one, action)) = worst else { return together };
+    let reason = format!("{} by itself: {}; {}", one.recording, action.reason, together.reason);
+    Action { reason, ..action }
 }
 
 /// Decides what to do by an answer: how probable it is that each fault is above levels of k1 to k6.

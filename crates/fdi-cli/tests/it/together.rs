@@ -242,6 +242,7 @@ fn no_machine_is_healthy_where_a_recording_of_it_is_not_explained() {
     assert_ne!(one.verdict, Verdict::Healthy, "{one:?}");
     assert!(has(one, NoticeCode::RecordingsLeftOut));
     let action = one.action.as_ref().unwrap();
+    assert_eq!(action.severity, Severity::Act);
     assert!(action.reason.starts_with(&format!("{doubled} by itself: ")), "{}", action.reason);
 }
 

@@ -31,7 +31,7 @@ use crate::{
 /// Chance, by the normal distribution, with which recordings of one state of health are called of
 /// different ones. The model's error is not normal: of 500 units of another seed than those that are
 /// scored, the least likely had 1e-6.
-pub(crate) const DISAGREEMENT_RATE: f64 = 1e-7;
+const DISAGREEMENT_RATE: f64 = 1e-7;
 /// Chance with which a recording is said to have damage that others do not have.
 pub(crate) const CHANGE_RATE: f64 = 1e-5;
 
@@ -82,12 +82,17 @@ fn contradict(quantities: &Quantities, as_new: &[OfUnit<'_>]) -> bool {
     else {
         return false;
     };
-    let sums = sum_as_new(as_new).zip(sum_as_new(&[*first]));
-    let is_unlikely = sums.is_some_and(|((sum, numbers), (of_first, numbers_of_first))| {
+    disagree(sum_as_new(as_new), sum_as_new(&[*first]))
+        || (0..=others.len()).any(|place| stands_out(quantities, as_new, place))
+}
+
+/// True where recordings are not of one state of health, by the least sums of squares of all and of the
+/// first alone, each with its white numbers; false where there is no sum.
+pub(crate) fn disagree(all: Option<(f64, usize)>, first: Option<(f64, usize)>) -> bool {
+    all.zip(first).is_some_and(|((sum, numbers), (of_first, numbers_of_first))| {
         let degrees = numbers - numbers_of_first;
         chi_squared_log_tail(sum - of_first, degrees) < DISAGREEMENT_RATE.ln()
-    });
-    is_unlikely || (0..=others.len()).any(|place| stands_out(quantities, as_new, place))
+    })
 }
 
 /// True where a recording shows damage that the others do not have.

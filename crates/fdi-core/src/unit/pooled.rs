@@ -18,7 +18,6 @@
 
 use std::sync::Arc;
 
-use inference::chi_squared_log_tail;
 use nalgebra::DMatrix;
 use recordings::Recording;
 
@@ -30,7 +29,7 @@ use crate::{
         RecordDiagnosis, Status, Verdict,
     },
     unit::{
-        agreement::{CHANGE_RATE, DISAGREEMENT_RATE, of_currents},
+        agreement::{CHANGE_RATE, disagree, of_currents},
         answer::Conclusion,
         contradiction::NO_SESSION,
         finding::{Findings, History, Since},
@@ -442,10 +441,7 @@ impl<'a> Pool<'a> {
     fn disagree(&self) -> bool {
         let all = self.beside(&self.used).and_then(|beside| beside.sum_of_currents());
         let first = self.beside(&self.used[..1]).and_then(|beside| beside.sum_of_currents());
-        all.zip(first).is_some_and(|((sum, numbers), (of_first, numbers_of_first))| {
-            let degrees = numbers - numbers_of_first;
-            chi_squared_log_tail(sum - of_first, degrees) < DISAGREEMENT_RATE.ln()
-        })
+        disagree(all, first)
     }
 
     /// True where the noise of every recording is far above that of the bundle.

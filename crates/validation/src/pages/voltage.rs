@@ -79,8 +79,8 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
 
 /// Sections that can be rebuilt one by one.
 pub(super) const SECTIONS: &[Section] = &[
-    Section { name: "chirp", write: |page| units(&mut page.markdown, &chirp()?) },
-    Section { name: "planned", write: |page| units(&mut page.markdown, &planned()?) },
+    Section { name: "chirp", write: |page| units(&mut page.markdown, chirp()?) },
+    Section { name: "planned", write: |page| units(&mut page.markdown, planned()?) },
 ];
 
 /// A test with what its bundle has learnt and what is recorded in it.
@@ -117,7 +117,7 @@ pub(super) fn text() -> Result<String> {
     let mut page = String::from(HEAD);
     let tests = [chirp()?, planned()?];
     worths(&mut page, &tests)?;
-    for test in &tests {
+    for test in tests {
         units(&mut page, test)?;
     }
     page.push('\n');
@@ -153,9 +153,9 @@ fn worths(page: &mut String, tests: &[Learnt]) -> Result<()> {
 }
 
 /// Units in a test, with the voltage and without.
-fn units(page: &mut String, test: &Learnt) -> Result<()> {
+fn units(page: &mut String, test: Learnt) -> Result<()> {
     let Learnt { name, bundle, lines, seed } = test;
-    let diagnoser = Diagnoser::new(bundle.clone())?;
+    let diagnoser = Diagnoser::new(bundle)?;
     writeln!(
         page,
         "\n## Units in the test: {name}\n\n| damage | voltage | units | healthy, % | model inadequate, % \
