@@ -123,7 +123,8 @@ pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError>
         None => named_file(&words, &settings),
     };
     let file = file.map_err(LoadError::Settings)?;
-    let command = with_defaults(Cli::command(), &settings, &file).color(color(&words, &file));
+    let command = with_negative_numbers(Cli::command());
+    let command = with_defaults(command, &settings, &file).color(color(&words, &file));
     let parsed = command.try_get_matches_from(words.iter().cloned());
     let matches = parsed.map_err(|error| match blamed_variable(&error, &words, &settings) {
         Some(reason) => LoadError::Settings(anyhow!("{reason}")),
@@ -138,6 +139,11 @@ pub fn load(words: impl IntoIterator<Item = OsString>) -> Result<Cli, LoadError>
         (cli.global.config, cli.global.is_config_found) = (beside, true);
     }
     Ok(cli)
+}
+
+/// A tree of commands in which `-1` is a number, which an option may refuse by its bounds.
+fn with_negative_numbers(command: Command) -> Command {
+    command.allow_negative_numbers(true).mut_subcommands(with_negative_numbers)
 }
 
 /// The first value that the command line gives to an option, before anything is parsed.
@@ -219,7 +225,7 @@ fn beside_recordings(words: &[OsString]) -> Option<PathBuf> {
     if is_named || Path::new(HERE).is_file() {
         return None;
     }
-    let matches = Cli::command().try_get_matches_from(words).ok()?;
+    let matches = with_negative_numbers(Cli::command()).try_get_matches_from(words).ok()?;
     let ("diagnose", own) = matches.subcommand()? else { return None };
     let first: &PathBuf = own.get_many("paths")?.next()?;
     let folder = if first.is_dir() { first } else { first.parent()? };

@@ -17,16 +17,10 @@ pub struct TestArgs {
     #[arg(long, value_name = "NAME|FILE.csv", default_value = "chirp")]
     pub command: String,
     /// Constant load on the surface, N·m, positive against positive motion [default: 0.5 for `chirp` and `planned`, 0 for `sine`, the column `load_n_m` of a recording or else 0]
-    #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", value_parser = finite)]
     pub load_n_m: Option<f64>,
     /// Mechanical angle of the rotor at the first sample, rad
-    #[arg(
-        long,
-        value_name = "X",
-        default_value_t = 0.0,
-        value_parser = finite,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite)]
     pub start_angle_rad: f64,
 }
 

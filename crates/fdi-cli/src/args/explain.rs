@@ -85,6 +85,20 @@ pub struct CalibrateArgs {
 /// Test that a plan is compared with where none is named.
 pub(crate) const DEFAULT_BEFORE: &str = "chirp";
 
+/// Options beside which no recordings are needed, or asked for.
+const OF_A_PLAN: [&str; 10] = [
+    "faults",
+    "within",
+    "references",
+    "reading_std_k",
+    "motor_voltage",
+    "load_n_m",
+    "most_travel_rad",
+    "most_speed_rad_per_s",
+    "most_current_a",
+    "before",
+];
+
 /// Options of a test that is planned for faults.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "A test for faults")]
@@ -100,18 +114,24 @@ pub struct PlanArgs {
         conflicts_with_all = ["train", "without", "fidelity"]
     )]
     pub faults: Option<Vec<FaultId>>,
-    /// Longest that the test may last: `10s`
-    #[arg(long, value_name = "TIME", value_parser = test_time, default_value = "10s", conflicts_with = "train")]
+    /// Longest that the test may last: `10s`, `500ms`
+    #[arg(long, value_name = "TIME", value_parser = test_time, default_value = "10s", requires = "faults", conflicts_with = "train")]
     pub within: f64,
     /// Recordings of the machine as new, each of another day, that there will be of the test
-    #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "train")]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 4,
+        requires = "faults",
+        conflicts_with = "train"
+    )]
     pub references: usize,
     /// Plan for a test in which the winding's temperature is read, with this standard deviation, K;
     /// without it, expectations are told for 3 K too
-    #[arg(long, value_name = "K", value_parser = positive, conflicts_with = "train")]
+    #[arg(long, value_name = "K", value_parser = positive, requires = "faults", conflicts_with = "train")]
     pub reading_std_k: Option<f64>,
     /// Plan for a test in which the motor's voltage is recorded
-    #[arg(long, conflicts_with = "train")]
+    #[arg(long, requires = "faults", conflicts_with = "train")]
     pub motor_voltage: bool,
     /// Constant load on the surface, N·m, positive against positive motion
     #[arg(
@@ -119,21 +139,20 @@ pub struct PlanArgs {
         value_name = "X",
         default_value_t = 0.0,
         value_parser = finite,
-        allow_negative_numbers = true,
-        conflicts_with = "train"
+        requires = "faults", conflicts_with = "train"
     )]
     pub load_n_m: f64,
     /// Travel to either side [default: half of the way to a stop]
-    #[arg(long, value_name = "RAD", value_parser = positive, conflicts_with = "train")]
+    #[arg(long, value_name = "RAD", value_parser = positive, requires = "faults", conflicts_with = "train")]
     pub most_travel_rad: Option<f64>,
     /// Speed of the rotor [default: three quarters of the drive's limit]
-    #[arg(long, value_name = "RAD/S", value_parser = positive, conflicts_with = "train")]
+    #[arg(long, value_name = "RAD/S", value_parser = positive, requires = "faults", conflicts_with = "train")]
     pub most_speed_rad_per_s: Option<f64>,
     /// Current [default: half of the drive's limit]
-    #[arg(long, value_name = "A", value_parser = positive, conflicts_with = "train")]
+    #[arg(long, value_name = "A", value_parser = positive, requires = "faults", conflicts_with = "train")]
     pub most_current_a: Option<f64>,
     /// Test to compare with: `chirp`, `sine`, `planned` or a recording with the column `command_rad`
-    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BEFORE, conflicts_with = "train")]
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BEFORE, requires = "faults", conflicts_with = "train")]
     pub before: String,
 }
 
@@ -147,12 +166,20 @@ fn fault(text: &str) -> Result<FaultId, String> {
 /// Longest test that is planned, s: nobody waits longer for a bench.
 const LONGEST_TEST_S: f64 = 600.0;
 
+/// Units of a time, with their seconds; those that end others come after them.
+const TIME_UNITS: [(&str, f64); 3] = [("ms", 1e-3), ("min", 60.0), ("s", 1.0)];
+
 /// The time of a test, with or without its unit.
 fn test_time(text: &str) -> Result<f64, String> {
-    positive(text.strip_suffix('s').unwrap_or(text).trim_end())
+    let with_unit = |(unit, of_one_s)| Some((text.strip_suffix(unit)?, of_one_s));
+    let (number, of_one_s) = TIME_UNITS.into_iter().find_map(with_unit).unwrap_or((text, 1.0));
+    positive(number.trim_end())
         .ok()
+        .map(|number| number * of_one_s)
         .filter(|&seconds| seconds <= LONGEST_TEST_S)
-        .ok_or_else(|| format!("expected a time from 0 to {LONGEST_TEST_S} s: `10s`"))
+        .ok_or_else(|| {
+            format!("expected a time from 0 to {LONGEST_TEST_S} s: `10s`, `500ms` or `2min`")
+        })
 }
 
 /// Options of `fdi propose`.
@@ -161,7 +188,7 @@ fn test_time(text: &str) -> Result<f64, String> {
 /// controller's limit of speed, or the fastest pace recorded where that is more or no limit is
 /// known, and needs no more than half of its limit of current.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("train", |train| train.required(false).required_unless_present("faults")))]
+#[command(mut_arg("train", |train| train.required(false).required_unless_present_any(OF_A_PLAN)))]
 pub struct ProposeArgs {
     /// Model that is compared with the recordings: `ema-48`, `bench` or a model file
     #[arg(long, value_name = "MODEL", default_value = "ema-48")]

@@ -38,6 +38,8 @@ struct Row {
     cells: Vec<String>,
     sentence: Option<String>,
     detected: bool,
+    /// True where it has levels that are not to be believed.
+    is_doubtful: bool,
     /// Severity and next step.
     action: Option<String>,
     together: Vec<PooledRecording>,
@@ -73,8 +75,13 @@ impl<'a> Human<'a> {
         };
         let rows: Vec<Vec<String>> = names.iter().zip(&self.rows).map(with_name).collect();
         table(text, &header, &rows)?;
-        let marked = if self.rows.iter().any(|row| row.detected) { "* detected; " } else { "" };
-        writeln!(text, "\n{marked}- not determined; fit: residual over noise and learnt error")?;
+        let told = |is_told: &dyn Fn(&Row) -> bool, words: &'static str| {
+            if self.rows.iter().any(is_told) { words } else { "" }
+        };
+        let marked = told(&|row| row.detected, "* detected; ");
+        let doubtful = told(&|row| row.is_doubtful, "( ) not to be relied on; ");
+        let rest = "- not determined; fit: residual over noise and learnt error";
+        writeln!(text, "\n{marked}{doubtful}{rest}")?;
         let sentence = |(name, row): (&&str, &Row)| {
             row.sentence.as_ref().map(|sentence| format!("{name}: {sentence}\n"))
         };
@@ -125,8 +132,11 @@ impl AnswerWriter for Human<'_> {
         self.rows.push(Row {
             recording: record.recording.clone(),
             cells: cells(record),
-            sentence: sentence(record),
+            // what a notice says is said with its code
+            sentence: sentence(record)
+                .filter(|sentence| record.notices.iter().all(|one| one.message != *sentence)),
             detected: record.is_believed() && record.any_detected(),
+            is_doubtful: !record.is_believed() && record.faults.iter().any(|f| f.std.is_some()),
             action: record.action.as_ref().map(|one| {
                 let Action { severity, reason, next, .. } = one;
                 format!("{severity}: {reason}: {next}")
@@ -209,8 +219,8 @@ fn listed(rows: &[usize], names: &[&str]) -> String {
 
 fn cells(record: &RecordDiagnosis) -> Vec<String> {
     let mut cells = vec![paint(record.verdict.word(), of_verdict(record.verdict))];
-    let is_marked = record.is_believed();
-    let cell = |fault: &Fault| level(fault, is_marked);
+    let is_believed = record.is_believed();
+    let cell = |fault: &Fault| level(fault, is_believed);
     for id in FaultId::ALL {
         cells.push(record.fault(id).map_or_else(|| "-".to_owned(), cell));
     }
@@ -220,11 +230,13 @@ fn cells(record: &RecordDiagnosis) -> Vec<String> {
     cells
 }
 
-/// A level, marked where it may be and the fault is detected.
-fn level(fault: &Fault, is_marked: bool) -> String {
+/// A level, marked where the fault is detected, and in brackets where it is not to be believed.
+fn level(fault: &Fault, is_believed: bool) -> String {
     let (Some(value), Some(std)) = (fault.value, fault.std) else { return "-".to_owned() };
     let text = plus_minus(value, std, "±");
-    if is_marked && fault.detected == Some(true) {
+    if !is_believed {
+        format!("({text})")
+    } else if fault.detected == Some(true) {
         paint(&(text + MARK), Style::new().bold().fg_color(Some(AnsiColor::Red.into())))
     } else {
         text

@@ -64,16 +64,19 @@ fn a_planned_test_is_a_command_that_can_be_run() {
 #[test]
 fn what_belongs_to_the_other_kind_of_proposal_is_refused() {
     let folder = TempDir::new().unwrap();
-    let cases: [(&[&str], &str); 12] = [
+    let cases: [(&[&str], &str); 15] = [
         (&["propose", "--faults", "--output-format", "csv"], "no such form"),
         (&["propose"], "--train <REC>..."),
         (&["propose", "--train", "r.csv", "--within", "3s"], "cannot be used with"),
+        (&["propose", "--within", "3s"], "not provided:\n  --faults"),
         (&["propose", "--faults", "k1", "--train", "r.csv"], "cannot be used with"),
         (&["propose", "--faults", "k1", "--correct"], "`--correct`: a test for faults is planned"),
         (&["propose", "--faults", "k7"], "expected `k1` to `k6`"),
         (&["propose", "--faults", "k1", "--within", "0s"], "expected a time from 0 to 600 s"),
-        (&["propose", "--faults", "k1", "--within", "10ms"], "expected a time from 0 to 600 s"),
+        (&["propose", "--faults", "k1", "--within", "-3"], "expected a time from 0 to 600 s"),
+        (&["propose", "--faults", "k1", "--within", "11min"], "expected a time from 0 to 600 s"),
         (&["propose", "--faults", "k1", "--within", "1e9s"], "expected a time from 0 to 600 s"),
+        (&["propose", "--faults", "k1", "--within", "100 ms"], "no motion of at most 0.1 s stays"),
         (&["propose", "--faults", "k1", "--within", "0.1"], "no motion of at most 0.1 s stays"),
         (
             &["propose", "--faults", "k1", "--within", "0.3", "--load-n-m", "-1000"],
