@@ -58,9 +58,9 @@ fn exp(x: f64) -> (f64, bool) {
     (if vanishes { 0.0 } else { value }, (size < MOST) | vanishes)
 }
 
-/// Exponentials with the bits of [`libm::exp`].
+/// Exponentials, with the bits of `libm::exp`.
 #[inline(always)]
-pub(crate) fn exp_of_lanes<const N: usize>(x: &[f64; N]) -> [f64; N] {
+pub fn exp_of_lanes<const N: usize>(x: &[f64; N]) -> [f64; N] {
     let (mut values, mut own) = ([0.0; N], [0_u64; N]);
     for lane in 0..N {
         let (value, is_own) = exp(x[lane]);

@@ -94,9 +94,9 @@ pub(crate) fn sincos_of(x: f64) -> (f64, f64) {
     if own && x != 0.0 { (sin, cos) } else { libm::sincos(x) }
 }
 
-/// Sines and cosines with the bits of [`sincos_of`].
+/// Sines and cosines of angles in rad, with the bits of `libm::sin` and `libm::cos`.
 #[inline(always)]
-pub(crate) fn sincos_of_lanes<const N: usize>(x: &[f64; N]) -> [[f64; N]; 2] {
+pub fn sincos_of_lanes<const N: usize>(x: &[f64; N]) -> [[f64; N]; 2] {
     let ([mut sines, mut cosines], mut own) = ([[0.0; N]; 2], [0_u64; N]);
     for lane in 0..N {
         let (sin, cos, is_own) = sincos(x[lane]);

@@ -80,6 +80,7 @@ mod temperature;
 mod tolerance;
 mod trace;
 mod valid_range;
+pub mod vector_math;
 mod waveform;
 mod wide;
 mod winding;

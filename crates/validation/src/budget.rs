@@ -109,7 +109,7 @@ const BATCHES: [Batch; 8] = [
         fidelity: Fidelity::Low,
         tolerance: ToleranceUse::Model,
         first: true,
-        evaluations: &[184],
+        evaluations: &[160],
         limit_ratio: 2.0,
     },
     Batch {
@@ -119,7 +119,7 @@ const BATCHES: [Batch; 8] = [
         fidelity: Fidelity::Low,
         tolerance: ToleranceUse::Model,
         first: false,
-        evaluations: &[55, 55, 52, 133, 258],
+        evaluations: &[31, 31, 28, 109, 234],
         limit_ratio: 0.2,
     },
     Batch {

@@ -26,8 +26,9 @@ use crate::{
     simulation::experiment::{Experiment, Monitor},
     statistics::noise_covariance::unit_noise_covariance,
     unit::{
+        error::UnitError,
         evidence::TemperatureReading,
-        monitor::UnitMonitor,
+        monitor::{NominalSlopes, UnitMonitor},
         quantities::Quantities,
         unmodelled::{EffectSlopes, absent},
     },
@@ -41,7 +42,7 @@ const NUMBERS_KEPT: usize = 16_000_000;
 const LIKELIHOODS_KEPT: [usize; 2] = [2, 64];
 /// Rates of the phase samples whose noise is kept.
 const RATES_KEPT: usize = 64;
-/// Start angles whose slopes in effects are kept.
+/// Start angles whose slopes are kept.
 const STARTS_KEPT: usize = 16;
 
 /// A bundle with what is learnt from it when first needed.
@@ -63,6 +64,8 @@ pub(crate) struct Learnt {
     quantities: Kept<(), Arc<Quantities>>,
     /// Slopes of the signal in effects that the model file does not have, by the start angle's bits.
     effect_slopes: Kept<u64, Arc<Vec<EffectSlopes>>>,
+    /// Slopes of the nominal machine's signal in its quantities, by the start angle's bits.
+    nominal_slopes: Kept<u64, Arc<NominalSlopes>>,
     /// Covariance of the noise of one ampere.
     unit_noise: Kept<RateKey, Arc<BandedMatrix>>,
     likelihoods: Kept<LikelihoodKey, Arc<GridLikelihood>>,
@@ -133,6 +136,7 @@ impl Learnt {
             start_effects: Kept::at_most(1),
             quantities: Kept::at_most(1),
             effect_slopes: Kept::at_most(STARTS_KEPT),
+            nominal_slopes: Kept::at_most(STARTS_KEPT),
             unit_noise: Kept::at_most(RATES_KEPT),
             likelihoods: Kept::at_most(levels),
             emulators: Kept::at_most(levels),
@@ -236,9 +240,22 @@ impl Learnt {
         self.effect_slopes.get(start_angle_rad.to_bits(), || {
             let quantities = self.quantities();
             let monitor = UnitMonitor::new(&self.bundle.experiment, &quantities, start_angle_rad);
-            let nominal = quantities.at(&vec![0.0; quantities.layout().len()]);
             let effects = absent(&self.bundle.experiment.effects);
-            Ok(Arc::new(monitor.effect_slopes(&nominal, &effects)?))
+            Ok(Arc::new(monitor.effect_slopes(&quantities.nominal(), &effects)?))
+        })
+    }
+
+    /// Slopes of the nominal machine's signal in its quantities, by differences over their spread
+    /// between the machines of a learnt error.
+    pub(crate) fn nominal_slopes(
+        &self,
+        error: &UnitError,
+        start_angle_rad: f64,
+    ) -> Result<Arc<NominalSlopes>, SimulationError> {
+        self.nominal_slopes.get(start_angle_rad.to_bits(), || {
+            let quantities = self.quantities();
+            let monitor = UnitMonitor::new(&self.bundle.experiment, &quantities, start_angle_rad);
+            Ok(Arc::new(monitor.nominal_slopes(&error.spread)?))
         })
     }
 

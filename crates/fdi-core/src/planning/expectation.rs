@@ -84,6 +84,7 @@ impl Worth {
             temperature: None,
             start_std_s: 0.0,
             damage: &[],
+            nominal_slopes: None,
         };
         let error_of_voltage = error.voltage.as_ref().and_then(VoltageError::information);
         let Evidence { information, error, in_common, .. } =

@@ -128,6 +128,8 @@ impl<'a> Run<'a> {
         let told = self.told_noise(self.observation.noise_beside_gains_a());
         let temperature = self.learnt.temperature_reading(self.observation);
         let effects = self.learnt.effect_slopes(start_angle_rad).map_err(UnitSearchError::from)?;
+        let slopes = self.learnt.nominal_slopes(error, start_angle_rad);
+        let slopes = slopes.map_err(UnitSearchError::from)?;
         let fitted = |level_a: f64| {
             let noise = unit_noise.scaled(level_a * level_a);
             let signal_a = &self.observation.signal_a;
@@ -143,6 +145,7 @@ impl<'a> Run<'a> {
                     temperature,
                     start_std_s: self.observation.start_std_s(),
                     damage,
+                    nominal_slopes: Some(&slopes),
                 },
                 &effects,
                 self.plan.budget.unit,

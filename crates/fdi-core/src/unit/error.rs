@@ -270,7 +270,7 @@ impl UnitError {
     ) -> Result<(), SimulationError> {
         let Machine { experiment, quantities } = machine;
         let effects = absent(&experiment.effects);
-        let nominal = quantities.at(&vec![0.0; quantities.layout().len()]);
+        let nominal = quantities.nominal();
         // all begin where the first does
         let (same, most) = match (self.start, machines.first()) {
             (StartAngle::Zero, Some(first)) => {
@@ -571,9 +571,8 @@ fn compared(
         }
         differences.push(difference);
         let fit = high.voltage_v.and_then(|voltage_v| {
-            let filtered = |channel: &[f64]| monitor.filtered(channel);
             let run = VoltageRun { motion: &motion, machine: &machine, experiment };
-            run.filtered(filtered).fit(&voltage_v)
+            run.filtered(|channels| monitor.filtered_each(channels)).fit(&voltage_v)
         });
         voltages.fits.push(fit);
         // the model's current is the true one here, whatever its sensors' gains

@@ -302,6 +302,7 @@ fn observed<'a>(
         temperature: diagnoser.learnt.temperature_reading(observation),
         start_std_s: 0.0,
         damage: &[],
+        nominal_slopes: None,
     }
 }
 

@@ -17,6 +17,22 @@ use crate::{
 /// of the controller's ticks, small against what bends.
 const STEP_OF_SPREAD: f64 = 0.07;
 
+/// Slopes of the diagnosed signal of the machine of the model file, from which every search begins:
+/// recordings of one test have them in common.
+#[derive(Clone, Debug)]
+pub(crate) struct NominalSlopes {
+    at: Vec<f64>,
+    /// One row a quantity, A over its unit.
+    rows: Vec<Vec<f64>>,
+}
+
+impl NominalSlopes {
+    /// The slopes, where they are those at some quantities.
+    pub(crate) fn at(&self, quantities: &[f64]) -> Option<&[Vec<f64>]> {
+        (self.at == quantities).then_some(&self.rows)
+    }
+}
+
 /// The low-fidelity model of a unit in a test, from a start angle.
 #[derive(Clone, Debug)]
 pub(crate) struct UnitMonitor<'a> {
@@ -117,6 +133,13 @@ impl<'a> UnitMonitor<'a> {
             EffectSlopes { effect, rows: rows.collect() }
         });
         Ok(slopes.collect())
+    }
+
+    /// Slopes of the diagnosed signal of the machine of the model file in every quantity.
+    pub(crate) fn nominal_slopes(&self, spread: &[f64]) -> Result<NominalSlopes, SimulationError> {
+        let at = self.quantities.nominal();
+        let rows = self.slopes(&at, 0..at.len(), spread)?;
+        Ok(NominalSlopes { at, rows })
     }
 
     /// A run of the model with its machine.

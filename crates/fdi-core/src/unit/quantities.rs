@@ -157,6 +157,11 @@ impl Quantities {
         self.shown.iter().map(|&place| all[place]).collect()
     }
 
+    /// The quantities of the machine of the model file.
+    pub(crate) fn nominal(&self) -> Vec<f64> {
+        self.at(&vec![0.0; self.layout.len()])
+    }
+
     /// Places of the quantities that damage moves, among those that some unknown moves.
     pub(crate) fn bent(&self) -> Bent {
         let place = |of: usize| self.shown.iter().position(|&shown| shown == of);

@@ -15,6 +15,7 @@ use crate::{
         evidence::{Evidence, TemperatureReading},
         layout::Layout,
         modelled::Modelled,
+        monitor::NominalSlopes,
         quantities::Quantities,
         sensors::SensorShares,
         unmodelled::{EffectSlopes, Explanation, unmodelled},
@@ -65,6 +66,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) start_std_s: f64,
     /// Damage looked for from which the search sets out; of a machine as new none.
     pub(crate) damage: &'a [f64],
+    /// Slopes where a search from a machine as new begins, where they are known already.
+    pub(crate) nominal_slopes: Option<&'a NominalSlopes>,
 }
 
 /// Explanation of a recording.
@@ -324,15 +327,8 @@ impl Compared<'_> {
 
     /// `Jᵀ·Σ⁻¹·S·Σ⁻¹·J` with `S` the covariance of the learnt error.
     fn error(&self) -> DMatrix<f64> {
-        let through: Vec<Vec<f64>> = self
-            .white_slopes
-            .iter()
-            .map(|row| {
-                let mut weighted = row.clone();
-                self.weight.whiten_transposed(&mut weighted);
-                weighted
-            })
-            .collect();
+        let mut through = self.white_slopes.clone();
+        self.weight.whiten_transposed_each(&mut through);
         let covariance = self.modelled.error.covariance_of(self.wideness);
         let spread: Vec<Vec<f64>> = through.iter().map(|row| covariance.times(row)).collect();
         // one order of each product, so that the matrix is its own transpose to the last bit
@@ -358,8 +354,8 @@ impl Compared<'_> {
         let explanation = Explanation::at(found, &slopes, &unknowns);
         let white = |effect: &EffectSlopes| {
             let mut rows = effect.rows.clone();
+            self.weight.whiten_each(&mut rows);
             for row in &mut rows {
-                self.weight.whiten(row);
                 // an effect moves no thermometer
                 row.resize(found.white.len(), 0.0);
             }
@@ -392,9 +388,7 @@ impl Whitened for Compared<'_> {
 
     fn slopes(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
         self.white_slopes = self.modelled.shown_slopes(point)?;
-        for row in &mut self.white_slopes {
-            self.weight.whiten(row);
-        }
+        self.weight.whiten_each(&mut self.white_slopes);
         Ok(self.unknown_slopes(point))
     }
 

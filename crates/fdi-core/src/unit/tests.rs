@@ -64,8 +64,7 @@ impl Chirp {
     /// Slopes of the nominal machine's signal in effects that it does not have.
     fn effect_slopes(&self) -> Vec<EffectSlopes> {
         let monitor = UnitMonitor::new(&self.bundle.experiment, &self.quantities, 0.0);
-        let nominal = self.quantities.at(&self.point(&[]));
-        monitor.effect_slopes(&nominal, &absent(&[])).unwrap()
+        monitor.effect_slopes(&self.quantities.nominal(), &absent(&[])).unwrap()
     }
 
     fn fit_beside(
@@ -74,17 +73,30 @@ impl Chirp {
         signal_a: &[f64],
         most_evaluations: u64,
     ) -> UnitFit {
-        let observed = Observed {
+        self.explained(&self.observed(signal_a), effects, most_evaluations)
+    }
+
+    fn observed<'a>(&'a self, signal_a: &'a [f64]) -> Observed<'a> {
+        Observed {
             signal_a,
             start_angle_rad: 0.0,
             shares: None,
             start_std_s: 0.0,
             damage: &[],
+            nominal_slopes: None,
             noise: &self.noise,
             temperature: None,
-        };
+        }
+    }
+
+    fn explained(
+        &self,
+        observed: &Observed<'_>,
+        effects: &[EffectSlopes],
+        most_evaluations: u64,
+    ) -> UnitFit {
         let experiment = &self.bundle.experiment;
-        explain(experiment, &self.quantities, self.error(), &observed, effects, most_evaluations)
+        explain(experiment, &self.quantities, self.error(), observed, effects, most_evaluations)
             .unwrap()
     }
 
@@ -107,6 +119,27 @@ fn what_the_current_cannot_tell_is_left_to_the_tolerances() {
     assert_abs_diff_eq!(std(1) / (0.30 / 99.0), 1.0, epsilon = 0.02);
     // eccentricity as built, 2 % over both directions
     assert_abs_diff_eq!(std(5) / (0.02 / 2f64.sqrt()), 1.0, epsilon = 0.01);
+}
+
+#[test]
+fn slopes_that_recordings_share_give_the_same_answer() {
+    let chirp = Chirp::new();
+    let worn = chirp.signal(&chirp.point(&[("k3", 0.03), ("k2", 0.02)]));
+    let monitor = UnitMonitor::new(&chirp.bundle.experiment, &chirp.quantities, 0.0);
+    let kept = monitor.nominal_slopes(&chirp.error().spread).unwrap();
+    let observed = chirp.observed(&worn);
+    let by_itself = chirp.explained(&observed, &[], u64::MAX);
+    let shared = Observed { nominal_slopes: Some(&kept), ..observed };
+    let with_shared = chirp.explained(&shared, &[], u64::MAX);
+    assert_eq!(with_shared.point, by_itself.point);
+    assert_eq!(with_shared.covariance, by_itself.covariance);
+    let runs = 2 * chirp.quantities.nominal().len() as u64;
+    assert_eq!(with_shared.evaluations, by_itself.evaluations - runs);
+    // anti-test: from other damage they are not those of the point
+    let turned = Observed { damage: &[0.01], ..shared };
+    let alone = Observed { nominal_slopes: None, ..turned };
+    let [with, without] = [turned, alone].map(|one| chirp.explained(&one, &[], u64::MAX));
+    assert_eq!((with.point, with.evaluations), (without.point, without.evaluations));
 }
 
 #[test]

@@ -24,10 +24,18 @@
 //!
 //! Equation 18 of the FREEDOM paper, phase by phase; numbers in place of a signal whose error is
 //! learnt by simulation: Beaumont, Zhang and Balding, *Genetics* 162, 2002, 2025.
+#![expect(
+    clippy::inline_always,
+    reason = "the kernel is compiled once for each instruction set, which inlining makes possible"
+)]
 
-use ema_sim::{Commutation, MotorMotion, Sector};
+use ema_sim::{
+    Commutation, MotorMotion, Sector,
+    vector_math::{exp_of_lanes, sincos_of_lanes},
+};
 use inference::dot;
 use nalgebra::{DMatrix, DVector};
+use pulp::{Arch, NullaryFnOnce};
 
 use crate::{
     offline::error_model::ErrorModelError,
@@ -56,6 +64,11 @@ const PARTS: usize = 10;
 /// Place of the first part that no phase has.
 const OTHERS: usize = 6;
 
+/// Samples that are looked at side by side.
+const LANES: usize = 8;
+/// A number at each of these samples.
+type Samples = [f64; LANES];
+
 /// A run of the model, whose voltage is looked at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VoltageRun<'a> {
@@ -66,7 +79,7 @@ pub(crate) struct VoltageRun<'a> {
 
 /// Parts of the voltage of one run of the model, filtered.
 #[derive(Clone, Debug)]
-pub(crate) struct VoltageParts([Vec<f64>; PARTS]);
+pub(crate) struct VoltageParts(Vec<Vec<f64>>);
 
 /// The numbers that a voltage shows.
 #[derive(Clone, Debug)]
@@ -83,57 +96,123 @@ impl VoltageRun<'_> {
         self.motion.current_a.len()
     }
 
-    /// Parts of the voltage at a sample, V.
-    fn parts(&self, sample: usize) -> [f64; PARTS] {
+    /// Parts of the voltage at some samples from one on, V; behind the last sample it is repeated.
+    #[inline(always)]
+    fn parts(&self, begin: usize) -> [Samples; PARTS] {
         let Self { motion, machine, experiment } = *self;
         let (motor, faults) = (&experiment.actuator.motor, &machine.faults);
-        let current_a = &motion.current_a;
-        let (i, speed) = (current_a[sample], motion.motor_speed_rad_per_s[sample]);
-        let angle_rad = motion.motor_angle_rad[sample];
-        let (sin, cos) = angle_rad.sin_cos();
-        let gap = 1.0 + faults.eccentricity_cos * cos - faults.eccentricity_sin * sin;
+        let controller = &experiment.actuator.controller;
         let pole_pairs = f64::from(motor.pole_pairs);
-        let electrical_rad = pole_pairs * angle_rad;
+        let last = self.samples().saturating_sub(1);
+        let of = |channel: &[f64]| core::array::from_fn(|lane| channel[(begin + lane).min(last)]);
+        let current_a: Samples = of(&motion.current_a);
+        let speed: Samples = of(&motion.motor_speed_rad_per_s);
+        let angle_rad: Samples = of(&motion.motor_angle_rad);
+        let electrical_rad = angle_rad.map(|angle_rad| pole_pairs * angle_rad);
         let weights = match experiment.actuator.inverter.commutation {
             Commutation::FieldOriented => core::array::from_fn(|phase| {
                 let axis_rad = core::f64::consts::TAU / 3.0 * phase as f64;
-                2.0 / 3.0 * (electrical_rad - axis_rad).sin().powi(2)
+                let [sin, _] = sincos_of_lanes(&electrical_rad.map(|angle| angle - axis_rad));
+                sin.map(|sin| 2.0 / 3.0 * (sin * sin))
             }),
-            _ => Sector::of_electrical_angle(electrical_rad).pattern().map(f64::abs),
+            _ => six_step_weights(&electrical_rad),
         };
-        let [back_emf, drop] = [motor.back_emf_v_s_per_rad * gap * speed, motor.resistance_ohm * i]
-            .map(|part| weights.map(|weight| weight * part));
-        let (before, after) =
-            (sample.saturating_sub(1), (sample + 1).min(current_a.len().saturating_sub(1)));
-        let per_s = experiment.actuator.controller.sample_hz / (after - before).max(1) as f64;
-        let rise = motor.inductance_henry * (current_a[after] - current_a[before]) * per_s;
-        let commutation = motor.inductance_henry * pole_pairs * speed.abs() * i;
-        let width_a = SIGN_WIDTH * experiment.actuator.controller.current_limit_a;
-        let others = [rise, commutation, (i / width_a).tanh(), 1.0];
-        let [a, b, c] = back_emf;
-        let [d, e, f] = drop;
-        let [g, h, k, l] = others;
-        [a, b, c, d, e, f, g, h, k, l]
+        let [sin, cos] = sincos_of_lanes(&angle_rad);
+        let sign = tanh_of_lanes(&current_a.map(|i| i / (SIGN_WIDTH * controller.current_limit_a)));
+        let mut parts = [[0.0; LANES]; PARTS];
+        for lane in 0..LANES {
+            let sample = (begin + lane).min(last);
+            let (before, after) = (sample.saturating_sub(1), (sample + 1).min(last));
+            let (i, speed) = (current_a[lane], speed[lane]);
+            let gap =
+                1.0 + faults.eccentricity_cos * cos[lane] - faults.eccentricity_sin * sin[lane];
+            let back_emf = motor.back_emf_v_s_per_rad * gap * speed;
+            let drop = motor.resistance_ohm * i;
+            for phase in 0..3 {
+                parts[phase][lane] = weights[phase][lane] * back_emf;
+                parts[3 + phase][lane] = weights[phase][lane] * drop;
+            }
+            let rise_a = motion.current_a[after] - motion.current_a[before];
+            let per_s = controller.sample_hz / (after - before).max(1) as f64;
+            parts[OTHERS][lane] = motor.inductance_henry * rise_a * per_s;
+            parts[OTHERS + 1][lane] = motor.inductance_henry * pole_pairs * speed.abs() * i;
+            parts[OTHERS + 2][lane] = sign[lane];
+            parts[OTHERS + 3][lane] = 1.0;
+        }
+        parts
     }
 
     /// The voltage at some numbers, V.
     pub(crate) fn voltage_v(&self, numbers: &[f64; FOUND]) -> Vec<f64> {
         let shares = shares(numbers);
-        let at =
-            |n: usize| self.parts(n).iter().zip(shares).map(|(part, share)| part * share).sum();
-        (0..self.samples()).map(at).collect()
+        let mut voltage_v = vec![0.0; self.samples().next_multiple_of(LANES)];
+        self.each(|begin, parts| {
+            let values = &mut voltage_v[begin..begin + LANES];
+            for (part, share) in parts.iter().zip(shares) {
+                for (value, part) in values.iter_mut().zip(part) {
+                    *value += part * share;
+                }
+            }
+        });
+        voltage_v.truncate(self.samples());
+        voltage_v
     }
 
-    /// The parts through a filter.
-    pub(crate) fn filtered(&self, filter: impl Fn(&[f64]) -> Vec<f64>) -> VoltageParts {
-        let mut channels: [Vec<f64>; PARTS] = core::array::from_fn(|_| Vec::new());
-        for n in 0..self.samples() {
-            for (channel, part) in channels.iter_mut().zip(self.parts(n)) {
-                channel.push(part);
+    /// The parts through a filter, which takes them all at once.
+    pub(crate) fn filtered(&self, filter: impl Fn(&[Vec<f64>]) -> Vec<Vec<f64>>) -> VoltageParts {
+        let mut channels = vec![vec![0.0; self.samples().next_multiple_of(LANES)]; PARTS];
+        self.each(|begin, parts| {
+            for (channel, part) in channels.iter_mut().zip(parts) {
+                channel[begin..begin + LANES].copy_from_slice(part);
             }
+        });
+        for channel in &mut channels {
+            channel.truncate(self.samples());
         }
-        VoltageParts(channels.each_ref().map(|channel| filter(channel)))
+        VoltageParts(filter(&channels))
     }
+
+    /// Shows the parts of all samples, several at a time with the place of the first.
+    fn each(&self, take: impl FnMut(usize, &[Samples; PARTS])) {
+        Arch::new().dispatch(EachSample { run: *self, take });
+    }
+}
+
+/// [`VoltageRun::each`] as a kernel.
+struct EachSample<'a, T> {
+    run: VoltageRun<'a>,
+    take: T,
+}
+
+impl<T: FnMut(usize, &[Samples; PARTS])> NullaryFnOnce for EachSample<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        for begin in (0..self.run.samples()).step_by(LANES) {
+            (self.take)(begin, &self.run.parts(begin));
+        }
+    }
+}
+
+/// Shares of the phases in six steps, a row a phase.
+#[inline(always)]
+fn six_step_weights(electrical_rad: &Samples) -> [Samples; 3] {
+    let mut weights = [[0.0; LANES]; 3];
+    for lane in 0..LANES {
+        let pattern = Sector::of_electrical_angle(electrical_rad[lane]).pattern();
+        for (of_phase, share) in weights.iter_mut().zip(pattern) {
+            of_phase[lane] = share.abs();
+        }
+    }
+    weights
+}
+
+/// Hyperbolic tangents, to the last digits of one.
+#[inline(always)]
+fn tanh_of_lanes(x: &Samples) -> Samples {
+    let below = exp_of_lanes(&x.map(|x| -2.0 * x.abs()));
+    core::array::from_fn(|lane| ((1.0 - below[lane]) / (1.0 + below[lane])).copysign(x[lane]))
 }
 
 /// Shares of the parts in the voltage at some numbers.
@@ -511,10 +590,10 @@ mod tests {
     fn parts(experiment: &Experiment) -> VoltageParts {
         let quantities = Quantities::new(experiment);
         let monitor = UnitMonitor::new(experiment, &quantities, 0.0);
-        let at = quantities.at(&vec![0.0; quantities.layout().len()]);
+        let at = quantities.nominal();
         let (motion, machine) = monitor.run(&at).unwrap();
         VoltageRun { motion: &motion, machine: &machine, experiment }
-            .filtered(|channel| monitor.filtered(channel))
+            .filtered(|channels| monitor.filtered_each(channels))
     }
 
     #[test]
@@ -540,13 +619,12 @@ mod tests {
             let point = layout.point(set);
             let monitor = UnitMonitor::new(&experiment, &quantities, 0.0);
             let (motion, machine) = monitor.run(&quantities.at(&point)).unwrap();
-            let filtered = |channel: &[f64]| monitor.filtered(channel);
             let run = VoltageRun { motion: &motion, machine: &machine, experiment: &experiment };
-            let parts = run.filtered(filtered);
+            let parts = run.filtered(|channels| monitor.filtered_each(channels));
             let machine = built(&experiment, layout, &point);
             let model = HighFidelity::new(&machine.actuator, &machine.scenario).unwrap();
             let trace = model.try_simulate(&machine.faults).unwrap();
-            let fit = parts.fit(&filtered(&trace.motor_voltage_v)).unwrap();
+            let fit = parts.fit(&monitor.filtered(&trace.motor_voltage_v)).unwrap();
             (fit.numbers, quantities.volts_at(&point))
         };
         let ((changed, expected), (nominal, _)) = (fitted(set), fitted(&[]));
@@ -576,6 +654,45 @@ mod tests {
     #[test]
     fn shorted_turns_of_a_phase_show_in_all_numbers() {
         assert_shown(&[("k3", 0.04)]);
+    }
+
+    #[test]
+    fn a_voltage_is_that_of_its_equation_at_every_sample() {
+        let experiment = Experiment::chirp();
+        let quantities = Quantities::new(&experiment);
+        let monitor = UnitMonitor::new(&experiment, &quantities, 0.3);
+        let (mut motion, mut machine) = monitor.run(&quantities.nominal()).unwrap();
+        // one sample is left of the last eight
+        let samples = motion.current_a.len() / LANES * LANES - LANES + 1;
+        motion.current_a.truncate(samples);
+        (machine.faults.eccentricity_cos, machine.faults.eccentricity_sin) = (0.03, -0.02);
+        let run = VoltageRun { motion: &motion, machine: &machine, experiment: &experiment };
+        let numbers = [0.04, -0.11, 0.02, -0.03, 1.3, 0.9, 0.05, -0.02];
+        let voltage_v = run.voltage_v(&numbers);
+        assert_eq!(voltage_v.len(), samples);
+        let [scale, drop, a, b, rise, commutation, sign, offset] = numbers;
+        let motor = &experiment.actuator.motor;
+        let controller = &experiment.actuator.controller;
+        let pole_pairs = f64::from(motor.pole_pairs);
+        for (n, found) in voltage_v.iter().enumerate() {
+            let (i, speed) = (motion.current_a[n], motion.motor_speed_rad_per_s[n]);
+            let angle_rad = motion.motor_angle_rad[n];
+            let pattern = Sector::of_electrical_angle(pole_pairs * angle_rad).pattern();
+            let turns: f64 =
+                pattern.iter().zip([a, b, -a - b]).map(|(s, log)| s.abs() * log.exp()).sum();
+            let gap = 1.0 + 0.03 * angle_rad.cos() + 0.02 * angle_rad.sin();
+            let back_emf = scale.exp() * motor.back_emf_v_s_per_rad * gap * speed;
+            let (before, after) = (n.saturating_sub(1), (n + 1).min(samples - 1));
+            let slope = (motion.current_a[after] - motion.current_a[before]) * controller.sample_hz
+                / (after - before) as f64;
+            let width_a = SIGN_WIDTH * controller.current_limit_a;
+            let expected = turns * (back_emf + drop.exp() * motor.resistance_ohm * i)
+                + motor.inductance_henry
+                    * (rise * slope + commutation * pole_pairs * speed.abs() * i)
+                + sign * (i / width_a).tanh()
+                + offset;
+            assert_abs_diff_eq!(*found, expected, epsilon = 1e-12);
+        }
     }
 
     #[test]

@@ -101,7 +101,7 @@ impl Run<'_> {
         let at = quantities.at(&fit.point);
         let (motion, machine) = monitor.run(&at).map_err(UnitSearchError::from)?;
         let run = VoltageRun { motion: &motion, machine: &machine, experiment };
-        let parts = run.filtered(|channel| monitor.filtered(channel));
+        let parts = run.filtered(|channels| monitor.filtered_each(channels));
         let shown = parts.fit(voltage_v).filter(|shown| shown.left_v <= learnt.most_left_v());
         let Some(shown) = shown else { return Ok(Err(unexplained(learnt, fit))) };
         let voltages = |moved: &[Vec<f64>]| {

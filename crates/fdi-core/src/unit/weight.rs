@@ -56,14 +56,23 @@ impl Weight {
 
     /// `v ← Σ^(−½)·v`.
     pub(crate) fn whiten(&self, vector: &mut [f64]) {
-        self.cholesky.whiten(vector);
-        self.shrink(vector);
+        self.whiten_each(&mut [vector]);
     }
 
-    /// `v ← Σ^(−½)ᵀ·v`.
-    pub(crate) fn whiten_transposed(&self, vector: &mut [f64]) {
-        self.shrink(vector);
-        self.cholesky.whiten_transposed(vector);
+    /// `v ← Σ^(−½)·v` of several vectors.
+    pub(crate) fn whiten_each<V: AsMut<[f64]>>(&self, vectors: &mut [V]) {
+        self.cholesky.whiten_each(vectors);
+        for vector in vectors.iter_mut() {
+            self.shrink(vector.as_mut());
+        }
+    }
+
+    /// `v ← Σ^(−½)ᵀ·v` of several vectors.
+    pub(crate) fn whiten_transposed_each<V: AsMut<[f64]>>(&self, vectors: &mut [V]) {
+        for vector in vectors.iter_mut() {
+            self.shrink(vector.as_mut());
+        }
+        self.cholesky.whiten_transposed_each(vectors);
     }
 
     /// `v ← P·v`.
@@ -126,7 +135,7 @@ mod tests {
         let along = 1e-6 * dot(&slope, &x);
         let mut image: Vec<f64> = x.iter().zip(&slope).map(|(x, d)| 1e-4 * x + along * d).collect();
         weight.whiten(&mut image);
-        weight.whiten_transposed(&mut image);
+        weight.whiten_transposed_each(&mut [&mut image]);
         for (found, expected) in image.iter().zip(&x) {
             assert_relative_eq!(found, expected, epsilon = 1e-9);
         }
