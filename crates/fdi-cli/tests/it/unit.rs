@@ -334,6 +334,12 @@ fn bad_units_are_refused_in_one_line() {
     let named = ["diagnose", "--unit", "A-7.fdi-unit", "--id-from", "{id}_{date}", &other];
     let told = refusal(&folder, &named);
     assert!(told.contains("the recording is of actuator `B-1`, `A-7.fdi-unit` of `A-7`"), "{told}");
+    // of another test
+    let planned = ["simulate", "--command", "planned", "--noise-a", "0.02", "-o", "planned.csv"];
+    assert!(output(folder.path(), &planned).status.success());
+    let told = refusal(&folder, &["diagnose", "--unit", "A-7.fdi-unit", "planned.csv"]);
+    let expected = "learnt from recordings of `chirp` on `ema-48`, and the bundle is of `planned`";
+    assert!(told.contains(expected), "{told}");
     let mixed = ["unit", "learn", "--id-from", "{id}_{date}", "-o", "mixed.fdi-unit"];
     let told = refusal(&folder, &[&mixed[..], &["A-7_2026-11-02.csv", &other]].concat());
     let expected = "error: B-1_2027-11-02.csv: is of actuator `B-1`, expected `A-7`\n";

@@ -65,15 +65,33 @@ pub struct LearntUnit {
 
 /// A unit that was learnt with another bundle than the one it is used with.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the unit was learnt with another bundle than this one of `{model}` and `{command}`: learn it \
-     again from its recordings"
-)]
+#[error("{}", self.message())]
 pub struct OtherBundle {
     /// Model of the bundle.
     pub model: String,
     /// Command of the bundle.
     pub command: String,
+    /// Model that the unit was learnt with.
+    pub unit_model: String,
+    /// Command that the unit was learnt with.
+    pub unit_command: String,
+}
+
+impl OtherBundle {
+    fn message(&self) -> String {
+        let Self { model, command, unit_model, unit_command } = self;
+        if (model, command) == (unit_model, unit_command) {
+            return format!(
+                "the unit was learnt with another bundle than this one of `{model}` and \
+                 `{command}`: learn it again from its recordings"
+            );
+        }
+        format!(
+            "the unit was learnt from recordings of `{unit_command}` on `{unit_model}`, and the \
+             bundle is of `{command}` on `{model}`: give the unit that was learnt from this test, \
+             or learn one (`fdi unit learn`)"
+        )
+    }
 }
 
 impl LearntUnit {
@@ -163,9 +181,12 @@ impl LearntUnit {
         if self.basis == basis(bundle, quantities) {
             return Ok(());
         }
-        let (model, command) =
-            (bundle.experiment.model_name.clone(), bundle.experiment.name.clone());
-        Err(OtherBundle { model, command })
+        Err(OtherBundle {
+            model: bundle.experiment.model_name.clone(),
+            command: bundle.experiment.name.clone(),
+            unit_model: self.model_name.clone(),
+            unit_command: self.command.clone(),
+        })
     }
 }
 
