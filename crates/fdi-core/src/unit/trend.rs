@@ -69,3 +69,24 @@ pub(crate) fn trend(
     let coefficients = coefficients.into_iter().enumerate().map(shrunk).collect();
     Ok((coefficients, residuals))
 }
+
+/// [`trend`] of differences that are numbers of several units: the slopes of each number are shrunk by
+/// its own noise.
+pub(crate) fn trend_of_numbers(
+    terms: &[Vec<f64>],
+    differences: &[Vec<f64>],
+) -> Result<(Rows, Rows), ErrorModelError> {
+    let mut coefficients: Rows = vec![Vec::new(); terms.first().map_or(1, Vec::len)];
+    let mut residuals: Rows = vec![Vec::new(); differences.len()];
+    for number in 0..differences.first().map_or(0, Vec::len) {
+        let own: Rows = differences.iter().map(|difference| vec![difference[number]]).collect();
+        let (of_terms, of_units) = trend(terms, &own)?;
+        for (all, own) in coefficients.iter_mut().zip(of_terms) {
+            all.extend(own);
+        }
+        for (all, own) in residuals.iter_mut().zip(of_units) {
+            all.extend(own);
+        }
+    }
+    Ok((coefficients, residuals))
+}

@@ -43,7 +43,7 @@ use crate::{
     unit::{
         evidence::InCommon,
         quantities::{UnitMachine, VoltageNumbers},
-        trend::{FARTHEST, LEAST_MACHINES, Rows, trend},
+        trend::{FARTHEST, LEAST_MACHINES, Rows, trend_of_numbers},
     },
 };
 
@@ -406,7 +406,7 @@ impl VoltageError {
         };
         let terms =
             of_current.iter().zip(&fits).map(|(of_current, fit)| learnt.terms(of_current, fit));
-        let (coefficients, residuals) = trend(&terms.collect::<Vec<_>>(), &differences)?;
+        let (coefficients, residuals) = trend_of_numbers(&terms.collect::<Vec<_>>(), &differences)?;
         learnt.coefficients = coefficients;
         let (wide, narrow): (Vec<_>, Vec<_>) =
             residuals.iter().zip(is_wide).partition(|(_, is_wide)| **is_wide);
