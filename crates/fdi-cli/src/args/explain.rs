@@ -85,7 +85,7 @@ pub struct CalibrateArgs {
 /// Test that a plan is compared with where none is named.
 pub(crate) const DEFAULT_BEFORE: &str = "chirp";
 
-/// Options beside which no recordings are needed, or asked for.
+/// Options of a plan: beside any of them `--train` is not asked for.
 const OF_A_PLAN: [&str; 10] = [
     "faults",
     "within",
@@ -166,7 +166,7 @@ fn fault(text: &str) -> Result<FaultId, String> {
 /// Longest test that is planned, s: nobody waits longer for a bench.
 const LONGEST_TEST_S: f64 = 600.0;
 
-/// Units of a time, with their seconds; those that end others come after them.
+/// Units of a time, with their seconds; `s` is last, since `ms` ends with it.
 const TIME_UNITS: [(&str, f64); 3] = [("ms", 1e-3), ("min", 60.0), ("s", 1.0)];
 
 /// The time of a test, with or without its unit.

@@ -246,7 +246,7 @@ impl Learnt {
     }
 
     /// Slopes of the nominal machine's signal in its quantities, by differences over their spread
-    /// between the machines of a learnt error.
+    /// between the machines of a learnt error: the one of the start angle, which is the key.
     pub(crate) fn nominal_slopes(
         &self,
         error: &UnitError,

@@ -96,7 +96,7 @@ impl VoltageRun<'_> {
         self.motion.current_a.len()
     }
 
-    /// Parts of the voltage at some samples from one on, V; behind the last sample it is repeated.
+    /// Parts of the voltage at the samples from one on, V; places beyond the last sample repeat it.
     #[inline(always)]
     fn parts(&self, begin: usize) -> [Samples; PARTS] {
         let Self { motion, machine, experiment } = *self;
