@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Arg, Args};
 use fdi_core::{ema_sim::FaultId, report::Prediction};
 
 use super::{MapArgs, ReportArgs, finite, positive, published};
@@ -85,7 +85,7 @@ pub struct CalibrateArgs {
 /// Test that a plan is compared with where none is named.
 pub(crate) const DEFAULT_BEFORE: &str = "chirp";
 
-/// Options of a plan: beside any of them `--train` is not asked for.
+/// Options of a plan: beside any of them `--train` is not asked for, nor taken.
 const OF_A_PLAN: [&str; 10] = [
     "faults",
     "within",
@@ -115,44 +115,37 @@ pub struct PlanArgs {
     )]
     pub faults: Option<Vec<FaultId>>,
     /// Longest that the test may last: `10s`, `500ms`
-    #[arg(long, value_name = "TIME", value_parser = test_time, default_value = "10s", requires = "faults", conflicts_with = "train")]
+    #[arg(long, value_name = "TIME", value_parser = test_time, default_value = "10s")]
     pub within: f64,
     /// Recordings of the machine as new, each of another day, that there will be of the test
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 4,
-        requires = "faults",
-        conflicts_with = "train"
-    )]
+    #[arg(long, value_name = "N", default_value_t = 4)]
     pub references: usize,
     /// Plan for a test in which the winding's temperature is read, with this standard deviation, K;
     /// without it, expectations are told for 3 K too
-    #[arg(long, value_name = "K", value_parser = positive, requires = "faults", conflicts_with = "train")]
+    #[arg(long, value_name = "K", value_parser = positive)]
     pub reading_std_k: Option<f64>,
     /// Plan for a test in which the motor's voltage is recorded
-    #[arg(long, requires = "faults", conflicts_with = "train")]
+    #[arg(long)]
     pub motor_voltage: bool,
     /// Constant load on the surface, N·m, positive against positive motion
     #[arg(
         long,
         value_name = "X",
         default_value_t = 0.0,
-        value_parser = finite,
-        requires = "faults", conflicts_with = "train"
+        value_parser = finite
     )]
     pub load_n_m: f64,
     /// Travel to either side [default: half of the way to a stop]
-    #[arg(long, value_name = "RAD", value_parser = positive, requires = "faults", conflicts_with = "train")]
+    #[arg(long, value_name = "RAD", value_parser = positive)]
     pub most_travel_rad: Option<f64>,
     /// Speed of the rotor [default: three quarters of the drive's limit]
-    #[arg(long, value_name = "RAD/S", value_parser = positive, requires = "faults", conflicts_with = "train")]
+    #[arg(long, value_name = "RAD/S", value_parser = positive)]
     pub most_speed_rad_per_s: Option<f64>,
     /// Current [default: half of the drive's limit]
-    #[arg(long, value_name = "A", value_parser = positive, requires = "faults", conflicts_with = "train")]
+    #[arg(long, value_name = "A", value_parser = positive)]
     pub most_current_a: Option<f64>,
     /// Test to compare with: `chirp`, `sine`, `planned` or a recording with the column `command_rad`
-    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BEFORE, requires = "faults", conflicts_with = "train")]
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BEFORE)]
     pub before: String,
 }
 
@@ -182,13 +175,26 @@ fn test_time(text: &str) -> Result<f64, String> {
         })
 }
 
+/// An option of `fdi propose`; one of a plan goes with `--faults` alone.
+fn for_faults(option: Arg) -> Arg {
+    let id = option.get_id().as_str();
+    if id != "faults" && OF_A_PLAN.contains(&id) {
+        option.requires("faults").conflicts_with("train")
+    } else {
+        option
+    }
+}
+
 /// Options of `fdi propose`.
 ///
 /// A command stays within the travel of the recordings, asks for no more than half of the
 /// controller's limit of speed, or the fastest pace recorded where that is more or no limit is
 /// known, and needs no more than half of its limit of current.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("train", |train| train.required(false).required_unless_present_any(OF_A_PLAN)))]
+#[command(
+    mut_arg("train", |train| train.required(false).required_unless_present_any(OF_A_PLAN)),
+    mut_args(for_faults)
+)]
 pub struct ProposeArgs {
     /// Model that is compared with the recordings: `ema-48`, `bench` or a model file
     #[arg(long, value_name = "MODEL", default_value = "ema-48")]
