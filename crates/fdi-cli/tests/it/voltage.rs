@@ -61,6 +61,34 @@ fn references_and_recording_with_voltage_tell_a_small_short() {
     assert!((with.faults[3].value.unwrap() - 0.01).abs() < 3.0 * std_of(&with, FaultId::K4));
 }
 
+/// The load changes the current and with it the voltage: neither looks like a short, nor hides one.
+#[test]
+fn a_voltage_under_another_load_than_the_references_is_no_short() {
+    let folder = TempDir::new().unwrap();
+    let mut options = Vec::new();
+    for seed in ["1", "2", "3", "4"] {
+        let name = format!("ref-{seed}.csv");
+        simulated(&folder, &name, seed, &["--motor-voltage"]);
+        options.extend(["--reference".to_owned(), name]);
+    }
+    let later = [("0", "k3=0"), ("0", "k3=0.01"), ("1", "k3=0"), ("1", "k3=0.01")];
+    for (place, (load, faults)) in later.into_iter().enumerate() {
+        for seed in 3..6 {
+            let name = format!("later-{place}-{seed}.csv");
+            let extra = ["--motor-voltage", "--load-n-m", load, "--faults", faults];
+            simulated(&folder, &name, &(100 + seed).to_string(), &extra);
+            options.push(name);
+        }
+    }
+    let options: Vec<&str> = options.iter().map(String::as_str).collect();
+    let records = diagnosed(&folder, &options);
+    for (record, (load, faults)) in records.iter().zip(later.iter().flat_map(|case| [case; 3])) {
+        assert_eq!(record.notice(NoticeCode::VoltageUnused), None);
+        let is_short = record.faults[2].detected == Some(true);
+        assert_eq!(is_short, *faults != "k3=0", "{load} N·m: {:?}", record.faults[2]);
+    }
+}
+
 #[test]
 fn a_report_shows_how_well_each_fault_is_told() {
     let folder = TempDir::new().unwrap();

@@ -37,6 +37,13 @@ impl OtherLoad {
         is_other.then(|| Self { load_n_m, difference_a: vec![0.0; experiment.samples()] })
     }
 
+    /// The test under the load that is stated.
+    pub(crate) fn test(&self, experiment: &Experiment) -> Experiment {
+        let mut loaded = experiment.clone();
+        loaded.scenario.load_n_m = self.load_n_m;
+        loaded
+    }
+
     /// Change of the signal of a machine with some damage by the difference of the loads, A.
     pub(crate) fn shown(
         &self,
@@ -66,9 +73,7 @@ impl OtherLoad {
         experiment: &Experiment,
         signal_a: impl Fn(&Experiment) -> Result<Vec<f64>, SimulationError>,
     ) -> Result<Vec<f64>, SimulationError> {
-        let mut loaded = experiment.clone();
-        loaded.scenario.load_n_m = self.load_n_m;
-        let mut difference_a = signal_a(&loaded)?;
+        let mut difference_a = signal_a(&self.test(experiment))?;
         for (value, expected) in difference_a.iter_mut().zip(signal_a(experiment)?) {
             *value -= expected;
         }

@@ -96,10 +96,14 @@ impl Run<'_> {
         let Some(learnt) = &error.voltage else {
             return because("the bundle has not learnt the voltage of its machine");
         };
-        let experiment = self.experiment();
-        let monitor = UnitMonitor::new(experiment, quantities, start_angle_rad);
-        let at = quantities.at(&fit.point);
-        let (motion, machine) = monitor.run(&at).map_err(UnitSearchError::from)?;
+        // a load changes the current, which the signal is rid of, and with it the voltage, which is not
+        let loaded = self.observation.other_load.as_ref().map(|load| load.test(self.experiment()));
+        let experiment = loaded.as_ref().unwrap_or(self.experiment());
+        let under_load = loaded.as_ref().map(Quantities::new);
+        let under_load = under_load.as_ref().unwrap_or(quantities);
+        let monitor = UnitMonitor::new(experiment, under_load, start_angle_rad);
+        let (at, at_load) = (quantities.at(&fit.point), under_load.at(&fit.point));
+        let (motion, machine) = monitor.run(&at_load).map_err(UnitSearchError::from)?;
         let run = VoltageRun { motion: &motion, machine: &machine, experiment };
         let parts = run.filtered(|channels| monitor.filtered_each(channels));
         let shown = parts.fit(voltage_v).filter(|shown| shown.left_v <= learnt.most_left_v());
@@ -124,7 +128,7 @@ impl Run<'_> {
         let mut changes_v = Vec::new();
         // more at once would need more room than their lanes
         for places in places.chunks(PLACES_AT_ONCE) {
-            let changes = slopes_of(&at, places.iter().copied(), &error.spread, voltages);
+            let changes = slopes_of(&at_load, places.iter().copied(), &error.spread, voltages);
             changes_v.extend(changes.map_err(UnitSearchError::from)?);
         }
         let mut slopes = parts.found_by(&shown, &changes_v);
