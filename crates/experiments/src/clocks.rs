@@ -10,7 +10,7 @@ use fdi_core::{
     Bundle, ClockNote, ColumnMap, Condition, DiagnoseOptions, Diagnoser, Experiment, Gaps, Purpose,
     Recording, RootSeed, ToleranceUse,
     ema_sim::{Imperfections, PhysicalFaults},
-    in_parallel,
+    in_parallel, timed_by_command,
 };
 
 use crate::{
@@ -51,6 +51,22 @@ pub enum ClockFault {
     /// Samples are taken by a clock of the logger that is off by so many parts in a million, and
     /// stamped as if it were not.
     SamplesOff(f64),
+    /// As so off, with the command recorded.
+    SamplesOffByCommand(f64),
+    /// Samples at random places are not in the file, whose stamps count its rows; the command is recorded.
+    CountedLost([usize; 2]),
+    /// Rows stand twice in a file whose stamps count its rows; the command is recorded.
+    CountedDoubled([usize; 2]),
+}
+
+impl ClockFault {
+    /// True where the command is recorded.
+    fn has_command(self) -> bool {
+        matches!(
+            self,
+            Self::SamplesOffByCommand(_) | Self::CountedLost(_) | Self::CountedDoubled(_)
+        )
+    }
 }
 
 /// Recordings with wrong times to score.
@@ -100,7 +116,8 @@ pub fn evaluate_clocks(request: &ClocksRequest<'_>) -> Result<Vec<ClocksScore>, 
         let log = Log::drawn(kinds[place], experiment, &mut Chance::new(seed));
         let text = log.written(experiment, condition, seed)?;
         let recording = Recording::parse("r.csv", text.as_bytes(), &map).ok();
-        let is_counted = recording.as_ref().map(|one| log.is_told_by(one.clock_notes()));
+        let timed = recording.as_ref().and_then(|one| timed_by_command(one, experiment).ok());
+        let is_counted = timed.map(|one| log.is_told_by(one.clock_notes()));
         let answer = recording.and_then(|one| diagnoser.diagnose(&one, &options).ok());
         Ok::<_, EvaluationError>((Answered { truth: condition.levels, answer }, is_counted))
     };
@@ -132,6 +149,7 @@ struct Log {
     lost: usize,
     doubled: usize,
     late: usize,
+    has_command: bool,
 }
 
 impl Log {
@@ -139,7 +157,7 @@ impl Log {
     fn drawn(fault: ClockFault, experiment: &Experiment, chance: &mut Chance) -> Self {
         let rate_hz = experiment.actuator.controller.sample_hz;
         let samples = (experiment.scenario.duration_s * rate_hz).round() as usize;
-        let mut log = Self::even(samples, rate_hz);
+        let mut log = Self { has_command: fault.has_command(), ..Self::even(samples, rate_hz) };
         let among = |chance: &mut Chance, [least, most]: [usize; 2]| chance.whole(least..=most);
         match fault {
             ClockFault::Even => {}
@@ -150,12 +168,7 @@ impl Log {
                 log.rows.drain(first..first + lost);
                 log.lost = lost;
             }
-            ClockFault::Doubled(range) => {
-                log.doubled = among(chance, range);
-                for at in apart(log.doubled, samples, chance).into_iter().rev() {
-                    log.rows.insert(at, log.rows[at].clone());
-                }
-            }
+            ClockFault::Doubled(range) => log.double(among(chance, range), chance),
             ClockFault::Swapped(range) => {
                 log.late = among(chance, range);
                 for at in apart(log.late, samples, chance) {
@@ -188,7 +201,15 @@ impl Log {
                 let factor = 1.0 + 1e-6 * ppm * sign(chance);
                 log.stamp(9, |instant_s| factor * instant_s);
             }
-            ClockFault::SamplesOff(ppm) => {
+            ClockFault::CountedLost(range) => {
+                log.lose(among(chance, range), chance);
+                log.count(rate_hz);
+            }
+            ClockFault::CountedDoubled(range) => {
+                log.double(among(chance, range), chance);
+                log.count(rate_hz);
+            }
+            ClockFault::SamplesOff(ppm) | ClockFault::SamplesOffByCommand(ppm) => {
                 let factor = 1.0 + 1e-6 * ppm * sign(chance);
                 let last_s = (samples - 1) as f64 / rate_hz;
                 // the stamps stay those of the even clock
@@ -202,7 +223,8 @@ impl Log {
     /// Samples and stamps of an even clock.
     fn even(samples: usize, rate_hz: f64) -> Self {
         let instants_s = (0..samples).map(|n| n as f64 / rate_hz).collect();
-        let mut log = Self { instants_s, rows: Vec::new(), lost: 0, doubled: 0, late: 0 };
+        let mut log =
+            Self { instants_s, rows: Vec::new(), lost: 0, doubled: 0, late: 0, has_command: false };
         log.stamp(4, |instant_s| instant_s);
         log
     }
@@ -226,6 +248,21 @@ impl Log {
         }
         self.instants_s.sort_by(f64::total_cmp);
         self.stamp(9, |instant_s| instant_s);
+    }
+
+    /// Stamps each row by its number.
+    fn count(&mut self, rate_hz: f64) {
+        for (n, (_, stamp)) in self.rows.iter_mut().enumerate() {
+            *stamp = format!("{:.4}", n as f64 / rate_hz);
+        }
+    }
+
+    /// Writes rows, none of them near another, twice.
+    fn double(&mut self, count: usize, chance: &mut Chance) {
+        self.doubled = count;
+        for at in apart(count, self.rows.len(), chance).into_iter().rev() {
+            self.rows.insert(at, self.rows[at].clone());
+        }
     }
 
     /// Leaves out rows between the first and the last.
@@ -257,14 +294,20 @@ impl Log {
         let (_, logged) = model.simulate_logged(&faults, &self.instants_s)?;
         let [a, b, c] = &logged.phase_currents_a;
         let [a, b, c] = SENSORS.measure([a, b, c], sensor_seed);
-        let mut text = format!(
-            "# command = \"{}\"\n\
-             time_s,phase_a_current_a,phase_b_current_a,phase_c_current_a,motor_angle_rad\n",
-            experiment.name
-        );
+        let head = "time_s,phase_a_current_a,phase_b_current_a,phase_c_current_a,motor_angle_rad";
+        let mut text = if self.has_command {
+            format!("{head},command_rad\n")
+        } else {
+            format!("# command = \"{}\"\n{head}\n", experiment.name)
+        };
         for (n, stamp) in &self.rows {
             let angle_rad = logged.motor_angle_rad[*n];
-            let _ = writeln!(text, "{stamp},{:.6},{:.6},{:.6},{angle_rad:.6}", a[*n], b[*n], c[*n]);
+            let _ = write!(text, "{stamp},{:.6},{:.6},{:.6},{angle_rad:.6}", a[*n], b[*n], c[*n]);
+            if self.has_command {
+                let command_rad = experiment.scenario.command.at(self.instants_s[*n]);
+                let _ = write!(text, ",{command_rad:.7}");
+            }
+            text.push('\n');
         }
         Ok(text)
     }

@@ -12,6 +12,7 @@ use crate::{
     },
     online::{
         cache::ErrorId,
+        command_clock::timed_by_command,
         command_start::CommandStart,
         commutation::Commutation,
         error::DiagnoseError,
@@ -60,6 +61,16 @@ impl Begun {
     /// True where the command begins so much later or earlier that the answer may change.
     fn is_late(&self) -> bool {
         self.late_s.is_some_and(|(late_s, std_s)| late_s.abs() > START_TOLERANCE * std_s)
+    }
+
+    /// Of two answers to a recording the one that leaves less of it unexplained, with the evaluations of
+    /// both.
+    fn or_nearer(self, other: Self) -> Self {
+        let spent = self.answer.evaluations + other.answer.evaluations;
+        let left = |begun: &Self| begun.answer.fit.rms_a / begun.answer.fit.noise_floor_a;
+        let mut nearer = if left(&other) < left(&self) { other } else { self };
+        nearer.answer.evaluations = spent;
+        nearer
     }
 
     /// The answer to a recording, on which so many evaluations were spent before.
@@ -180,6 +191,8 @@ impl Diagnoser {
         watch: &Watch<'_>,
     ) -> Result<Answered, DiagnoseError> {
         let experiment = &self.bundle().experiment;
+        let timed = timed_by_command(recording, experiment).map_err(ObservationError::from)?;
+        let recording = timed.as_ref();
         let mut start = CommandStart::of(recording, experiment);
         let mut spent = 0;
         for _ in 1..START_ROUNDS {
@@ -210,10 +223,15 @@ impl Diagnoser {
         let std_s = observation.start_std_s();
         let plan = Plan::of(options, experiment)?.with_start(std_s, moves_start, experiment)?;
         let mut notices = std::mem::take(&mut observation.notices);
-        let mut begun = match observation.commutation.take() {
-            Some(seen) => self.with_commutation(&mut observation, &seen, &plan, watch)?,
-            None => self.with_corrections(&mut observation, &plan, watch)?,
+        let seen = observation.commutation.take();
+        let answered = |observation: &mut Observation| match &seen {
+            Some(seen) => self.with_commutation(observation, seen, &plan, watch),
+            None => self.with_corrections(observation, &plan, watch),
         };
+        let mut begun = answered(&mut observation)?;
+        if let Some(mut in_step) = observation.as_in_step() {
+            begun = begun.or_nearer(answered(&mut in_step)?);
+        }
         if let (Some(start), Some((_, std_s))) = (start, begun.late_s) {
             let seen = start.known_to(std_s).notice(recording);
             notices.retain(|notice| notice.code != seen.code);

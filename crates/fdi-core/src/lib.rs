@@ -66,6 +66,7 @@ pub use offline::error_model::{CovarianceShape, ErrorModel, ErrorModelError, Tre
 pub use offline::joined_datasets::{ExperimentDifference, JoinedDatasets};
 pub use offline::mode_figure::mode_figure_svg;
 pub use offline::store;
+pub use online::command_clock::timed_by_command;
 pub use online::emulator::{Emulated, Emulator};
 pub use online::error_bounds::{ErrorBound, ErrorBounds};
 pub use online::fitting::fitting_experiment;

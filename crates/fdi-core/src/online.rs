@@ -3,6 +3,7 @@
 pub(crate) mod answer;
 pub(crate) mod beginning;
 pub(crate) mod cache;
+pub(crate) mod command_clock;
 pub(crate) mod command_start;
 pub(crate) mod commutation;
 pub(crate) mod corrections;

@@ -99,8 +99,8 @@ impl Channel {
         }
     }
 
-    /// Puts as many increasing times in place of its own.
-    pub(super) fn take_times(&mut self, times_s: SharedNumbers) {
+    /// Puts as many increasing times in place of its own, which are exact or rounded as its own were.
+    pub(super) fn take_times(&mut self, times_s: SharedNumbers, are_exact: bool) {
         debug_assert_eq!(times_s.len(), self.values.len());
         if let Some(taken_s) = &self.taken_s {
             let [own, other] = [&self.times_s, &times_s].map(|all| (all[0], all[all.len() - 1]));
@@ -109,6 +109,9 @@ impl Channel {
             self.taken_s = Some(moved.collect());
         }
         self.times_s = times_s;
+        if are_exact {
+            self.time_quantum_s = 0.0;
+        }
     }
 
     /// The samples from a time on; `None` where there are none.

@@ -377,6 +377,29 @@ pub enum RecordError {
         /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the channel.
         can_be_bridged: bool,
     },
+    /// Times are even, and the recorded command is not that of its test at these times.
+    #[error(
+        "{}the times are even, but `command_rad` shows {} after {after_s} s{}",
+        at(*line),
+        lost_and_doubled(*lost, *doubled),
+        if *can_be_bridged {
+            " (`--gaps bridge` fills what is lost and drops what is twice)"
+        } else {
+            "; more than 8 in a row are not filled"
+        }
+    )]
+    CommandShowsGap {
+        /// Line after that of the last row that is in order, in a file that is text.
+        line: Option<u64>,
+        /// Samples that are lost.
+        lost: usize,
+        /// Rows that are twice in the file.
+        doubled: usize,
+        /// Time of the last row that is in order, s.
+        after_s: f64,
+        /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the recording.
+        can_be_bridged: bool,
+    },
     /// A row has no time.
     #[error("line {line}, column `{column}`: expected a time, found an empty cell")]
     MissingTime {
@@ -690,6 +713,16 @@ fn seen_note(column: &str, found: &[String], is_more: bool) -> String {
         return ", though there are rows with each".to_owned();
     }
     format!("; values of `{column}`: {}{}", list(found), if is_more { " and more" } else { "" })
+}
+
+/// How many samples a command shows to lack or to be twice, and where the first stands.
+fn lost_and_doubled(lost: usize, doubled: usize) -> String {
+    let count = |count: usize, what: &str| {
+        (count > 0).then(|| format!("{count} {}{what}", if count == 1 { "row" } else { "rows" }))
+    };
+    let all: Vec<String> =
+        [count(lost, " lost"), count(doubled, " too many")].into_iter().flatten().collect();
+    format!("{}, the first", all.join(" and "))
 }
 
 fn order_note(can_be_bridged: bool, begins_again: bool, rows_before: Option<&str>) -> String {

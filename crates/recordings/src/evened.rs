@@ -42,6 +42,8 @@ pub struct ClockNote {
     pub jitter_s: f64,
     /// Rate that times are taken at in place of that of the stamps.
     pub taken: Option<TakenRate>,
+    /// True where the recorded command shows what lacks or is twice, and the stamps do not.
+    pub is_by_command: bool,
 }
 
 /// Rate that the times of a recording are taken at in place of that of its stamps.
@@ -51,11 +53,14 @@ pub enum TakenRate {
     Stated(f64),
     /// The round number that is near that of the stamps, Hz.
     Round(f64),
+    /// The one at which the recorded command is that of the test, Hz.
+    Command(f64),
 }
 
 impl TakenRate {
-    pub(crate) fn hz(self) -> f64 {
-        let (Self::Stated(rate_hz) | Self::Round(rate_hz)) = self;
+    /// The rate, Hz.
+    pub fn hz(self) -> f64 {
+        let (Self::Stated(rate_hz) | Self::Round(rate_hz) | Self::Command(rate_hz)) = self;
         rate_hz
     }
 }
@@ -71,6 +76,7 @@ impl ClockNote {
             late: 0,
             jitter_s: 0.0,
             taken: Some(taken),
+            is_by_command: false,
         }
     }
 }
@@ -90,8 +96,17 @@ impl fmt::Display for ClockNote {
         if self.late > 0 {
             write!(f, "; {} {} out of order", self.late, samples(self.late))?;
         }
+        if self.is_by_command {
+            write!(f, ", as `command_rad` shows")?;
+        }
         match self.taken {
             None => {}
+            Some(TakenRate::Command(command_hz)) => write!(
+                f,
+                " by its stamps, {:.0} ppm off that of the command by `command_rad`, and times are at \
+                 {command_hz:.3} Hz",
+                1e6 * (self.rate_hz / command_hz - 1.0).abs()
+            )?,
             Some(TakenRate::Stated(stated_hz)) => write!(
                 f,
                 " by its stamps; the file states {stated_hz} Hz, and times are at that rate"
@@ -323,6 +338,7 @@ impl Evener {
             late: clock.late,
             jitter_s: if clock.is_jittered { clock.error_s } else { 0.0 },
             taken: None,
+            is_by_command: false,
         });
     }
 }
@@ -373,6 +389,13 @@ fn on_clock(
     let on = Nodes { at: &at, values: &kept }.on_places(last, between);
     let error = on.error.hypot(misplacement_error(clock, &kept));
     (on.values.into(), error)
+}
+
+/// A channel with its rows at the places of a clock.
+pub(crate) fn at_places(channel: &Channel, clock: &Clock, placed_s: &SharedNumbers) -> Channel {
+    let (values, error) = on_clock(channel.name(), clock, channel.times_s(), channel.values());
+    let error = error.hypot(channel.resampling_error());
+    Channel::resampled(channel.name(), placed_s.clone(), values, error, None)
 }
 
 /// Angles within one turn, whose jumps by a turn are none of the shaft; others as they are.

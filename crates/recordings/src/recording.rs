@@ -1,8 +1,8 @@
 //! One recording and the checks on it.
 
 use crate::{
-    Channel, ChannelName, ClockNote, Dialect, Metadata, OtherColumn, RecordError, SharedNumbers,
-    StatedUnit, TakenRate, evened::Lacking, lines::Lines,
+    Channel, ChannelName, ClockNote, Dialect, Gaps, Metadata, OtherColumn, RecordError, Sampling,
+    SharedNumbers, StatedUnit, TakenRate, evened::Lacking, lines::Lines,
 };
 
 /// Largest number that a channel may hold, in its SI unit: a shaft that turns at 10 000 rad/s
@@ -33,6 +33,8 @@ pub struct Recording {
     pub(crate) clock_notes: Vec<ClockNote>,
     pub(crate) dialect: Option<Dialect>,
     pub(crate) computed_phase: Option<ChannelName>,
+    /// How samples that lack are treated, for what is only found out later.
+    pub(crate) gaps: Gaps,
 }
 
 /// The current that a recording offers for diagnosis.
@@ -82,6 +84,7 @@ impl Recording {
             clock_notes: Vec::new(),
             dialect: None,
             computed_phase: None,
+            gaps: Gaps::Refuse,
         })
     }
 
@@ -240,30 +243,40 @@ impl Recording {
             return Err(RecordError::RateContradiction { stated_hz, found_hz, channel });
         }
         let is_near = match taken {
-            TakenRate::Stated(_) => true,
+            TakenRate::Stated(_) | TakenRate::Command(_) => true,
             TakenRate::Round(_) => (found_hz / taken_hz - 1.0).abs() <= ROUND_WITHIN,
         };
         let is_off = (found_hz - taken_hz).abs() > sampling.rate_tolerance_hz;
-        if is_near && is_off && self.require_no_gap(channel).is_ok() {
+        // of two rates that the stamps allow, the stated one is right, and the rounder one was found
+        let is_finer = found_hz != taken_hz && matches!(taken, TakenRate::Stated(_));
+        if is_near && (is_off || is_finer) && self.require_no_gap(channel).is_ok() {
             let (name, start_s) = (channel.name(), channel.times_s()[0]);
             self.stretch_times(start_s, found_hz / taken_hz);
-            self.clock_notes.push(ClockNote::of_rate(name, found_hz, taken));
+            if is_off {
+                self.clock_notes.push(ClockNote::of_rate(name, found_hz, taken));
+            }
         }
         Ok(())
     }
 
-    /// Multiplies the times after a start.
-    fn stretch_times(&mut self, start_s: f64, by: f64) {
+    /// Multiplies the times after a start. Those of even samples lose the rounding of their stamps.
+    pub(crate) fn stretch_times(&mut self, start_s: f64, by: f64) {
         let mut made: Vec<(SharedNumbers, SharedNumbers)> = Vec::new();
         for channel in &mut self.channels {
             let own_s = channel.shared_times_s();
+            let even = channel.sampling().ok().filter(Sampling::is_uniform);
+            let later_s = |time_s: f64| start_s + (time_s - start_s) * by;
             let shared = made.iter().find(|(from, _)| from.as_ptr() == own_s.as_ptr());
-            let times_s = shared.map_or_else(
-                || own_s.iter().map(|time_s| start_s + (time_s - start_s) * by).collect(),
-                |(_, stretched)| SharedNumbers::clone(stretched),
-            );
+            let times_s = match (shared, &even) {
+                (Some((_, stretched)), _) => SharedNumbers::clone(stretched),
+                (None, Some(even)) => {
+                    let (first_s, period_s) = (later_s(own_s[0]), by / even.rate_hz);
+                    (0..own_s.len()).map(|n| first_s + n as f64 * period_s).collect()
+                }
+                (None, None) => own_s.iter().copied().map(later_s).collect(),
+            };
             made.push((own_s, times_s.clone()));
-            channel.take_times(times_s);
+            channel.take_times(times_s, even.is_some());
         }
     }
 }

@@ -63,6 +63,11 @@ impl CommandStart {
         }
     }
 
+    /// By the recording's clock, s.
+    pub(crate) fn at_s(&self) -> f64 {
+        self.at_s
+    }
+
     /// Time after the first sample of a recording, s.
     pub(crate) fn after_s(&self, recording: &Recording) -> f64 {
         let first_s = recording.channels().iter().map(|channel| channel.times_s()[0]);

@@ -27,7 +27,8 @@ impl Observation {
     ) -> Option<SamplingInstants> {
         let off_clock = phase.taken_s().map(|_| phase.clone());
         let instants = SamplingInstants { rate_hz: self.phase_rate_hz, late_s, off_clock };
-        let is_out = !instants.are_in_step(experiment.actuator.inverter.carrier_hz);
+        let carrier_hz = experiment.actuator.inverter.carrier_hz;
+        let is_out = !instants.are_in_step(carrier_hz, experiment.scenario.duration_s);
         (is_out && self.start_std_s() == 0.0).then_some(instants)
     }
 
@@ -36,21 +37,24 @@ impl Observation {
     pub(super) fn take_ripple_if_shown(
         &mut self,
         instants: SamplingInstants,
+        may_be_none: bool,
         experiment: &Experiment,
     ) -> Result<(), SimulationError> {
         let Some(angle_rad) = self.start_angle_rad else { return Ok(()) };
         let as_new = FaultCoordinates([0.0; FAULT_COUNT]);
         let shown = instants.shown(experiment, angle_rad, &as_new)?;
-        if let (Some(_), Some(envelope)) = (&instants.off_clock, &self.envelope) {
+        let resampling_error_a = self.resampling_error_a;
+        if let Some(envelope) = &self.envelope {
             let from_start = advanced(&envelope.samples_a, instants.late_s * envelope.rate_hz);
-            if !shown.is_in(&from_start) {
+            if instants.off_clock.is_some() && !shown.is_in(&from_start) {
                 return Ok(());
             }
             let left_a = self.left_of_ripple_a(shown.noise_beside_a(&from_start), experiment);
-            self.resampling_error_a = self.resampling_error_a.hypot(left_a);
+            self.resampling_error_a = resampling_error_a.hypot(left_a);
         }
         let ripple_a = vec![0.0; self.signal_a.len()];
-        self.ripple = Some(TakenRipple { instants, ripple_a });
+        let without = may_be_none.then_some(resampling_error_a);
+        self.ripple = Some(TakenRipple { instants, ripple_a, without });
         self.take_ripple(shown.ripple_a(experiment));
         Ok(())
     }
@@ -80,6 +84,15 @@ impl Observation {
         let shown = taken.instants.shown(experiment, angle_rad, damage)?;
         self.take_ripple(shown.ripple_a(experiment));
         Ok(())
+    }
+
+    /// The observation with its ripple as it was recorded, where it may be that of samples in step.
+    pub(crate) fn as_in_step(&self) -> Option<Self> {
+        let resampling_error_a = self.ripple.as_ref()?.without?;
+        let mut in_step = Self { resampling_error_a, ..self.clone() };
+        in_step.take_ripple(vec![0.0; self.signal_a.len()]);
+        in_step.ripple = None;
+        Some(in_step)
     }
 
     /// Takes ripple off the signal, in place of what was taken off before.

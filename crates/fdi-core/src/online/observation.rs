@@ -5,12 +5,13 @@ use std::borrow::Cow;
 
 use ema_sim::{Envelope, EnvelopeFilter, FAULT_COUNT, Sector};
 use recordings::{
-    Channel, ChannelName, ClockNote, CommandSource, Current, Recording, Sampling,
+    Channel, ChannelName, ClockNote, CommandSource, Current, Recording, Sampling, TakenRate,
     WINDING_TEMPERATURES_K,
 };
 
 use crate::{
     online::{
+        command_clock::timed_by_command,
         command_start::CommandStart,
         commutation::{Commutation, MOST_DEVIATION_RAD},
         motor_voltage::MotorVoltage,
@@ -116,6 +117,8 @@ const BEYOND_LIMIT: f64 = 10.0;
 /// Share of a sample by which the times of two phases may differ: lines through stamps that scatter
 /// by 0.4 samples, with and without a few of 100 or more.
 const SAME_TIME_SAMPLES: f64 = 0.02;
+/// Difference of two times that are one, as times are rounded, s.
+const SAME_INSTANT_S: f64 = 1e-9;
 /// Largest difference of a recorded command from the bundle's, as a share of its range.
 const COMMAND_TOLERANCE: f64 = 0.01;
 
@@ -127,6 +130,8 @@ impl Observation {
         experiment: &Experiment,
         max_delay_s: f64,
     ) -> Result<Self, ObservationError> {
+        let recording = timed_by_command(recording, experiment)?;
+        let recording = recording.as_ref();
         let start = CommandStart::of(recording, experiment);
         if let Some(start) = start.filter(|start| start.std_s() > 0.0) {
             return Err(ObservationError::StartUnknown { after_s: start.after_s(recording) });
@@ -176,7 +181,10 @@ impl Observation {
         if let Current::Phases([phase, ..]) = current
             && let Some(instants) = observation.out_of_step(phase, late_s, experiment)
         {
-            observation.take_ripple_if_shown(instants, experiment)?;
+            let is_by_command =
+                |note: &ClockNote| matches!(note.taken, Some(TakenRate::Command(_)));
+            let may_be_none = recording.clock_notes().iter().any(is_by_command);
+            observation.take_ripple_if_shown(instants, may_be_none, experiment)?;
         }
         observation.other_load = OtherLoad::of(recording, experiment);
         observation.take_load(experiment)?;
@@ -604,7 +612,7 @@ fn check_command(
     let (mut range, mut worst) = (0.0f64, (0.0f64, 0.0, 0.0, 0.0));
     for (&time_s, &found_rad) in channel.times_s().iter().zip(channel.values()) {
         let since_s = (time_s - start_s).max(0.0);
-        if since_s > experiment.scenario.duration_s {
+        if since_s >= experiment.scenario.duration_s - SAME_INSTANT_S {
             break;
         }
         let expected_rad = command(since_s);

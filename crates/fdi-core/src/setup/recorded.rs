@@ -5,8 +5,8 @@ use recordings::{Channel, ChannelName, Current, Recording};
 use super::test::range;
 use crate::{
     online::{
-        command_start::CommandStart, observation::Observation, phase_sum::PhaseSum,
-        wiring::MappedColumn,
+        command_clock::timed_by_command, command_start::CommandStart, observation::Observation,
+        observation_error::ObservationError, phase_sum::PhaseSum, wiring::MappedColumn,
     },
     report::{NoticeCode, SetupChoice, SetupRefusalCode},
     setup::error::SetupError,
@@ -57,8 +57,12 @@ impl Seen {
         healthy: &Healthy,
     ) -> Result<Self, SetupError> {
         let refused = |code, reason| Err(SetupError::refused(code, Some(recording), reason));
-        let start = CommandStart::of(recording, experiment);
-        let observation = match Observation::begun(recording, experiment, start, 0.0) {
+        let timed = timed_by_command(recording, experiment).map_err(ObservationError::from);
+        let observed = timed.and_then(|timed| {
+            let start = CommandStart::of(&timed, experiment);
+            Observation::begun(&timed, experiment, start, 0.0)
+        });
+        let observation = match observed {
             Ok(observation) => observation,
             Err(error) => {
                 let code = if error.is_too_short() {
@@ -101,7 +105,7 @@ impl Seen {
         Ok(Self {
             wiring: observation.wiring.map(|wiring| wiring.columns()).unwrap_or_default(),
             start_angle_rad: observation.start_angle_rad,
-            after_s: start.map_or(0.0, |start| start.after_s(recording)),
+            after_s: observation.start.map_or(0.0, |start| start.after_s(recording)),
             phase_rate_hz: observation.phase_rate_hz,
             noise_a: noise_a.unwrap_or(healthy.noise_a),
             phase_sum: observation.phase_sum,

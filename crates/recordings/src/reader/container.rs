@@ -264,6 +264,7 @@ pub(super) fn assemble_with(
         clock_notes: evener.into_notes(),
         dialect: None,
         computed_phase: None,
+        gaps: map.gaps(),
     };
     recording.complete_star();
     recording.settle_rate()?;

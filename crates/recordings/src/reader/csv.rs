@@ -91,6 +91,7 @@ pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recor
         clock_notes,
         dialect: (dialect != Dialect::default()).then_some(dialect),
         computed_phase: None,
+        gaps: map.gaps(),
     };
     recording.complete_star();
     recording.settle_rate()?;

@@ -6,8 +6,9 @@ use anyhow::{Context, Result};
 use experiments::{
     AnswersScore,
     ClockFault::{
-        self, Cumulated, Doubled, Even, Gap, Jittered, JitteredAndLost, Lost, Rounded,
-        RoundedAndLost, SamplesOff, StampsJittered, StampsOff, Swapped,
+        self, CountedDoubled, CountedLost, Cumulated, Doubled, Even, Gap, Jittered,
+        JitteredAndLost, Lost, Rounded, RoundedAndLost, SamplesOff, SamplesOffByCommand,
+        StampsJittered, StampsOff, Swapped,
     },
     ClocksRequest, ClocksScore, evaluate_clocks,
 };
@@ -34,7 +35,7 @@ const MOST_JITTERED_WIDTH: f64 = 2.0;
 /// Jitter from which the second bar holds, as a share of a sample.
 const MUCH_JITTER: f64 = 0.1;
 
-const FAULTS: [ClockFault; 14] = [
+const FAULTS: [ClockFault; 17] = [
     Lost([1, 50]),
     Doubled([1, 20]),
     Swapped([1, 20]),
@@ -49,6 +50,9 @@ const FAULTS: [ClockFault; 14] = [
     Cumulated,
     StampsOff(100.0),
     SamplesOff(100.0),
+    SamplesOffByCommand(100.0),
+    CountedLost([1, 20]),
+    CountedDoubled([1, 20]),
 ];
 
 /// Kinds of the quick figures.
@@ -129,7 +133,9 @@ fn most_width(fault: &ClockFault) -> f64 {
 /// Recordings whose samples are counted wrong, with the bar where samples are lost.
 fn counted(fault: &ClockFault, miscounted: usize) -> String {
     match fault {
-        Lost(_) | Gap(_) | JitteredAndLost(..) => format!("{miscounted} {}", met(miscounted == 0)),
+        Lost(_) | Gap(_) | JitteredAndLost(..) | CountedLost(_) => {
+            format!("{miscounted} {}", met(miscounted == 0))
+        }
         _ => miscounted.to_string(),
     }
 }
@@ -153,6 +159,15 @@ fn name(fault: &ClockFault) -> String {
         Cumulated => "stamps that are sums of steps".to_owned(),
         StampsOff(ppm) => format!("stamps of even samples {ppm} ppm off"),
         SamplesOff(ppm) => format!("samples {ppm} ppm off, stamps even"),
+        SamplesOffByCommand(ppm) => {
+            format!("samples {ppm} ppm off, stamps even, the command recorded")
+        }
+        CountedLost(lost) => {
+            format!("{} samples lost, stamps count rows, the command recorded", range(lost))
+        }
+        CountedDoubled(twice) => {
+            format!("{} rows twice, stamps count rows, the command recorded", range(twice))
+        }
     }
 }
 
