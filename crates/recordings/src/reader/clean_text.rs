@@ -35,6 +35,51 @@ pub(super) fn with_double_quotes(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     bytes.into()
 }
 
+/// Lines that are looked at for the properties of channels.
+const PROPERTY_LINES: usize = 200;
+/// Lines of properties after that of the names.
+const LOOKED_FOR_PERIOD: usize = 40;
+
+/// A text whose channels stand in pairs of a time and a value under lines of properties, as `TwinCAT`
+/// Scope writes them, with one line of names in place of that of `Name`; the lines of properties between
+/// it and the numbers are emptied, so that all others keep their numbers.
+pub(super) fn with_names_of_pairs(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
+    let Some((place, named)) = names_of_pairs(&bytes) else { return bytes };
+    let mut lines: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').collect();
+    lines[place] = named.as_bytes();
+    let is_property = |line: &[u8]| !matches!(line.first(), None | Some(b'0'..=b'9' | b'-' | b'+'));
+    let properties =
+        lines[place + 1..].iter().take_while(|line| line.is_empty() || is_property(line));
+    let end = place + 1 + properties.count();
+    lines[place + 1..end].fill(b"");
+    lines.join(&b'\n').into()
+}
+
+/// The line of `Name` before each of two channels or more, and the names that take its place.
+fn names_of_pairs(bytes: &[u8]) -> Option<(usize, String)> {
+    let lines: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').take(PROPERTY_LINES).collect();
+    let cells = |line: &[u8]| -> Vec<String> {
+        String::from_utf8_lossy(line).trim().split('\t').map(str::to_owned).collect()
+    };
+    let is_paired = |cells: &Vec<String>| {
+        cells.len() >= 4
+            && cells.len() % 2 == 0
+            && cells.iter().step_by(2).all(|cell| *cell == cells[0])
+            && cells[0] == "Name"
+    };
+    let (place, names) =
+        lines.iter().map(|line| cells(line)).enumerate().find(|(_, cells)| is_paired(cells))?;
+    let rest = lines[place + 1..].iter().map(|line| cells(line));
+    let period = rest.take(LOOKED_FOR_PERIOD).find(|cells| cells[0].starts_with("SampleTime"))?;
+    let unit = period[0].trim_start_matches("SampleTime");
+    let pair = |(index, pair): (usize, &[String])| match index {
+        0 => format!("Time {unit}\t{}", pair[1]),
+        _ => format!("Time {} {unit}\t{}", index + 1, pair[1]),
+    };
+    let named: Vec<String> = names.chunks(2).enumerate().map(pair).collect();
+    Some((place, named.join("\t")))
+}
+
 /// Names of the columns of a text with the annotations of `InfluxDB`.
 pub(super) fn annotated_columns(bytes: &[u8]) -> Option<Vec<String>> {
     let mut lines = bytes.split(|&byte| byte == b'\n');

@@ -14,7 +14,10 @@ use crate::{
     lines::Lines,
     long_form::is_long_form,
     reader::{
-        clean_text::{annotated_columns, with_double_quotes, with_line_feeds, without_padding},
+        clean_text::{
+            annotated_columns, with_double_quotes, with_line_feeds, with_names_of_pairs,
+            without_padding,
+        },
         csv_gz,
         dialect::{self, Dialect, Found},
         number_text, preamble,
@@ -61,7 +64,7 @@ pub(super) fn check_size(bytes: &[u8], limit_bytes: u64) -> Result<(), RecordErr
 pub(super) fn parse(name: String, bytes: &[u8], map: &ColumnMap) -> Result<Recording, RecordError> {
     let bytes = without_padding(bytes);
     let (bytes, encoding) = TextEncoding::decoded(bytes).ok_or(RecordError::NotUtf16)?;
-    let bytes = with_double_quotes(with_line_feeds(bytes));
+    let bytes = with_names_of_pairs(with_double_quotes(with_line_feeds(bytes)));
     if bytes.trim_ascii().is_empty() {
         return Err(RecordError::Empty);
     }

@@ -30,7 +30,19 @@ const SECONDS: [(&str, f64); 5] =
 /// and not to be taken.
 pub(super) fn step_s(before: &[u8]) -> Option<f64> {
     let text = String::from_utf8_lossy(before);
-    text.lines().take(LOOKED_AT_LINES).find_map(of_line)
+    let lines: Vec<&str> = text.lines().take(LOOKED_AT_LINES).collect();
+    let in_line = lines.iter().find_map(|line| of_line(line));
+    in_line.or_else(|| lines.windows(2).find_map(|pair| of_column(pair[0], pair[1])))
+}
+
+/// A time between samples that stands under its name, as in the two lines of an oscilloscope's header.
+fn of_column(names: &str, values: &str) -> Option<f64> {
+    let cells =
+        |line: &str| line.split([',', ';', '\t']).map(str::to_lowercase).collect::<Vec<_>>();
+    let (names, values) = (cells(names), cells(values));
+    let place = names.iter().position(|name| OF_PERIODS.contains(&name.trim()))?;
+    let step_s = number_text::parse(values.get(place)?.trim(), false)?;
+    (step_s.is_finite() && step_s > 0.0).then_some(step_s)
 }
 
 fn of_line(line: &str) -> Option<f64> {
@@ -66,6 +78,7 @@ mod tests {
             ("Sample period: 0.1 ms", Some(1e-4)),
             ("Sample Interval,1.0e-04", Some(1e-4)),
             ("SampleTime[ms]\t0.1", Some(1e-4)),
+            ("X,CH1,Start,Increment,\nSequence,A,0.0e+00,1.0e-04,", Some(1e-4)),
             ("Drive X-7", None),
             ("rate: unknown", None),
         ] {

@@ -419,3 +419,18 @@ fn sums_are_made_before_samples_are_put_on_a_clock() {
     assert_angle(&text, &bridged);
     assert!(read(&text, &map).is_err());
 }
+
+#[test]
+fn channels_in_pairs_with_their_times_have_names() {
+    let head = "Name\tScope\nStart\t24.11.2026\n\nName\tia\tName\tib\nSampleTime[ms]\t0.1\tSampleTime[ms]\t0.1\n\n";
+    let rows: String = (0..9).map(|n| format!("0.{n}\t{n}\t0.{n}\t-{n}\n")).collect();
+    let map = ["time_s=Time [ms]*0.001", "phase_a_current_a=ia", "phase_b_current_a=ib"];
+    let map = ColumnMap::new(map).unwrap();
+    let read = parse("r".to_owned(), format!("{head}{rows}").as_bytes(), &map).unwrap();
+    assert_eq!(read.channels()[0].values()[..3], [0.0, 1.0, 2.0]);
+    assert_eq!(read.channels()[1].values()[..3], [0.0, -1.0, -2.0]);
+    approx::assert_abs_diff_eq!(read.channels()[1].times_s()[2], 2e-4, epsilon = 1e-12);
+    // a table whose first column is called `Name` is none of these
+    let plain = "Name\tcurrent_a\nx\t1\n";
+    assert!(error(plain).contains("no column `time_s`"));
+}
