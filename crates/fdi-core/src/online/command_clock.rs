@@ -38,6 +38,9 @@ const LEAST_ROWS: usize = 100;
 const MOST_COST: f64 = 25.0;
 /// Cost of a change of the shift: more than one row can cost, less than two.
 const CHANGE_COST: f64 = 40.0;
+/// Cost of a row by which a recording begins earlier or later than its start was seen: a command that
+/// stands before the test, and hardly moves at its beginning, leaves that open.
+const START_COST: f64 = 1.0;
 /// Difference in cost up to which a change may stand in another row: two standard deviations.
 const OPEN_COST: f64 = 4.0;
 /// Shifts looked for to either side, rows.
@@ -336,8 +339,11 @@ impl View<'_> {
         let cost = |row: usize, shift: usize| expected[row + shift].cost(self.values[row]);
         let first_row =
             |shift: usize| fit.clock_ratio * (shift as f64 - MOST_SHIFT as f64) - fit.late_rows;
-        let begins = |shift: usize| first_row(shift) <= MOST_INTO_TEST;
-        let of_first = |shift| if begins(shift) { cost(0, shift) } else { f64::INFINITY };
+        let from_seen = |shift: usize| shift.abs_diff(MOST_SHIFT) as f64;
+        let of_first = |shift| {
+            let begins = first_row(shift) <= MOST_INTO_TEST;
+            if begins { cost(0, shift) + START_COST * from_seen(shift) } else { f64::INFINITY }
+        };
         let mut least: Vec<f64> = (0..width).map(of_first).collect();
         // the shift of the row before, of each row and shift
         let mut from: Vec<u8> = vec![0; count * width];
@@ -360,12 +366,7 @@ impl View<'_> {
             }
             least = next;
         }
-        // of equal paths the one nearest to where the start was seen
-        let nearness = |shift: &usize| shift.abs_diff(MOST_SHIFT);
-        let by_cost = |a: &usize, b: &usize| {
-            least[*a].total_cmp(&least[*b]).then(nearness(a).cmp(&nearness(b)))
-        };
-        let mut shift = (0..width).min_by(by_cost)?;
+        let mut shift = (0..width).min_by(|a, b| least[*a].total_cmp(&least[*b]))?;
         let mut path = vec![0; count];
         for row in (0..count).rev() {
             path[row] = shift;
@@ -376,6 +377,7 @@ impl View<'_> {
         if path.iter().any(|&shift| shift == 0 || shift == width - 1) {
             return None;
         }
+        begin_late(&mut path, cost, |shift| first_row(shift) <= MOST_INTO_TEST);
         let first = path[0] as i32;
         fit.uncertain_rows = rises(&path).map(|row| open_rows(row, count, cost, &path)).collect();
         fit.late_rows -= fit.clock_ratio * f64::from(first - MOST_SHIFT as i32);
@@ -407,6 +409,25 @@ impl Expected {
 /// First rows of higher shifts than those before.
 fn rises(path: &[usize]) -> impl Iterator<Item = usize> {
     (1..path.len()).filter(|&row| path[row] > path[row - 1])
+}
+
+/// Begins a path as late as little more cost allows: where the command hardly moves, the beginning that
+/// lacks the fewest rows.
+fn begin_late(
+    path: &mut [usize],
+    cost: impl Fn(usize, usize) -> f64,
+    may_begin: impl Fn(usize) -> bool,
+) {
+    let rise = rises(path).next().unwrap_or(0);
+    if path[..rise].iter().any(|&shift| shift != path[0]) {
+        return;
+    }
+    let of_start = |shift: usize| (0..rise).map(|row| cost(row, shift)).sum::<f64>();
+    let most = of_start(path[0]) + OPEN_COST;
+    let is_as_good = |&shift: &usize| may_begin(shift) && of_start(shift) <= most;
+    if let Some(later) = (path[0] + 1..path[rise]).rev().find(is_as_good) {
+        path[..rise].fill(later);
+    }
 }
 
 /// Rows by which a rise may stand earlier or later at little more cost.

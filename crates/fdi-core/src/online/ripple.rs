@@ -128,7 +128,7 @@ pub(crate) struct ShownEnvelope {
 }
 
 impl ShownEnvelope {
-    /// What the filtered envelope has beyond that of samples at the ticks, which the bundle knows, A.
+    /// Part of the filtered envelope that samples at the ticks, which the bundle knows, do not have, A.
     pub(crate) fn ripple_a(&self, experiment: &Experiment) -> Vec<f64> {
         let expected_a = filtered(&self.at_ticks_a, self.tick_hz, experiment);
         let mut ripple_a = filtered(&self.sampled_a, self.rate_hz, experiment);
