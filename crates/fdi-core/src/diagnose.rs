@@ -63,7 +63,7 @@ impl Begun {
         self.late_s.is_some_and(|(late_s, std_s)| late_s.abs() > START_TOLERANCE * std_s)
     }
 
-    /// Of two answers to a recording the one that leaves less of it unexplained, with the evaluations of
+    /// The one of two answers to a recording that leaves less of it unexplained, with the evaluations of
     /// both.
     fn or_nearer(self, other: Self) -> Self {
         let spent = self.answer.evaluations + other.answer.evaluations;

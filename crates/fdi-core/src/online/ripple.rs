@@ -27,7 +27,7 @@ use crate::simulation::{
 
 /// Share of half a carrier period by which samples may be out of step with the start of a test.
 const IN_STEP: f64 = 1e-3;
-/// The same by which they may drift out of step in the course of it: a quarter of a microsecond at 20 kHz.
+/// Share by which they may drift out of step in the course of it: a quarter of a microsecond at 20 kHz.
 const STAYS_IN_STEP: f64 = 0.01;
 /// Share of its predicted size from which a ripple is taken to be there: half way between none and
 /// all of it.
