@@ -278,7 +278,7 @@ impl View<'_> {
         let count = self.values.len() as f64;
         let changes = fit.shifts.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64;
         let is_explained = stray as f64 <= most_stray * count && cost <= MOST_MEAN_COST * count;
-        is_explained.then(|| cost + MOST_COST * stray as f64 + CHANGE_COST * changes)
+        is_explained.then_some(cost + MOST_COST * stray as f64 + CHANGE_COST * changes)
     }
 
     /// Sets `τ` and `ρ`, the latter up to so far from 1, to their least squares over the rows that fit.
@@ -453,6 +453,8 @@ fn open_rows(
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use approx::assert_abs_diff_eq;
     use recordings::{ClockNote, ColumnMap, Gaps, TakenRate};
 
@@ -468,7 +470,7 @@ mod tests {
             let at_s = taken / RATE_HZ;
             let (stamp_s, current_a) = (row as f64 / RATE_HZ, (40.0 * at_s).sin());
             let command_rad = command.at(at_s.max(0.0));
-            text += &format!("{stamp_s:.4},{current_a:.6},{command_rad:.7}\n");
+            let _ = writeln!(text, "{stamp_s:.4},{current_a:.6},{command_rad:.7}");
         }
         let map = ColumnMap::default().with_gaps(gaps);
         Recording::parse("r.csv", text.as_bytes(), &map).unwrap()

@@ -63,7 +63,7 @@ fn names_of_pairs(bytes: &[u8]) -> Option<(usize, String)> {
     };
     let is_paired = |cells: &Vec<String>| {
         cells.len() >= 4
-            && cells.len() % 2 == 0
+            && cells.len().is_multiple_of(2)
             && cells.iter().step_by(2).all(|cell| *cell == cells[0])
             && cells[0] == "Name"
     };

@@ -423,7 +423,8 @@ fn sums_are_made_before_samples_are_put_on_a_clock() {
 #[test]
 fn channels_in_pairs_with_their_times_have_names() {
     let head = "Name\tScope\nStart\t24.11.2026\n\nName\tia\tName\tib\nSampleTime[ms]\t0.1\tSampleTime[ms]\t0.1\n\n";
-    let rows: String = (0..9).map(|n| format!("0.{n}\t{n}\t0.{n}\t-{n}\n")).collect();
+    let rows: Vec<String> = (0..9).map(|n| format!("0.{n}\t{n}\t0.{n}\t-{n}\n")).collect();
+    let rows = rows.concat();
     let map = ["time_s=Time [ms]*0.001", "phase_a_current_a=ia", "phase_b_current_a=ib"];
     let map = ColumnMap::new(map).unwrap();
     let read = parse("r".to_owned(), format!("{head}{rows}").as_bytes(), &map).unwrap();
