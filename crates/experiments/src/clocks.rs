@@ -114,7 +114,8 @@ pub fn evaluate_clocks(request: &ClocksRequest<'_>) -> Result<Vec<ClocksScore>, 
     let of_kind = |condition: &Condition, case: usize, place: usize| {
         let seed = root.derive(Purpose::SensorNoise, (case * kinds.len() + place) as u64);
         let log = Log::drawn(kinds[place], experiment, &mut Chance::new(seed));
-        let text = log.written(experiment, condition, seed)?;
+        let has_command = kinds[place].has_command();
+        let text = log.written(experiment, condition, seed, has_command)?;
         let recording = Recording::parse("r.csv", text.as_bytes(), &map).ok();
         let timed = recording.as_ref().and_then(|one| timed_by_command(one, experiment).ok());
         let is_counted = timed.map(|one| log.is_told_by(one.clock_notes()));
@@ -149,7 +150,6 @@ struct Log {
     lost: usize,
     doubled: usize,
     late: usize,
-    has_command: bool,
 }
 
 impl Log {
@@ -157,7 +157,7 @@ impl Log {
     fn drawn(fault: ClockFault, experiment: &Experiment, chance: &mut Chance) -> Self {
         let rate_hz = experiment.actuator.controller.sample_hz;
         let samples = (experiment.scenario.duration_s * rate_hz).round() as usize;
-        let mut log = Self { has_command: fault.has_command(), ..Self::even(samples, rate_hz) };
+        let mut log = Self::even(samples, rate_hz);
         let among = |chance: &mut Chance, [least, most]: [usize; 2]| chance.whole(least..=most);
         match fault {
             ClockFault::Even => {}
@@ -223,8 +223,7 @@ impl Log {
     /// Samples and stamps of an even clock.
     fn even(samples: usize, rate_hz: f64) -> Self {
         let instants_s = (0..samples).map(|n| n as f64 / rate_hz).collect();
-        let mut log =
-            Self { instants_s, rows: Vec::new(), lost: 0, doubled: 0, late: 0, has_command: false };
+        let mut log = Self { instants_s, rows: Vec::new(), lost: 0, doubled: 0, late: 0 };
         log.stamp(4, |instant_s| instant_s);
         log
     }
@@ -280,12 +279,14 @@ impl Log {
         told == [self.lost, self.doubled, self.late]
     }
 
-    /// The text of the recording: phases of a machine with noise of the sensors, and the rotor's angle.
+    /// The text of the recording: phases of a machine with noise of the sensors, the rotor's angle, and
+    /// the command where it is recorded.
     fn written(
         &self,
         experiment: &Experiment,
         condition: &Condition,
         sensor_seed: u64,
+        has_command: bool,
     ) -> Result<String, EvaluationError> {
         let model = experiment
             .high_fidelity(condition.start_angle_rad, Imperfections::REAL)?
@@ -295,7 +296,7 @@ impl Log {
         let [a, b, c] = &logged.phase_currents_a;
         let [a, b, c] = SENSORS.measure([a, b, c], sensor_seed);
         let head = "time_s,phase_a_current_a,phase_b_current_a,phase_c_current_a,motor_angle_rad";
-        let mut text = if self.has_command {
+        let mut text = if has_command {
             format!("{head},command_rad\n")
         } else {
             format!("# command = \"{}\"\n{head}\n", experiment.name)
@@ -303,7 +304,7 @@ impl Log {
         for (n, stamp) in &self.rows {
             let angle_rad = logged.motor_angle_rad[*n];
             let _ = write!(text, "{stamp},{:.6},{:.6},{:.6},{angle_rad:.6}", a[*n], b[*n], c[*n]);
-            if self.has_command {
+            if has_command {
                 let command_rad = experiment.scenario.command.at(self.instants_s[*n]);
                 let _ = write!(text, ",{command_rad:.7}");
             }

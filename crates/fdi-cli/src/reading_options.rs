@@ -98,16 +98,11 @@ impl ReadingOptions {
     fn add_against(&mut self, error: &RecordError) {
         match error {
             RecordError::NoTime { columns, step_s, .. } => {
-                let is_time = |entry: &String| entry.starts_with("time_s=");
-                let mapped = self.maps.len();
                 self.add_guesses(columns);
                 if let Some(step_s) = step_s {
                     // what a file states goes before the guess at a column without a name
-                    let is_nameless = |entry: &String| entry.starts_with("time_s=column ");
-                    if let Some(at) = self.maps[mapped..].iter().position(is_nameless) {
-                        self.maps.remove(mapped + at);
-                    }
-                    if !self.maps.iter().any(is_time) {
+                    self.maps.retain(|entry| !entry.starts_with("time_s=column "));
+                    if !self.maps.iter().any(|entry| entry.starts_with("time_s=")) {
                         self.maps.push(format!("time_s=row*{step_s}"));
                     }
                 }

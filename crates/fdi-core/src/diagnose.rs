@@ -12,7 +12,7 @@ use crate::{
     },
     online::{
         cache::ErrorId,
-        command_clock::timed_by_command,
+        command_clock::begun_by_command,
         command_start::CommandStart,
         commutation::Commutation,
         error::DiagnoseError,
@@ -191,9 +191,8 @@ impl Diagnoser {
         watch: &Watch<'_>,
     ) -> Result<Answered, DiagnoseError> {
         let experiment = &self.bundle().experiment;
-        let timed = timed_by_command(recording, experiment).map_err(ObservationError::from)?;
-        let recording = timed.as_ref();
-        let mut start = CommandStart::of(recording, experiment);
+        let begun = begun_by_command(recording, experiment).map_err(ObservationError::from)?;
+        let (recording, mut start) = (begun.0.as_ref(), begun.1);
         let mut spent = 0;
         for _ in 1..START_ROUNDS {
             let begun = self.diagnose_begun(recording, start, true, options, watch)?;

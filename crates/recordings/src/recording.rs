@@ -230,25 +230,20 @@ impl Recording {
         let channel = current.channel();
         let Ok(sampling) = channel.sampling() else { return Ok(()) };
         let found_hz = sampling.rate_hz;
-        let taken = match self.metadata.rate_hz {
-            Some(stated_hz) => TakenRate::Stated(stated_hz),
-            None => TakenRate::Round(round(found_hz)),
-        };
+        let stated_hz = self.metadata.rate_hz;
+        let taken = stated_hz.map_or_else(|| TakenRate::Round(round(found_hz)), TakenRate::Stated);
         let taken_hz = taken.hz();
-        if let TakenRate::Stated(stated_hz) = taken
+        if let Some(stated_hz) = stated_hz
             && !sampling.agrees_with(stated_hz)
         {
             self.require_no_gap(channel)?;
             let channel = channel.name();
             return Err(RecordError::RateContradiction { stated_hz, found_hz, channel });
         }
-        let is_near = match taken {
-            TakenRate::Stated(_) | TakenRate::Command(_) => true,
-            TakenRate::Round(_) => (found_hz / taken_hz - 1.0).abs() <= ROUND_WITHIN,
-        };
+        let is_near = stated_hz.is_some() || (found_hz / taken_hz - 1.0).abs() <= ROUND_WITHIN;
         let is_off = (found_hz - taken_hz).abs() > sampling.rate_tolerance_hz;
         // of two rates that the stamps allow, the stated one is right, and the rounder one was found
-        let is_finer = found_hz != taken_hz && matches!(taken, TakenRate::Stated(_));
+        let is_finer = stated_hz.is_some_and(|stated_hz| stated_hz != found_hz);
         if is_near && (is_off || is_finer) && self.require_no_gap(channel).is_ok() {
             let (name, start_s) = (channel.name(), channel.times_s()[0]);
             self.stretch_times(start_s, found_hz / taken_hz);

@@ -1,7 +1,7 @@
 //! Rows at other places of their clock than their stamps say, as something else in the recording shows.
 
 use crate::{
-    Channel, ChannelName, ClockNote, Gaps, RecordError, Recording, SharedNumbers, TakenRate,
+    Channel, ClockNote, Gaps, RecordError, Recording, SharedNumbers, TakenRate,
     clock::Clock,
     evened::{at_places, can_be_bridged},
     places::Misplaced,
@@ -18,16 +18,14 @@ pub struct RowPlaces {
 }
 
 impl Recording {
-    /// The rows, from 0, that hold what the one before holds in every channel with the times of a named
-    /// one; nothing without that channel.
-    pub fn repeated_rows(&self, of: ChannelName) -> Vec<bool> {
-        let Some(named) = self.channel(of) else { return Vec::new() };
-        let on_axis: Vec<&Channel> = self.on_axis_of(named).collect();
+    /// Which rows, from 0, hold what the one before holds in every channel with the times of one.
+    pub fn repeated_rows(&self, of: &Channel) -> Vec<bool> {
+        let on_axis: Vec<&Channel> = self.on_axis_of(of).collect();
         let repeats = |row: usize| {
             row > 0
                 && on_axis.iter().all(|channel| channel.values()[row - 1] == channel.values()[row])
         };
-        (0..named.values().len()).map(repeats).collect()
+        (0..of.values().len()).map(repeats).collect()
     }
 
     /// The recording with the rows of a channel, and of all channels with its times, at the places of

@@ -25,11 +25,9 @@ use std::borrow::Cow;
 use recordings::{Channel, ChannelName, RecordError, Recording, RowPlaces};
 
 use crate::{
-    online::{
-        command_start::CommandStart,
-        ripple::{bends, usual_size},
-    },
+    online::{command_start::CommandStart, ripple::white_noise},
     simulation::experiment::Experiment,
+    statistics::range,
 };
 
 /// Fewest rows in which a clock is looked for.
@@ -88,9 +86,36 @@ pub fn timed_by_command<'a>(
     recording: &'a Recording,
     experiment: &Experiment,
 ) -> Result<Cow<'a, Recording>, RecordError> {
+    timed(recording, experiment, CommandStart::of(recording, experiment))
+}
+
+/// The recording at the times that its command shows, and where in it the command begins.
+pub(crate) fn begun_by_command<'a>(
+    recording: &'a Recording,
+    experiment: &Experiment,
+) -> Result<(Cow<'a, Recording>, Option<CommandStart>), RecordError> {
+    let seen = CommandStart::of(recording, experiment);
+    let timed = timed(recording, experiment, seen)?;
+    let start = match &timed {
+        Cow::Borrowed(_) => seen,
+        Cow::Owned(timed) => CommandStart::of(timed, experiment),
+    };
+    Ok((timed, start))
+}
+
+/// [`timed_by_command`] of a recording whose command was seen to begin somewhere.
+fn timed<'a>(
+    recording: &'a Recording,
+    experiment: &Experiment,
+    start: Option<CommandStart>,
+) -> Result<Cow<'a, Recording>, RecordError> {
     let as_it_is = Cow::Borrowed(recording);
     let Some(channel) = command_on_the_current_s_axis(recording) else { return Ok(as_it_is) };
-    let Some(found) = ClockFit::of(recording, channel, experiment) else { return Ok(as_it_is) };
+    let late_s = start.map_or(0.0, |start| start.at_s() - channel.times_s()[0]);
+    let repeated = || recording.repeated_rows(channel);
+    let Some(found) = ClockFit::of(channel, late_s, repeated, experiment) else {
+        return Ok(as_it_is);
+    };
     let placed = if found.is_shifted() {
         let rows = found.row_places();
         Cow::Owned(recording.with_places_by_command(channel, &rows)?)
@@ -129,15 +154,19 @@ struct ClockFit {
 }
 
 impl ClockFit {
-    /// The clock that a command shows; `None` where the stamps are right as they are, or no clock
+    /// The clock that a command shows which was seen to begin late by some time, with the rows that repeat
+    /// the one before; `None` where the stamps are right as they are, or no clock
     /// explains the command.
-    fn of(recording: &Recording, channel: &Channel, experiment: &Experiment) -> Option<Self> {
+    fn of(
+        channel: &Channel,
+        late_s: f64,
+        repeated: impl Fn() -> Vec<bool>,
+        experiment: &Experiment,
+    ) -> Option<Self> {
         let (values, rate_hz) = (channel.values(), channel.sampling().ok()?.rate_hz);
         if values.len() < LEAST_ROWS {
             return None;
         }
-        let late_s = CommandStart::of(recording, experiment)
-            .map_or(0.0, |start| start.at_s() - channel.times_s()[0]);
         let command = |row: f64| experiment.scenario.command.at((row / rate_hz).max(0.0));
         let last_row = experiment.scenario.duration_s * rate_hz;
         let view = View { values, command: &command, last_row };
@@ -163,7 +192,7 @@ impl ClockFit {
         if of_even.is_some() && even.drift_rows() < NO_ROW {
             return Some(even);
         }
-        let repeated = recording.repeated_rows(channel.name());
+        let repeated = repeated();
         let shifted = FIRST_RATIOS.into_iter().find_map(|clock_ratio| {
             let mut fit = Self { clock_ratio, ..plain.clone() };
             for tolerance in TOLERANCES {
@@ -225,11 +254,7 @@ impl View<'_> {
             is_within.then(|| self.values[row] - (self.command)(row_of_test))
         });
         let off: Vec<f64> = within.collect();
-        let range = |all: &[f64]| {
-            let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-            all.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
-        };
-        (usual_size(&bends(&off)) / 1.5f64.sqrt()).max(LEAST_NOISE * range(self.values))
+        white_noise(&off).max(LEAST_NOISE * range(self.values))
     }
 
     /// The value expected at a row of the test, whose time may be off by a part of a row.
@@ -337,12 +362,14 @@ impl View<'_> {
             })
             .collect();
         let cost = |row: usize, shift: usize| expected[row + shift].cost(self.values[row]);
-        let first_row =
-            |shift: usize| fit.clock_ratio * (shift as f64 - MOST_SHIFT as f64) - fit.late_rows;
+        let (clock_ratio, late_rows) = (fit.clock_ratio, fit.late_rows);
+        let may_begin = |shift: usize| {
+            clock_ratio * (shift as f64 - MOST_SHIFT as f64) - late_rows <= MOST_INTO_TEST
+        };
         let from_seen = |shift: usize| shift.abs_diff(MOST_SHIFT) as f64;
         let of_first = |shift| {
-            let begins = first_row(shift) <= MOST_INTO_TEST;
-            if begins { cost(0, shift) + START_COST * from_seen(shift) } else { f64::INFINITY }
+            let begun = cost(0, shift) + START_COST * from_seen(shift);
+            if may_begin(shift) { begun } else { f64::INFINITY }
         };
         let mut least: Vec<f64> = (0..width).map(of_first).collect();
         // the shift of the row before, of each row and shift
@@ -377,7 +404,7 @@ impl View<'_> {
         if path.iter().any(|&shift| shift == 0 || shift == width - 1) {
             return None;
         }
-        begin_late(&mut path, cost, |shift| first_row(shift) <= MOST_INTO_TEST);
+        begin_late(&mut path, cost, may_begin);
         let first = path[0] as i32;
         fit.uncertain_rows = rises(&path).map(|row| open_rows(row, count, cost, &path)).collect();
         fit.late_rows -= fit.clock_ratio * f64::from(first - MOST_SHIFT as i32);

@@ -11,7 +11,7 @@ use recordings::{
 
 use crate::{
     online::{
-        command_clock::timed_by_command,
+        command_clock::begun_by_command,
         command_start::CommandStart,
         commutation::{Commutation, MOST_DEVIATION_RAD},
         motor_voltage::MotorVoltage,
@@ -130,9 +130,8 @@ impl Observation {
         experiment: &Experiment,
         max_delay_s: f64,
     ) -> Result<Self, ObservationError> {
-        let recording = timed_by_command(recording, experiment)?;
+        let (recording, start) = begun_by_command(recording, experiment)?;
         let recording = recording.as_ref();
-        let start = CommandStart::of(recording, experiment);
         if let Some(start) = start.filter(|start| start.std_s() > 0.0) {
             return Err(ObservationError::StartUnknown { after_s: start.after_s(recording) });
         }

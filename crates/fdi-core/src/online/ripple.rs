@@ -163,18 +163,23 @@ impl ShownEnvelope {
     /// the rest of the machine moves little.
     pub(crate) fn noise_beside_a(&self, envelope_a: &[f64]) -> f64 {
         let off: Vec<f64> = envelope_a.iter().zip(&self.sampled_a).map(|(a, b)| a - b).collect();
-        // a sample and half of either neighbour
-        usual_size(&bends(&off)) / 1.5f64.sqrt()
+        white_noise(&off)
     }
 }
 
+/// Standard deviation of the white noise of a signal whose rest is smooth, by second differences.
+pub(crate) fn white_noise(of: &[f64]) -> f64 {
+    // a sample and half of either neighbour
+    usual_size(&bends(of)) / 1.5f64.sqrt()
+}
+
 /// Second differences.
-pub(crate) fn bends(of: &[f64]) -> Vec<f64> {
+fn bends(of: &[f64]) -> Vec<f64> {
     of.windows(3).map(|three| three[1] - 0.5 * (three[0] + three[2])).collect()
 }
 
 /// Standard deviation by the median of magnitudes, which rare large ones do not move.
-pub(crate) fn usual_size(of: &[f64]) -> f64 {
+fn usual_size(of: &[f64]) -> f64 {
     /// Median of the magnitude of a standard normal.
     const MEDIAN: f64 = 0.674_49;
     let mut sizes: Vec<f64> = of.iter().map(|value| value.abs()).collect();

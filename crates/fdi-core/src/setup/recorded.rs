@@ -2,15 +2,15 @@
 
 use recordings::{Channel, ChannelName, Current, Recording};
 
-use super::test::range;
 use crate::{
     online::{
-        command_clock::timed_by_command, command_start::CommandStart, observation::Observation,
+        command_clock::begun_by_command, observation::Observation,
         observation_error::ObservationError, phase_sum::PhaseSum, wiring::MappedColumn,
     },
     report::{NoticeCode, SetupChoice, SetupRefusalCode},
     setup::error::SetupError,
     simulation::{cut_phase::CutPhase, experiment::Experiment},
+    statistics::range,
     unit::learnt_unit::LearntUnit,
 };
 
@@ -57,11 +57,9 @@ impl Seen {
         healthy: &Healthy,
     ) -> Result<Self, SetupError> {
         let refused = |code, reason| Err(SetupError::refused(code, Some(recording), reason));
-        let timed = timed_by_command(recording, experiment).map_err(ObservationError::from);
-        let observed = timed.and_then(|timed| {
-            let start = CommandStart::of(&timed, experiment);
-            Observation::begun(&timed, experiment, start, 0.0)
-        });
+        let begun = begun_by_command(recording, experiment).map_err(ObservationError::from);
+        let observed =
+            begun.and_then(|(timed, start)| Observation::begun(&timed, experiment, start, 0.0));
         let observation = match observed {
             Ok(observation) => observation,
             Err(error) => {

@@ -6,6 +6,7 @@ use ema_sim::{HealthState, PhysicalFaults};
 
 use crate::{
     report::SetupRefusalCode, setup::error::SetupError, simulation::experiment::Experiment,
+    statistics::range,
 };
 
 /// Turns of the electrical angle over which each phase conducts in each of its sectors.
@@ -68,13 +69,6 @@ fn reversals(signal: &[f64], more_than: f64) -> usize {
         }
     }
     count
-}
-
-/// Greatest less least value.
-pub(super) fn range(signal: &[f64]) -> f64 {
-    let least = signal.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    most - least
 }
 
 #[cfg(test)]

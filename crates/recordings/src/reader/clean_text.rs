@@ -67,8 +67,11 @@ fn names_of_pairs(bytes: &[u8]) -> Option<(usize, String)> {
             && cells.iter().step_by(2).all(|cell| *cell == cells[0])
             && cells[0] == "Name"
     };
+    // nearly no text has such a line, and each is looked at
+    let may_name = |(_, line): &(usize, &&[u8])| line.trim_ascii_start().starts_with(b"Name\t");
+    let named = lines.iter().enumerate().filter(may_name);
     let (place, names) =
-        lines.iter().map(|line| cells(line)).enumerate().find(|(_, cells)| is_paired(cells))?;
+        named.map(|(place, line)| (place, cells(line))).find(|(_, cells)| is_paired(cells))?;
     let rest = lines[place + 1..].iter().map(|line| cells(line));
     let period = rest.take(LOOKED_FOR_PERIOD).find(|cells| cells[0].starts_with("SampleTime"))?;
     let unit = period[0].trim_start_matches("SampleTime");
