@@ -10,6 +10,7 @@ mod preamble;
 mod single_precision;
 mod stamp;
 mod text_encoding;
+mod time_decimals;
 
 pub use dialect::Dialect;
 pub use guarded::is_decoding;

@@ -24,6 +24,7 @@ use crate::{
         single_precision::SinglePrecision,
         stamp::{Stamp, StampClock},
         text_encoding::TextEncoding,
+        time_decimals::TimeDecimals,
     },
     recording::MOST_PLAUSIBLE,
     source::LIMIT_BYTES,
@@ -325,7 +326,7 @@ struct Table {
     skips_lacking: bool,
     stated_units: Vec<StatedUnit>,
     times_s: Vec<f64>,
-    time_decimals: i32,
+    decimals: TimeDecimals,
     single: SinglePrecision,
     line_runs: Vec<(usize, u64)>,
 }
@@ -455,7 +456,7 @@ impl Table {
             skips_lacking: map.gaps() == Gaps::Bridge,
             stated_units,
             times_s: Vec::new(),
-            time_decimals: 0,
+            decimals: TimeDecimals::default(),
             single: SinglePrecision::default(),
             line_runs: Vec::new(),
         })
@@ -519,7 +520,7 @@ impl Table {
         if (is_first || self.stamps.is_some())
             && let Some(stamp) = str::from_utf8(cell).ok().and_then(Stamp::parse)
         {
-            self.time_decimals = self.time_decimals.max(stamp.decimals);
+            self.decimals.look_at_stamp(stamp.ns, stamp.decimals);
             return Ok(self.stamps.get_or_insert_default().seconds(stamp));
         }
         if self.stamps.is_some() {
@@ -530,21 +531,21 @@ impl Table {
                 RowProblem::NotANumber { column, cell } => RowProblem::NotATime { column, cell },
                 other => other,
             })?;
-        self.time_decimals = self.time_decimals.max(decimals(cell));
+        self.decimals.look_at(cell);
         self.single.look_at(found);
         Ok(found * self.time_factor)
     }
 
-    /// The unit of the last decimal place that the time column uses, or that of single precision, s.
+    /// The unit of the last decimal place that the times use, or that of single precision, s.
     fn time_quantum_s(&self) -> f64 {
         if self.time_column.is_none() {
             return 0.0;
         }
-        let of_decimals = 10f64.powi(-self.time_decimals);
         if self.stamps.is_some() {
-            return of_decimals;
+            return self.decimals.quantum_s(&self.times_s, 1.0);
         }
-        of_decimals.max(self.single.quantum()) * self.time_factor.abs()
+        let unit_s = self.time_factor.abs();
+        self.decimals.quantum_s(&self.times_s, unit_s).max(self.single.quantum() * unit_s)
     }
 
     /// Rows that have the time and the samples of the row before.
@@ -743,18 +744,6 @@ fn shown(cell: &[u8]) -> String {
         shown.push('…');
     }
     shown
-}
-
-/// Decimal places of a number as written, less its exponent.
-fn decimals(cell: &[u8]) -> i32 {
-    let split = cell.iter().position(|&byte| byte == b'e' || byte == b'E');
-    let (mantissa, exponent) = cell.split_at(split.unwrap_or(cell.len()));
-    let point = mantissa.iter().position(|&byte| byte == b'.' || byte == b',');
-    let places = point.map_or(0, |at| mantissa.len() - at - 1);
-    let places = i32::try_from(places).unwrap_or(i32::MAX);
-    let exponent = exponent.get(1..).and_then(|digits| str::from_utf8(digits).ok());
-    let exponent: i32 = exponent.and_then(|digits| digits.parse().ok()).unwrap_or(0);
-    places.saturating_sub(exponent).clamp(-300, 300)
 }
 
 #[cfg(test)]

@@ -340,12 +340,21 @@ fn mapped_columns_must_exist_and_hide_their_namesake() {
     assert!(matches!(error, RecordError::NotFinite { line: 2, .. }));
 }
 
+/// Times at 10 kHz in milliseconds, padded with noughts by whoever wrote them.
 #[test]
-fn decimals_as_written() {
-    let cases = [("12", 0), ("0.0005", 4), ("1e-4", 4), ("2.5E-3", 4), ("1e3", -3), ("7.", 0)];
-    for (cell, want) in cases {
-        assert_eq!(decimals(cell.as_bytes()), want, "{cell}");
-    }
+fn padded_times_are_as_coarse_as_their_values() {
+    let text = |lost: std::ops::Range<usize>| {
+        let rows = (0..2000).filter(|row| !lost.contains(row));
+        let time = |row: usize| (row as f64 / 10.0).round_ties_even() / 1e3;
+        let row = |row: usize| format!("{:.6},{}\n", time(row), row % 7);
+        format!("time_s,current_a\n{}", rows.map(row).collect::<String>())
+    };
+    let whole = read(text(0..0).as_bytes()).unwrap();
+    let sampling = whole.channels()[0].sampling().unwrap();
+    assert_eq!((sampling.rate_hz, sampling.samples), (10_000.0, 2000));
+    assert!(sampling.is_uniform());
+    let message = error(&text(1000..1001));
+    assert!(message.contains("`--gaps bridge`"), "{message}");
 }
 
 fn read_mapped(text: &str, map: &[&str]) -> Result<Recording, RecordError> {
