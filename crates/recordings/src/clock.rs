@@ -12,9 +12,9 @@ const MOST_JITTER: f64 = 0.4;
 const EVEN_WITHIN: f64 = 1e-3;
 /// Share of the places of a clock that may lack their sample.
 const MOST_LOST_SHARE: f64 = 0.5;
-/// Rows by which a sample may be late.
+/// Rows by which a sample may be late where others follow one another.
 const MOST_LATE_ROWS: usize = 64;
-/// Share of the samples that may be late or doubled.
+/// Share of the samples that may be late by so much.
 const MOST_DISORDER_SHARE: f64 = 0.1;
 /// Places by which the first count of lost samples may be off.
 const MOST_MISCOUNTED: f64 = 3.0;
@@ -168,7 +168,11 @@ struct Order {
 impl Order {
     fn of(stamps_s: &[f64], quantum_s: f64) -> Option<Self> {
         let count = stamps_s.len();
+        let is_reversed = stamps_s.windows(2).all(|pair| pair[1] <= pair[0]);
         let mut order: Vec<usize> = (0..count).collect();
+        if is_reversed {
+            order.reverse();
+        }
         order.sort_by(|&a, &b| stamps_s[a].total_cmp(&stamps_s[b]));
         let mut latest_s = f64::NEG_INFINITY;
         let late = stamps_s.iter().filter(|stamp_s| {
@@ -177,10 +181,14 @@ impl Order {
         });
         let late = late.count();
         let is_near =
-            order.iter().enumerate().all(|(row, &from)| row.abs_diff(from) <= MOST_LATE_ROWS);
+            order.iter().enumerate().all(|(row, &from)| row.abs_diff(from) <= MOST_LATE_ROWS)
+                && late as f64 <= MOST_DISORDER_SHARE * count as f64;
         let span_s = stamps_s[order[count - 1]] - stamps_s[order[0]];
         // stamps that are coarser than the samples are equal without being doubled
         let is_coarse = quantum_s >= 0.5 * span_s / (count - 1) as f64;
+        let are_apart = order.windows(2).all(|pair| stamps_s[pair[0]] < stamps_s[pair[1]]);
+        let is_told =
+            is_near || is_reversed || (are_apart || !is_coarse) && !has_long_runs_mixed(&order);
         let mut doubled = Vec::new();
         let mut kept: Vec<usize> = Vec::with_capacity(count);
         for index in order {
@@ -191,10 +199,7 @@ impl Order {
                 _ => kept.push(index),
             }
         }
-        let most = MOST_DISORDER_SHARE * count as f64;
-        let is_order =
-            is_near && (late + doubled.len()) as f64 <= most && kept.len() >= LEAST_SAMPLES;
-        is_order.then_some(Self { kept, doubled, late })
+        (is_told && kept.len() >= LEAST_SAMPLES).then_some(Self { kept, doubled, late })
     }
 
     /// Drops the samples without a place; places and stamps of the others.
@@ -214,6 +219,18 @@ impl Order {
         self.kept = kept;
         (own_places, own_stamps_s)
     }
+}
+
+/// Tells whether rows that follow one another in the file, more of them than may be late, have others
+/// between them in the order of time: those of another recording.
+fn has_long_runs_mixed(order: &[usize]) -> bool {
+    let mut row_of = vec![0; order.len()];
+    for (row, &index) in order.iter().enumerate() {
+        row_of[index] = row;
+    }
+    let mut runs = row_of.chunk_by(|before, after| before < after);
+    let is_mixed = |run: &[usize]| run[run.len() - 1] - run[0] >= run.len();
+    runs.any(|run| run.len() > MOST_LATE_ROWS && is_mixed(run))
 }
 
 /// Least squares of stamps on their places.
@@ -517,6 +534,61 @@ mod tests {
         sums.remove(2222);
         let clock = Clock::of(&sums, 1e-12).unwrap();
         assert_eq!((clock.lost(), clock.rate_hz, clock.is_jittered), (1, RATE_HZ, false));
+    }
+
+    #[test]
+    fn a_long_gap_is_seen_where_stamps_are_coarse() {
+        for lost in [20, 50, 500] {
+            for first in [500, 2000, 4000] {
+                let places: Vec<usize> = (first..first + lost).collect();
+                let clock = Clock::of(&stamps(5000, &places, 3), 1e-3).unwrap();
+                assert_eq!((clock.lost(), clock.rate_hz), (lost, RATE_HZ), "{first}");
+            }
+        }
+    }
+
+    #[test]
+    fn reversed_and_scattered_rows_are_put_in_order() {
+        let in_order = stamps(1000, &[500], 6);
+        let reversed: Vec<f64> = in_order.iter().rev().copied().collect();
+        let clock = Clock::of(&reversed, 1e-6).unwrap();
+        assert_eq!((clock.lost(), clock.late, clock.kept[0]), (1, 998, 998));
+        // rows whose time is that of others are told by their place
+        let coarse: Vec<f64> = stamps(5000, &[], 3).into_iter().rev().collect();
+        let clock = Clock::of(&coarse, 1e-3).unwrap();
+        assert_eq!((clock.lost(), clock.rate_hz), (0, RATE_HZ));
+        assert!(clock.kept.windows(2).all(|pair| pair[1] + 1 == pair[0]));
+        let mut scattered: Vec<usize> = (0..999).collect();
+        scattered.sort_by(|&a, &b| scatter(a).total_cmp(&scatter(b)));
+        let stamps_s: Vec<f64> = scattered.iter().map(|&row| in_order[row]).collect();
+        let clock = Clock::of(&stamps_s, 1e-6).unwrap();
+        assert_eq!(clock.lost(), 1);
+        assert!((0..999).all(|row| scattered[clock.kept[row]] == row));
+        // parts of a recording in another order
+        let parts = [&in_order[600..], &in_order[..600]].concat();
+        assert_eq!(Clock::of(&parts, 1e-6).unwrap().kept[..2], [399, 400]);
+    }
+
+    /// Times of one between those of the other are no reason to take both for one recording.
+    #[test]
+    fn recordings_under_one_another_are_not_put_in_one_order() {
+        let one = stamps(1000, &[], 6);
+        for off_s in [0.0, 3e-5, 5e-5] {
+            let other = one.iter().map(|time_s| time_s + off_s);
+            let both: Vec<f64> = one.iter().copied().chain(other).collect();
+            assert_eq!(Clock::of(&both, 1e-6), None, "{off_s}");
+        }
+    }
+
+    #[test]
+    fn rows_that_all_stand_twice_are_dropped() {
+        let twice: Vec<f64> =
+            stamps(1000, &[], 6).into_iter().flat_map(|time_s| [time_s; 2]).collect();
+        let rows: Vec<usize> = (0..1000).map(|row| 2 * row + 1).collect();
+        for quantum_s in [1e-6, 1e-4] {
+            let clock = Clock::of_rows(&twice, quantum_s, &rows).unwrap();
+            assert_eq!((clock.doubled.len(), clock.lost(), clock.rate_hz), (1000, 0, RATE_HZ));
+        }
     }
 
     #[test]

@@ -22,6 +22,8 @@ const EXACT_WITHIN: f64 = 1e-3;
 const LEAST_LOSSES: usize = 4;
 /// Most places without a sample in a row that are looked for by their stamps.
 const MOST_SKIPPED: usize = 1000;
+/// Periods of a step of coarse stamps that is no short gap.
+const LONG_STEP: f64 = 9.0;
 /// Share of a period that the level of rounded stamps may scatter for a shift to be read off it.
 const SETTLED_STD: f64 = 0.1;
 
@@ -48,7 +50,9 @@ impl<'a> RoughClock<'a> {
         let counted_s = (sorted[intervals] - sorted[0]) / intervals as f64;
         let is_coarse = quantum_s >= COARSE_QUANTUM * counted_s;
         let coarseness = (4.0 * quantum_s / counted_s).max(1.0);
-        let span = ((SPAN_SAMPLES as f64 * coarseness) as usize).clamp(1, intervals.div_ceil(2));
+        let most = if is_coarse { most_span(&steps, quantum_s, counted_s) } else { usize::MAX };
+        let span = (SPAN_SAMPLES as f64 * coarseness) as usize;
+        let span = span.min(most).clamp(1, intervals.div_ceil(2));
         let mut spans: Vec<f64> = sorted.windows(span + 1).map(|all| all[span] - all[0]).collect();
         // spans with losses are longer; of coarse stamps a loss does not show in one span
         let from_below = if is_coarse { spans.len() / 2 } else { spans.len() / 4 };
@@ -422,6 +426,14 @@ impl Misplaced {
             Self::One(samples) => samples.get(loss).copied().unwrap_or(0),
         }
     }
+}
+
+/// Most samples of a span of coarse stamps, of which most are to have no long gap.
+fn most_span(steps_s: &[f64], quantum_s: f64, counted_s: f64) -> usize {
+    let longest = (LONG_STEP * counted_s / quantum_s).ceil();
+    let whole =
+        steps_s.split(|step_s| *step_s > (longest + 0.5) * quantum_s).map(<[f64]>::len).max();
+    whole.filter(|&whole| whole < steps_s.len()).map_or(usize::MAX, |whole| whole / 3)
 }
 
 /// Tells whether long steps are not as evenly apart as those of a slower clock.

@@ -357,6 +357,31 @@ fn padded_times_are_as_coarse_as_their_values() {
     assert!(message.contains("`--gaps bridge`"), "{message}");
 }
 
+/// Rows in another order than that of their times, each row apart or all from the end.
+#[test]
+fn rows_are_put_in_order_where_gaps_are_bridged() {
+    let map = ColumnMap::default().with_gaps(Gaps::Bridge);
+    let rows: Vec<String> =
+        (0..500).map(|row| format!("{:.4},{}\n", f64::from(row) / 1e4, row % 97)).collect();
+    let table = |order: &[usize]| -> String {
+        let rows: String = order.iter().map(|&row| rows[row].as_str()).collect();
+        format!("time_s,current_a\n{rows}")
+    };
+    let in_order: Vec<usize> = (0..500).collect();
+    let sound = read(table(&in_order).as_bytes()).unwrap();
+    let reversed: Vec<usize> = (0..500).rev().collect();
+    let twice: Vec<usize> = (0..1000).map(|row| row / 2).collect();
+    let scattered: Vec<usize> = (0..500).map(|row| row * 211 % 500).collect();
+    for order in [reversed, twice, scattered] {
+        let text = table(&order);
+        assert!(error(&text).contains("; `--gaps bridge` puts the samples in order"));
+        let mended = parse("r.csv".to_owned(), text.as_bytes(), &map).unwrap();
+        let [mended, sound] = [&mended, &sound].map(|recording| &recording.channels()[0]);
+        assert_eq!(mended.values(), sound.values());
+        assert_eq!(mended.sampling().unwrap().rate_hz, 10_000.0);
+    }
+}
+
 fn read_mapped(text: &str, map: &[&str]) -> Result<Recording, RecordError> {
     Recording::parse("r.csv", text.as_bytes(), &ColumnMap::new(map).unwrap())
 }
