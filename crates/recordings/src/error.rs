@@ -7,7 +7,7 @@ use std::io;
 use crate::{ChannelName, FileFormat};
 
 use wording::{
-    LACKING_NOTE, at, cell_at, columns_are, did_you_mean, in_brackets, lacking_note, list,
+    LACKING_NOTE, at, cell_at, chosen, columns_are, did_you_mean, in_brackets, lacking_note, list,
     lost_and_doubled, order_note, rate_note, row_note, rowless, seen_note, time,
 };
 
@@ -436,6 +436,27 @@ pub enum RecordError {
         begins_again: bool,
         /// The rows before as a choice of rows, `COLUMN=VALUE`, where a column tells them apart.
         rows_before: Option<String>,
+    },
+    /// Each time is that of several rows, which are of several recordings.
+    #[error(
+        "{}time {time_s} s is that of {rows} rows, as is each, and `{channel}` does not go on from one \
+         to the next; of several recordings beside one another `--where {}` reads one; in Python \
+         `fdi.diagnose(table, group=COLUMN)` reads all",
+        at(*line),
+        chosen(rows_of_one.as_deref())
+    )]
+    RecordingsBeside {
+        /// Line of the second row, from 1, in a file that is text.
+        line: Option<u64>,
+        /// The first time, s.
+        time_s: f64,
+        /// Rows of each time.
+        rows: usize,
+        /// The channel that shows it.
+        channel: ChannelName,
+        /// The rows of one recording as a choice of rows, `COLUMN=VALUE`, where a column tells them
+        /// apart.
+        rows_of_one: Option<String>,
     },
     /// A commutation sector outside 1 to 6.
     #[error("{}column `{column}`: expected a sector from 1 to 6, found `{found}`", cell_at(*line))]

@@ -291,6 +291,18 @@ impl Evener {
         Err(OutOfOrder { at, can_be_bridged })
     }
 
+    /// Notes which rows of these stamps repeat the row before.
+    pub(crate) fn note_repeated(
+        &mut self,
+        stamps_s: &SharedNumbers,
+        quantum_s: f64,
+        repeated: &[usize],
+    ) {
+        if first_out_of_order(stamps_s).is_some() {
+            self.axis(stamps_s, quantum_s, repeated);
+        }
+    }
+
     /// Tells whether samples are brought onto a clock.
     fn is_taken(&self, clock: &Clock, values: &[f64]) -> bool {
         let is_whole = clock.is_in_order() && clock.lost() == 0;

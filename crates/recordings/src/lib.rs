@@ -43,6 +43,7 @@ mod reader;
 mod recording;
 mod row_choice;
 mod row_places;
+mod rows_beside;
 mod sampling;
 mod sha256;
 mod shared_numbers;

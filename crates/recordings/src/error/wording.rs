@@ -99,6 +99,11 @@ pub(super) fn lost_and_doubled(lost: usize, doubled: usize) -> String {
     format!("{}, the first", all.join(" and "))
 }
 
+/// A choice of rows as a word of a shell, or its form.
+pub(super) fn chosen(choice: Option<&str>) -> String {
+    choice.map_or_else(|| "COLUMN=VALUE".to_owned(), quoted)
+}
+
 pub(super) fn order_note(
     can_be_bridged: bool,
     begins_again: bool,
@@ -109,7 +114,7 @@ pub(super) fn order_note(
         (false, true) => format!(
             "; of several recordings under one another `--where {}` reads one; in Python \
              `fdi.diagnose(table, group=COLUMN)` reads all",
-            rows_before.map_or_else(|| "COLUMN=VALUE".to_owned(), quoted)
+            chosen(rows_before)
         ),
         (false, false) => String::new(),
     }

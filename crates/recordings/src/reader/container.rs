@@ -14,6 +14,7 @@ use crate::{
     property::Property,
     reader::chosen_rows::ChosenRows,
     recording::MOST_PLAUSIBLE,
+    rows_beside::TimedRows,
     unit::{self, Scale, StatedUnit},
 };
 
@@ -231,16 +232,19 @@ pub(super) fn assemble_with(
         return Err(RecordError::LongForm { columns: paths() });
     }
     let mut axes = Axes { container, plan: &plan, metadata: &metadata, read: Vec::new() };
-    let mut channels = Vec::with_capacity(plan.channels.len());
+    let mut stamped = Vec::with_capacity(plan.channels.len());
     let mut evener = Evener::new(map.gaps());
     for (index, wanted) in plan.channels.iter().enumerate() {
         let (before, from) = plan.channels.split_at(index);
         let is_of_sum = |other: &&Wanted| other.channel == wanted.channel;
         if !before.iter().any(|other| is_of_sum(&other)) {
             let parts: Vec<_> = from.iter().filter(is_of_sum).collect();
-            channels.extend(channel(&parts, container, &mut axes, &mut evener)?);
+            stamped.extend(Stamped::of(&parts, container, &mut axes, evener.bridges())?);
         }
     }
+    axes.look_at_rows(&stamped, &mut evener)?;
+    let channels = stamped.into_iter().map(|channel| channel.evened(&axes, &mut evener));
+    let channels = channels.collect::<Result<Vec<_>, _>>()?;
     let heads = container.heads();
     let is_empty = |wanted: &Wanted| heads[wanted.column].path.clone();
     if channels.is_empty() && !heads.is_empty() {
@@ -479,27 +483,43 @@ impl Axes<'_> {
         Ok(Axis { times_s, present: None, quantum_s: 0.0 })
     }
 
-    /// Adds to an error of times that begin again by what other column the rows are told apart.
-    fn with_rows_before(
+    /// A choice of rows by one of the other columns of a channel's table.
+    fn choice_by(
         &self,
-        error: RecordError,
         column: usize,
-        row: impl Fn(usize) -> usize,
-    ) -> RecordError {
-        let RecordError::ChannelTime { index, begins_again: true, .. } = error else {
-            return error;
-        };
+        choice: impl Fn(&OtherColumn) -> Option<String>,
+    ) -> Option<String> {
         let heads = self.container.heads();
         let is_beside = |other: &&usize| {
             let (own, other) = (&heads[column], &heads[**other]);
             own.group == other.group && own.samples == other.samples
         };
-        let choice = self.plan.others.iter().filter(is_beside).find_map(|&other| {
+        self.plan.others.iter().filter(is_beside).find_map(|&other| {
             let mut cells = OtherColumn::new(heads[other].path.clone());
             let visited = self.container.each_cell(other, &mut |cell| cells.push(0.0, cell));
-            visited.ok().and_then(|()| cells.choice_of_rows_before(row(index)))
-        });
-        error.with_rows_before(choice)
+            visited.ok().and_then(|()| choice(&cells))
+        })
+    }
+
+    /// Looks at the rows of each table as a whole: what repeats the row before is noted, and rows of
+    /// several recordings that have the same times are refused.
+    fn look_at_rows(&self, stamped: &[Stamped], evener: &mut Evener) -> Result<(), RecordError> {
+        let whole: Vec<&Stamped> = stamped.iter().filter(|one| one.rows.is_none()).collect();
+        for (at, first) in whole.iter().enumerate() {
+            let is_beside = |other: &&&Stamped| other.times_s.as_ptr() == first.times_s.as_ptr();
+            if whole[..at].iter().any(|before| is_beside(&before)) {
+                continue;
+            }
+            let beside = whole.iter().filter(is_beside);
+            let channels = beside.map(|one| (one.channel, &one.values[..])).collect();
+            let rows = TimedRows::new(&first.times_s, channels);
+            if let Some(beside) = rows.of_several() {
+                let choice = self.choice_by(first.column, |other| beside.choice_by(other));
+                beside.check(None, first.times_s[0], choice)?;
+            }
+            evener.note_repeated(&first.times_s, first.quantum_s, &rows.repeated());
+        }
+        Ok(())
     }
 
     fn no_axis(&self, head: &Head, alike: usize) -> RecordError {
@@ -558,106 +578,116 @@ fn decimals(value: f64) -> i32 {
     decimals.clamp(0, FINEST_CLOCK_DECIMALS)
 }
 
-/// One channel, the sum of its columns, or none where they hold no sample.
-fn channel(
-    parts: &[&Wanted],
-    container: &dyn Container,
-    axes: &mut Axes<'_>,
-    evener: &mut Evener,
-) -> Result<Option<Channel>, RecordError> {
-    let &[wanted, ref others @ ..] = parts else { return Ok(None) };
-    let head = &container.heads()[wanted.column];
-    let read = |part: &Wanted| {
-        let samples = container.numbers(part.column)?.scaled(part.scale);
-        Ok(if evener.bridges() { samples.without_nan() } else { samples })
-    };
-    let mut samples = read(wanted)?;
-    let mut has_any = samples.has_any();
-    for part in others {
-        let part = read(part)?;
-        has_any |= part.has_any();
-        let sum = samples.plus(&part, evener.bridges());
-        samples = sum.ok_or(RecordError::SumTimes { channel: wanted.channel })?;
-    }
-    if !has_any {
-        return Ok(None);
-    }
-    if !samples.has_any() {
-        return Err(RecordError::SumTimes { channel: wanted.channel });
-    }
-    let count = samples.values.len();
-    if wanted.channel == ChannelName::HallState {
-        let sector = |value: f64| (1..=6).any(|sector| value == f64::from(sector));
-        let wrong = (0..count).find(|&i| samples.is_present(i) && !sector(samples.values[i]));
-        if let Some(index) = wrong {
-            let (column, found) = (head.path.clone(), samples.values[index]);
-            return Err(RecordError::HallState { line: None, column, found });
-        }
-    }
-    let wild = |&index: &usize| samples.values[index].abs() > MOST_PLAUSIBLE;
-    if let Some(index) = (0..count).find(|index| samples.is_present(*index) && wild(index)) {
-        let (column, found) = (head.path.clone(), samples.values[index]);
-        let finite = found.is_finite();
-        return Err(if finite {
-            RecordError::Implausible { line: None, column, found, limit: MOST_PLAUSIBLE }
-        } else {
-            let is_lacking = found.is_nan();
-            RecordError::ChannelNotFinite { channel: wanted.channel, index, is_lacking }
-        });
-    }
-    let axis = axes.of(wanted.column, count)?;
-    for part in others {
-        if axes.of(part.column, count)?.times_s != axis.times_s {
-            return Err(RecordError::SumTimes { channel: wanted.channel });
-        }
-    }
-    if axis.times_s.len() != count {
-        let (channel, times) = (wanted.channel, axis.times_s.len());
-        return Err(RecordError::ChannelLength { channel, times, values: count });
-    }
-    if samples.present.is_none() && axis.present.is_none() {
-        let made = evened(wanted.channel, axis.times_s, samples.values, axis.quantum_s, evener);
-        return made.map_err(|error| axes.with_rows_before(error, wanted.column, |index| index));
-    }
-    let timed = |index: usize| axis.present.as_ref().is_none_or(|present| present[index]);
-    let kept: Vec<usize> = (0..count).filter(|&index| samples.is_present(index)).collect();
-    if let Some(&index) = kept.iter().find(|&&index| !timed(index)) {
-        return Err(RecordError::SampleWithoutTime { channel: wanted.channel, index });
-    }
-    let times_s: SharedNumbers = kept.iter().map(|&index| axis.times_s[index]).collect();
-    let values = kept.iter().map(|&index| samples.values[index]).collect();
-    let made = evened(wanted.channel, times_s, values, axis.quantum_s, evener);
-    made.map_err(|error| axes.with_rows_before(error, wanted.column, |index| kept[index]))
-}
-
-/// A channel on its clock.
-fn evened(
-    name: ChannelName,
+/// The samples of one channel with their times, as the file has them.
+struct Stamped {
+    channel: ChannelName,
+    column: usize,
     times_s: SharedNumbers,
     values: SharedNumbers,
     quantum_s: f64,
-    evener: &mut Evener,
-) -> Result<Option<Channel>, RecordError> {
-    let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
-    if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
-        let is_lacking = times_s[index].is_finite() && values[index].is_nan();
-        return Err(RecordError::ChannelNotFinite { channel: name, index, is_lacking });
-    }
-    let stamps_s = times_s.clone();
-    let channel = evener.channel(name, times_s, values, quantum_s);
-    channel.map(Some).map_err(|problem| match problem {
-        Untimely::NotAfter(OutOfOrder { at, can_be_bridged }) => {
-            let begins_again = at >= LEAST_ROWS && stamps_s[at] <= stamps_s[0];
-            RecordError::ChannelTime {
-                channel: name,
-                index: at,
-                can_be_bridged,
-                begins_again,
-                rows_before: None,
+    /// Rows of the samples; `None` where each row has one.
+    rows: Option<Vec<usize>>,
+}
+
+impl Stamped {
+    /// One channel, the sum of its columns, or none where they hold no sample.
+    fn of(
+        parts: &[&Wanted],
+        container: &dyn Container,
+        axes: &mut Axes<'_>,
+        is_bridged: bool,
+    ) -> Result<Option<Self>, RecordError> {
+        let &[wanted, ref others @ ..] = parts else { return Ok(None) };
+        let head = &container.heads()[wanted.column];
+        let read = |part: &Wanted| {
+            let samples = container.numbers(part.column)?.scaled(part.scale);
+            Ok(if is_bridged { samples.without_nan() } else { samples })
+        };
+        let mut samples = read(wanted)?;
+        let mut has_any = samples.has_any();
+        for part in others {
+            let part = read(part)?;
+            has_any |= part.has_any();
+            let sum = samples.plus(&part, is_bridged);
+            samples = sum.ok_or(RecordError::SumTimes { channel: wanted.channel })?;
+        }
+        if !has_any {
+            return Ok(None);
+        }
+        if !samples.has_any() {
+            return Err(RecordError::SumTimes { channel: wanted.channel });
+        }
+        let count = samples.values.len();
+        if wanted.channel == ChannelName::HallState {
+            let sector = |value: f64| (1..=6).any(|sector| value == f64::from(sector));
+            let wrong = (0..count).find(|&i| samples.is_present(i) && !sector(samples.values[i]));
+            if let Some(index) = wrong {
+                let (column, found) = (head.path.clone(), samples.values[index]);
+                return Err(RecordError::HallState { line: None, column, found });
             }
         }
-        Untimely::Lacking(gap) => gap.error(name, None),
-    })
+        let wild = |&index: &usize| samples.values[index].abs() > MOST_PLAUSIBLE;
+        if let Some(index) = (0..count).find(|index| samples.is_present(*index) && wild(index)) {
+            let (column, found) = (head.path.clone(), samples.values[index]);
+            let finite = found.is_finite();
+            return Err(if finite {
+                RecordError::Implausible { line: None, column, found, limit: MOST_PLAUSIBLE }
+            } else {
+                let is_lacking = found.is_nan();
+                RecordError::ChannelNotFinite { channel: wanted.channel, index, is_lacking }
+            });
+        }
+        let axis = axes.of(wanted.column, count)?;
+        for part in others {
+            if axes.of(part.column, count)?.times_s != axis.times_s {
+                return Err(RecordError::SumTimes { channel: wanted.channel });
+            }
+        }
+        if axis.times_s.len() != count {
+            let (channel, times) = (wanted.channel, axis.times_s.len());
+            return Err(RecordError::ChannelLength { channel, times, values: count });
+        }
+        let (channel, column, quantum_s) = (wanted.channel, wanted.column, axis.quantum_s);
+        let (times_s, values) = (axis.times_s, samples.values.clone());
+        if samples.present.is_none() && axis.present.is_none() {
+            return Ok(Some(Self { channel, column, times_s, values, quantum_s, rows: None }));
+        }
+        let timed = |index: usize| axis.present.as_ref().is_none_or(|present| present[index]);
+        let rows: Vec<usize> = (0..count).filter(|&index| samples.is_present(index)).collect();
+        if let Some(&index) = rows.iter().find(|&&index| !timed(index)) {
+            return Err(RecordError::SampleWithoutTime { channel, index });
+        }
+        let times_s = rows.iter().map(|&index| times_s[index]).collect();
+        let values = rows.iter().map(|&index| values[index]).collect();
+        Ok(Some(Self { channel, column, times_s, values, quantum_s, rows: Some(rows) }))
+    }
+
+    /// The channel on its clock.
+    fn evened(self, axes: &Axes<'_>, evener: &mut Evener) -> Result<Channel, RecordError> {
+        let Self { channel, column, times_s, values, quantum_s, rows } = self;
+        let finite = |(time_s, value): (&f64, &f64)| time_s.is_finite() && value.is_finite();
+        if let Some(index) = times_s.iter().zip(values.iter()).position(|pair| !finite(pair)) {
+            let is_lacking = times_s[index].is_finite() && values[index].is_nan();
+            return Err(RecordError::ChannelNotFinite { channel, index, is_lacking });
+        }
+        let made = evener.channel(channel, times_s.clone(), values, quantum_s);
+        made.map_err(|problem| match problem {
+            Untimely::NotAfter(OutOfOrder { at, can_be_bridged }) => {
+                let begins_again = at >= LEAST_ROWS && times_s[at] <= times_s[0];
+                let row = rows.as_ref().map_or(at, |rows| rows[at]);
+                let error = RecordError::ChannelTime {
+                    channel,
+                    index: at,
+                    can_be_bridged,
+                    begins_again,
+                    rows_before: None,
+                };
+                let choice = || axes.choice_by(column, |other| other.choice_of_rows_before(row));
+                if begins_again { error.with_rows_before(choice()) } else { error }
+            }
+            Untimely::Lacking(gap) => gap.error(channel, None),
+        })
+    }
 }
 
 #[cfg(test)]

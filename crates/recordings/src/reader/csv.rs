@@ -27,6 +27,7 @@ use crate::{
         time_decimals::TimeDecimals,
     },
     recording::MOST_PLAUSIBLE,
+    rows_beside::TimedRows,
     source::LIMIT_BYTES,
     unit::{self, Scale, StatedUnit},
 };
@@ -548,15 +549,27 @@ impl Table {
         self.decimals.quantum_s(&self.times_s, unit_s).max(self.single.quantum() * unit_s)
     }
 
+    /// The channels that have a sample in each row.
+    fn timed_rows(&self) -> TimedRows<'_> {
+        let known = self.roles.iter().filter_map(Role::known);
+        let whole = known.filter(|known| known.own_rows.is_none());
+        TimedRows::new(&self.times_s, whole.map(|known| (known.name, &known.values[..])).collect())
+    }
+
     /// Rows that have the time and the samples of the row before.
     fn repeated_rows(&self) -> Vec<usize> {
-        let known = || self.roles.iter().filter_map(Role::known);
-        let is_repeated = |&row: &usize| {
-            self.times_s[row - 1] == self.times_s[row]
-                && known().all(|known| known.is_repeated(row))
-                && known().next().is_some()
-        };
-        (1..self.times_s.len()).filter(is_repeated).collect()
+        let mut known = self.roles.iter().filter_map(Role::known);
+        let is_whole = known.all(|known| known.own_rows.is_none());
+        if is_whole { self.timed_rows().repeated() } else { Vec::new() }
+    }
+
+    /// Refuses rows of several recordings that have the same times.
+    fn check_rows_beside(&self) -> Result<(), RecordError> {
+        let Some(beside) = self.timed_rows().of_several() else { return Ok(()) };
+        let mut others = self.roles.iter().filter_map(Role::other);
+        let choice = others.find_map(|other| beside.choice_by(other));
+        let line = self.line_runs.iter().rev().find(|(row, _)| *row <= 1);
+        beside.check(line.map(|(_, ahead)| 1 + ahead), self.times_s[0], choice)
     }
 
     fn finish(self, header_line: u64, gaps: Gaps) -> Result<Rows, RecordError> {
@@ -564,6 +577,7 @@ impl Table {
             return Err(RecordError::HeaderOnly { line: header_line });
         }
         let (quantum_s, repeated) = (self.time_quantum_s(), self.repeated_rows());
+        self.check_rows_beside()?;
         let stated_units = self.stated_units;
         let times_s = SharedNumbers::from(self.times_s);
         let lines = Lines::new(times_s.clone(), self.line_runs);
@@ -698,11 +712,6 @@ impl KnownColumn {
             own.push(row);
         }
         Ok(())
-    }
-
-    /// Tells whether a row has the sample of the row before.
-    fn is_repeated(&self, row: usize) -> bool {
-        self.own_rows.is_none() && self.values.get(row - 1) == self.values.get(row)
     }
 
     /// Notes that a row has no sample of this channel.

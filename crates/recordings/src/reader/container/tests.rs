@@ -245,3 +245,49 @@ fn files_without_rows_are_told_apart_from_files_without_channels() {
         "no samples: the file has columns and no rows"
     );
 }
+
+/// Angles of a motor that turns to and fro, so far on.
+fn angle_rad(at: f64) -> f64 {
+    3.0 * (at / 40.0).sin()
+}
+
+#[test]
+fn recordings_beside_one_another_are_refused_with_the_choice_of_one() {
+    let times_s: Vec<f64> = (0..1000).map(|row| f64::from(row / 2) / 1e3).collect();
+    let rows = |value: &dyn Fn(i32) -> f64| (0..1000).map(value).collect::<Vec<f64>>();
+    let two = rows(&|row| angle_rad(f64::from(row / 2 - 4 * (row % 2))));
+    let (runs, one) = (rows(&|row| f64::from(row % 2 + 3)), rows(&|row| angle_rad(f64::from(row) / 2.0)));
+    let table = |angles: &[f64]| {
+        let columns: [(&str, &str, Clock, &[f64]); 3] = [
+            ("", "time_s", Clock::Unstated, &times_s),
+            ("", "motor_angle_rad", Clock::Unstated, angles),
+            ("", "run", Clock::Unstated, &runs),
+        ];
+        read(&file(&columns), &[])
+    };
+    assert_eq!(
+        table(&two).unwrap_err().to_string(),
+        "time 0 s is that of 2 rows, as is each, and `motor_angle_rad` does not go on from one to the \
+         next; of several recordings beside one another `--where run=3` reads one; in Python \
+         `fdi.diagnose(table, group=COLUMN)` reads all"
+    );
+    let one = table(&one).unwrap();
+    assert_eq!(one.channels()[0].sampling().unwrap().rate_hz, 2000.0);
+}
+
+#[test]
+fn rows_that_all_stand_twice_are_told() {
+    let times_s: Vec<f64> = (0..1000).map(|row| f64::from(row / 2) / 1e3).collect();
+    let twice: Vec<f64> = (0..1000).map(|row| angle_rad(f64::from(row / 2))).collect();
+    let columns: [(&str, &str, Clock, &[f64]); 2] = [
+        ("", "time_s", Clock::Unstated, &times_s),
+        ("", "motor_angle_rad", Clock::Unstated, &twice),
+    ];
+    let file = file(&columns);
+    let error = read(&file, &[]).unwrap_err().to_string();
+    assert!(error.ends_with("`--gaps bridge` puts the samples in order"), "{error}");
+    let map = ColumnMap::default().with_gaps(crate::Gaps::Bridge);
+    let mended = assemble("r".to_owned(), &file, &map).unwrap();
+    assert_eq!(mended.clock_notes()[0].doubled, 500);
+    assert_eq!(mended.channels()[0].sampling().unwrap().rate_hz, 1000.0);
+}

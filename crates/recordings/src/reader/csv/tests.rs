@@ -382,6 +382,30 @@ fn rows_are_put_in_order_where_gaps_are_bridged() {
     }
 }
 
+/// Two recordings sorted by time, and one whose times are rounded to as many samples, of packets.
+#[test]
+fn recordings_beside_one_another_are_refused_with_the_choice_of_one() {
+    let text = |angle_rad: &dyn Fn(u32) -> f64| {
+        let row = |row: u32| {
+            let run = ["A", "B"][row as usize % 2];
+            format!("{:.3},{run},{:.6}\n", f64::from(row / 2) / 1e3, angle_rad(row))
+        };
+        let rows: String = (0..1000).map(row).collect();
+        format!("# date = \"2026-11-21\"\ntime_s,run,motor_angle_rad\n{rows}")
+    };
+    let turned = |at: f64| 3.0 * (at / 40.0).sin();
+    let two = text(&|row| turned(f64::from(row / 2) - 4.0 * f64::from(row % 2)));
+    assert_eq!(
+        error(&two),
+        "line 4: time 0 s is that of 2 rows, as is each, and `motor_angle_rad` does not go on from one \
+         to the next; of several recordings beside one another `--where run=A` reads one; in Python \
+         `fdi.diagnose(table, group=COLUMN)` reads all"
+    );
+    assert_eq!(read_rows(&two, &["run=A"]).unwrap().channels()[0].values().len(), 500);
+    let one = read(text(&|row| turned(f64::from(row) / 2.0)).as_bytes()).unwrap();
+    assert_eq!(one.channels()[0].sampling().unwrap().rate_hz, 2000.0);
+}
+
 fn read_mapped(text: &str, map: &[&str]) -> Result<Recording, RecordError> {
     Recording::parse("r.csv", text.as_bytes(), &ColumnMap::new(map).unwrap())
 }
