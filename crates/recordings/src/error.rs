@@ -384,6 +384,27 @@ pub enum RecordError {
         /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the channel.
         can_be_bridged: bool,
     },
+    /// Rows hold the last samples of the currents in place of new ones.
+    #[error(
+        "{}the currents are the same to the digit in the {rows} rows after {after_s} s and jump then: held \
+         samples, not measured ones{}",
+        at(*line),
+        if *can_be_bridged {
+            " (`--gaps bridge` fills what is held)"
+        } else {
+            "; more than 8 in a row are not filled"
+        }
+    )]
+    Held {
+        /// Line of the first of them, from 1, in a file that is text.
+        line: Option<u64>,
+        /// How many there are.
+        rows: usize,
+        /// Time of the last row before, s.
+        after_s: f64,
+        /// True where [`Gaps::Bridge`](crate::Gaps::Bridge) reads the recording.
+        can_be_bridged: bool,
+    },
     /// Times are even, and the recorded command is not that of its test at these times.
     #[error(
         "{}the times are even, but `command_rad` shows {} after {after_s} s{}",

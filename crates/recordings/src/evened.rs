@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Longest gap that is bridged, in samples.
-const MOST_BRIDGED: usize = 8;
+pub(crate) const MOST_BRIDGED: usize = 8;
 
 /// Treatment of samples that are lost, doubled or out of order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -30,6 +30,7 @@ mod error;
 mod evened;
 mod format;
 mod guess;
+mod held_rows;
 mod kernel;
 mod lines;
 mod long_form;

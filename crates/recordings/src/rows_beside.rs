@@ -45,6 +45,17 @@ impl<'a> TimedRows<'a> {
         Self { times_s, channels }
     }
 
+    /// The channels that are currents.
+    pub(crate) fn currents(&self) -> impl Iterator<Item = (ChannelName, &'a [f64])> {
+        self.channels.iter().copied().filter(|(name, _)| CURRENTS.contains(name))
+    }
+
+    /// The currents, and what turns or slides.
+    pub(crate) fn moving(&self) -> impl Iterator<Item = (ChannelName, &'a [f64])> {
+        let smooth = self.channels.iter().copied().filter(|(name, _)| SMOOTH.contains(name));
+        self.currents().chain(smooth)
+    }
+
     /// Rows that have the time and the samples of the row before.
     pub(crate) fn repeated(&self) -> Vec<usize> {
         let is_repeated = |&row: &usize| {

@@ -10,6 +10,7 @@ use crate::{
     RecordError, Recording, RecordingDate, SharedNumbers,
     column_map::{Entry, Target},
     evened::{Evener, OutOfOrder, Untimely},
+    held_rows::HeldRows,
     long_form::is_long_form,
     property::Property,
     reader::chosen_rows::ChosenRows,
@@ -242,7 +243,7 @@ pub(super) fn assemble_with(
             stamped.extend(Stamped::of(&parts, container, &mut axes, evener.bridges())?);
         }
     }
-    axes.look_at_rows(&stamped, &mut evener)?;
+    axes.look_at_rows(&mut stamped, &mut evener)?;
     let channels = stamped.into_iter().map(|channel| channel.evened(&axes, &mut evener));
     let channels = channels.collect::<Result<Vec<_>, _>>()?;
     let heads = container.heads();
@@ -501,23 +502,34 @@ impl Axes<'_> {
         })
     }
 
-    /// Looks at the rows of each table as a whole: what repeats the row before is noted, and rows of
-    /// several recordings that have the same times are refused.
-    fn look_at_rows(&self, stamped: &[Stamped], evener: &mut Evener) -> Result<(), RecordError> {
-        let whole: Vec<&Stamped> = stamped.iter().filter(|one| one.rows.is_none()).collect();
-        for (at, first) in whole.iter().enumerate() {
-            let is_beside = |other: &&&Stamped| other.times_s.as_ptr() == first.times_s.as_ptr();
-            if whole[..at].iter().any(|before| is_beside(&before)) {
+    /// Looks at the rows of each table as a whole: what repeats the row before is noted, what is held
+    /// is taken for missing or refused, and so are rows of several recordings that have the same times.
+    fn look_at_rows(
+        &self,
+        stamped: &mut [Stamped],
+        evener: &mut Evener,
+    ) -> Result<(), RecordError> {
+        let mut seen = Vec::new();
+        for at in 0..stamped.len() {
+            let (times_s, quantum_s) = (stamped[at].times_s.clone(), stamped[at].quantum_s);
+            if stamped[at].rows.is_some() || seen.contains(&times_s.as_ptr()) {
                 continue;
             }
-            let beside = whole.iter().filter(is_beside);
+            seen.push(times_s.as_ptr());
+            let is_beside =
+                |one: &&Stamped| one.rows.is_none() && one.times_s.as_ptr() == times_s.as_ptr();
+            let beside = stamped.iter().filter(is_beside);
             let channels = beside.map(|one| (one.channel, &one.values[..])).collect();
-            let rows = TimedRows::new(&first.times_s, channels);
-            if let Some(beside) = rows.of_several() {
-                let choice = self.choice_by(first.column, |other| beside.choice_by(other));
-                beside.check(None, first.times_s[0], choice)?;
+            let table = TimedRows::new(&times_s, channels);
+            if let Some(beside) = table.of_several() {
+                let choice = self.choice_by(stamped[at].column, |other| beside.choice_by(other));
+                beside.check(None, times_s[0], choice)?;
             }
-            evener.note_repeated(&first.times_s, first.quantum_s, &rows.repeated());
+            evener.note_repeated(&times_s, quantum_s, &table.repeated());
+            let Some(held) = HeldRows::of(&table) else { continue };
+            held.check(&times_s, evener.bridges(), |_| None)?;
+            let beside = |one: &&mut Stamped| is_beside(&&**one);
+            stamped.iter_mut().filter(beside).for_each(|one| one.take_out(&held));
         }
         Ok(())
     }
@@ -660,6 +672,15 @@ impl Stamped {
         let times_s = rows.iter().map(|&index| times_s[index]).collect();
         let values = rows.iter().map(|&index| values[index]).collect();
         Ok(Some(Self { channel, column, times_s, values, quantum_s, rows: Some(rows) }))
+    }
+
+    /// Takes held samples for missing.
+    fn take_out(&mut self, held: &HeldRows) {
+        if let Some(rows) = held.measured(&self.values) {
+            self.times_s = rows.iter().map(|&row| self.times_s[row]).collect();
+            self.values = rows.iter().map(|&row| self.values[row]).collect();
+            self.rows = Some(rows);
+        }
     }
 
     /// The channel on its clock.

@@ -11,6 +11,7 @@ use crate::{
     Recording, Sampling, SharedNumbers,
     column_map::{Entry, Target},
     evened::{Evener, Untimely},
+    held_rows::HeldRows,
     lines::Lines,
     long_form::is_long_form,
     reader::{
@@ -568,16 +569,34 @@ impl Table {
         let Some(beside) = self.timed_rows().of_several() else { return Ok(()) };
         let mut others = self.roles.iter().filter_map(Role::other);
         let choice = others.find_map(|other| beside.choice_by(other));
-        let line = self.line_runs.iter().rev().find(|(row, _)| *row <= 1);
-        beside.check(line.map(|(_, ahead)| 1 + ahead), self.times_s[0], choice)
+        let line = Lines::new(self.times_s.clone().into(), self.line_runs.clone()).of_row(1);
+        beside.check(Some(line), self.times_s[0], choice)
     }
 
-    fn finish(self, header_line: u64, gaps: Gaps) -> Result<Rows, RecordError> {
+    /// Refuses rows whose samples are held, or takes these for missing where gaps are bridged.
+    fn take_out_held(&mut self, gaps: Gaps) -> Result<(), RecordError> {
+        let Some(held) = HeldRows::of(&self.timed_rows()) else { return Ok(()) };
+        let lines = Lines::new(self.times_s.clone().into(), self.line_runs.clone());
+        held.check(&self.times_s, gaps == Gaps::Bridge, |row| Some(lines.of_row(row)))?;
+        for role in &mut self.roles {
+            if let Role::Known(known) = role
+                && known.own_rows.is_none()
+                && let Some(rows) = held.measured(&known.values)
+            {
+                known.values = rows.iter().map(|&row| known.values[row]).collect();
+                known.own_rows = Some(rows);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, header_line: u64, gaps: Gaps) -> Result<Rows, RecordError> {
         if self.times_s.is_empty() {
             return Err(RecordError::HeaderOnly { line: header_line });
         }
         let (quantum_s, repeated) = (self.time_quantum_s(), self.repeated_rows());
         self.check_rows_beside()?;
+        self.take_out_held(gaps)?;
         let stated_units = self.stated_units;
         let times_s = SharedNumbers::from(self.times_s);
         let lines = Lines::new(times_s.clone(), self.line_runs);

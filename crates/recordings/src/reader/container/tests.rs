@@ -291,3 +291,25 @@ fn rows_that_all_stand_twice_are_told() {
     assert_eq!(mended.clock_notes()[0].doubled, 500);
     assert_eq!(mended.channels()[0].sampling().unwrap().rate_hz, 1000.0);
 }
+
+#[test]
+fn held_samples_are_missing_ones() {
+    let times_s: Vec<f64> = (0..2000).map(|row| f64::from(row) / 1e4).collect();
+    let held = |row: usize| if (1000..1008).contains(&row) { 999 } else { row };
+    let noise = |row: usize| (row as f64 * 12.9898).sin() * 43_758.545_3;
+    let current_a = |row: usize| angle_rad(row as f64) + 0.05 * (noise(row) - noise(row).floor());
+    let currents: Vec<f64> = (0..2000).map(|row| current_a(held(row))).collect();
+    let angles: Vec<f64> = (0..2000).map(|row| angle_rad(f64::from(row))).collect();
+    let columns: [(&str, &str, Clock, &[f64]); 3] = [
+        ("", "time_s", Clock::Unstated, &times_s),
+        ("", "current_a", Clock::Unstated, &currents),
+        ("", "motor_angle_rad", Clock::Unstated, &angles),
+    ];
+    let file = file(&columns);
+    let error = read(&file, &[]).unwrap_err().to_string();
+    assert!(error.starts_with("the currents are the same to the digit in the 8 rows"), "{error}");
+    let map = ColumnMap::default().with_gaps(crate::Gaps::Bridge);
+    let mended = assemble("r".to_owned(), &file, &map).unwrap();
+    let [note] = mended.clock_notes() else { panic!("one axis") };
+    assert_eq!((note.lost, note.channels.as_slice()), (8, &[ChannelName::Current][..]));
+}

@@ -406,6 +406,36 @@ fn recordings_beside_one_another_are_refused_with_the_choice_of_one() {
     assert_eq!(one.channels()[0].sampling().unwrap().rate_hz, 2000.0);
 }
 
+/// Rows in which an acquisition has written its last currents again.
+#[test]
+fn held_samples_are_missing_ones() {
+    let map = ColumnMap::default().with_gaps(Gaps::Bridge);
+    let current_a = |row: u32| {
+        let noise = (f64::from(row) * 12.9898).sin() * 43_758.545_3;
+        2.0 * (f64::from(row) / 20.0).sin() + 0.05 * (noise - noise.floor())
+    };
+    let text = |held: std::ops::Range<u32>| {
+        let row = |row: u32| {
+            let shown = if held.contains(&row) { held.start - 1 } else { row };
+            format!("{:.4},{:.5}\n", f64::from(row) / 1e4, current_a(shown))
+        };
+        format!("time_s,current_a\n{}", (0..2000).map(row).collect::<String>())
+    };
+    assert!(read(text(0..0).as_bytes()).unwrap().clock_notes().is_empty());
+    let short = text(1000..1008);
+    assert_eq!(
+        error(&short),
+        "line 1002: the currents are the same to the digit in the 8 rows after 0.0999 s and jump then: \
+         held samples, not measured ones (`--gaps bridge` fills what is held)"
+    );
+    let mended = parse("r.csv".to_owned(), short.as_bytes(), &map).unwrap();
+    assert_eq!((mended.clock_notes()[0].lost, mended.channels()[0].values().len()), (8, 2000));
+    let off_a = mended.channels()[0].values()[1004] - current_a(1004);
+    assert!(off_a.abs() < 0.1, "{off_a}");
+    let long = parse("r.csv".to_owned(), text(1000..1009).as_bytes(), &map).unwrap_err().to_string();
+    assert!(long.ends_with("; more than 8 in a row are not filled"), "{long}");
+}
+
 fn read_mapped(text: &str, map: &[&str]) -> Result<Recording, RecordError> {
     Recording::parse("r.csv", text.as_bytes(), &ColumnMap::new(map).unwrap())
 }
