@@ -7,7 +7,7 @@ use std::io;
 use crate::{ChannelName, FileFormat};
 
 use wording::{
-    LACKING_NOTE, at, cell_at, chosen, columns_are, did_you_mean, in_brackets, lacking_note, list,
+    LACKING_NOTE, at, cell_at, chosen, columns_are, in_brackets, lacking_note, list,
     lost_and_doubled, order_note, rate_note, row_note, rowless, seen_note, time,
 };
 
@@ -500,15 +500,33 @@ pub enum RecordError {
         /// Message of the parser.
         reason: String,
     },
+    /// A line of the metadata has a colon where TOML has `=`.
+    #[error("line {line}: metadata `{key}`: expected `{expected}`, found a colon after the key")]
+    MetadataColon {
+        /// Line, from 1.
+        line: u64,
+        /// The key.
+        key: &'static str,
+        /// The line as TOML.
+        expected: String,
+    },
     /// A metadata key is not known.
-    #[error("line {line}: unknown metadata key `{key}`; {}", did_you_mean(*nearest))]
+    #[error("line {line}: unknown metadata key `{key}`; the keys are {}", list(&crate::metadata_key::keys()))]
     MetadataKey {
         /// Line, from 1.
         line: u64,
         /// The key.
         key: String,
-        /// A key that is spelt almost like it.
-        nearest: Option<&'static str>,
+    },
+    /// A metadata key is not known, and spelt almost like one that is.
+    #[error("line {line}: unknown metadata key `{key}`; did you mean `{nearest}`?")]
+    MetadataKeyMisspelt {
+        /// Line, from 1.
+        line: u64,
+        /// The key.
+        key: String,
+        /// The key that it is almost spelt like.
+        nearest: &'static str,
     },
     /// A metadata value is of the wrong type or out of range.
     #[error("line {line}: metadata `{key}`: expected {expected}, found {found}")]

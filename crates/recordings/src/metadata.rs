@@ -4,7 +4,10 @@ use std::{borrow::Cow, fmt, ops::RangeInclusive, str::FromStr};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::{METADATA_KEYS, RecordError, metadata_key::keys, nearest::nearest, property::Property};
+use crate::{
+    METADATA_KEYS, MetadataKey, RecordError, metadata_key::keys, nearest::nearest,
+    property::Property,
+};
 
 /// Metadata that a recording states; all of it is optional.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -120,6 +123,17 @@ impl fmt::Display for RecordingDate {
     }
 }
 
+/// The error of a line `KEY: VALUE` with a key of the metadata.
+fn with_colon(text: &str, line: u64) -> Option<RecordError> {
+    let (key, value) = text.split_once(':').map(|(key, value)| (key.trim(), value.trim()))?;
+    let MetadataKey { name, kind, .. } = METADATA_KEYS.into_iter().find(|row| row.name == key)?;
+    let is_whole = kind == "number" || value.starts_with(['"', '\'']);
+    let value = if is_whole { value.to_owned() } else { quoted(value) };
+    let expected = format!("{name} = {value}");
+    DeTable::parse(&expected).is_ok().then_some(())?;
+    Some(RecordError::MetadataColon { line, key: name, expected })
+}
+
 impl Metadata {
     /// Reads the TOML text; line 1 of it is line `first_line` of the file.
     pub(super) fn parse(text: &str, first_line: u64) -> Result<Self, RecordError> {
@@ -127,9 +141,13 @@ impl Metadata {
             let before = text.as_bytes().iter().take(byte);
             first_line + before.filter(|&&b| b == b'\n').count() as u64
         };
-        let table = DeTable::parse(text).map_err(|error| RecordError::MetadataSyntax {
-            line: line_at(error.span().map_or(0, |span| span.start)),
-            reason: error.message().lines().next().unwrap_or_default().to_owned(),
+        let table = DeTable::parse(text).map_err(|error| {
+            let line = line_at(error.span().map_or(0, |span| span.start));
+            let own = text.lines().nth((line - first_line) as usize).unwrap_or_default();
+            with_colon(own, line).unwrap_or_else(|| RecordError::MetadataSyntax {
+                line,
+                reason: error.message().lines().next().unwrap_or_default().to_owned(),
+            })
         })?;
         let mut entries: Vec<_> = table.get_ref().iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -165,10 +183,10 @@ impl Metadata {
             }
             "load-n-m" => self.load_n_m = Some(field.number("load-n-m", FINITE)?),
             _ => {
-                return Err(RecordError::MetadataKey {
-                    line: field.line,
-                    key: key.to_owned(),
-                    nearest: nearest(key, keys()),
+                let (line, key) = (field.line, key.to_owned());
+                return Err(match nearest(&key, keys()) {
+                    Some(nearest) => RecordError::MetadataKeyMisspelt { line, key, nearest },
+                    None => RecordError::MetadataKey { line, key },
                 });
             }
         }
@@ -178,7 +196,7 @@ impl Metadata {
     /// Sets a key from a value that is no line of a text.
     ///
     /// # Errors
-    /// [`RecordError::MetadataKey`] for an unknown key, [`RecordError::Property`] for a value that
+    /// [`RecordError::MetadataKey`] or [`RecordError::MetadataKeyMisspelt`] for an unknown key, [`RecordError::Property`] for a value that
     /// the key does not take.
     pub fn set_property(&mut self, key: &str, property: &Property) -> Result<(), RecordError> {
         let text = match property {
@@ -407,6 +425,20 @@ mod tests {
             error("command = 3"),
             "line 1: metadata `command`: expected a name such as \"chirp\", or \"recorded\", found 3"
         );
+        assert_eq!(
+            error("noise-a = 1\nactuator-id: A-7\n"),
+            "line 2: metadata `actuator-id`: expected `actuator-id = \"A-7\"`, found a colon after the key"
+        );
+        assert!(error("rate-hz: 2000").contains("expected `rate-hz = 2000`"));
+        assert!(error("rate-hz: 2 kHz").contains("are TOML"));
+        assert!(error("remark: bench 3").contains("are TOML"));
+        let misspelt = |text: &str| Metadata::parse(text, 1).unwrap_err();
+        // a program offers to leave out lines that are none of ours, not a key that is misspelt
+        assert!(matches!(
+            misspelt("comand = \"chirp\""),
+            RecordError::MetadataKeyMisspelt { line: 1, nearest: "command", .. }
+        ));
+        assert!(matches!(misspelt("bench = 3"), RecordError::MetadataKey { line: 1, .. }));
         let prose = error("noise-a = 1\n recorded on bench 3\n");
         assert!(prose.starts_with("line 2: metadata (`#` lines"), "{prose}");
         let advice = "(`## …` is a comment, `--skip-lines N` leaves out the first N lines)";

@@ -119,10 +119,3 @@ pub(super) fn order_note(
         (false, false) => String::new(),
     }
 }
-
-pub(super) fn did_you_mean(nearest: Option<&'static str>) -> String {
-    nearest.map_or_else(
-        || format!("the keys are {}", list(&crate::metadata_key::keys())),
-        |key| format!("did you mean `{key}`?"),
-    )
-}
