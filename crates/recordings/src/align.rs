@@ -65,6 +65,41 @@ impl Channel {
             .collect()
     }
 
+    /// Values at other times in increasing order, of what moves smoothly: by the cubic through the two
+    /// samples on either side, or the nearest four; constant farther beyond the first and the last than
+    /// one sample is from the next.
+    ///
+    /// ```text
+    /// x(t) = Σ_j x_j·Π_{k≠j} (t − t_k)/(t_j − t_k),   j, k of the four samples
+    /// ```
+    ///
+    /// # Source
+    ///
+    /// Lagrange interpolation; any textbook of numerical analysis.
+    pub fn smooth_at(&self, times_s: &[f64]) -> Vec<f64> {
+        let (from_s, values) = (self.times_s(), self.values());
+        let mut moved = self.at(times_s);
+        let count = from_s.len();
+        if from_s == times_s || count < 4 {
+            return moved;
+        }
+        let before_s = from_s[0] - (from_s[1] - from_s[0]);
+        let beyond_s = from_s[count - 1] + (from_s[count - 1] - from_s[count - 2]);
+        for (value, &time_s) in moved.iter_mut().zip(times_s) {
+            if !(before_s..=beyond_s).contains(&time_s) {
+                continue;
+            }
+            let above = from_s.partition_point(|&from_s| from_s <= time_s).clamp(2, count - 2);
+            let near = above - 2..above + 2;
+            let weight = |j: usize| {
+                let others = near.clone().filter(|&k| k != j);
+                others.map(|k| (time_s - from_s[k]) / (from_s[j] - from_s[k])).product::<f64>()
+            };
+            *value = near.clone().map(|j| weight(j) * values[j]).sum();
+        }
+        moved
+    }
+
     /// Sample rate, Hz, of a channel whose samples stand on a grid.
     ///
     /// # Errors
@@ -128,6 +163,18 @@ mod tests {
         let channel = Channel::new(ChannelName::Command, &[0.0, 1.0, 3.0], vec![2.0, 4.0, 0.0]);
         let values = channel.expect("a channel").at(&[-1.0, 0.0, 0.5, 2.0, 3.0, 9.0]);
         assert_eq!(values, [2.0, 2.0, 3.0, 2.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn what_moves_smoothly_lies_on_a_cubic_between_samples() {
+        let cubic = |t: f64| 1.0 - 2.0 * t + 0.5 * t * t - 0.25 * t * t * t;
+        let from_s = [0.0, 1.0, 1.5, 3.0, 4.0];
+        let channel = Channel::new(ChannelName::MotorAngle, &from_s, from_s.map(cubic).into());
+        let values = channel.expect("a channel").smooth_at(&[-2.0, -0.5, 1.25, 3.5, 4.5, 9.0]);
+        let told = [0.0, -0.5, 1.25, 3.5, 4.5, 4.0].map(cubic);
+        for (value, told) in values.iter().zip(told) {
+            assert!((value - told).abs() < 1e-12, "{values:?}");
+        }
     }
 
     #[test]

@@ -314,3 +314,28 @@ fn what_lacks_is_refused_with_its_line_unless_it_is_to_be_bridged() {
     assert!(error.starts_with("line 2504: no sample of"), "{error}");
     assert!(!error.contains("--gaps"), "{error}");
 }
+
+#[test]
+fn an_angle_that_is_logged_slower_than_the_currents_changes_nothing() {
+    let slowly = |name: &str, rows_apart: usize| {
+        let text = Rows::of(name).text(6);
+        let kept = |(line, text): (usize, &str)| match text.rsplit_once(',') {
+            Some((rest, _)) if line >= 3 && (line - 3) % rows_apart != 0 => format!("{rest},"),
+            _ => text.to_owned(),
+        };
+        text.lines().enumerate().map(kept).collect::<Vec<_>>().join("\n")
+    };
+    let texts: Vec<String> =
+        RECORDINGS.iter().flat_map(|name| [1, 20].map(|apart| slowly(name, apart))).collect();
+    let answers = answers(&texts, "refuse").records;
+    assert_eq!(answers.len(), texts.len());
+    for of_one in answers.chunks(2) {
+        let [twin, slow] = of_one else { panic!("two of each") };
+        assert_eq!(slow.verdict, twin.verdict, "{}", slow.recording);
+        for (slow, twin) in slow.faults.iter().zip(&twin.faults) {
+            let (Some(level), Some(twin_level)) = (slow.value, twin.value) else { continue };
+            let off = (level - twin_level).abs() / twin.std.unwrap();
+            assert!(off < 0.3, "{} off by {off:.2}", slow.id);
+        }
+    }
+}

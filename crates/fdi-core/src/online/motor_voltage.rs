@@ -8,7 +8,7 @@ use ema_sim::Commutation;
 use recordings::{Channel, ChannelName, Recording};
 
 use crate::{
-    online::observation::{at_times, sampled_fast_enough},
+    online::observation::sampled_fast_enough,
     simulation::{
         cut_phase::cut,
         envelope::filtered,
@@ -116,7 +116,7 @@ const OF_DUTY: &str = "duty_frac · bus_voltage_v";
 fn of_duty(duty: &Channel, bus: &Channel, is_field_oriented: bool) -> Vec<f64> {
     // the axes of a field-oriented drive reach to half of the supply
     let reach = if is_field_oriented { 0.5 } else { 1.0 };
-    let bus_v = at_times(bus, duty.times_s());
+    let bus_v = bus.at(duty.times_s());
     duty.values().iter().zip(bus_v).map(|(duty, bus_v)| reach * duty * bus_v).collect()
 }
 
@@ -132,7 +132,7 @@ fn agrees_with_duty(
         return Ok(());
     };
     let other_v = of_duty(duty, bus, is_field_oriented);
-    let own_v = at_times(voltage, duty.times_s());
+    let own_v = voltage.at(duty.times_s());
     let products = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let times = products(&own_v, &other_v) / products(&own_v, &own_v);
     if times.is_finite() && (times - 1.0).abs() > MOST_APART {

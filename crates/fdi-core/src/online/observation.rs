@@ -389,7 +389,7 @@ fn rotor_of(
     let times_s = phases[0].times_s();
     if let Some(angle) = recording.channel(ChannelName::MotorAngle) {
         let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
-        let electrical = at_times(angle, times_s).into_iter().map(|theta| theta * pole_pairs);
+        let electrical = angle.smooth_at(times_s).into_iter().map(|theta| theta * pole_pairs);
         return Ok(Rotor {
             start_angle_rad: angle.values().first().copied(),
             electrical_rad: electrical.collect(),
@@ -557,26 +557,6 @@ fn of_channel(
         motor_voltage: MotorVoltage::NotRecorded,
         notices: Vec::new(),
     })
-}
-
-/// The channel's values at given times, straight between its samples.
-pub(super) fn at_times(channel: &Channel, times_s: &[f64]) -> Vec<f64> {
-    let (own, values) = (channel.times_s(), channel.values());
-    let mut place = 0;
-    times_s
-        .iter()
-        .map(|&t| {
-            while place + 2 < own.len() && own[place + 1] <= t {
-                place += 1;
-            }
-            if own.len() < 2 {
-                return values.first().copied().unwrap_or(0.0);
-            }
-            let span = own[place + 1] - own[place];
-            let share = ((t - own[place]) / span).clamp(0.0, 1.0);
-            values[place] + share * (values[place + 1] - values[place])
-        })
-        .collect()
 }
 
 /// Compares the recording's command with the bundle's, which begins late by a part of a sample,
