@@ -201,7 +201,11 @@ impl Diagnoser {
                 return Ok(begun.answered(recording, spent));
             };
             spent += begun.answer.evaluations;
-            *found = found.later(late_s);
+            let moved = found.later(late_s);
+            if moved == *found {
+                break;
+            }
+            *found = moved;
         }
         let begun = self.diagnose_begun(recording, start, false, options, watch)?;
         Ok(begun.answered(recording, spent))

@@ -51,6 +51,15 @@ pub(crate) struct CommandStart {
     /// Standard deviation, s; zero where a command shows it.
     std_s: f64,
     seen_in: SeenIn,
+    /// Ticks of the drive, where the current was logged at some of them: the command began at one.
+    ticks: Option<Ticks>,
+}
+
+/// Instants that lie evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ticks {
+    first_s: f64,
+    step_s: f64,
 }
 
 impl CommandStart {
@@ -81,7 +90,11 @@ impl CommandStart {
 
     /// The start that is later by some time.
     pub(crate) fn later(self, by_s: f64) -> Self {
-        Self { at_s: self.at_s + by_s, ..self }
+        let at_s = self.at_s + by_s;
+        let on_tick = |Ticks { first_s, step_s }: Ticks| {
+            first_s + ((at_s - first_s) / step_s).round() * step_s
+        };
+        Self { at_s: self.ticks.map_or(at_s, on_tick), ..self }
     }
 
     /// The start with another standard deviation, s.
@@ -147,7 +160,7 @@ fn of_command(channel: &Channel, experiment: &Experiment) -> Option<CommandStart
         at_s += step_s.clamp(-half_s, half_s);
     }
     let is_later = (at_s - times_s[0]) * rate_hz > SAME_SAMPLE;
-    is_later.then_some(CommandStart { at_s, std_s: 0.0, seen_in: SeenIn::Command })
+    is_later.then_some(CommandStart { at_s, std_s: 0.0, seen_in: SeenIn::Command, ticks: None })
 }
 
 /// The start that the currents show.
@@ -160,7 +173,11 @@ fn of_current(recording: &Recording, experiment: &Experiment) -> Option<CommandS
     let (place, _) = most_alike(&magnitude_a, &expected_a)?;
     let after_s = place as f64 / experiment.filter.output_hz;
     let (at_s, std_s) = (first_s + after_s, CURRENT_STD_S);
-    (after_s > std_s).then_some(CommandStart { at_s, std_s, seen_in: SeenIn::Current })
+    let is_of_the_drive = matches!(recording.require_current(), Ok(Current::Quadrature(_)));
+    let step_s = 1.0 / experiment.actuator.controller.sample_hz;
+    let ticks = is_of_the_drive.then_some(Ticks { first_s, step_s });
+    let start = CommandStart { at_s, std_s, seen_in: SeenIn::Current, ticks };
+    (after_s > std_s).then_some(start.later(0.0))
 }
 
 /// Magnitude of the current at the rate of the experiment's filter, A, and the time of its first

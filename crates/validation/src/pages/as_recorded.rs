@@ -79,8 +79,12 @@ const FORMS: [BenchForm; 9] = [
 ];
 
 /// Logs of a field-oriented drive of its own current.
-const LOGS: [BenchForm; 4] = [
+const LOGS: [BenchForm; 5] = [
     log("q-axis current, each tick", None, 1),
+    BenchForm {
+        columns: UNTOLD.columns,
+        ..log("q-axis current, each tick, the command not recorded", None, 1)
+    },
     log("q-axis current behind 1 kHz, each tick", Some(1000.0), 1),
     log("q-axis current behind 300 Hz, each second tick", Some(300.0), 2),
     log("q-axis current behind 1 kHz, each fourth tick", Some(1000.0), 4),
