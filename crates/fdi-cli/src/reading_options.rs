@@ -114,9 +114,11 @@ impl ReadingOptions {
             }
             RecordError::ChannelNotFinite { is_lacking: true, .. }
             | RecordError::Gap { can_be_bridged: true, .. }
+            | RecordError::Held { can_be_bridged: true, .. }
             | RecordError::TimeNotIncreasing { can_be_bridged: true, .. }
             | RecordError::ChannelTime { can_be_bridged: true, .. } => self.is_bridged = true,
-            RecordError::TimeNotIncreasing { rows_before: Some(choice), .. }
+            RecordError::RecordingsBeside { rows_of_one: Some(choice), .. }
+            | RecordError::TimeNotIncreasing { rows_before: Some(choice), .. }
             | RecordError::ChannelTime { rows_before: Some(choice), .. } => {
                 self.rows.push(choice.clone());
             }

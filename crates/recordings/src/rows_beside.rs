@@ -189,7 +189,7 @@ struct Moved {
     /// In the direction of the slower movement.
     within: f64,
     between: f64,
-    /// Of the sizes of the movements between.
+    /// Sum of the sizes of the movements between.
     sizes: f64,
     within_squares: f64,
     products: f64,

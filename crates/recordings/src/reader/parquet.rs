@@ -25,6 +25,7 @@ use crate::{
     metadata_key::keys,
     property::Property,
     reader::container::{Clock, Container, Head, LIMIT_NUMBERS, Samples, assemble, each_number},
+    row_choice::choice_of,
 };
 
 use elapsed::elapsed_per_second;
@@ -140,7 +141,7 @@ impl ParquetFile {
         let name = || self.heads[column].path.clone();
         let rows = self.reader.metadata().file_metadata().num_rows();
         if is_list(descriptor) && rows != 1 && !self.selects_rows {
-            return Err(lists_in_rows(rows, &name()));
+            return Err(lists_in_rows(rows, &name(), self.choice_of_first_row()));
         }
         let name_of_elapsed = descriptor.path().parts().last();
         let elapsed = self.elapsed.iter().find(|(name, _)| Some(name) == name_of_elapsed);
@@ -198,6 +199,18 @@ impl ParquetFile {
         Ok(all)
     }
 
+    /// The choice of rows that takes the first and no other, by a column that is no list.
+    fn choice_of_first_row(&self) -> Option<String> {
+        let choice = |(column, head): (usize, &Head)| {
+            let mut cells: Vec<String> = Vec::new();
+            self.each_cell(column, &mut |cell| cells.push(cell.to_owned())).ok()?;
+            let (first, others) = cells.split_first()?;
+            (!others.contains(first)).then(|| choice_of(&head.path, first)).flatten()
+        };
+        let heads = self.heads.iter().enumerate();
+        heads.filter(|(column, _)| !is_list(self.descriptor(*column))).find_map(choice)
+    }
+
     /// The text in the only row of a column.
     fn only_text(&self, column: usize) -> Option<String> {
         let mut text = None;
@@ -246,10 +259,11 @@ fn half(bytes: &[u8]) -> Option<f64> {
 }
 
 /// The error of lists in several rows, each row a recording.
-fn lists_in_rows(rows: impl Display, column: &str) -> RecordError {
+fn lists_in_rows(rows: impl Display, column: &str, choice: Option<String>) -> RecordError {
+    let first = choice.map(|choice| format!(", of which `--where {choice}` reads the first,"));
     RecordError::Unsupported {
         format: FileFormat::Parquet,
-        what: format!("lists in {rows} rows (`{column}`)"),
+        what: format!("lists in {rows} rows (`{column}`){}", first.unwrap_or_default()),
         advice: "`--where COLUMN=VALUE` chooses the row that is read",
     }
 }
@@ -446,7 +460,7 @@ impl Container for ParquetFile {
             return Ok(None);
         }
         let &[row] = rows else {
-            return Err(lists_in_rows(rows.len(), &self.heads[column].path));
+            return Err(lists_in_rows(rows.len(), &self.heads[column].path, None));
         };
         let Gathered { samples, starts, .. } = self.gather(column)?;
         let end = |row: usize| starts.get(row).copied().unwrap_or(samples.values.len());
@@ -535,6 +549,8 @@ mod tests {
         );
         let several = of(&[]).unwrap_err().to_string();
         assert!(several.contains("`--where COLUMN=VALUE` chooses the row"), "{several}");
+        let told = of(&[]).unwrap_err().to_string();
+        assert!(told.contains("of which `--where run=first` reads the first,"), "{told}");
     }
 
     #[test]

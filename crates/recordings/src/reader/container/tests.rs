@@ -256,7 +256,8 @@ fn recordings_beside_one_another_are_refused_with_the_choice_of_one() {
     let times_s: Vec<f64> = (0..1000).map(|row| f64::from(row / 2) / 1e3).collect();
     let rows = |value: &dyn Fn(i32) -> f64| (0..1000).map(value).collect::<Vec<f64>>();
     let two = rows(&|row| angle_rad(f64::from(row / 2 - 4 * (row % 2))));
-    let (runs, one) = (rows(&|row| f64::from(row % 2 + 3)), rows(&|row| angle_rad(f64::from(row) / 2.0)));
+    let (runs, one) =
+        (rows(&|row| f64::from(row % 2 + 3)), rows(&|row| angle_rad(f64::from(row) / 2.0)));
     let table = |angles: &[f64]| {
         let columns: [(&str, &str, Clock, &[f64]); 3] = [
             ("", "time_s", Clock::Unstated, &times_s),

@@ -432,7 +432,8 @@ fn held_samples_are_missing_ones() {
     assert_eq!((mended.clock_notes()[0].lost, mended.channels()[0].values().len()), (8, 2000));
     let off_a = mended.channels()[0].values()[1004] - current_a(1004);
     assert!(off_a.abs() < 0.1, "{off_a}");
-    let long = parse("r.csv".to_owned(), text(1000..1009).as_bytes(), &map).unwrap_err().to_string();
+    let long =
+        parse("r.csv".to_owned(), text(1000..1009).as_bytes(), &map).unwrap_err().to_string();
     assert!(long.ends_with("; more than 8 in a row are not filled"), "{long}");
 }
 
