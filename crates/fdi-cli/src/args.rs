@@ -345,7 +345,7 @@ pub struct DiagnoseArgs {
     /// The unit that `fdi unit learn` has learnt, or a folder of units, matched by `actuator-id`: levels are changes since it was new
     #[arg(long, value_name = "FILE|FOLDER", conflicts_with = "reference")]
     pub unit: Option<PathBuf>,
-    /// Say for each fault, in JSON, how well it can be told: at best, what it is shared with, and what would help; a report has it but with `--resume` and `--shard`
+    /// Say for each fault how well it can be told: at best, what it is shared with, and what would help; a report has it anyway, but with `--resume` and `--shard`
     #[arg(long)]
     pub identifiability: bool,
     /// One answer to all recordings of an actuator, of one session or of all, in one state of health
@@ -415,6 +415,11 @@ impl DiagnoseArgs {
     /// True where the options ask for decisions in the answers.
     pub(crate) fn ask_for_decisions(&self) -> bool {
         self.decide || self.exit_code == Some(ExitBy::Decision) || self.levels.are_given()
+    }
+
+    /// True where the answers have to be kept until the batch has ended.
+    pub(crate) fn wants_report(&self) -> bool {
+        self.report.report.is_some() || self.report.figures.is_some()
     }
 }
 

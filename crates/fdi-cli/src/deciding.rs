@@ -1,5 +1,4 @@
-//! Levels that decisions are made by: those of the options, else of the machine's owner, else the
-//! default.
+//! Levels that decisions are made by: those of the options, else of the machine, else the default.
 
 use anyhow::Result;
 use fdi_core::{
@@ -7,15 +6,15 @@ use fdi_core::{
     report::{ActionLevels, RecordDiagnosis},
 };
 
-use crate::{DiagnoseArgs, Diagnoser};
+use crate::{DiagnoseArgs, Diagnoser, diagnoser::KnownTest};
 
 /// Levels for the answers of a diagnosis.
 #[derive(Clone, Debug, Default)]
 pub struct Deciding {
     /// SHA-256 of the bundle at the head of the answers.
     of_head: String,
-    /// Levels of machines whose owner states some, by the SHA-256 of the bundle.
-    stated: Vec<(String, ActionLevels)>,
+    /// Levels of machines, by the SHA-256 of the bundle.
+    known: Vec<(String, ActionLevels)>,
     other: ActionLevels,
     is_asked: bool,
 }
@@ -27,13 +26,15 @@ impl Deciding {
     /// A level for acting that is below the one for watching.
     pub(crate) fn of(args: &DiagnoseArgs, diagnoser: &dyn Diagnoser) -> Result<Self> {
         let levels = &args.levels;
-        let over =
-            |(bundle, stated): &(String, ActionLevels)| Ok((bundle.clone(), levels.over(*stated)?));
+        let over = |one: KnownTest| Ok((one.bundle_sha256, levels.over(one.levels)?));
+        let is_asked = args.ask_for_decisions() || diagnoser.states_levels();
+        // bundles are not read to their ends for nothing
+        let known = if is_asked || args.wants_report() { diagnoser.known() } else { Vec::new() };
         Ok(Self {
             of_head: diagnoser.bundle_sha256().to_owned(),
-            stated: diagnoser.stated_levels().iter().map(over).collect::<Result<_>>()?,
+            known: known.into_iter().map(over).collect::<Result<_>>()?,
             other: levels.over(ActionLevels::default())?,
-            is_asked: args.ask_for_decisions() || !diagnoser.stated_levels().is_empty(),
+            is_asked,
         })
     }
 
@@ -57,8 +58,8 @@ impl Deciding {
     /// Puts a decision into an answer, of several recordings by what each shows too.
     pub(crate) fn decide(&self, record: &mut RecordDiagnosis, alone: &[DiagnosedAlone]) {
         let bundle = record.bundle.as_ref().unwrap_or(&self.of_head);
-        let stated = self.stated.iter().find(|(one, _)| one == bundle);
-        let levels = stated.map_or(&self.other, |(_, levels)| levels);
+        let known = self.known.iter().find(|(one, _)| one == bundle);
+        let levels = known.map_or(&self.other, |(_, levels)| levels);
         let alone = alone.iter().map(DiagnosedAlone::answer);
         record.action = Some(decide_together(record, alone, levels));
     }

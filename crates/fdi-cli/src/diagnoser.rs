@@ -68,10 +68,26 @@ pub trait Diagnoser: Send + Sync {
         None
     }
 
-    /// Machines, by bundle, whose owner states levels for decisions: SHA-256 of the bundle, levels.
-    fn stated_levels(&self) -> &[(String, ActionLevels)] {
-        &[]
+    /// Machines and tests of the bundles at hand.
+    fn known(&self) -> Vec<KnownTest> {
+        Vec::new()
     }
+
+    /// True where the owner of a machine states levels for decisions.
+    fn states_levels(&self) -> bool {
+        false
+    }
+}
+
+/// A test of a machine, as a bundle has it.
+#[derive(Clone, Debug)]
+pub struct KnownTest {
+    /// SHA-256 of the bundle, hexadecimal.
+    pub bundle_sha256: String,
+    /// Name of the test.
+    pub name: String,
+    /// Levels for decisions about the machine, with its play.
+    pub levels: ActionLevels,
 }
 
 /// True where a report is made of these answers alone: answers that are kept depend on options that
@@ -103,18 +119,7 @@ pub(crate) fn diagnoser(args: &DiagnoseArgs, seed: RootSeed) -> Result<Box<dyn D
     let units = Units::of(args.unit.as_deref())?;
     let rates_hz = bundles.iter().map(|one| one.experiment.filter.output_hz).collect();
     let encoding = args.encoding;
-    let states = |one: &&Prepared| one.experiment.stated_levels.iter().any(Option::is_some);
-    let levels = |one: &Prepared| (one.sha256().to_owned(), one.experiment.action_levels());
-    let stated_levels = bundles.iter().filter(states).map(levels).collect();
-    Ok(Box::new(BundleDiagnoser {
-        bundles,
-        options,
-        encoding,
-        references,
-        units,
-        rates_hz,
-        stated_levels,
-    }))
+    Ok(Box::new(BundleDiagnoser { bundles, options, encoding, references, units, rates_hz }))
 }
 
 /// Recordings to learn from, and what diagnoses them.
@@ -334,7 +339,6 @@ struct BundleDiagnoser {
     references: Vec<Recording>,
     units: Units,
     rates_hz: Vec<f64>,
-    stated_levels: Vec<(String, ActionLevels)>,
 }
 
 impl BundleDiagnoser {
@@ -431,7 +435,17 @@ impl Diagnoser for BundleDiagnoser {
         Some(&self.bundles[0].experiment.model_name)
     }
 
-    fn stated_levels(&self) -> &[(String, ActionLevels)] {
-        &self.stated_levels
+    fn known(&self) -> Vec<KnownTest> {
+        let known = |one: &Prepared| KnownTest {
+            bundle_sha256: one.sha256().to_owned(),
+            name: one.experiment.name.clone(),
+            levels: one.experiment.action_levels(),
+        };
+        self.bundles.iter().map(known).collect()
+    }
+
+    fn states_levels(&self) -> bool {
+        let states = |one: &Prepared| one.experiment.stated_levels.iter().any(Option::is_some);
+        self.bundles.iter().any(states)
     }
 }

@@ -1,4 +1,4 @@
-//! Identity of a recording: its actuator and its date, by its file name or by itself.
+//! Identity of a recording: its actuator and its date, by its file name or by itself; its operator.
 
 use std::path::Path;
 
@@ -7,11 +7,12 @@ use fdi_core::{ColumnMap, Metadata, Recording, RecordingDate, report::RecordDiag
 
 use crate::args::NameArgs;
 
-/// Which actuator a recording is of, and when it was taken.
+/// Which actuator a recording is of, when it was taken, and who took it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Identity {
     pub(crate) actuator_id: Option<String>,
     pub(crate) date: Option<String>,
+    operator: Option<String>,
     /// Date of the file name that is no day.
     no_day: Option<String>,
 }
@@ -26,6 +27,7 @@ impl Identity {
         Self {
             actuator_id: by_id.id.or(by_date.id.take()).or(metadata.actuator_id.clone()),
             date: date.map(|date| date.to_string()),
+            operator: metadata.operator.clone(),
             no_day: by_date.no_day.or(by_id.no_day),
         }
     }
@@ -40,10 +42,11 @@ impl Identity {
         Ok(())
     }
 
-    /// Puts actuator and date into an answer.
+    /// Puts actuator, date and operator into an answer.
     pub(crate) fn put_into_answer(&self, record: &mut RecordDiagnosis) {
         record.actuator_id.clone_from(&self.actuator_id);
         record.date.clone_from(&self.date);
+        record.operator.clone_from(&self.operator);
     }
 }
 

@@ -2,53 +2,39 @@
 //!
 //! ```text
 //! u₁ = ln(1 + 2·k₁),   u₂ = ln(1 + 99·k₂),   uᵢ = kᵢ else
-//! p(u | y) ∝ N(u; û, J·C·J)·Π e^(−k_i/m_i)·dk_i/du_i·e^(−(x² + y²)/(2s²))       k_i ≥ 0
+//! p(u | y) ∝ N(u; û, J·C·J)·Π p(k_i)·dk_i/du_i·p(x, y)       k_i ≥ 0
 //! ```
 //!
 //! Friction and play of a worn machine are those of the machine as built times `1 + 2·k₁` and
 //! `1 + 99·k₂`. Tolerances of both are shares, so that what they leave open of the damage is the wider the
 //! more there is: one width in logarithms, `J = du/dk` at the answer.
 //!
-//! Machines in service are taken to have damage of each kind below the level at which it is watched:
-//! sizes of `k1` to `k5` decay exponentially, an eccentricity is normal in both coordinates, and each is
-//! above that level with the same chance, [`ABOVE_WATCH`]. Around the most probable `u` the logarithm of
-//! the prior is a parabola; the probabilities are those of a lattice of points of the normal that
-//! follows, drawn one coordinate after the other, weighted by what each step cuts off and by what the
-//! parabola leaves.
+//! A machine is worn by the friction that has come to it, and loose by all the play that it has. Levels of
+//! play are those of the model file's play times `1 + 99·k₂`, and what is compared with them is the play
+//! itself, which a recording tells without knowing that as built: `û₂` is its logarithm over that of the
+//! model file, and its row and column of `C` are shrunk to what the recording leaves open. With references
+//! `k₂` is what has come since, as all else.
 //!
-//! # Source
-//!
-//! Genz, J. Comput. Graph. Statist. 1, 1992 (separation of variables); Richtmyer's lattice: Niederreiter,
-//! *Random Number Generation and Quasi-Monte Carlo Methods*, 1992, ch. 5.
+//! Machines in service are assumed to have damage as [`damage_prior`] says; what follows together with an
+//! answer is in [`posterior`].
+
+mod damage_prior;
+mod posterior;
 
 use std::cmp::Ordering;
 
-use ema_sim::FaultCoordinates;
 use fdi_report::{
     Action, ActionLevels, BACKLASH_GAIN, FRICTION_GAIN, FaultAction, FaultId, FindingKind, Limits,
-    NoticeCode, RecordDiagnosis, Severity, percent, three_digits,
+    NoticeCode, RecordDiagnosis, Severity, direction_in_words, percent, three_digits,
 };
-use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Chance that a machine in service has damage of a kind above the level at which it is watched.
-pub const ABOVE_WATCH: f64 = 0.135_335_283_236_612_7;
+pub use damage_prior::{SEVERE_SHARE, SEVERE_TIMES};
+
+use damage_prior::prior_above;
+use posterior::Points;
+
 /// Probability from which a level is taken to be passed, or one less which not to be.
 const DECIDED: f64 = 0.9;
-/// Points of the lattice; twice as many move no probability by more than 0.002.
-const POINTS: usize = 4096;
-/// Square roots of these are the steps of the lattice.
-const PRIMES: [f64; 7] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0];
-/// Least friction or play that an answer is taken to say, over that as built.
-const LEAST_SHARE: f64 = 0.05;
-/// Most steps of Newton's method, and the step at which it has settled.
-const STEPS: usize = 100;
-const SETTLED: f64 = 1e-9;
-/// Cuts beyond so many standard deviations leave an exponential tail.
-const FAR: f64 = 8.0;
-/// Coordinates of the eccentricity.
-const ECCENTRICITY: [&str; 2] = [FaultCoordinates::NAMES[5], FaultCoordinates::NAMES[6]];
-
 /// Decides what to do by an answer to several recordings; where these are not of one state of health, by
 /// the answers to each of them: the most severe decision counts, and names its recording.
 pub fn decide_together<'a>(
@@ -102,18 +88,20 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
             "find out why: sensors, command and load first, then `fdi explain`",
         );
     }
-    let Some(points) = Points::of(answer, levels) else { return shows_none() };
     let since = Since::of(answer);
+    let Some(points) = Points::of(answer, levels, since) else { return shows_none() };
     let judged: Vec<Judged> =
-        FaultId::ALL[..6].iter().filter_map(|&id| points.fault(id, levels, since)).collect();
+        FaultId::ALL[..6].iter().filter_map(|&id| judged(&points, id, levels, since)).collect();
     let Some(worst) = judged.iter().max_by(|a, b| a.rank(b)) else { return shows_none() };
-    let all = judged.iter().map(|one| one.action.clone()).collect();
+    let all: Vec<FaultAction> = judged.iter().map(|one| one.action.clone()).collect();
     let left_out = answer.notice(NoticeCode::RecordingsLeftOut);
     if worst.action.severity == Severity::Nothing && left_out.is_some() {
         let next = "diagnose those left out by themselves, and record them again";
         return Action { faults: all, ..open("not every recording is explained", next) };
     }
-    let (reason, next) = told(&worst.action, answer);
+    let nominal_backlash_rad = levels.nominal_backlash_rad;
+    let told_by = ToldBy { answer, since, nominal_backlash_rad };
+    let (reason, next) = told(&worst.action, &all, &told_by);
     Action {
         severity: worst.action.severity,
         fault: Some(worst.action.id),
@@ -159,13 +147,22 @@ impl Since {
 }
 
 /// Size of a fault by its level: what is added, what multiplies, and the unit.
-fn size_of(id: FaultId, since: Since) -> (f64, f64, &'static str) {
+fn size_of(id: FaultId, since: Since, play_rad: Option<f64>) -> (f64, f64, &'static str) {
     let friction = 100.0 * FRICTION_GAIN;
+    let play_mrad = play_rad.map(|play_rad| 1e3 * play_rad);
     match (id, since) {
-        (FaultId::K1, Since::Nominal) => (0.0, friction, "% of friction torque above nominal"),
-        (FaultId::K1, Since::New) => (0.0, friction, "% of nominal friction torque above new"),
-        (FaultId::K2, Since::Nominal) => (1.0, BACKLASH_GAIN, "times nominal play"),
-        (FaultId::K2, Since::New) => (0.0, BACKLASH_GAIN, "times nominal play more than new"),
+        (FaultId::K1, Since::Nominal) => {
+            (0.0, friction, "% of friction torque above that as built")
+        }
+        (FaultId::K1, Since::New) => (0.0, friction, "% of friction torque above that as new"),
+        (FaultId::K2, Since::Nominal) => match play_mrad {
+            Some(mrad) => (mrad, mrad * BACKLASH_GAIN, "mrad of play"),
+            None => (1.0, BACKLASH_GAIN, "times nominal play"),
+        },
+        (FaultId::K2, Since::New) => match play_mrad {
+            Some(mrad) => (0.0, mrad * BACKLASH_GAIN, "mrad of play more than as new"),
+            None => (0.0, BACKLASH_GAIN, "times nominal play more than as new"),
+        },
         (FaultId::K6 | FaultId::K7, _) => (0.0, 100.0, "% of the air gap"),
         _ => (0.0, 100.0, "% of the turns shorted"),
     }
@@ -183,336 +180,109 @@ fn part(id: FaultId) -> &'static str {
     }
 }
 
-/// Why a decision is what it is, and the next step, by the worst fault.
-fn told(worst: &FaultAction, answer: &RecordDiagnosis) -> (String, String) {
-    let FaultAction { id, size, interval_95: [low, high], unit, levels, probability_above, .. } =
-        worst;
-    let name = id.name();
+/// Why a decision is what it is, and the next step: by the worst fault, with others that are to be watched
+/// or acted on.
+fn told(worst: &FaultAction, faults: &[FaultAction], told_by: &ToldBy<'_>) -> (String, String) {
+    let FaultAction { id, interval_95: [low, high], unit, levels, probability_above, .. } = worst;
     let above =
         |share: f64, level: f64| format!("{} above {}", percent(share), three_digits(level));
     let (watch, act) =
         (above(probability_above.watch, levels.watch), above(probability_above.act, levels.act));
-    let (reason, next) = match worst.severity {
-        Severity::Act => (
-            format!("{name} {} {unit}, {act}", three_digits(*size)),
-            format!("take the machine out of service and look at {}", part(*id)),
-        ),
+    let others = |least: Severity| {
+        faults.iter().filter(move |one| one.id != worst.id && one.severity >= least)
+    };
+    let named: Vec<String> = others(Severity::Watch).map(|one| told_by.sized(one)).collect();
+    let also =
+        if named.is_empty() { String::new() } else { format!("; also {}", named.join(", ")) };
+    match worst.severity {
+        Severity::Act => {
+            let parts = std::iter::once(worst).chain(others(Severity::Act));
+            let parts: Vec<&str> = parts.map(|one| part(one.id)).collect();
+            let next =
+                format!("take the machine out of service and look at {}", parts.join(", and at "));
+            (format!("{}, {act}{also}", told_by.sized(worst)), next)
+        }
         Severity::Watch => (
-            format!("{name} {} {unit}, {watch}", three_digits(*size)),
+            format!("{}, {watch}{also}", told_by.sized(worst)),
             "record again soon and follow it (`fdi diagnose --report` of all its recordings)"
                 .to_owned(),
         ),
         Severity::Undecided => {
-            let mut told =
-                answer.findings.iter().filter(|one| one.faults().any(|fault| fault == *id));
-            let would = told.find_map(|one| one.would_tell.as_deref());
-            let tell = would.unwrap_or("a recording with less noise, or several of one session");
             let (low, high) = (three_digits(*low), three_digits(*high));
+            let name = id.name();
             let open = format!("{name} between {low} and {high} {unit} is not decided, {watch}");
-            (open, format!("{tell} would decide more"))
+            (open, format!("{} would decide more", told_by.would_tell(*id)))
         }
         _ => (
-            "every fault is below its level for watching".to_owned(),
+            format!(
+                "every fault is below its level for watching with a probability of {:.0} % or more",
+                100.0 * DECIDED
+            ),
             "record again when it is due".to_owned(),
         ),
+    }
+}
+
+/// Facts that words about a decision go by.
+struct ToldBy<'a> {
+    answer: &'a RecordDiagnosis,
+    since: Since,
+    nominal_backlash_rad: Option<f64>,
+}
+
+impl ToldBy<'_> {
+    /// A fault with its size: `backlash 0.65 mrad of play (13 times nominal)`.
+    fn sized(&self, fault: &FaultAction) -> String {
+        let FaultAction { id, size, unit, .. } = fault;
+        let beside = match (id, self.since, self.nominal_backlash_rad) {
+            (FaultId::K2, Since::Nominal, Some(play_rad)) => {
+                format!(" ({} times nominal)", three_digits(1e-3 * size / play_rad))
+            }
+            (FaultId::K6, ..) => direction_in_words(self.answer),
+            _ => String::new(),
+        };
+        format!("{} {} {unit}{beside}", id.name(), three_digits(*size))
+    }
+
+    /// Measurements that would tell more of a fault.
+    fn would_tell(&self, id: FaultId) -> &str {
+        let mut findings =
+            self.answer.findings.iter().filter(|one| one.faults().any(|fault| fault == id));
+        let Some(first) = findings.next() else {
+            return "a recording with less noise, or several of one session";
+        };
+        let mut told = std::iter::once(first).chain(findings).map(|one| one.would_tell.as_deref());
+        match told.find_map(|one| one) {
+            Some(would) => would,
+            None if first.prior_std < first.posterior_std => {
+                "a recording with less noise, or several of one session"
+            }
+            None if self.since == Since::New => "recordings of other days",
+            None => "recordings of the same unit as new",
+        }
+    }
+}
+
+/// A fault by the points of the posterior; `None` where it is not determined.
+fn judged(points: &Points, id: FaultId, levels: &ActionLevels, since: Since) -> Option<Judged> {
+    let found = points.marginal(id)?;
+    let index = id as usize;
+    let (watch, act) = (levels.watch[index], levels.act[index]);
+    let probability_above = Limits { watch: found.above(watch), act: found.above(act) };
+    let (offset, scale, unit) = size_of(id, since, levels.nominal_backlash_rad);
+    let sized = |level: f64| offset + scale * level;
+    let [low, middle, high] = found.quantiles([0.025, 0.5, 0.975]);
+    let action = FaultAction {
+        id,
+        severity: severity(probability_above),
+        size: sized(middle),
+        interval_95: [sized(low), sized(high)],
+        unit: unit.to_owned(),
+        levels: Limits { watch: sized(watch), act: sized(act) },
+        probability_above,
+        prior_above: prior_above(id, watch, act),
     };
-    (reason, next)
-}
-
-/// Weighted points of the posterior, one row a determined coordinate.
-struct Points {
-    names: Vec<String>,
-    rows: Vec<Vec<f64>>,
-    weights: Vec<f64>,
-}
-
-impl Points {
-    /// Points of an answer's posterior; `None` where nothing is determined.
-    fn of(answer: &RecordDiagnosis, levels: &ActionLevels) -> Option<Self> {
-        let names = answer.covariance.parameters.clone();
-        let order = names.len();
-        let place = |name: &str| FaultCoordinates::NAMES.iter().position(|one| *one == name);
-        let coordinates: Vec<Coordinate> = names
-            .iter()
-            .map(|name| place(name).map(|index| Coordinate::of(index, levels)))
-            .collect::<Option<_>>()?;
-        let estimate = &answer.covariance.estimate;
-        let slope = |row: usize| coordinates[row].slope(estimate[row]);
-        let matrix = &answer.covariance.matrix;
-        let covariance = DMatrix::from_fn(order, order, |i, j| slope(i) * matrix[i][j] * slope(j));
-        let precision = covariance.cholesky()?.inverse();
-        let found = estimate.iter().zip(&coordinates).map(|(k, of)| of.scaled(*k));
-        let found = DVector::from_iterator(order, found);
-        let proposal = Proposal::of(&precision, &found, &coordinates)?;
-        let mut points = Self { names, rows: vec![Vec::new(); order], weights: Vec::new() };
-        let mut logarithms = Vec::with_capacity(POINTS);
-        for point in 0..POINTS {
-            let (at, logarithm) = proposal.drawn(point, &coordinates);
-            for ((row, u), of) in points.rows.iter_mut().zip(at).zip(&coordinates) {
-                row.push(of.level(u));
-            }
-            logarithms.push(logarithm);
-        }
-        let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        points.weights = logarithms.iter().map(|logarithm| (logarithm - most).exp()).collect();
-        let sum: f64 = points.weights.iter().sum();
-        for weight in &mut points.weights {
-            *weight /= sum;
-        }
-        Some(points)
-    }
-
-    /// Levels of a fault at the points.
-    fn levels(&self, id: FaultId) -> Option<Vec<f64>> {
-        let row = |name: &str| {
-            let place = self.names.iter().position(|one| one == name)?;
-            Some(&self.rows[place])
-        };
-        if id == FaultId::K6 {
-            let (x, y) = (row(ECCENTRICITY[0])?, row(ECCENTRICITY[1])?);
-            return Some(x.iter().zip(y).map(|(x, y)| x.hypot(*y)).collect());
-        }
-        row(id.id()).cloned()
-    }
-
-    fn fault(&self, id: FaultId, levels: &ActionLevels, since: Since) -> Option<Judged> {
-        let of_fault = self.levels(id)?;
-        let index = id as usize;
-        let (watch, act) = (levels.watch[index], levels.act[index]);
-        let above = |limit: f64| {
-            let at = of_fault.iter().zip(&self.weights).filter(|(level, _)| **level > limit);
-            // a sum of nothing is -0
-            at.map(|(_, weight)| weight).sum::<f64>().clamp(0.0, 1.0) + 0.0
-        };
-        let probability_above = Limits { watch: above(watch), act: above(act) };
-        let (offset, scale, unit) = size_of(id, since);
-        let sized = |level: f64| offset + scale * level;
-        let [low, middle, high] = self.quantiles(&of_fault, [0.025, 0.5, 0.975]);
-        let action = FaultAction {
-            id,
-            severity: severity(probability_above),
-            size: sized(middle),
-            interval_95: [sized(low), sized(high)],
-            unit: unit.to_owned(),
-            levels: Limits { watch: sized(watch), act: sized(act) },
-            probability_above,
-            prior_above: prior_above(id, watch, act),
-        };
-        Some(Judged { action, share_of_watch: middle / watch })
-    }
-
-    fn quantiles<const N: usize>(&self, values: &[f64], at: [f64; N]) -> [f64; N] {
-        let mut sorted: Vec<(f64, f64)> =
-            values.iter().copied().zip(self.weights.iter().copied()).collect();
-        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        at.map(|share| {
-            let mut below = 0.0;
-            let found = sorted.iter().find(|(_, weight)| {
-                below += weight;
-                below >= share
-            });
-            found.or(sorted.last()).map_or(0.0, |(value, _)| *value)
-        })
-    }
-}
-
-/// One coordinate of the damage, as it is drawn, and its prior.
-#[derive(Clone, Copy)]
-enum Coordinate {
-    /// `u = ln(1 + gain·k)`, `k` exponential with a rate.
-    Share { gain: f64, rate: f64 },
-    /// `u = k`, exponential with a rate.
-    Level { rate: f64 },
-    /// `u` a coordinate of the eccentricity, normal with a precision.
-    Eccentricity { precision: f64 },
-}
-
-impl Coordinate {
-    fn of(index: usize, levels: &ActionLevels) -> Self {
-        if index >= 5 {
-            let spread = levels.watch[5] / (-2.0 * ABOVE_WATCH.ln()).sqrt();
-            return Self::Eccentricity { precision: spread.powi(-2) };
-        }
-        let rate = -ABOVE_WATCH.ln() / levels.watch[index];
-        match index {
-            0 => Self::Share { gain: FRICTION_GAIN, rate },
-            1 => Self::Share { gain: BACKLASH_GAIN, rate },
-            _ => Self::Level { rate },
-        }
-    }
-
-    fn scaled(self, level: f64) -> f64 {
-        match self {
-            Self::Share { gain, .. } => (1.0 + gain * level).max(LEAST_SHARE).ln(),
-            _ => level,
-        }
-    }
-
-    /// `du/dk` at a level.
-    fn slope(self, level: f64) -> f64 {
-        match self {
-            Self::Share { gain, .. } => gain / (1.0 + gain * level).max(LEAST_SHARE),
-            _ => 1.0,
-        }
-    }
-
-    fn level(self, u: f64) -> f64 {
-        match self {
-            Self::Share { gain, .. } => u.exp_m1() / gain,
-            _ => u,
-        }
-    }
-
-    /// Logarithm of the prior's density in `u`, up to a constant, with its first two derivatives.
-    fn ln_prior(self, u: f64) -> [f64; 3] {
-        match self {
-            Self::Share { gain, rate } => {
-                let decay = rate / gain * u.exp();
-                [u - decay, 1.0 - decay, -decay]
-            }
-            Self::Level { rate } => [-rate * u, -rate, 0.0],
-            Self::Eccentricity { precision } => {
-                [-0.5 * precision * u * u, -precision * u, -precision]
-            }
-        }
-    }
-
-    /// True where it has no sign.
-    fn is_cut(self) -> bool {
-        !matches!(self, Self::Eccentricity { .. })
-    }
-
-    /// The nearest value that exists.
-    fn existing(self, u: f64) -> f64 {
-        if self.is_cut() { u.max(0.0) } else { u }
-    }
-}
-
-/// A normal near the posterior, from which points are drawn.
-struct Proposal {
-    mean: DVector<f64>,
-    /// Coordinates in the order in which they are drawn, and the factor of their covariance in it.
-    order: Vec<usize>,
-    lower: DMatrix<f64>,
-    /// Where the prior is a parabola.
-    at: Vec<f64>,
-}
-
-impl Proposal {
-    /// The most probable point by Newton's method, each step at most of length one, and the normal of
-    /// its curvature. The posterior has one summit: likelihood and priors are concave.
-    fn of(
-        precision: &DMatrix<f64>,
-        found: &DVector<f64>,
-        coordinates: &[Coordinate],
-    ) -> Option<Self> {
-        let mut at: Vec<f64> =
-            found.iter().zip(coordinates).map(|(u, of)| of.existing(*u)).collect();
-        let mut steps = 0;
-        loop {
-            let (mut whole, mut pull) = (precision.clone(), precision * found);
-            for (row, of) in coordinates.iter().enumerate() {
-                let [_, slope, curvature] = of.ln_prior(at[row]);
-                whole[(row, row)] -= curvature;
-                pull[row] += slope - curvature * at[row];
-            }
-            let factor = whole.cholesky()?;
-            let mean = factor.solve(&pull);
-            let step = |row: usize| coordinates[row].existing(mean[row]) - at[row];
-            let longest = (0..at.len()).map(|row| step(row).abs()).fold(0.0, f64::max);
-            // points are weighted, so that a normal beside the summit only costs some of them
-            if longest < SETTLED || steps == STEPS {
-                let covariance = factor.inverse();
-                let order = most_cut_first(&mean, &covariance, coordinates);
-                let size = order.len();
-                let ordered = DMatrix::from_fn(size, size, |i, j| covariance[(order[i], order[j])]);
-                return Some(Self { mean, order, lower: ordered.cholesky()?.l(), at });
-            }
-            let part = longest.recip().min(1.0);
-            at = (0..at.len()).map(|row| at[row] + part * step(row)).collect();
-            steps += 1;
-        }
-    }
-
-    /// A point of the lattice with the logarithm of its weight.
-    fn drawn(&self, point: usize, coordinates: &[Coordinate]) -> (Vec<f64>, f64) {
-        let Self { mean, order, lower, at } = self;
-        let normal = Normal::standard();
-        let mut white: Vec<f64> = Vec::with_capacity(order.len());
-        let mut drawn = vec![0.0; order.len()];
-        let mut logarithm = 0.0;
-        for (row, &place) in order.iter().enumerate() {
-            let of = coordinates[place];
-            let share =
-                ((point as f64 + 0.5) * PRIMES[row].sqrt()).fract().clamp(1e-12, 1.0 - 1e-12);
-            let before: f64 = (0..row).map(|n| lower[(row, n)] * white[n]).sum();
-            let middle = mean[place] + before;
-            let step = if of.is_cut() {
-                let (step, ln_left) = beyond(-middle / lower[(row, row)], share, &normal);
-                logarithm += ln_left;
-                step
-            } else {
-                normal.inverse_cdf(share)
-            };
-            white.push(step);
-            let (u, near) = (middle + lower[(row, row)] * step, at[place]);
-            let ([prior, ..], [summit, slope, curvature]) = (of.ln_prior(u), of.ln_prior(near));
-            let off = u - near;
-            logarithm += prior - (summit + slope * off + 0.5 * curvature * off * off);
-            drawn[place] = u;
-        }
-        (drawn, logarithm)
-    }
-}
-
-/// Coordinates in the order in which the least of each is left of what was drawn before: what is cut
-/// most is drawn first, so that what follows is drawn where it can be.
-///
-/// # Source
-///
-/// Gibson, Glasbey, Elston, Adv. Appl. Probab. 26, 1994; Genz and Bretz, *Computation of Multivariate
-/// Normal and t Probabilities*, 2009, section 4.1.3.
-fn most_cut_first(
-    mean: &DVector<f64>,
-    covariance: &DMatrix<f64>,
-    coordinates: &[Coordinate],
-) -> Vec<usize> {
-    let normal = Normal::standard();
-    let (mut mean, mut covariance) = (mean.clone(), covariance.clone());
-    let mut rest: Vec<usize> = (0..coordinates.len()).collect();
-    let mut order = Vec::with_capacity(rest.len());
-    while !rest.is_empty() {
-        let std = |place: usize| covariance[(place, place)].max(f64::MIN_POSITIVE).sqrt();
-        let cut = |place: usize| {
-            let is_cut = coordinates[place].is_cut();
-            if is_cut { -mean[place] / std(place) } else { f64::NEG_INFINITY }
-        };
-        let Some((at, place)) =
-            rest.iter().copied().enumerate().max_by(|a, b| cut(a.1).total_cmp(&cut(b.1)))
-        else {
-            break;
-        };
-        rest.remove(at);
-        order.push(place);
-        if cut(place).is_finite() {
-            // the middle of what is left of it stands for it
-            let (step, _) = beyond(cut(place), 0.5, &normal);
-            let moved = step * std(place);
-            let variance = covariance[(place, place)].max(f64::MIN_POSITIVE);
-            let gains = covariance.column(place) / variance;
-            mean += &gains * moved;
-            covariance -= &gains * gains.transpose() * variance;
-        }
-    }
-    order
-}
-
-fn prior_above(id: FaultId, watch: f64, act: f64) -> Limits {
-    let above = |limit: f64| {
-        let decay = if id == FaultId::K6 { (limit / watch).powi(2) } else { limit / watch };
-        ABOVE_WATCH.powf(decay)
-    };
-    Limits { watch: above(watch), act: above(act) }
+    Some(Judged { action, share_of_watch: middle / watch })
 }
 
 fn severity(above: Limits) -> Severity {
@@ -527,23 +297,14 @@ fn severity(above: Limits) -> Severity {
     }
 }
 
-/// The quantile of a standard normal beyond a cut, and the logarithm of what is beyond it.
-fn beyond(cut: f64, share: f64, normal: &Normal) -> (f64, f64) {
-    if cut > FAR {
-        // Mills' ratio: beyond the cut the density decays by 1/cut
-        let ln_left = -0.5 * cut * cut - (cut * core::f64::consts::TAU.sqrt()).ln();
-        return (cut - (1.0 - share).ln() / cut, ln_left);
-    }
-    let left = normal.cdf(-cut);
-    (-normal.inverse_cdf(left * (1.0 - share)), left.ln())
-}
-
 #[cfg(test)]
 mod tests {
     use approx::assert_abs_diff_eq;
 
+    use ema_sim::FaultCoordinates;
+
     use super::*;
-    use crate::report::{Covariance, Fidelity, Fit, Method, NoiseSource, Status, Verdict};
+    use crate::report::{Covariance, Fidelity, Finding, Fit, Method, NoiseSource, Status, Verdict};
 
     /// An answer with independent levels.
     fn answer(estimate: &[f64], stds: &[f64]) -> RecordDiagnosis {
@@ -561,6 +322,7 @@ mod tests {
             recording_sha256: None,
             actuator_id: None,
             date: None,
+            operator: None,
             status: Status::Ok,
             verdict: Verdict::Healthy,
             bundle: None,
@@ -595,7 +357,9 @@ mod tests {
             assert_abs_diff_eq!(probability_above.watch, prior_above.watch, epsilon = 0.005);
             assert_abs_diff_eq!(probability_above.act, prior_above.act, epsilon = 0.005);
         }
-        assert_abs_diff_eq!(action.faults[5].prior_above.watch, ABOVE_WATCH, epsilon = 1e-12);
+        // e⁻² of most machines, e^(−2/100) of the one in fifty
+        let above = 0.98 * (-2.0f64).exp() + 0.02 * (-0.02f64).exp();
+        assert_abs_diff_eq!(action.faults[5].prior_above.watch, above, epsilon = 1e-12);
     }
 
     #[test]
@@ -642,14 +406,18 @@ mod tests {
         let covariance = nalgebra::Matrix3::from_fn(|i, j| common + if i == j { own } else { 0.0 });
         let precision = covariance.try_inverse().unwrap();
         let levels = ActionLevels::default();
-        let rate = -ABOVE_WATCH.ln() / levels.watch[2];
+        let rate = 2.0 / levels.watch[2];
+        let prior = |level: f64| {
+            let severe = 0.1 * rate;
+            0.98 * rate * (-rate * level).exp() + 0.02 * severe * (-severe * level).exp()
+        };
         let (mut whole, mut above) = (0.0, [0.0; 3]);
         let at = |n: usize| (n as f64 + 0.5) * STEP;
         for (i, j, k) in (0..75usize.pow(3)).map(|n| (n / 5625, n / 75 % 75, n % 75)) {
             let point = [at(i), at(j), at(k)];
             let off = nalgebra::Vector3::from_fn(|n, _| point[n] - estimate[n]);
-            let density =
-                (-0.5 * off.dot(&(precision * off)) - rate * point.iter().sum::<f64>()).exp();
+            let density = (-0.5 * off.dot(&(precision * off))).exp()
+                * point.map(prior).iter().product::<f64>();
             whole += density;
             for (above, level) in above.iter_mut().zip(point) {
                 *above += if level > levels.act[2] { density } else { 0.0 };
@@ -678,6 +446,122 @@ mod tests {
         assert!((0.04..0.16).contains(&share), "{share}");
         found.covariance.matrix[1][1] = (0.1 * std).powi(2);
         assert!(above(&found) < 1e-6);
+    }
+
+    /// Against sums over a grid of the level, with friction as built normal in itself.
+    #[test]
+    fn versus_a_grid_friction_whose_tolerance_leaves_it_open() {
+        const STEP: f64 = 1e-4;
+        let (level, tolerance) = (0.4, 0.2);
+        let share = 1.0 + FRICTION_GAIN * level;
+        let std = tolerance * share / FRICTION_GAIN;
+        let mut found = answer(&[level], &[std]);
+        let members = vec!["k1".to_owned()];
+        found.findings = vec![Finding { members, prior_std: std, posterior_std: 1e-3, ..play() }];
+        let levels = ActionLevels::default();
+        let (mut whole, mut above) = (0.0, 0.0);
+        for k in (0..10_000).map(|n| (f64::from(n) + 0.5) * STEP) {
+            let worn = 1.0 + FRICTION_GAIN * k;
+            let as_built = (share / worn - 1.0) / tolerance;
+            let [most, severe] = [1.0, 0.1].map(|part| part * 2.0 / levels.watch[0]);
+            let prior = 0.98 * most * (-most * k).exp() + 0.02 * severe * (-severe * k).exp();
+            let density = prior * (-0.5 * as_built * as_built).exp() / worn;
+            whole += density;
+            above += if k > levels.watch[0] { density } else { 0.0 };
+        }
+        let found = decide(&found, &levels).faults[0].probability_above.watch;
+        assert_abs_diff_eq!(found, above / whole, epsilon = 0.01);
+    }
+
+    /// Play of 13 times nominal, known but for that as built.
+    fn loose() -> RecordDiagnosis {
+        let (level, std) = (12.0 / BACKLASH_GAIN, 0.3 * 13.0 / BACKLASH_GAIN);
+        let mut found = answer(&[0.0, level], &[0.01, std]);
+        found.findings = vec![Finding { value: level, std, posterior_std: 0.01 * std, ..play() }];
+        found
+    }
+
+    fn play() -> Finding {
+        Finding {
+            kind: FindingKind::Known,
+            id: "play".to_owned(),
+            members: vec!["k2".to_owned()],
+            value: 0.1,
+            std: 0.04,
+            interval_95: [0.02, 0.18],
+            detected: true,
+            prior_std: 0.04,
+            posterior_std: 0.001,
+            would_tell: None,
+        }
+    }
+
+    #[test]
+    fn play_is_judged_by_all_that_there_is() {
+        let known = ActionLevels { nominal_backlash_rad: Some(5e-5), ..ActionLevels::default() };
+        let action = decide(&loose(), &known);
+        let play = &action.faults[1];
+        assert_eq!((action.severity, play.unit.as_str()), (Severity::Act, "mrad of play"));
+        assert_abs_diff_eq!(play.size, 0.65, epsilon = 0.005);
+        assert_abs_diff_eq!(play.levels.watch, 0.15, epsilon = 1e-12);
+        assert_abs_diff_eq!(play.levels.act, 0.5, epsilon = 1e-12);
+        assert!(action.reason.contains("mrad of play (13 times nominal), more than"), "{action:?}");
+        let unknown = decide(&loose(), &ActionLevels::default());
+        assert!(unknown.reason.contains("backlash 13 times nominal play"), "{}", unknown.reason);
+    }
+
+    #[test]
+    fn play_since_references_is_what_has_come() {
+        let mut found = loose();
+        found.findings[0].kind = FindingKind::Changed;
+        let known = ActionLevels { nominal_backlash_rad: Some(5e-5), ..ActionLevels::default() };
+        let play = &decide(&found, &known).faults[1];
+        assert_eq!(play.unit, "mrad of play more than as new");
+        assert_abs_diff_eq!(play.levels.watch, 0.1, epsilon = 1e-12);
+        // what references leave open is that of the change
+        assert!(play.probability_above.act < 0.9, "{play:?}");
+    }
+
+    #[test]
+    fn what_is_seen_is_not_doubted() {
+        // twice the level for acting, known to a tenth: no machine of an exponential alone has that much
+        let levels = ActionLevels::default();
+        for place in [0, 2, 5] {
+            let mut estimate = [0.0; 7];
+            estimate[place] = 2.0 * levels.act[place];
+            let stds = estimate.map(|level| 0.05 * level + 0.002);
+            let action = decide(&answer(&estimate, &stds), &levels);
+            let [low, high] = action.faults[place].interval_95;
+            let gain = if place == 0 { FRICTION_GAIN } else { 1.0 };
+            let size = 100.0 * gain * estimate[place];
+            assert_eq!(action.severity, Severity::Act, "{place}: {action:?}");
+            assert!(low < size && size < high, "{place}: {size} in {low} to {high}");
+        }
+    }
+
+    #[test]
+    fn all_faults_that_are_to_be_acted_on_are_named() {
+        let found = answer(&[0.4, 0.0, 0.1, 0.0, 0.0], &[0.01, 1e-4, 1e-3, 1e-3, 1e-3]);
+        let action = decide(&found, &ActionLevels::default());
+        assert!(action.reason.contains("; also "), "{}", action.reason);
+        for part in ["the winding of phase A", "lubrication"] {
+            assert!(action.next.contains(part), "{}", action.next);
+        }
+    }
+
+    #[test]
+    fn the_next_step_is_against_what_leaves_it_open() {
+        let next = |kind: FindingKind, posterior_std: f64| {
+            let mut found = answer(&[0.09], &[0.03]);
+            let finding = Finding { kind, members: vec!["k1".to_owned()], posterior_std, ..play() };
+            found.findings = vec![Finding { prior_std: 0.03, ..finding }];
+            let action = decide(&found, &ActionLevels::default());
+            assert_eq!(action.severity, Severity::Undecided);
+            action.next
+        };
+        assert!(next(FindingKind::Known, 0.001).starts_with("recordings of the same unit as new"));
+        assert!(next(FindingKind::Changed, 0.001).starts_with("recordings of other days"));
+        assert!(next(FindingKind::Known, 0.04).starts_with("a recording with less noise"));
     }
 
     #[test]

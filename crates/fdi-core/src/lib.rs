@@ -40,7 +40,7 @@ mod simulation;
 mod statistics;
 mod unit;
 
-pub use action::{ABOVE_WATCH, decide, decide_together};
+pub use action::{SEVERE_SHARE, SEVERE_TIMES, decide, decide_together};
 pub use diagnose::Diagnoser;
 /// The simulation whose types stand in this crate's interface.
 pub use ema_sim;

@@ -218,6 +218,7 @@ impl Answers {
         let failures: Vec<Failure> = self.inner.failures().cloned().collect();
         let page = DiagnosisPage {
             records: &records,
+            tests: &[],
             failures: &failures,
             fleet: &Fleet::of(&records, tool, warning_change),
             tool,

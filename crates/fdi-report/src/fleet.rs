@@ -46,17 +46,18 @@ impl Fleet {
         }
     }
 
-    /// Places of the latest recording of each actuator, and of each recording without an actuator
-    /// or a date, in the order of the input.
+    /// Places of the latest believed recording of each actuator (of its latest, where none is), and of each
+    /// recording without an actuator or a date, in the order of the input.
     pub(crate) fn latest(records: &[RecordDiagnosis]) -> Vec<usize> {
-        let mut latest: BTreeMap<&str, (f64, usize)> = BTreeMap::new();
+        let mut latest: BTreeMap<&str, ((bool, f64), usize)> = BTreeMap::new();
         let mut places = Vec::new();
         for (place, record) in records.iter().enumerate() {
             match Dated::of(record) {
                 Ok((id, dated)) => {
-                    let known = latest.entry(id).or_insert((dated.day, place));
-                    if dated.day >= known.0 {
-                        *known = (dated.day, place);
+                    let rank = (record.is_believed(), dated.day);
+                    let known = latest.entry(id).or_insert((rank, place));
+                    if rank >= known.0 {
+                        *known = (rank, place);
                     }
                 }
                 Err(_) => places.push(place),
@@ -65,6 +66,17 @@ impl Fleet {
         places.extend(latest.into_values().map(|(_, place)| place));
         places.sort_unstable();
         places
+    }
+
+    /// True where the first of two dates is later than the second.
+    pub(crate) fn is_later(date: &str, than: &str) -> bool {
+        let [day, other] = [date, than].map(|text| day_number(&RecordingDate::parse(text)?));
+        day.zip(other).is_some_and(|(day, other)| day > other)
+    }
+
+    /// Least rise of a level that is a warning, where the difference has the standard deviation `std`.
+    pub(crate) fn seen_from(&self, std: f64) -> f64 {
+        self.warning_change.max(self.significance * std)
     }
 
     /// The trends as CSV: a header, and one row for each level of each recording.
@@ -299,6 +311,19 @@ mod tests {
         // of (0, 4), (30, 5.5), (60, 31) thousandths: 27 in 60 days
         assert_abs_diff_eq!(a.slopes[0].per_day, 0.027 / 60.0, epsilon = 1e-12);
         assert_abs_diff_eq!(a.slopes[0].per_day_std, 0.001 / 1800f64.sqrt(), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn the_latest_is_that_which_is_believed() {
+        let mut strange = taken("A", "2026-03-01", 0.3);
+        strange.verdict = Verdict::ModelInadequate;
+        let mut other = strange.clone();
+        other.actuator_id = Some("B".to_owned());
+        let records =
+            [taken("A", "2026-01-01", 0.0), taken("A", "2026-02-01", 0.1), strange, other];
+        assert_eq!(Fleet::latest(&records), [1, 3]);
+        assert!(Fleet::is_later("2026-03-01", "2026-02-01T09:30:00Z"));
+        assert!(!Fleet::is_later("soon", "2026-02-01"));
     }
 
     #[test]

@@ -55,6 +55,6 @@ pub use open_findings::OpenFindings;
 pub use page::{DiagnosisPage, Figure, Page, SettingRow};
 pub use schema::Schema;
 pub use sentence::{
-    BACKLASH_GAIN, FRICTION_GAIN, detected_findings, percent, plus_minus, sentence, three_digits,
-    two_digits,
+    BACKLASH_GAIN, FRICTION_GAIN, detected_findings, direction_in_words, percent, plus_minus,
+    sentence, three_digits, two_digits,
 };

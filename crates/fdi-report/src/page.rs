@@ -16,7 +16,7 @@ mod together;
 pub use content::{Figure, Page};
 pub use diagnosis::{DiagnosisPage, SettingRow};
 
-use content::Block;
+use content::{Block, Section};
 
 use crate::{Evaluation, Explanation, SetupSummary};
 
@@ -42,8 +42,9 @@ impl Page {
     }
 
     /// The drawings of the report.
-    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
+    pub fn figures<'a>(&'a self) -> impl Iterator<Item = &'a Figure> {
+        let of = |section: &'a Section| section.blocks.iter().chain(&section.details);
+        self.sections.iter().flat_map(of).filter_map(|block| match block {
             Block::Figure(figure) => Some(figure),
             _ => None,
         })

@@ -62,6 +62,12 @@ fn residual(record: &RecordDiagnosis) -> String {
     }
     let (rms_a, floor_a) = (record.fit.rms_a, record.fit.noise_floor_a);
     let times = if floor_a > 0.0 { rms_a / floor_a } else { f64::INFINITY };
+    if times <= 1.0 {
+        return format!(
+            "no fault levels explain the recording: the residual of {rms_a:.4} A rms is no larger than \
+             noise and learnt error, but has another form"
+        );
+    }
     format!(
         "no fault levels explain the recording: residual {rms_a:.4} A rms, {times:.1} times what \
          noise and learnt error explain"
@@ -85,7 +91,9 @@ fn of_fault(fault: &Fault, record: &RecordDiagnosis) -> Option<String> {
         FaultId::K3 | FaultId::K4 | FaultId::K5 => {
             format!("{:.1} % of the turns shorted", 100.0 * value)
         }
-        FaultId::K6 => format!("{:.1} % of the air gap{}", 100.0 * value, direction(record)),
+        FaultId::K6 => {
+            format!("{:.1} % of the air gap{}", 100.0 * value, direction_in_words(record))
+        }
         FaultId::K7 => return None,
     };
     let beyond = if value >= INCIPIENT_LEVEL { ", beyond incipient" } else { "" };
@@ -93,8 +101,8 @@ fn of_fault(fault: &Fault, record: &RecordDiagnosis) -> Option<String> {
     Some(format!("{} {level} ({meaning}{beyond})", fault.name))
 }
 
-/// Where the rotor is displaced to, if the recording tells.
-fn direction(record: &RecordDiagnosis) -> String {
+/// Where the rotor is displaced to, if the recording tells: `, towards 30° ± 4°`.
+pub fn direction_in_words(record: &RecordDiagnosis) -> String {
     let k7 = record.fault(FaultId::K7).and_then(|fault| Some((fault.value?, fault.std?)));
     // FREEDOM paper, Table 1: 0 to 1 is -180° to 180°
     k7.map(|(value, std)| {

@@ -16,6 +16,8 @@ pub struct Metadata {
     pub actuator_id: Option<String>,
     /// `date`: when it was taken.
     pub date: Option<RecordingDate>,
+    /// `operator`: who took it.
+    pub operator: Option<String>,
     /// `session`: which session of the actuator, such as a day on a bench, it was taken in.
     pub session: Option<String>,
     /// `command`: what was commanded.
@@ -163,6 +165,7 @@ impl Metadata {
         match key {
             "actuator-id" => self.actuator_id = Some(field.text("actuator-id")?),
             "date" => self.date = Some(field.date()?),
+            "operator" => self.operator = Some(field.text("operator")?),
             "session" => self.session = Some(field.text("session")?),
             "command" => self.command = Some(field.command()?),
             "rate-hz" => self.rate_hz = Some(field.number("rate-hz", POSITIVE)?),
@@ -239,6 +242,7 @@ impl Metadata {
         let values = [
             self.actuator_id.as_deref().map(quoted),
             self.date.as_ref().map(|date| quoted(date.as_str())),
+            self.operator.as_deref().map(quoted),
             self.session.as_deref().map(quoted),
             command.map(quoted),
             number(self.rate_hz),
@@ -370,6 +374,7 @@ mod tests {
         let text = "actuator-id = \"A-7\"\ndate = 2026-11-21\ncommand = \"recorded\"\nrate-hz = \
                     10_000\nfilter-hz = 200.0\nenvelope = \"q-axis\"\nstart-angle-rad = -0.5\n\
                     noise-a = 0.02\nphase-rate-hz = 1e4\nsession = \"bench 2\"\n\
+                    operator = \"M. Rossi\"\n\
                     winding-temperature-k = 310\nwinding-temperature-sd-k = 2.0\nload-n-m = -1.5\n";
         let metadata = Metadata::parse(text, 1).unwrap();
         assert_eq!(metadata.actuator_id.as_deref(), Some("A-7"));
@@ -389,6 +394,7 @@ mod tests {
         let expected = [10_000.0, 200.0, -0.5, 0.02, 10_000.0, 310.0, 2.0, -1.5];
         assert_eq!(numbers.map(Option::unwrap), expected);
         assert_eq!(metadata.session.as_deref(), Some("bench 2"));
+        assert_eq!(metadata.operator.as_deref(), Some("M. Rossi"));
         assert_eq!(metadata.to_toml().lines().count(), METADATA_KEYS.len());
     }
 
@@ -402,7 +408,7 @@ mod tests {
         assert_eq!(
             error("sensor-serial = 7"),
             "line 1: unknown metadata key `sensor-serial`; the keys are `actuator-id`, `date`, \
-             `session`, `command`, `rate-hz`, `filter-hz`, `envelope`, `start-angle-rad` and 5 more"
+             `operator`, `session`, `command`, `rate-hz`, `filter-hz`, `envelope` and 6 more"
         );
         assert_eq!(
             error("rate-hz = \"fast\""),

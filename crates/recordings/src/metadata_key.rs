@@ -16,9 +16,10 @@ const fn key(name: &'static str, kind: &'static str, meaning: &'static str) -> M
 }
 
 /// The keys of the metadata, in the order of the documentation.
-pub const METADATA_KEYS: [MetadataKey; 13] = [
+pub const METADATA_KEYS: [MetadataKey; 14] = [
     key("actuator-id", "text", "which actuator the recording is of"),
     key("date", "date", "when it was taken, with or without time"),
+    key("operator", "text", "who took it; a report says so"),
     key("session", "text", "which session of the actuator it was taken in; else its day"),
     key("command", "text", "name of the command (`chirp`, `sine`, `planned`), or `recorded`"),
     key("rate-hz", "number", "sample rate of the file, Hz"),
@@ -47,6 +48,6 @@ pub const METADATA_KEYS: [MetadataKey; 13] = [
 ];
 
 /// The names of the keys.
-pub(super) fn keys() -> [&'static str; 13] {
+pub(super) fn keys() -> [&'static str; 14] {
     METADATA_KEYS.map(|key| key.name)
 }

@@ -3,10 +3,8 @@
 use std::sync::Arc;
 
 use fdi_core::{
-    DiagnoseOptions, Diagnoser, Purpose, RootSeed, ToleranceUse, decide,
-    ema_sim::FaultCoordinates,
-    in_parallel,
-    report::{Action, ActionLevels, Severity},
+    DiagnoseOptions, Diagnoser, Purpose, RootSeed, ToleranceUse, decide, in_parallel,
+    report::{Action, ActionLevels, BACKLASH_GAIN, Severity},
 };
 
 use super::{hidden::HiddenDamage, learnt::Owned};
@@ -77,12 +75,18 @@ pub fn evaluate_decisions(
             learnt.map(|unit| DiagnoseOptions { unit: Some(Arc::new(unit)), ..options })
         };
         let answer = options.and_then(|options| diagnoser.diagnose(&recording, &options).ok());
-        Ok((damage, answer.map(|answer| decide(&answer, &line.levels))))
+        let mut levels = damage.levels();
+        if line.references == 0 {
+            // the play that there is, over that of the model file
+            let times = unit.play_ratio() * (1.0 + BACKLASH_GAIN * levels[1]);
+            levels[1] = (times - 1.0) / BACKLASH_GAIN;
+        }
+        Ok((levels, answer.map(|answer| decide(&answer, &line.levels))))
     })?;
     let mut result = DecisionsResult { units: line.units, ..DecisionsResult::default() };
-    for (damage, action) in &decided {
+    for (true_levels, action) in &decided {
         match action {
-            Some(action) => result.count(action, damage, &line.levels),
+            Some(action) => result.count(action, true_levels, &line.levels),
             None => result.without_answer += 1,
         }
     }
@@ -90,7 +94,7 @@ pub fn evaluate_decisions(
 }
 
 impl DecisionsResult {
-    fn count(&mut self, action: &Action, damage: &FaultCoordinates, levels: &ActionLevels) {
+    fn count(&mut self, action: &Action, true_levels: &[f64], levels: &ActionLevels) {
         let severity = match action.severity {
             Severity::Undecided => 1,
             Severity::Watch => 2,
@@ -98,7 +102,6 @@ impl DecisionsResult {
             _ => 0,
         };
         self.severities[severity] += 1;
-        let true_levels = damage.levels();
         self.without_answer += usize::from(action.faults.is_empty());
         for fault in &action.faults {
             let place = fault.id as usize;

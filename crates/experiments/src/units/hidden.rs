@@ -129,6 +129,11 @@ const BUS_STEP_V: f64 = 100.0 / 4096.0;
 /// Step of the drive's duty: 1250 counts of its timer.
 const DUTY_STEP: f64 = 1.0 / 1250.0;
 
+/// Share of the machines in service whose damage of a kind is of another order, and by how much: the prior of
+/// decisions (`docs/models/diagnosis.md`).
+const SEVERE_SHARE: f64 = 0.02;
+const SEVERE_TIMES: f64 = 10.0;
+
 /// Least share of a number that a machine is given.
 const LEAST_RATIO: f64 = 0.05;
 
@@ -433,7 +438,8 @@ impl HiddenDamage {
         };
         if let Self::InService(watch) = self {
             for (place, watch) in watch.into_iter().enumerate() {
-                let half = 0.5 * watch;
+                let is_severe = chance.uniform() < SEVERE_SHARE;
+                let half = 0.5 * watch * if is_severe { SEVERE_TIMES } else { 1.0 };
                 let decay = -(1.0 - chance.uniform()).ln();
                 let level = if place < 5 { half * decay } else { half * (2.0 * decay).sqrt() };
                 put(place, level.min(1.0), chance.uniform());

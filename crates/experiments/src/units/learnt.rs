@@ -6,7 +6,7 @@ use fdi_core::{
     Bundle, BundleError, Channel, ChannelName, Dataset, DatasetRequest, DiagnoseOptions, Diagnoser,
     EMBEDDED_BUNDLES, Encoding, Experiment, Purpose, Recording, ReferenceDesign, RootSeed,
     ToleranceUse, UnitLearningError, default_noise_a,
-    ema_sim::{FaultCoordinates, Imperfections, Level, Spread, UncertainNumber, presets},
+    ema_sim::{Actuator, FaultCoordinates, Imperfections, Level, Spread, UncertainNumber, presets},
     in_parallel,
     report::FaultId,
 };
@@ -192,6 +192,12 @@ impl<'a> Owned<'a> {
     /// A number of the unit as built, or a coefficient, by the key of its tolerance.
     pub(super) fn number(&self, key: &str) -> Option<f64> {
         self.hidden.coefficient(key).or_else(|| self.hidden.number(key))
+    }
+
+    /// Play of the unit as built over that of the model file.
+    pub(super) fn play_ratio(&self) -> f64 {
+        let play_rad = |actuator: &Actuator| actuator.transmission.backlash_rad;
+        play_rad(&self.hidden.actuator) / play_rad(&self.experiment.actuator)
     }
 
     /// Recordings as new, each of a day of its own.

@@ -79,14 +79,14 @@ pub(crate) fn diagnose(
         }
         None => None,
     };
-    let mut records = after::wanted(args).then(Vec::new);
+    let mut records = args.wants_report().then(Vec::new);
     let head = Head {
         bundle: batch.diagnoser.bundle_sha256().to_owned(),
         seed: global.seed,
         stamp: global.stamp.then(stamp::now),
         part,
     };
-    let asked = Asked { inputs, head };
+    let asked = Asked { inputs, head, is_identifiability_told: args.identifiability };
     let (tally, left) = match args.together {
         Some(by) => together::tell(&batch, &asked, by, &mut records, global, streams)?,
         None => tell(&batch, &asked, resume, &mut records, global, streams)?,
@@ -136,12 +136,13 @@ fn say_left(path: &Path, global: &GlobalArgs, streams: &mut Streams<'_>) {
 /// because nothing came of the batch.
 fn tell(
     batch: &Batch<'_>,
-    Asked { inputs, head }: &Asked,
+    asked: &Asked,
     resume: Option<Resume>,
     records: &mut Option<Vec<RecordDiagnosis>>,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<(Tally, bool)> {
+    let Asked { inputs, head, .. } = asked;
     let jobs = global.threads();
     let is_done = |input: &&Source| resume.as_ref().is_some_and(|one| one.done(&input.path()));
     let before = inputs.iter().filter(is_done).count();
@@ -163,7 +164,9 @@ fn tell(
         let styled = global.output.is_none();
         let mut writer = writer(global.output_format, styled, out);
         writer.begin(head)?;
-        let emit = |done: Done| {
+        let emit = |mut done: Done| {
+            keep(&done.answer);
+            asked.leave_to_the_report(&mut done.answer);
             let answer = &done.answer;
             if let Some(resume) = &resume {
                 let mut resume = resume.write().expect(UNPOISONED);
@@ -181,7 +184,6 @@ fn tell(
                 Some(_) => tally.take_over(answer),
                 None => tally.count(answer),
             }
-            keep(answer);
             progress.clear(*err);
             let written = writer.answer(answer);
             match done.line {
@@ -236,6 +238,16 @@ fn status(tally: &Tally, exit_by: Option<ExitBy>) -> ExitStatus {
 struct Asked {
     inputs: Vec<Source>,
     head: Head,
+    is_identifiability_told: bool,
+}
+
+impl Asked {
+    /// Takes out of an answer what was added for a report.
+    fn leave_to_the_report(&self, answer: &mut Answer) {
+        if let (false, Answer::Diagnosed(record)) = (self.is_identifiability_told, answer) {
+            record.identifiability.clear();
+        }
+    }
 }
 
 /// The entries that the options stand for, in their order, and which part of the batch they are.

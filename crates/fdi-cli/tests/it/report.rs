@@ -66,6 +66,24 @@ fn determinism_a_report_is_the_same_for_any_number_of_jobs() {
     assert_eq!(with("1"), with("5"));
 }
 
+#[test]
+fn a_page_says_what_it_is_of_and_what_is_left_out_on_paper() {
+    let recording = |day: &str| format!("# operator = \"M. Rossi\"\n# date = {day}\n{GOOD}");
+    let folder = folder(&[
+        ("faulty-A.csv", &recording("2026-01-01")),
+        ("healthy-A.csv", &recording("2026-02-01")),
+    ]);
+    let page = folder.path().join("page.html");
+    let (path, target) = (folder.path().display().to_string(), page.display().to_string());
+    assert_eq!(diagnose(&["--id-from", "*-{id}.csv", "--report", &target, &path]).code, 0);
+    let html = text(&page);
+    assert!(html.contains("<h1>Diagnosis of A</h1>"), "{html}");
+    assert!(html.contains("2 recordings · 2026-01-01 to 2026-02-01 · operator M. Rossi"), "{html}");
+    // of an earlier recording nothing is printed, of the latest what is not a detail
+    assert_eq!(html.matches("class=\"screen\">\n<h2>").count(), 1);
+    assert!(html.contains("<p class=\"paper\">"));
+}
+
 /// What the tests of trends diagnose: the name says actuator and date.
 fn dated() -> tempfile::TempDir {
     folder(&[

@@ -83,6 +83,7 @@ fn record(recording: &Recording, verdict: Verdict, levels: [f64; 7]) -> RecordDi
         recording_sha256: None,
         actuator_id: None,
         date: None,
+        operator: None,
         status: Status::Ok,
         verdict,
         bundle: None,

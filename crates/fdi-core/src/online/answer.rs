@@ -5,7 +5,9 @@ use fdi_report::INCIPIENT_LEVEL;
 
 use crate::{
     online::{noise_level::Noise, outcome::Outcome, run::Run},
-    report::{Fault, FaultId, Fit, Notice, NoticeCode, RecordDiagnosis, Status, Verdict},
+    report::{
+        Fault, FaultId, Fit, NoiseSource, Notice, NoticeCode, RecordDiagnosis, Status, Verdict,
+    },
 };
 
 /// Noise over the bundle's from which on a recording is called disturbed.
@@ -45,6 +47,7 @@ impl Run<'_> {
             recording: String::new(),
             actuator_id: None,
             date: None,
+            operator: None,
             status: if any_null || !outcome.adequate { Status::Partial } else { Status::Ok },
             verdict: verdict(outcome, &faults, open),
             bundle: None,
@@ -146,13 +149,21 @@ fn verdict(outcome: &Outcome, faults: &[Fault], open: bool) -> Verdict {
 /// Notice of noise far above what the bundle expects.
 pub(crate) fn loud_notice(noise: Noise, expected_a: f64) -> Option<Notice> {
     let level_a = noise.level_a;
-    (level_a > LOUD_RATIO * expected_a).then(|| Notice {
-        code: NoticeCode::NoiseAboveBundle,
-        message: format!(
-            "{level_a:.3} A of noise on each phase sample is more than {LOUD_RATIO} times the \
-             {expected_a:.3} A that the bundle expects; look for outliers in the currents"
-        ),
-    })
+    let than =
+        format!("more than {LOUD_RATIO} times the {expected_a:.3} A that the bundle expects");
+    let message = if noise.source == NoiseSource::Residual {
+        format!(
+            "what the levels do not explain is as much as {level_a:.3} A of noise on each phase \
+             sample would be, {than}: outliers in the currents, or damage beyond what the bundle has \
+             learnt"
+        )
+    } else {
+        format!(
+            "{level_a:.3} A of noise on each phase sample is {than}; look for outliers in the currents"
+        )
+    };
+    let is_loud = level_a > LOUD_RATIO * expected_a;
+    is_loud.then_some(Notice { code: NoticeCode::NoiseAboveBundle, message })
 }
 
 /// Notices of a noise level where `most` is the largest level that could be there undetected.

@@ -268,9 +268,11 @@ impl Experiment {
     }
 
     /// Levels that decisions are made by: those that the model file states, of any other fault the
-    /// default.
+    /// default; and the play that they are of.
     pub fn action_levels(&self) -> ActionLevels {
-        let mut levels = ActionLevels::default();
+        let play_rad = self.actuator.transmission.backlash_rad;
+        let nominal_backlash_rad = (play_rad > 0.0).then_some(play_rad);
+        let mut levels = ActionLevels { nominal_backlash_rad, ..ActionLevels::default() };
         for (place, stated) in self.stated_levels.iter().enumerate() {
             if let Some(ActionLevel { watch, act }) = *stated {
                 (levels.watch[place], levels.act[place]) = (watch, act);

@@ -240,6 +240,7 @@ impl<'a> Run<'a> {
             recording: String::new(),
             actuator_id: None,
             date: None,
+            operator: None,
             status: if adequate && !unfinished { Status::Ok } else { Status::Partial },
             verdict,
             bundle: None,
@@ -334,7 +335,7 @@ pub(crate) struct Conclusion {
     pub(crate) posterior: Posterior,
     pub(crate) faults: Vec<Fault>,
     pub(crate) findings: Vec<Finding>,
-    /// Faults that could be at or beyond their watch levels, undetected, each with how far.
+    /// Faults that could be at or beyond their excluded levels, undetected, each with how far.
     pub(crate) hidden: Vec<(FaultId, f64)>,
     since: Since,
 }
@@ -401,10 +402,10 @@ fn is_adequate(error: &UnitError, fit: &UnitFit) -> bool {
     fit.misfit <= error.largest_misfit(MISFIT_DEVIATIONS)
 }
 
-/// True where a coordinate of damage is beyond its watch level, and beyond that of the units whose
+/// True where a coordinate of damage is beyond its excluded level, and beyond that of the units whose
 /// error was learnt.
 pub(crate) fn is_unlearnt((&coordinate, level): (&usize, &f64)) -> bool {
-    // both coordinates of eccentricity have the watch level of k6
+    // both coordinates of eccentricity have the excluded level of k6
     let watch = WATCH_LEVELS[coordinate.min(WATCH_LEVELS.len() - 1)];
     level.abs() > watch.max(TRAINED_LEVEL)
 }
@@ -451,7 +452,7 @@ fn unmodelled_notice(unmodelled: &[EffectId], as_new: bool) -> Option<Notice> {
     })
 }
 
-/// Faults that could be at or beyond their watch levels, undetected.
+/// Faults that could be at or beyond their excluded levels, undetected.
 fn hidden(faults: &[Fault], since: Since) -> Vec<(FaultId, f64)> {
     let levels = match since {
         Since::AsBuilt => &WATCH_LEVELS,

@@ -31,7 +31,8 @@ pub struct FaultAction {
     pub id: FaultId,
     /// How urgent it is.
     pub severity: Severity,
-    /// Median of its size, in [`unit`](Self::unit).
+    /// Median of its size, in [`unit`](Self::unit): of play all that there is, of the other faults what
+    /// has come to the machine as built; since references, what has come since.
     pub size: f64,
     /// Interval that holds the size with a probability of 95 %.
     pub interval_95: [f64; 2],
@@ -82,6 +83,8 @@ pub struct ActionLevels {
     pub watch: [f64; 6],
     /// From which it is acted on.
     pub act: [f64; 6],
+    /// Play of the machine's model file, rad: where it is known, sizes of play are in mrad.
+    pub nominal_backlash_rad: Option<f64>,
 }
 
 impl Default for ActionLevels {
@@ -92,6 +95,7 @@ impl Default for ActionLevels {
         Self {
             watch: [0.1, watch_play, 0.02, 0.02, 0.02, 0.05],
             act: [0.2, act_play, 0.05, 0.05, 0.05, 0.15],
+            nominal_backlash_rad: None,
         }
     }
 }

@@ -99,6 +99,9 @@ pub struct RecordDiagnosis {
     /// When the recording was taken, RFC 3339, where it says so or its name does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
+    /// Who took the recording, where it says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
     /// Completeness of the answer.
     pub status: Status,
     /// The answer in a word.
@@ -125,7 +128,7 @@ pub struct RecordDiagnosis {
     /// them; left out where the machine is taken to be exactly its model file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
-    /// How well each fault can be told; only with `--identifiability`, and in what a report is made of.
+    /// How well each fault can be told; only with `--identifiability`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub identifiability: Vec<Identifiability>,
     /// Decision about the machine; only with `--decide`.
@@ -326,6 +329,7 @@ pub(crate) mod tests {
             recording: "r01.csv".to_owned(),
             actuator_id: None,
             date: None,
+            operator: None,
             status: Status::Partial,
             verdict: Verdict::Faulty,
             bundle: None,

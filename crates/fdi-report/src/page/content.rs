@@ -29,6 +29,8 @@
 pub struct Page {
     /// Title of the report.
     pub(crate) title: String,
+    /// Subject: machine, test, dates; empty where that is not known.
+    pub(crate) subject: String,
     /// The answer in a sentence.
     pub(crate) answer: String,
     pub(crate) sections: Vec<Section>,
@@ -39,6 +41,18 @@ pub struct Page {
 pub(crate) struct Section {
     pub(crate) heading: String,
     pub(crate) blocks: Vec<Block>,
+    /// Blocks that follow on the screen and are left out on paper.
+    pub(crate) details: Vec<Block>,
+}
+
+impl Section {
+    pub(crate) fn new(heading: impl Into<String>, blocks: Vec<Block>) -> Self {
+        Self { heading: heading.into(), blocks, details: Vec::new() }
+    }
+
+    pub(crate) fn with_details(self, details: Vec<Block>) -> Self {
+        Self { details, ..self }
+    }
 }
 
 /// Something in a section.

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use super::{
     content::{Block, Cell, Column, Figure, Page, Section, Table},
-    decisions, findings, together,
+    decisions::Decisions,
+    findings, together,
 };
 use crate::{
     ActuatorTrend, Change, FALSE_ALARM_RATE, FAMILY_FALSE_ALARM_RATE, Failure, Fault, FaultChange,
-    FaultId, FitSignals, Fleet, INCIPIENT_LEVEL, RecordDiagnosis, Status, TrendPoint, Verdict,
-    common_folder, detected_findings, fault_figure_svg, fit_figure_svg, identifiability_figure_svg,
-    plus_minus, search_figure_svg, sentence, trend_figure_svg,
+    FaultId, FitSignals, Fleet, INCIPIENT_LEVEL, NoticeCode, RecordDiagnosis, Severity, Status,
+    TrendPoint, Verdict, common_folder, detected_findings, fault_figure_svg, fit_figure_svg,
+    identifiability_figure_svg, plus_minus, search_figure_svg, sentence, trend_figure_svg,
 };
 
 /// Recordings, and actuators, that are drawn; the tables have all.
@@ -32,6 +33,8 @@ pub struct SettingRow {
 pub struct DiagnosisPage<'a> {
     /// The answers.
     pub records: &'a [RecordDiagnosis],
+    /// Tests that answers may be of: SHA-256 of the bundle, name of the test.
+    pub tests: &'a [(String, String)],
     /// Recordings that could not be diagnosed.
     pub failures: &'a [Failure],
     /// Trends of the actuators.
@@ -50,9 +53,11 @@ pub struct DiagnosisPage<'a> {
     pub settings: Vec<SettingRow>,
 }
 
-/// The recordings to draw, at most [`FIGURES_SHOWN`]: what the model does not explain first, then
-/// the largest detected levels; among equals the order of the input.
-fn shown_first(records: &[RecordDiagnosis]) -> Vec<usize> {
+/// The recordings to draw, at most [`FIGURES_SHOWN`]: the latest of machines that are to be watched or
+/// acted on, then what the model does not explain, then the largest detected levels; among equals the
+/// order of the input. `urgent` are the latest recordings of the machines, the most urgent first, and
+/// in that order of their machines they are drawn.
+fn drawn(records: &[RecordDiagnosis], urgent: &[usize]) -> Vec<usize> {
     let rank = |record: &RecordDiagnosis| match record.verdict {
         Verdict::ModelInadequate => 0,
         Verdict::Faulty => 1,
@@ -60,12 +65,22 @@ fn shown_first(records: &[RecordDiagnosis]) -> Vec<usize> {
         Verdict::Healthy => 3,
     };
     let mut order: Vec<usize> = (0..records.len()).collect();
+    let is_pressing = |index: &usize| {
+        let severity = records[*index].action.as_ref().map(|action| action.severity);
+        severity >= Some(Severity::Watch) && urgent.contains(index)
+    };
     order.sort_by(|&a, &b| {
         let by_level = largest(&records[b]).total_cmp(&largest(&records[a]));
-        rank(&records[a]).cmp(&rank(&records[b])).then(by_level)
+        let by_verdict = rank(&records[a]).cmp(&rank(&records[b]));
+        is_pressing(&b).cmp(&is_pressing(&a)).then(by_verdict).then(by_level)
     });
     order.truncate(FIGURES_SHOWN);
-    order.sort_unstable();
+    let is_of = |one: usize, other: usize| {
+        let id = |index: usize| records[index].actuator_id.as_ref();
+        one == other || id(one).is_some() && id(one) == id(other)
+    };
+    let place = |index: usize| urgent.iter().position(|&latest| is_of(latest, index));
+    order.sort_by_key(|&index| (place(index).unwrap_or(urgent.len()), index));
     order
 }
 
@@ -89,26 +104,74 @@ impl DiagnosisPage<'_> {
         signals: impl Fn(&RecordDiagnosis) -> Result<Option<FitSignals>, E>,
     ) -> Result<Page, E> {
         let names = self.names();
-        let title = match self.records {
-            [one] => format!("Diagnosis of {}", one.recording),
-            records => format!("Diagnosis of {} recordings", records.len()),
-        };
-        let mut sections: Vec<Section> =
-            decisions::section(self.records, &names).into_iter().collect();
+        let decisions = Decisions::of(self.records, self.failures, &names);
+        let mut sections: Vec<Section> = decisions.section().into_iter().collect();
         sections.push(self.overview(&names));
         if !self.fleet.actuators.is_empty() {
             sections.push(self.trends());
         }
         let mut taken = BTreeSet::new();
-        for index in shown_first(self.records) {
+        let latest = Fleet::latest(self.records);
+        for index in drawn(self.records, &decisions.places()) {
             let signals = signals(&self.records[index])?;
-            sections.push(self.recording(index, names[index], signals.as_ref(), &mut taken));
+            let mut section = self.recording(index, names[index], signals.as_ref(), &mut taken);
+            if !latest.contains(&index) {
+                section.details.splice(..0, section.blocks.drain(..));
+            }
+            sections.push(section);
         }
         if !self.failures.is_empty() {
             sections.push(self.failed());
         }
         sections.push(self.basis());
-        Ok(Page { title, answer: self.answer(&names), sections })
+        let (title, subject) = (self.title(), self.subject());
+        Ok(Page { title, subject, answer: self.answer(&decisions, &names), sections })
+    }
+
+    /// The one machine that all answers are of.
+    fn machine(&self) -> Option<&str> {
+        let id = self.records.first()?.actuator_id.as_deref()?;
+        self.records.iter().all(|one| one.actuator_id.as_deref() == Some(id)).then_some(id)
+    }
+
+    fn title(&self) -> String {
+        match (self.machine(), self.records) {
+            (Some(id), _) => format!("Diagnosis of {id}"),
+            (None, [one]) => format!("Diagnosis of {}", one.recording),
+            (None, records) => format!("Diagnosis of {} recordings", records.len()),
+        }
+    }
+
+    /// Recordings, test, dates and operators.
+    fn subject(&self) -> String {
+        let of = |text: fn(&RecordDiagnosis) -> Option<&String>| -> BTreeSet<&str> {
+            self.records.iter().filter_map(text).map(String::as_str).collect()
+        };
+        let named = |one: &str, several: &str, names: BTreeSet<&str>| {
+            let names: Vec<&str> = names.into_iter().collect();
+            let noun = if names.len() == 1 { one } else { several };
+            (!names.is_empty()).then(|| format!("{noun} {}", listed(&names)))
+        };
+        let count = match self.records.len() {
+            1 => "1 recording".to_owned(),
+            count => format!("{count} recordings"),
+        };
+        let bundles = self.records.iter().map(|one| one.bundle.as_deref().unwrap_or(self.bundle));
+        let bundles: BTreeSet<&str> = bundles.collect();
+        let is_used = |(sha256, _): &&(String, String)| bundles.contains(sha256.as_str());
+        let tests = self.tests.iter().filter(is_used).map(|(_, name)| name.as_str()).collect();
+        let dates = of(|one| one.date.as_ref());
+        let dates = match (dates.first(), dates.last()) {
+            (Some(first), Some(last)) if first != last => Some(format!("{first} to {last}")),
+            (first, _) => first.map(|&day| day.to_owned()),
+        };
+        let told = [
+            Some(count),
+            named("test", "tests", tests),
+            dates,
+            named("operator", "operators", of(|one| one.operator.as_ref())),
+        ];
+        told.into_iter().flatten().collect::<Vec<_>>().join(" · ")
     }
 
     /// Names of the recordings without the folder that they share.
@@ -119,8 +182,8 @@ impl DiagnosisPage<'_> {
     }
 
     /// The answer in a sentence or two.
-    fn answer(&self, names: &[&str]) -> String {
-        let mut told: Vec<String> = decisions::sentence(self.records, names).into_iter().collect();
+    fn answer(&self, decisions: &Decisions<'_>, names: &[&str]) -> String {
+        let mut told: Vec<String> = decisions.sentence().into_iter().collect();
         told.push(match (self.records, names) {
             ([], _) => "No recording could be diagnosed.".to_owned(),
             ([record], _) => of_one(record),
@@ -194,24 +257,32 @@ impl DiagnosisPage<'_> {
         let table = Table { caption: caption.to_owned(), columns, rows };
         let mut blocks = vec![Block::Table(table)];
         blocks.extend(self.next.iter().map(|next| Block::Text(next.clone())));
-        Section { heading: "Recordings".to_owned(), blocks }
+        Section::new("Recordings", blocks)
     }
 
     /// How the actuators change over time.
     fn trends(&self) -> Section {
         let fleet = self.fleet;
-        let rows: Vec<_> = fleet.actuators.iter().map(trend_row).collect();
-        let numbers = ["recordings", "largest change", "± sd", "slope per 100 days"];
-        let mut columns = vec![Column::text("actuator"), Column::text("state")];
+        let rows: Vec<_> = fleet.actuators.iter().map(|trend| trend_row(trend, fleet)).collect();
+        let numbers = ["recordings", "largest change", "± sd", "seen from", "slope per 100 days"];
+        let mut columns = vec![Column::text("actuator"), Column::text("change")];
         columns.push(Column::text("fault that rose most"));
         columns.extend(numbers.map(Column::number));
         columns.push(Column::text("reference"));
         columns.push(Column::text("latest"));
+        let mut notices = self.records.iter().flat_map(|record| &record.notices);
+        let by_itself = if notices.any(|one| one.code == NoticeCode::ReferenceUsed) {
+            ""
+        } else {
+            " Each recording was taken by itself; beside recordings of the machine as new \
+             (`--reference`, `--unit`) smaller changes are seen."
+        };
         let caption = format!(
             "The latest recording of each actuator that the model explains, against its reference: \
              the earliest that it explains. Warning: a rise of {} or more and beyond {} standard \
-             deviations; changed: beyond these alone.",
-            fleet.warning_change, fleet.significance
+             deviations; changed: beyond these alone. Seen from: the least rise of this fault that \
+             would be a warning.{}",
+            fleet.warning_change, fleet.significance, by_itself
         );
         let mut blocks = vec![Block::Table(Table { caption, columns, rows })];
         if !fleet.left_out.is_empty() {
@@ -237,7 +308,7 @@ impl DiagnosisPage<'_> {
                 source: listed(&from),
             }));
         }
-        Section { heading: "Actuators over time".to_owned(), blocks }
+        Section::new("Actuators over time", blocks)
     }
 
     /// One recording in figures.
@@ -270,7 +341,13 @@ impl DiagnosisPage<'_> {
              {INCIPIENT_LEVEL}. {detected}"
         );
         blocks.push(figure("levels", fault_figure_svg(record), caption));
-        blocks.extend(findings::table(record).map(Block::Table));
+        if !record.notices.is_empty() {
+            let notices = record.notices.iter();
+            let told = notices.map(|notice| format!("{}: {}", notice.code.code(), notice.message));
+            blocks.push(Block::List(told.collect()));
+        }
+        let mut details: Vec<Block> =
+            findings::table(record).map(Block::Table).into_iter().collect();
         if let Some(svg) = identifiability_figure_svg(record) {
             let caption = "Standard deviation of each level: now, with the one further recording or \
                            reading that would tell most (the same test again or on another day, \
@@ -278,9 +355,9 @@ impl DiagnosisPage<'_> {
                            motor's voltage), and with this recording \
                            free of noise and the model exact. Shared with: the number of the machine \
                            that would lower it most, were it known.";
-            blocks.push(figure("identifiability", svg, caption.to_owned()));
+            details.push(figure("identifiability", svg, caption.to_owned()));
         }
-        blocks.extend(together::table(record).map(Block::Table));
+        details.extend(together::table(record).map(Block::Table));
         if let Some(signals) = signals {
             let caption = format!(
                 "Filtered envelope of the stator current in A at {} Hz: measured, and the \
@@ -293,22 +370,17 @@ impl DiagnosisPage<'_> {
                 record.fit.noise_a,
                 record.fit.noise_source
             );
-            blocks.push(figure("current", fit_figure_svg(record, signals), caption));
+            details.push(figure("current", fit_figure_svg(record, signals), caption));
             if let Some(svg) = search_figure_svg(record, signals) {
                 let caption = format!(
                     "Least rms of the residual in A that the method `{}` had reached after each \
                      evaluation of the model; {} evaluations in all.",
                     record.method, record.evaluations
                 );
-                blocks.push(figure("search", svg, caption));
+                details.push(figure("search", svg, caption));
             }
         }
-        if !record.notices.is_empty() {
-            let notices = record.notices.iter();
-            let told = notices.map(|notice| format!("{}: {}", notice.code.code(), notice.message));
-            blocks.push(Block::List(told.collect()));
-        }
-        Section { heading: name.to_owned(), blocks }
+        Section::new(name, blocks).with_details(details)
     }
 
     fn failed(&self) -> Section {
@@ -320,7 +392,7 @@ impl DiagnosisPage<'_> {
             columns: vec![Column::text("recording"), Column::text("reason")],
             rows: self.failures.iter().map(row).collect(),
         };
-        Section { heading: "Not diagnosed".to_owned(), blocks: vec![Block::Table(table)] }
+        Section::new("Not diagnosed", vec![Block::Table(table)])
     }
 
     /// Makes the section on the basis of the answer.
@@ -340,8 +412,9 @@ impl DiagnosisPage<'_> {
         facts.extend(self.stamp.map(|stamp| format!("Made: {stamp}.")));
         if self.records.len() > FIGURES_SHOWN {
             facts.push(format!(
-                "Drawn are {FIGURES_SHOWN} recordings: what the model does not explain, then the \
-                 largest detected levels. To draw another, diagnose it alone."
+                "Drawn are {FIGURES_SHOWN} recordings: the latest of machines that are to be watched \
+                 or acted on, what the model does not explain, then the largest detected levels. To \
+                 draw another, diagnose it alone."
             ));
         }
         let mut blocks = vec![Block::List(facts)];
@@ -356,7 +429,7 @@ impl DiagnosisPage<'_> {
                 rows: rows.collect(),
             }));
         }
-        Section { heading: "What this rests on".to_owned(), blocks }
+        Section::new("What this rests on", blocks)
     }
 }
 
@@ -410,21 +483,28 @@ fn risen_most(trend: &ActuatorTrend) -> Option<&FaultChange> {
 }
 
 /// The row of an actuator.
-fn trend_row(trend: &ActuatorTrend) -> Vec<Cell> {
+fn trend_row(trend: &ActuatorTrend, fleet: &Fleet) -> Vec<Cell> {
     let latest = latest(trend);
     let most = risen_most(trend);
     let slope = most.and_then(|fault| trend.slopes.iter().find(|slope| slope.id == fault.id));
+    let std = most.and_then(|fault| fault.difference_std);
     let signed = |value: f64| format!("{value:+.4}");
     vec![
         Cell::text(trend.actuator_id.as_str()),
-        Cell::text(trend.change.word()).marked(trend.change == Change::Warning),
+        Cell::text(match trend.change {
+            // what is too small to be seen may be there
+            Change::Steady => "none seen",
+            other => other.word(),
+        })
+        .marked(trend.change == Change::Warning),
         Cell::text(
             most.map_or("–".to_owned(), |fault| format!("{} {}", fault.id, fault.id.name())),
         ),
         Cell::number(Some(trend.points.len() as f64), |count| count.to_string()),
         Cell::number(most.and_then(|fault| fault.difference), signed)
             .marked(trend.change == Change::Warning),
-        Cell::number(most.and_then(|fault| fault.difference_std), |std| format!("{std:.4}")),
+        Cell::number(std, |std| format!("{std:.4}")),
+        Cell::number(std.map(|std| fleet.seen_from(std)), |least| format!("{least:.4}")),
         Cell::number(slope.map(|slope| 100.0 * slope.per_day), signed),
         Cell::text(trend.reference_date.as_str()),
         Cell::text(latest.map_or("–", |point| point.date.as_str())),

@@ -37,11 +37,11 @@ pub(super) fn page(result: &Evaluation, tool: &str) -> Page {
     ];
     let blocks: Vec<Block> = figures.into_iter().flatten().collect();
     if !blocks.is_empty() {
-        sections.insert(1, Section { heading: "Figures".to_owned(), blocks });
+        sections.insert(1, Section::new("Figures", blocks));
     }
     sections.push(basis(result, tool));
     let title = format!("Experiment “{}”", result.protocol);
-    Page { title, answer: answer(result), sections }
+    Page { title, answer: answer(result), sections, ..Page::default() }
 }
 
 /// The answer in a sentence.
@@ -105,7 +105,7 @@ fn methods(result: &Evaluation) -> Section {
         rows: result.methods.iter().map(row).collect(),
     });
     let blocks = vec![Block::Table(table), Block::Text(format!("From: {}", source(result)))];
-    Section { heading: "Methods".to_owned(), blocks }
+    Section::new("Methods", blocks)
 }
 
 fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
@@ -146,7 +146,7 @@ fn faults(result: &Evaluation, method: &MethodEvaluation) -> Section {
         columns,
         rows: method.faults.iter().map(row).collect(),
     });
-    Section { heading: format!("Faults, `{}`", method.method), blocks: vec![Block::Table(table)] }
+    Section::new(format!("Faults, `{}`", method.method), vec![Block::Table(table)])
 }
 
 /// Makes the section on the basis of the figures.
@@ -156,7 +156,7 @@ fn basis(result: &Evaluation, tool: &str) -> Section {
         format!("Conditions: {}", source(result)),
         "Everything is simulated: no machine was measured for this page.".to_owned(),
     ];
-    Section { heading: "What this rests on".to_owned(), blocks: vec![Block::List(facts)] }
+    Section::new("What this rests on", vec![Block::List(facts)])
 }
 
 /// The table without the columns of numbers that the experiment does not say.

@@ -30,6 +30,7 @@ pub(super) fn page(answer: &Explanation) -> Page {
         Some(basis(answer)),
     ];
     Page {
+        subject: String::new(),
         title: format!("What the model “{}” misses", answer.model),
         answer: answer.sentence.clone(),
         sections: sections.into_iter().flatten().collect(),
@@ -37,7 +38,7 @@ pub(super) fn page(answer: &Explanation) -> Page {
 }
 
 fn section(heading: &str, blocks: Vec<Block>) -> Option<Section> {
-    (!blocks.is_empty()).then(|| Section { heading: heading.to_owned(), blocks })
+    (!blocks.is_empty()).then(|| Section::new(heading, blocks))
 }
 
 fn figure(
@@ -384,7 +385,7 @@ fn basis(answer: &Explanation) -> Section {
     ));
     facts.extend(answer.stamp.as_ref().map(|stamp| format!("Made: {stamp}.")));
     facts.extend(answer.elapsed_s.map(|s| format!("Computed in {s:.1} s.")));
-    Section { heading: "What this rests on".to_owned(), blocks: vec![Block::List(facts)] }
+    Section::new("What this rests on", vec![Block::List(facts)])
 }
 
 /// The effect that an alternative may be the cause instead of.

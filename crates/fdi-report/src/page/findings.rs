@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn what_would_tell_cannot_become_markup() {
         let blocks = vec![Block::Table(table(&found()).unwrap())];
-        let section = Section { heading: String::new(), blocks };
+        let section = Section::new("", blocks);
         let page = Page { sections: vec![section], ..Page::default() };
         assert!(page.html().contains("a recording &amp; &lt;more&gt;"));
     }

@@ -10,6 +10,9 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 /// Screen and paper; marks are bold and underlined, so that they are seen in grey.
 const STYLE: &str = include_str!("report.css");
 
+/// Where the rest is, said on paper alone.
+const ON_PAPER: &str = "Printed without the details of the recordings, which the page itself has.";
+
 /// Sorts a table by the column whose heading is pressed.
 const SCRIPT: &str = include_str!("report.js");
 
@@ -28,21 +31,45 @@ fn push_document(out: &mut String, page: &Page) -> fmt::Result {
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-         <h1>{title}</h1>\n<p class=\"answer\">{}</p>\n",
-        prose(&page.answer)
+         <h1>{title}</h1>\n",
     )?;
+    if !page.subject.is_empty() {
+        writeln!(out, "<p class=\"subject\">{}</p>", escaped(&page.subject))?;
+    }
+    writeln!(out, "<p class=\"answer\">{}</p>", prose(&page.answer))?;
+    if page.sections.iter().any(|section| !section.details.is_empty()) {
+        writeln!(out, "<p class=\"paper\">{ON_PAPER}</p>")?;
+    }
     if page.sections.len() > 2 {
         push_contents(out, &page.sections)?;
     }
     let mut counts = Counts::default();
     for (index, section) in page.sections.iter().enumerate() {
-        write!(out, "<section id=\"s{index}\">\n<h2>{}</h2>\n", prose(&section.heading))?;
-        for block in &section.blocks {
-            push_block(out, block, &mut counts)?;
-        }
-        out.push_str("</section>\n");
+        push_section(out, section, index, &mut counts)?;
     }
     write!(out, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n")
+}
+
+fn push_section(
+    out: &mut String,
+    section: &Section,
+    index: usize,
+    counts: &mut Counts,
+) -> fmt::Result {
+    let class = if section.blocks.is_empty() { " class=\"screen\"" } else { "" };
+    write!(out, "<section id=\"s{index}\"{class}>\n<h2>{}</h2>\n", prose(&section.heading))?;
+    for block in &section.blocks {
+        push_block(out, block, counts)?;
+    }
+    if !section.details.is_empty() {
+        out.push_str("<div class=\"screen\">\n");
+        for block in &section.details {
+            push_block(out, block, counts)?;
+        }
+        out.push_str("</div>\n");
+    }
+    out.push_str("</section>\n");
+    Ok(())
 }
 
 /// How many of each have been shown.
@@ -190,11 +217,16 @@ mod tests {
             Block::Table(table),
             Block::Figure(figure),
         ];
-        let section = Section { heading: nasty.clone(), blocks };
-        let page = Page { title: nasty.clone(), answer: nasty, sections: vec![section] };
+        let section = Section::new(nasty.clone(), blocks);
+        let page = Page {
+            title: nasty.clone(),
+            subject: nasty.clone(),
+            answer: nasty,
+            sections: vec![section],
+        };
         let html = document(&page);
         assert_eq!(html.matches("<script>").count(), 1);
-        assert_eq!(html.matches("&lt;script&gt;alert").count(), 11);
+        assert_eq!(html.matches("&lt;script&gt;alert").count(), 12);
     }
 
     #[test]

@@ -20,6 +20,7 @@ pub(super) fn page(answer: &SetupSummary) -> Page {
     }
     sections.push(section("Basis", vec![Block::Text(basis(answer))]));
     Page {
+        subject: String::new(),
         title: format!("Setup of “{}” in “{}”", answer.model, answer.command),
         answer: sentence(answer),
         sections,
@@ -27,7 +28,7 @@ pub(super) fn page(answer: &SetupSummary) -> Page {
 }
 
 fn section(heading: &str, blocks: Vec<Block>) -> Section {
-    Section { heading: heading.to_owned(), blocks }
+    Section::new(heading, blocks)
 }
 
 /// The answer in a sentence.

@@ -20,11 +20,6 @@ use crate::{
     stamp,
 };
 
-/// Tells whether the answers have to be kept until the batch has ended.
-pub(super) fn wanted(args: &DiagnoseArgs) -> bool {
-    args.report.report.is_some() || args.report.figures.is_some()
-}
-
 /// Writes the report, and says what to run next.
 pub(super) fn batch(
     batch: &Batch<'_>,
@@ -47,9 +42,12 @@ pub(super) fn batch(
     let fleet = Fleet::of(records, TOOL, args.fleet.warning_change);
     let made = global.stamp.then(stamp::now);
     let records = &batch.deciding.decided(records.iter().cloned());
+    let known = batch.diagnoser.known().into_iter();
+    let tests: Vec<_> = known.map(|one| (one.bundle_sha256, one.name)).collect();
     report_file::write(args.report.places(), || {
         let report = DiagnosisPage {
             records,
+            tests: &tests,
             failures: &tally.failures,
             fleet: &fleet,
             tool: TOOL,

@@ -52,12 +52,13 @@ struct Group {
 /// not be diagnosed; says whether an older product was left because nothing came of them.
 pub(super) fn tell(
     batch: &Batch<'_>,
-    Asked { inputs, head }: &Asked,
+    asked: &Asked,
     by: TogetherBy,
     records: &mut Option<Vec<RecordDiagnosis>>,
     global: &GlobalArgs,
     streams: &mut Streams<'_>,
 ) -> Result<(Tally, bool)> {
+    let Asked { inputs, head, .. } = asked;
     let Streams { out, err, is_terminal } = streams;
     let is_told = !global.quiet && !global.verbose;
     let mut progress = Progress::new(if is_told { inputs.len() } else { 0 }, 0, *is_terminal);
@@ -84,14 +85,15 @@ pub(super) fn tell(
     let work = |_: usize, input: &Source| batch.alone(input);
     let Ok(()) = in_order(inputs, global.threads(), work, keep);
     progress.clear(*err);
-    let answers: Vec<Answer> =
+    let mut answers: Vec<Answer> =
         groups.iter().map(|group| group.answer(batch)).chain(failures).collect();
     let mut tally = Tally::default();
-    for answer in &answers {
+    for answer in &mut answers {
         tally.count(answer);
-        if let (Some(records), Answer::Diagnosed(record)) = (records.as_mut(), answer) {
+        if let (Some(records), Answer::Diagnosed(record)) = (records.as_mut(), &*answer) {
             records.push((**record).clone());
         }
+        asked.leave_to_the_report(answer);
     }
     let mut product = Streams { out: &mut **out, err: &mut io::sink(), is_terminal: *is_terminal };
     let left = product.product_worth(global.output.as_deref(), |out| {

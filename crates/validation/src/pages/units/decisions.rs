@@ -33,7 +33,8 @@ pub(super) fn text() -> Result<String> {
          levels. \"References\": {REFERENCES} recordings as new, each of a day of its own. The \
          decision is about a later day, temperatures as above, read. \"In service\": {IN_SERVICE} \
          units with every fault, drawn as machines in service are assumed to have them \
-         (`prior_above` of the answer, at most 1).\n\n\
+         (`prior_above` of the answer, at most 1). Damage is what has come to a machine as built; of one \
+         recording alone, play is all that there is (`docs/decisions/0162-a-prior-that-a-recording-can-beat.md`).\n\n\
          Bars: the share of faults above a level is within two standard errors of the probability \
          stated. There is no `act` on {HEALTHY} units without damage. With references there is one on \
          at least {LEAST_PERCENT:.0} % of {POWER} units with a fault at twice its level for acting. \
