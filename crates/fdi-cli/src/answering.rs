@@ -54,6 +54,14 @@ impl Source {
         }
     }
 
+    /// The file that it is.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            _ => None,
+        }
+    }
+
     fn metadata(&self) -> Metadata {
         match self {
             Self::Recording(recording) => recording.metadata.clone(),

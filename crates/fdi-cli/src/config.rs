@@ -7,6 +7,7 @@ mod file;
 
 use std::{
     any::TypeId,
+    collections::BTreeSet,
     ffi::OsString,
     fmt::Write,
     path::{Path, PathBuf},
@@ -230,6 +231,32 @@ fn beside_recordings(words: &[OsString]) -> Option<PathBuf> {
     let first: &PathBuf = own.get_many("paths")?.next()?;
     let folder = if first.is_dir() { first } else { first.parent()? };
     Some(folder.join(HERE)).filter(|path| path.is_file())
+}
+
+/// Refuses recordings of folders that have files of settings of their own, where another file, or none, was
+/// read for want of one that is named or lies here.
+pub(crate) fn check_beside<'a>(
+    recordings: impl Iterator<Item = &'a Path>,
+    global: &GlobalArgs,
+) -> Result<()> {
+    let is_named = global.config.is_some() && !global.is_config_found;
+    if is_named || Path::new(HERE).is_file() {
+        return Ok(());
+    }
+    let folders: BTreeSet<&Path> = recordings.filter_map(Path::parent).collect();
+    let files = folders.into_iter().map(|folder| folder.join(HERE)).filter(|path| path.is_file());
+    let Some(own) = files.into_iter().find(|path| global.config.as_ref() != Some(path)) else {
+        return Ok(());
+    };
+    let used = match &global.config {
+        Some(used) => format!("those of `{}` were to be used for all", used.display()),
+        None => "they would not be used".to_owned(),
+    };
+    bail!(
+        "`{}`: recordings of this folder have settings of their own, and {used}: diagnose the folders \
+         one by one, or give settings for all with `--config FILE`",
+        own.display()
+    )
 }
 
 /// The settings of the file that the command line names, or the environment, or that lies here.

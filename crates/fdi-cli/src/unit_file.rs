@@ -23,23 +23,35 @@ pub(crate) fn read(path: &Path) -> Result<LearntUnit> {
     LearntUnit::from_bytes(&bytes).with_context(named)
 }
 
-/// The files of units at a path: the file itself, or those of a folder.
+/// Folders within folders that are looked into.
+const MOST_FOLDERS_DEEP: usize = 8;
+
+/// The files of units at a path: the file itself, or those of a folder and the folders in it.
 pub(crate) fn listed(path: &Path) -> Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
     }
     let mut files = Vec::new();
-    for entry in fs::read_dir(path).with_context(|| path.display().to_string())? {
-        let file = entry.with_context(|| path.display().to_string())?.path();
-        if file.extension() == Some(OsStr::new(ENDING)) {
-            files.push(file);
-        }
-    }
+    add_folder(path, MOST_FOLDERS_DEEP, &mut files)?;
     files.sort();
     if files.is_empty() {
         bail!("{}: no file `*.{ENDING}` in this folder", path.display());
     }
     Ok(files)
+}
+
+fn add_folder(folder: &Path, deep: usize, files: &mut Vec<PathBuf>) -> Result<()> {
+    let named = || folder.display().to_string();
+    for entry in fs::read_dir(folder).with_context(named)? {
+        let entry = entry.with_context(named)?;
+        // a link to a folder may lead back to where it stands
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) && deep > 0 {
+            add_folder(&entry.path(), deep - 1, files)?;
+        } else if entry.path().extension() == Some(OsStr::new(ENDING)) {
+            files.push(entry.path());
+        }
+    }
+    Ok(())
 }
 
 /// Units to diagnose recordings with.

@@ -22,6 +22,7 @@ use crate::{
     DiagnoseArgs, Diagnoser, ExitBy, ExitStatus, GlobalArgs, OutputFormat, Streams,
     answering::{Batch, STANDARD_INPUT, Source, failure},
     batch::in_order,
+    config,
     deciding::Deciding,
     files::Files,
     output::{Answer, Head, Tally, writer},
@@ -63,6 +64,7 @@ pub(crate) fn diagnose(
     let deciding = &Deciding::of(args, diagnoser)?;
     let batch = Batch { diagnoser, map, names, stable, one_a_line, is_kept, deciding };
     let (inputs, shard) = inputs(args)?;
+    config::check_beside(inputs.iter().filter_map(Source::file), global)?;
     let part = match shard {
         Some(shard) => {
             let depend_on =

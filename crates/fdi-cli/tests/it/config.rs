@@ -178,3 +178,25 @@ fn help_keeps_to_the_colour_that_is_asked_for() {
     fs::write(folder.path().join("fdi.toml"), "color = \"never\"\n").unwrap();
     assert!(!help(&forced, &["--help"]));
 }
+
+#[test]
+fn settings_of_one_folder_are_not_used_for_another() {
+    let root = tempfile::tempdir().unwrap();
+    for name in ["P", "Q"] {
+        fs::create_dir(root.path().join(name)).unwrap();
+        fs::write(root.path().join(name).join("fdi.toml"), "seed = 5\n").unwrap();
+        fs::write(root.path().join(name).join("r.csv"), "nothing\n").unwrap();
+    }
+    let told = |arguments: &[&str]| {
+        let (code, _, err) = fdi(root.path(), &[], &[&["diagnose"], arguments].concat());
+        assert_eq!(code, 2, "{err}");
+        err
+    };
+    let of_first = told(&["P/r.csv", "Q/r.csv"]);
+    assert!(of_first.contains("`Q/fdi.toml`") && of_first.contains("those of `P/fdi.toml`"));
+    assert!(told(&["."]).contains("they would not be used"));
+    // each by itself, or one that is named: the recording is what fails
+    for arguments in [&["P"][..], &["--config", "P/fdi.toml", "."]] {
+        assert!(told(arguments).contains("0 recordings diagnosed"), "{arguments:?}");
+    }
+}
