@@ -9,6 +9,9 @@ use crate::{
 /// Share of a sample that a sample may be off the grid of its recording.
 const MOST_OFF_GRID: f64 = 0.01;
 
+/// Share of the runs of equal values that are of one length where a logger has held samples.
+const LEAST_HELD_SHARE: f64 = 0.8;
+
 /// Farthest that a start angle may be from the first sample of the motor's angle, rad: half a step
 /// of a coarse encoder.
 const MOST_OFF_START_RAD: f64 = 0.02;
@@ -100,6 +103,36 @@ impl Channel {
         moved
     }
 
+    /// The samples of a channel that a logger has written again in rows between them; `None` where it has
+    /// a sample of its own in each row, or its values repeat for another reason, as those of a coarse
+    /// encoder do.
+    ///
+    /// Held samples stand in runs of one length, but for what stands still.
+    pub fn unheld(&self) -> Option<Self> {
+        let values = self.values();
+        let starts: Vec<usize> =
+            (0..values.len()).filter(|&at| at == 0 || values[at] != values[at - 1]).collect();
+        let ends = starts.iter().skip(1).copied();
+        let mut lengths: Vec<usize> = starts.iter().zip(ends).map(|(from, to)| to - from).collect();
+        lengths.sort_unstable();
+        let usual = *lengths.get(lengths.len() / 2)?;
+        let are_usual = lengths.iter().filter(|length| length.abs_diff(usual) <= 1).count();
+        if usual < 2 || (are_usual as f64) < LEAST_HELD_SHARE * lengths.len() as f64 {
+            return None;
+        }
+        let after = starts.iter().skip(1).copied().chain([values.len()]);
+        let runs = starts.iter().zip(after);
+        let taken: Vec<usize> = runs
+            .flat_map(|(&from, to)| {
+                // a run that is a row longer or shorter is one sample
+                let count = ((to - from) as f64 / usual as f64).round().max(1.0) as usize;
+                (0..count).map(move |nth| from + nth * usual)
+            })
+            .collect();
+        let times_s: Vec<f64> = taken.iter().map(|&at| self.times_s()[at]).collect();
+        Self::new(self.name(), &times_s, taken.iter().map(|&at| values[at]).collect()).ok()
+    }
+
     /// Sample rate, Hz, of a channel whose samples stand on a grid.
     ///
     /// # Errors
@@ -175,6 +208,24 @@ mod tests {
         for (value, told) in values.iter().zip(told) {
             assert!((value - told).abs() < 1e-12, "{values:?}");
         }
+    }
+
+    #[test]
+    fn samples_that_were_written_again_are_taken_once() {
+        let of = |values: Vec<f64>| {
+            Channel::uniform(ChannelName::MotorAngle, 0.0, 10.0, values).expect("a channel")
+        };
+        let swing = |t: f64| (0.7 * t).sin();
+        // it stands for 40 rows, then a sample is written four times each
+        let held = |row: u32| swing(f64::from(row.max(40) / 4 * 4) - 40.0);
+        let taken = of((0..400).map(held).collect()).unheld().expect("samples");
+        assert_eq!(taken.values().len(), 100);
+        assert_eq!((taken.values()[11], taken.times_s()[11]), (swing(4.0), 4.4));
+        // one of its own in each row, and a coarse encoder
+        let fine = |row: u32| swing(0.01 * f64::from(row));
+        assert!(of((0..400).map(fine).collect()).unheld().is_none());
+        let coarse = |row: u32| (10.0 * fine(row)).round() / 10.0;
+        assert!(of((0..400).map(coarse).collect()).unheld().is_none());
     }
 
     #[test]

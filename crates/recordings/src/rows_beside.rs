@@ -89,21 +89,11 @@ impl<'a> TimedRows<'a> {
     /// Recordings with all times in common, but for those after the end of the shorter. A channel whose
     /// ripple is as fast as its samples says nothing, nor do two recordings of which one is about half a
     /// sample ahead of the other (0.4 to 0.6).
-    pub(crate) fn of_several(&self) -> Option<Beside> {
-        let first_s = self.times_s.first()?;
-        let each = self.times_s.iter().take_while(|time_s| *time_s == first_s).count();
-        let is_next = |pair: &[f64], at: usize| {
-            if (at + 1).is_multiple_of(each) { pair[1] > pair[0] } else { pair[1] == pair[0] }
-        };
-        let pairs = self.times_s.windows(2).enumerate();
-        let alike = 1 + pairs.take_while(|&(at, pair)| is_next(pair, at)).count();
-        let times = alike / each.max(1);
-        if each < 2 || times < LEAST_TIMES || alike < self.times_s.len() / 2 {
-            return None;
-        }
+    fn of_several(&self) -> Option<Beside> {
+        let Beside { each, rows, .. } = self.alike()?;
         let channels = |names: &[ChannelName]| -> Vec<(ChannelName, &[f64])> {
             let named = self.channels.iter().filter(|(name, _)| names.contains(name));
-            named.map(|&(name, values)| (name, &values[..times * each])).collect()
+            named.map(|&(name, values)| (name, &values[..rows])).collect()
         };
         let smooth = SMOOTH.iter().map(|name| channels(&[*name]));
         smooth.chain([channels(&CURRENTS)]).find_map(|channels| {
@@ -122,10 +112,27 @@ impl<'a> TimedRows<'a> {
                 };
             // ripple that is as fast as the samples is as far apart as recordings
             let is_certain = is_smooth || begins_anew && moved.is_directed(LEAST_DIRECTED_ALONE);
-            let beside = Beside { each, rows: times * each, channel, is_certain };
+            let beside = Beside { each, rows, channel, is_certain };
             let is_far_apart = moved.is_far_apart();
             (is_directed || is_far_apart).then(|| (begins_anew || is_far_apart).then_some(beside))
         })?
+    }
+
+    /// Rows of which as many have each time, up to the first time that has others.
+    fn alike(&self) -> Option<Beside> {
+        let first_s = self.times_s.first()?;
+        let each = self.times_s.iter().take_while(|time_s| *time_s == first_s).count();
+        let is_next = |pair: &[f64], at: usize| {
+            if (at + 1).is_multiple_of(each) { pair[1] > pair[0] } else { pair[1] == pair[0] }
+        };
+        let pairs = self.times_s.windows(2).enumerate();
+        let alike = 1 + pairs.take_while(|&(at, pair)| is_next(pair, at)).count();
+        let times = alike / each.max(1);
+        if each < 2 || times < LEAST_TIMES || alike < self.times_s.len() / 2 {
+            return None;
+        }
+        let &(channel, _) = self.channels.first()?;
+        Some(Beside { each, rows: times * each, channel, is_certain: false })
     }
 }
 
@@ -142,10 +149,39 @@ pub(crate) struct Beside {
     is_certain: bool,
 }
 
+impl TimedRows<'_> {
+    /// Refuses rows of several recordings that have the same times, by a choice of rows among the other
+    /// columns of the table.
+    ///
+    /// # Errors
+    /// [`RecordError::RecordingsBeside`].
+    pub(crate) fn check(
+        &self,
+        line: impl Fn() -> Option<u64>,
+        choice: impl Fn(&dyn Fn(&OtherColumn) -> Option<String>) -> Option<String>,
+    ) -> Result<(), RecordError> {
+        let Some(alike) = self.alike() else { return Ok(()) };
+        if let Some(found) = choice(&|other| alike.choice_in_any_order(other)) {
+            return alike.check(line(), self.times_s[0], Some(found));
+        }
+        let Some(beside) = self.of_several() else { return Ok(()) };
+        beside.check(line(), self.times_s[0], choice(&|other| beside.choice_by(other)))
+    }
+}
+
 impl Beside {
+    /// The choice by a column whose values are the same at each time and in another order at some: what
+    /// counts samples within a time has them in one order.
+    fn choice_in_any_order(self, column: &OtherColumn) -> Option<String> {
+        let choice = self.choice_by(column)?;
+        let cells: Vec<&str> = column.cells().take(self.rows).collect();
+        let (first, others) = cells.split_at(self.each);
+        others.chunks_exact(self.each).any(|of_time| of_time != first).then_some(choice)
+    }
+
     /// The choice of rows that reads the recording of the first row, by a column whose values are
     /// others in each row of a time and the same at each time.
-    pub(crate) fn choice_by(self, column: &OtherColumn) -> Option<String> {
+    fn choice_by(self, column: &OtherColumn) -> Option<String> {
         if column.samples() < self.rows {
             return None;
         }
@@ -166,7 +202,7 @@ impl Beside {
     ///
     /// # Errors
     /// [`RecordError::RecordingsBeside`], unless there may be one recording alone.
-    pub(crate) fn check(
+    fn check(
         self,
         line: Option<u64>,
         time_s: f64,

@@ -389,6 +389,8 @@ fn rotor_of(
     let times_s = phases[0].times_s();
     if let Some(angle) = recording.channel(ChannelName::MotorAngle) {
         let pole_pairs = f64::from(experiment.actuator.motor.pole_pairs);
+        let unheld = angle.unheld();
+        let angle = unheld.as_ref().unwrap_or(angle);
         let electrical = angle.smooth_at(times_s).into_iter().map(|theta| theta * pole_pairs);
         return Ok(Rotor {
             start_angle_rad: angle.values().first().copied(),

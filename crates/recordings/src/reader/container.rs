@@ -521,10 +521,7 @@ impl Axes<'_> {
             let beside = stamped.iter().filter(is_beside);
             let channels = beside.map(|one| (one.channel, &one.values[..])).collect();
             let table = TimedRows::new(&times_s, channels);
-            if let Some(beside) = table.of_several() {
-                let choice = self.choice_by(stamped[at].column, |other| beside.choice_by(other));
-                beside.check(None, times_s[0], choice)?;
-            }
+            table.check(|| None, |choice| self.choice_by(stamped[at].column, choice))?;
             evener.note_repeated(&times_s, quantum_s, &table.repeated());
             let Some(held) = HeldRows::of(&table) else { continue };
             held.check(&times_s, evener.bridges(), |_| None)?;

@@ -566,11 +566,9 @@ impl Table {
 
     /// Refuses rows of several recordings that have the same times.
     fn check_rows_beside(&self) -> Result<(), RecordError> {
-        let Some(beside) = self.timed_rows().of_several() else { return Ok(()) };
-        let mut others = self.roles.iter().filter_map(Role::other);
-        let choice = others.find_map(|other| beside.choice_by(other));
-        let line = Lines::new(self.times_s.clone().into(), self.line_runs.clone()).of_row(1);
-        beside.check(Some(line), self.times_s[0], choice)
+        let lines = || Lines::new(self.times_s.clone().into(), self.line_runs.clone());
+        let others = || self.roles.iter().filter_map(Role::other);
+        self.timed_rows().check(|| Some(lines().of_row(1)), |choice| others().find_map(choice))
     }
 
     /// Refuses rows whose samples are held, or takes these for missing where gaps are bridged.

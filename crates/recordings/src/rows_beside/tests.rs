@@ -86,6 +86,25 @@ fn angles_may_turn_on() {
     assert!(found(2, ChannelName::MotorAngle, two));
 }
 
+/// Sorted by a time that several rows share, rows may stand in any order.
+#[test]
+fn a_label_in_another_order_at_some_times_tells_recordings_apart() {
+    let times_s = times(200, 2);
+    let values: Vec<f64> = (0..400).map(|row| 0.1 * scatter(row)).collect();
+    let table = TimedRows::new(&times_s, vec![(ChannelName::PhaseACurrent, &values)]);
+    let checked = |label: &dyn Fn(usize) -> &'static str| {
+        let mut column = OtherColumn::new("run".to_owned());
+        (0..400).for_each(|row| column.push(times_s[row], label(row)));
+        table.check(|| None, |choice| choice(&column))
+    };
+    let mixed = |row: usize| if scatter(row / 2) > 0.0 { row % 2 } else { 1 - row % 2 };
+    let error = checked(&|row| ["A", "B"][mixed(row)]).unwrap_err().to_string();
+    assert!(error.contains("`--where run="), "{error}");
+    // a count of the samples within a time, and a label of few rows
+    checked(&|row| ["0", "1"][row % 2]).unwrap();
+    checked(&|row| if row % 7 == 0 { "A" } else { "B" }).unwrap();
+}
+
 #[test]
 fn the_column_that_tells_recordings_apart_is_named() {
     let beside = Beside { each: 2, rows: 200, channel: ChannelName::MotorAngle, is_certain: true };
