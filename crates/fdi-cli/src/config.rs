@@ -239,18 +239,23 @@ pub(crate) fn check_beside<'a>(
     recordings: impl Iterator<Item = &'a Path>,
     global: &GlobalArgs,
 ) -> Result<()> {
-    let is_named = global.config.is_some() && !global.is_config_found;
-    if is_named || Path::new(HERE).is_file() {
+    if global.config.is_some() && !global.is_config_found {
         return Ok(());
     }
-    let folders: BTreeSet<&Path> = recordings.filter_map(Path::parent).collect();
-    let files = folders.into_iter().map(|folder| folder.join(HERE)).filter(|path| path.is_file());
-    let Some(own) = files.into_iter().find(|path| global.config.as_ref() != Some(path)) else {
-        return Ok(());
+    // settings here are for what is below, too
+    let here = if Path::new(HERE).is_file() { Path::new(".").canonicalize().ok() } else { None };
+    let is_below = |path: &PathBuf| {
+        here.as_ref()
+            .is_some_and(|here| path.canonicalize().is_ok_and(|path| path.starts_with(here)))
     };
-    let used = match &global.config {
-        Some(used) => format!("those of `{}` were to be used for all", used.display()),
-        None => "they would not be used".to_owned(),
+    let folders: BTreeSet<&Path> = recordings.filter_map(Path::parent).collect();
+    let mut files = folders.into_iter().map(|folder| folder.join(HERE));
+    let is_other = |path: &PathBuf| path.is_file() && global.config.as_ref() != Some(path);
+    let Some(own) = files.find(|path| is_other(path) && !is_below(path)) else { return Ok(()) };
+    let used = match (&global.config, here) {
+        (Some(used), _) => format!("those of `{}` were to be used for all", used.display()),
+        (None, Some(_)) => format!("those of `{HERE}` were to be used for all"),
+        (None, None) => "they would not be used".to_owned(),
     };
     bail!(
         "`{}`: recordings of this folder have settings of their own, and {used}: diagnose the folders \

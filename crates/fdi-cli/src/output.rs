@@ -48,6 +48,8 @@ pub(crate) struct Tally {
     /// Recordings that are neither healthy nor faulty: nothing was concluded.
     pub(crate) without_conclusion: usize,
     pub(crate) failures: Vec<Failure>,
+    /// Answers without a unit or references.
+    pub(crate) without_unit: usize,
     /// Recordings that the model does not explain.
     pub(crate) unexplained: Vec<String>,
     /// Recordings by what is to be done about their machines.
@@ -74,6 +76,8 @@ impl Tally {
                 let of = VERDICTS.iter().position(|&verdict| verdict == record.verdict);
                 self.verdicts[of.expect("the list holds every verdict")] += 1;
                 self.without_conclusion += usize::from(is_open(record));
+                let is_unit_used = record.notice(NoticeCode::ReferenceUsed).is_some();
+                self.without_unit += usize::from(!is_unit_used);
                 if let Some(action) = &record.action {
                     let of = self.decided.entry(action.severity).or_default();
                     of.push(record.recording.clone());

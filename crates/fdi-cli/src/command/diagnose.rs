@@ -103,6 +103,15 @@ pub(crate) fn diagnose(
         if let Some(hint) = reading_hint(&tally, args) {
             streams.say(format_args!("\nhint: {hint}"));
         }
+        if let Some(folder) = args.unit.as_ref().filter(|path| path.is_dir())
+            && tally.without_unit > 0
+        {
+            let (count, folder) = (tally.without_unit, folder.display());
+            streams.say(format_args!(
+                "`--unit {folder}`: no unit was used for {count} of the recordings (units are matched \
+                 by `actuator-id`)"
+            ));
+        }
         streams.say(format_args!("{}", tally.sentence()));
     }
     let watched = tally.decided(Severity::Watch);

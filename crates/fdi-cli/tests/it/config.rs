@@ -195,6 +195,10 @@ fn settings_of_one_folder_are_not_used_for_another() {
     let of_first = told(&["P/r.csv", "Q/r.csv"]);
     assert!(of_first.contains("`Q/fdi.toml`") && of_first.contains("those of `P/fdi.toml`"));
     assert!(told(&["."]).contains("they would not be used"));
+    // nor from within one
+    let (code, _, err) = fdi(&root.path().join("P"), &[], &["diagnose", "r.csv", "../Q/r.csv"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("`../Q/fdi.toml`") && err.contains("those of `fdi.toml`"), "{err}");
     // each by itself, or one that is named: the recording is what fails
     for arguments in [&["P"][..], &["--config", "P/fdi.toml", "."]] {
         assert!(told(arguments).contains("0 recordings diagnosed"), "{arguments:?}");
