@@ -24,8 +24,9 @@ mod posterior;
 use std::cmp::Ordering;
 
 use fdi_report::{
-    Action, ActionLevels, BACKLASH_GAIN, FRICTION_GAIN, FaultAction, FaultId, FindingKind, Limits,
-    NoticeCode, RecordDiagnosis, Severity, direction_in_words, percent, three_digits,
+    Action, ActionLevels, BACKLASH_GAIN, FRICTION_GAIN, FaultAction, FaultId, Finding, FindingKind,
+    Limits, NoticeCode, RecordDiagnosis, Severity, direction_in_words, percent, plus_minus,
+    three_digits,
 };
 
 pub use damage_prior::{SEVERE_SHARE, SEVERE_TIMES};
@@ -35,6 +36,9 @@ use posterior::Points;
 
 /// Probability from which a level is taken to be passed, or one less which not to be.
 const DECIDED: f64 = 0.9;
+/// Measurements that tell more where noise is what leaves a fault open.
+const LESS_NOISE: &str = "a recording with less noise, or several of one session";
+
 /// Decides what to do by an answer to several recordings; where these are not of one state of health, by
 /// the answers to each of them: the most severe decision counts, and names its recording.
 pub fn decide_together<'a>(
@@ -93,6 +97,17 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
     let judged: Vec<Judged> =
         FaultId::ALL[..6].iter().filter_map(|&id| judged(&points, id, levels, since)).collect();
     let Some(worst) = judged.iter().max_by(|a, b| a.rank(b)) else { return shows_none() };
+    if worst.action.severity < Severity::Watch
+        && let Some(finding) = answer.findings.iter().find(|one| one.detected && is_of_several(one))
+    {
+        let size = plus_minus(finding.value, finding.std, " ± ");
+        let reason =
+            format!("{} {size} is detected: which of these it is, is open", finding.label());
+        let would = finding.would_tell.as_deref();
+        let would = would.unwrap_or("recordings of the same unit as new, or the motor's voltage,");
+        let faults = judged.into_iter().map(|one| one.action).collect();
+        return Action { faults, ..open(&reason, &format!("{would} would decide more")) };
+    }
     let all: Vec<FaultAction> = judged.iter().map(|one| one.action.clone()).collect();
     let left_out = answer.notice(NoticeCode::RecordingsLeftOut);
     if worst.action.severity == Severity::Nothing && left_out.is_some() {
@@ -110,6 +125,11 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
         next,
         faults: all,
     }
+}
+
+/// True where a finding is of several faults, or of one and of a number that is no damage.
+fn is_of_several(finding: &Finding) -> bool {
+    finding.faults().count() > 1
 }
 
 /// A fault as a decision sees it.
@@ -142,7 +162,8 @@ enum Since {
 impl Since {
     fn of(answer: &RecordDiagnosis) -> Self {
         let is_change = answer.findings.iter().any(|one| one.kind == FindingKind::Changed);
-        if is_change { Self::New } else { Self::Nominal }
+        let is_used = answer.notice(NoticeCode::ReferenceUsed).is_some();
+        if is_change || is_used { Self::New } else { Self::Nominal }
     }
 }
 
@@ -159,10 +180,8 @@ fn size_of(id: FaultId, since: Since, play_rad: Option<f64>) -> (f64, f64, &'sta
             Some(mrad) => (mrad, mrad * BACKLASH_GAIN, "mrad of play"),
             None => (1.0, BACKLASH_GAIN, "times nominal play"),
         },
-        (FaultId::K2, Since::New) => match play_mrad {
-            Some(mrad) => (0.0, mrad * BACKLASH_GAIN, "mrad of play more than as new"),
-            None => (0.0, BACKLASH_GAIN, "times nominal play more than as new"),
-        },
+        // the play as new is another than that of the model file, and not in the answer
+        (FaultId::K2, Since::New) => (1.0, BACKLASH_GAIN, "times the play as new"),
         (FaultId::K6 | FaultId::K7, _) => (0.0, 100.0, "% of the air gap"),
         _ => (0.0, 100.0, "% of the turns shorted"),
     }
@@ -191,35 +210,55 @@ fn told(worst: &FaultAction, faults: &[FaultAction], told_by: &ToldBy<'_>) -> (S
     let others = |least: Severity| {
         faults.iter().filter(move |one| one.id != worst.id && one.severity >= least)
     };
-    let named: Vec<String> = others(Severity::Watch).map(|one| told_by.sized(one)).collect();
-    let also =
-        if named.is_empty() { String::new() } else { format!("; also {}", named.join(", ")) };
+    let listed = |word: &str, severity: Severity| {
+        let of = others(severity).filter(|one| one.severity == severity);
+        let named: Vec<String> = of.map(|one| told_by.sized(one)).collect();
+        if named.is_empty() { String::new() } else { format!("; {word} {}", named.join(", ")) }
+    };
     match worst.severity {
         Severity::Act => {
             let parts = std::iter::once(worst).chain(others(Severity::Act));
             let parts: Vec<&str> = parts.map(|one| part(one.id)).collect();
             let next =
                 format!("take the machine out of service and look at {}", parts.join(", and at "));
+            let also = listed("also", Severity::Act) + &listed("to be watched:", Severity::Watch);
             (format!("{}, {act}{also}", told_by.sized(worst)), next)
         }
-        Severity::Watch => (
-            format!("{}, {watch}{also}", told_by.sized(worst)),
-            "record again soon and follow it (`fdi diagnose --report` of all its recordings)"
-                .to_owned(),
-        ),
+        Severity::Watch => {
+            let is_near = probability_above.act > 1.0 - DECIDED;
+            let act = if is_near { format!(", {act}") } else { String::new() };
+            let also = listed("also", Severity::Watch);
+            (
+                format!("{}, {watch}{act}{also}", told_by.sized(worst)),
+                "record again soon and follow it (`fdi diagnose --report` of all its recordings)"
+                    .to_owned(),
+            )
+        }
         Severity::Undecided => {
             let (low, high) = (three_digits(*low), three_digits(*high));
             let name = id.name();
             let open = format!("{name} between {low} and {high} {unit} is not decided, {watch}");
             (open, format!("{} would decide more", told_by.would_tell(*id)))
         }
-        _ => (
-            format!(
-                "every fault is below its level for watching with a probability of {:.0} % or more",
-                100.0 * DECIDED
-            ),
-            "record again when it is due".to_owned(),
-        ),
+        _ => {
+            let open: Vec<&str> = FaultId::ALL[..6]
+                .iter()
+                .filter(|id| faults.iter().all(|one| one.id != **id))
+                .map(|id| id.name())
+                .collect();
+            let [which, beside] = if open.is_empty() {
+                ["every fault", ""]
+            } else {
+                ["every fault that this test tells", "; it does not tell "]
+            };
+            let share = 100.0 * DECIDED;
+            let reason = format!(
+                "{which} is below its level for watching with a probability of {share:.0} % or \
+                 more{beside}{}",
+                open.join(", ")
+            );
+            (reason, "record again when it is due".to_owned())
+        }
     }
 }
 
@@ -248,15 +287,13 @@ impl ToldBy<'_> {
     fn would_tell(&self, id: FaultId) -> &str {
         let mut findings =
             self.answer.findings.iter().filter(|one| one.faults().any(|fault| fault == id));
-        let Some(first) = findings.next() else {
-            return "a recording with less noise, or several of one session";
-        };
+        // of all the play that there is no tolerance leaves anything open
+        let is_all_play = id == FaultId::K2 && self.since == Since::Nominal;
+        let Some(first) = findings.next().filter(|_| !is_all_play) else { return LESS_NOISE };
         let mut told = std::iter::once(first).chain(findings).map(|one| one.would_tell.as_deref());
         match told.find_map(|one| one) {
             Some(would) => would,
-            None if first.prior_std < first.posterior_std => {
-                "a recording with less noise, or several of one session"
-            }
+            None if first.prior_std < first.posterior_std => LESS_NOISE,
             None if self.since == Since::New => "recordings of other days",
             None => "recordings of the same unit as new",
         }
@@ -516,8 +553,8 @@ mod tests {
         found.findings[0].kind = FindingKind::Changed;
         let known = ActionLevels { nominal_backlash_rad: Some(5e-5), ..ActionLevels::default() };
         let play = &decide(&found, &known).faults[1];
-        assert_eq!(play.unit, "mrad of play more than as new");
-        assert_abs_diff_eq!(play.levels.watch, 0.1, epsilon = 1e-12);
+        assert_eq!(play.unit, "times the play as new");
+        assert_abs_diff_eq!(play.levels.watch, 3.0, epsilon = 1e-12);
         // what references leave open is that of the change
         assert!(play.probability_above.act < 0.9, "{play:?}");
     }
@@ -537,6 +574,29 @@ mod tests {
             assert_eq!(action.severity, Severity::Act, "{place}: {action:?}");
             assert!(low < size && size < high, "{place}: {size} in {low} to {high}");
         }
+    }
+
+    #[test]
+    fn what_is_not_told_is_said() {
+        let action = decide(&answer(&[0.0, 0.0], &[0.01, 1e-4]), &ActionLevels::default());
+        assert_eq!(action.severity, Severity::Nothing);
+        let untold = "it does not tell short circuit of phase A, short circuit of phase B, short \
+                      circuit of phase C, eccentricity";
+        assert!(action.reason.ends_with(untold), "{}", action.reason);
+    }
+
+    #[test]
+    fn what_is_detected_and_of_several_faults_is_not_nothing() {
+        let mut found = answer(&[0.0; 5], &[0.01, 1e-4, 0.01, 0.01, 0.01]);
+        let members = ["k3", "k4", "k5"].map(str::to_owned).into();
+        let id = "torque-constant".to_owned();
+        found.findings = vec![Finding { id, members, value: 0.156, std: 0.036, ..play() }];
+        let action = decide(&found, &ActionLevels::default());
+        assert_eq!((action.severity, action.fault), (Severity::Undecided, None));
+        assert!(
+            action.reason.starts_with("torque constant (k3, k4, k5) 0.156 ± 0.036 is detected")
+        );
+        assert_eq!(action.faults.len(), 5);
     }
 
     #[test]

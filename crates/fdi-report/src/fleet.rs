@@ -138,7 +138,7 @@ impl<'a> Dated<'a> {
     }
 
     fn explained(&self) -> bool {
-        self.record.verdict != Verdict::ModelInadequate
+        self.record.is_believed()
     }
 }
 
@@ -156,7 +156,7 @@ fn trend(id: &str, mut dated: Vec<Dated<'_>>, warning_change: f64) -> Option<Act
             faults: changes(one, reference.record, warning_change),
         })
         .collect();
-    let latest = points.iter().rev().find(|point| point.verdict != Verdict::ModelInadequate);
+    let latest = points.iter().rev().find(|point| point.is_judged());
     let gravest = latest.and_then(|point| point.faults.iter().filter_map(|f| f.change).max());
     Some(ActuatorTrend {
         actuator_id: id.to_owned(),

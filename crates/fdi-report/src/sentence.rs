@@ -83,11 +83,17 @@ fn missing(record: &RecordDiagnosis) -> String {
 
 fn of_fault(fault: &Fault, record: &RecordDiagnosis) -> Option<String> {
     let (value, std) = (fault.value?, fault.std?);
+    // references have shown the machine as new
+    let is_new = record.notice(NoticeCode::ReferenceUsed).is_some();
     let meaning = match fault.id {
         FaultId::K1 => {
-            format!("{:+.1} % of nominal friction torque", 100.0 * FRICTION_GAIN * value)
+            let of = if is_new { "friction torque as new" } else { "nominal friction torque" };
+            format!("{:+.1} % of {of}", 100.0 * FRICTION_GAIN * value)
         }
-        FaultId::K2 => format!("{:.2} times nominal backlash", 1.0 + BACKLASH_GAIN * value),
+        FaultId::K2 => {
+            let of = if is_new { "the backlash as new" } else { "nominal backlash" };
+            format!("{:.2} times {of}", 1.0 + BACKLASH_GAIN * value)
+        }
         FaultId::K3 | FaultId::K4 | FaultId::K5 => {
             format!("{:.1} % of the turns shorted", 100.0 * value)
         }

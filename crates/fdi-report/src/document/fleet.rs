@@ -66,6 +66,13 @@ pub struct TrendPoint {
     pub faults: Vec<FaultChange>,
 }
 
+impl TrendPoint {
+    /// True where the levels are to be believed, and were compared with those of the reference.
+    pub fn is_judged(&self) -> bool {
+        self.faults.iter().any(|fault| fault.change.is_some())
+    }
+}
+
 /// A level and how far it is from the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultChange {

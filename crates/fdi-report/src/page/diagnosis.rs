@@ -473,7 +473,7 @@ fn of_many(records: &[RecordDiagnosis], names: &[&str]) -> String {
 
 /// The latest recording that the model explains.
 fn latest(trend: &ActuatorTrend) -> Option<&TrendPoint> {
-    trend.points.iter().rev().find(|point| point.verdict != Verdict::ModelInadequate)
+    trend.points.iter().rev().find(|point| point.is_judged())
 }
 
 /// The level that has risen most by then.
