@@ -98,7 +98,7 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
         FaultId::ALL[..6].iter().filter_map(|&id| judged(&points, id, levels, since)).collect();
     let Some(worst) = judged.iter().max_by(|a, b| a.rank(b)) else { return shows_none() };
     if worst.action.severity < Severity::Watch
-        && let Some(finding) = answer.findings.iter().find(|one| one.detected && is_of_several(one))
+        && let Some(finding) = answer.findings.iter().find(|one| is_open_to_watch(one, levels))
     {
         let size = plus_minus(finding.value, finding.std, " ± ");
         let reason =
@@ -127,9 +127,11 @@ pub fn decide(answer: &RecordDiagnosis, levels: &ActionLevels) -> Action {
     }
 }
 
-/// True where a finding is of several faults, or of one and of a number that is no damage.
-fn is_of_several(finding: &Finding) -> bool {
-    finding.faults().count() > 1
+/// True where a finding of several faults is detected, and of a size from which one of them is watched.
+fn is_open_to_watch(finding: &Finding, levels: &ActionLevels) -> bool {
+    let is_above =
+        |id: FaultId| levels.watch.get(id as usize).is_some_and(|&watch| finding.value > watch);
+    finding.detected && finding.faults().count() > 1 && finding.faults().any(is_above)
 }
 
 /// A fault as a decision sees it.
@@ -597,6 +599,9 @@ mod tests {
             action.reason.starts_with("torque constant (k3, k4, k5) 0.156 ± 0.036 is detected")
         );
         assert_eq!(action.faults.len(), 5);
+        // less than is watched is nothing
+        (found.findings[0].value, found.findings[0].std) = (0.012, 0.002);
+        assert_eq!(decide(&found, &ActionLevels::default()).severity, Severity::Nothing);
     }
 
     #[test]
