@@ -22,8 +22,8 @@ impl HeldRows {
     /// The held rows of a table; `None` where there are none.
     ///
     /// All currents repeat the row before to the digit, in 7 rows or more between others, and one of
-    /// them or an angle or position jumps at their end. Where other rows repeat too, as of a machine that stands still, without
-    /// noise or behind a coarse converter, nothing is told.
+    /// them or an angle or position jumps at their end. Where other rows repeat too, as of a machine that
+    /// stands still, without noise or behind a coarse converter, nothing is told.
     pub(crate) fn of(table: &TimedRows<'_>) -> Option<Self> {
         let currents: Vec<&[f64]> = table.currents().map(|(_, values)| values).collect();
         let rows = currents.first()?.len();

@@ -199,8 +199,8 @@ impl Metadata {
     /// Sets a key from a value that is no line of a text.
     ///
     /// # Errors
-    /// [`RecordError::MetadataKey`] or [`RecordError::MetadataKeyMisspelt`] for an unknown key, [`RecordError::Property`] for a value that
-    /// the key does not take.
+    /// [`RecordError::MetadataKey`] or [`RecordError::MetadataKeyMisspelt`] for an unknown key,
+    /// [`RecordError::Property`] for a value that the key does not take.
     pub fn set_property(&mut self, key: &str, property: &Property) -> Result<(), RecordError> {
         let text = match property {
             Property::Number(value) => format!("{key} = {value:?}"),

@@ -10,7 +10,7 @@ const LEAST_TIMES: usize = 100;
 /// Share of the movement between times that has to go the way of the slower movement around it:
 /// else the channel holds ripple or noise, and which row is before which does not show.
 const LEAST_DIRECTED: f64 = 0.3;
-/// That share where no column tells the recordings apart.
+/// Least share of directed movement where no column tells the recordings apart.
 const LEAST_DIRECTED_ALONE: f64 = 0.4;
 /// Share of what one recording moves from the first to the last row of a time, below which currents are
 /// of several: ripple makes it 0.7 to 1.4 of one.

@@ -3,6 +3,7 @@
 
 use fdi_core::{
     Channel, ChannelName, CommandSource, Experiment, Metadata, Purpose, Recording, RootSeed,
+    SEVERE_SHARE, SEVERE_TIMES,
     ema_sim::{
         Actuator, Effect, FaultCoordinates, HighFidelity, HighFidelityTrace, LowFidelity,
         Parameter, PhysicalFaults, Scenario, Sector, SimulationError, ThermalNumber,
@@ -128,11 +129,6 @@ const BUS_NOISE_V: f64 = 0.05;
 const BUS_STEP_V: f64 = 100.0 / 4096.0;
 /// Step of the drive's duty: 1250 counts of its timer.
 const DUTY_STEP: f64 = 1.0 / 1250.0;
-
-/// Share of the machines in service whose damage of a kind is of another order, and by how much: the prior of
-/// decisions (`docs/models/diagnosis.md`).
-const SEVERE_SHARE: f64 = 0.02;
-const SEVERE_TIMES: f64 = 10.0;
 
 /// Least share of a number that a machine is given.
 const LEAST_RATIO: f64 = 0.05;
@@ -420,7 +416,8 @@ pub enum HiddenDamage {
     Among(FaultId, f64),
     /// Every fault at once, as machines in service are assumed to have them by these levels for
     /// watching, at most 1: k1 to k5 exponential with half of the level as mean, the eccentricity
-    /// normal in both coordinates with half of it as standard deviation.
+    /// normal in both coordinates with half of it as standard deviation; of a share of
+    /// [`SEVERE_SHARE`] each is [`SEVERE_TIMES`] as large.
     InService([f64; 6]),
 }
 

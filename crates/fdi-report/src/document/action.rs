@@ -31,8 +31,9 @@ pub struct FaultAction {
     pub id: FaultId,
     /// How urgent it is.
     pub severity: Severity,
-    /// Median of its size, in [`unit`](Self::unit): of play all that there is, of the other faults what
-    /// has come to the machine as built; since references, what has come since.
+    /// Median of its size, in [`unit`](Self::unit): of play all that there is (with references as a
+    /// multiple of that as new), of the other faults what has come to the machine as built (with
+    /// references, since they were taken).
     pub size: f64,
     /// Interval that holds the size with a probability of 95 %.
     pub interval_95: [f64; 2],

@@ -46,7 +46,7 @@ fn rows_of_several_recordings_are_told_from_samples_between_two_stamps() {
     }
 }
 
-/// Of what turns, a recording that is a little ahead of the one before it is told too.
+/// A recording whose angle is a little ahead of that of the one before it is told too.
 #[test]
 fn a_recording_that_is_a_little_ahead_is_told() {
     for ahead in [0.3, 0.7, 1.0] {
