@@ -13,6 +13,7 @@ pub(crate) mod error;
 pub(crate) mod error_bounds;
 pub(crate) mod fit;
 pub(crate) mod fitting;
+pub(crate) mod folds;
 pub(crate) mod grid_factor;
 pub(crate) mod high_search;
 pub(crate) mod learnt;

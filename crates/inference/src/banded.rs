@@ -76,6 +76,13 @@ impl BandedMatrix {
         self.rows[row * (self.half_band + 1) + self.half_band - (row - column)]
     }
 
+    /// Elements of a row in its band, the last one on the diagonal.
+    #[inline(always)]
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [f64] {
+        let wide = self.half_band + 1;
+        &mut self.rows[row * wide..(row + 1) * wide]
+    }
+
     /// Adds `scale` times another matrix, whose band may be narrower.
     ///
     /// # Panics

@@ -35,4 +35,4 @@ pub use in_box::{QuadraticForm, least_in_box};
 pub use most_probable::{MostProbable, Unknown, Whitened, most_probable};
 pub use runs::{EqualRuns, Standing, ends};
 pub use symmetric::SymmetricMatrix;
-pub use taper::{gaspari_cohn, tapered_covariance};
+pub use taper::{add_tapered_covariance, gaspari_cohn, tapered_covariance};

@@ -14,15 +14,31 @@ use crate::banded::BandedMatrix;
 /// When a residual is shorter than the first.
 pub fn tapered_covariance<R: AsRef<[f64]>>(residuals: &[R], support: usize) -> BandedMatrix {
     let samples = residuals.first().map_or(0, |r| r.as_ref().len());
-    let half_band = support.saturating_sub(1);
-    let mut covariance = BandedMatrix::zeros(samples, half_band);
-    let per_count = 1.0 / residuals.len().max(1) as f64;
-    let taper: Vec<f64> =
-        (0..=half_band).map(|lag| gaspari_cohn(lag as f64 / support as f64) * per_count).collect();
+    let mut covariance = BandedMatrix::zeros(samples, support.saturating_sub(1));
+    add_tapered_covariance(&mut covariance, 1.0, residuals, support);
+    covariance
+}
+
+/// Adds `scale` times the [`tapered_covariance`] of residuals to a matrix, in its memory.
+///
+/// # Panics
+///
+/// When a residual is shorter than the matrix, or the matrix's band narrower than the taper's.
+pub fn add_tapered_covariance<R: AsRef<[f64]>>(
+    to: &mut BandedMatrix,
+    scale: f64,
+    residuals: &[R],
+    support: usize,
+) {
+    let (samples, half_band) = (to.order(), to.half_band());
+    assert!(support.saturating_sub(1).min(samples.saturating_sub(1)) <= half_band);
+    let per_count = scale / residuals.len().max(1) as f64;
+    let taper = |lag: usize| gaspari_cohn(lag as f64 / support as f64) * per_count;
+    let weights: Vec<f64> = (0..=half_band).rev().map(taper).collect();
     let padded: Vec<Vec<f64>> =
         residuals.iter().map(|r| [&[0.0; COLUMNS], &r.as_ref()[..samples]].concat()).collect();
-    Arch::new().dispatch(Products { padded: &padded, taper: &taper, covariance: &mut covariance });
-    covariance
+    let reach = half_band.min(support.saturating_sub(1));
+    Arch::new().dispatch(Products { padded: &padded, reach, weights: &weights, to });
 }
 
 /// Rows and columns whose products are summed in one pass over the residuals.
@@ -34,8 +50,11 @@ const COLUMNS: usize = 8;
 struct Products<'a> {
     /// Residuals behind as many zeros as a block has columns.
     padded: &'a [Vec<f64>],
-    taper: &'a [f64],
-    covariance: &'a mut BandedMatrix,
+    /// Diagonals below the main one that the taper reaches.
+    reach: usize,
+    /// One an element of a row in its band.
+    weights: &'a [f64],
+    to: &'a mut BandedMatrix,
 }
 
 impl NullaryFnOnce for Products<'_> {
@@ -44,22 +63,28 @@ impl NullaryFnOnce for Products<'_> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled for each instruction set by being inlined")]
     fn call(self) {
-        let Self { padded, taper, covariance } = self;
-        let (order, half_band) = (covariance.order(), covariance.half_band());
+        let Self { padded, reach, weights, to } = self;
+        let (order, half_band) = (to.order(), to.half_band());
         for top in (0..order).step_by(ROWS) {
             let rows = top..order.min(top + ROWS);
-            let left = top.saturating_sub(half_band);
+            let left = top.saturating_sub(reach);
             // blocks end at the diagonal's last column and begin before the band, or in the padding
             let blocks = (rows.end - left).div_ceil(COLUMNS);
             for block in 1..=blocks {
                 let start = rows.end + COLUMNS - block * COLUMNS;
                 let sums = products(padded, COLUMNS + top, rows.len(), start);
                 for (i, sums) in rows.clone().zip(&sums) {
-                    for (column, sum) in (start..).zip(sums) {
-                        let within = column.checked_sub(COLUMNS).and_then(|j| i.checked_sub(j));
-                        if let Some(lag) = within.filter(|lag| *lag <= half_band) {
-                            *covariance.at_mut(i, i - lag) = taper[lag] * sum;
-                        }
+                    // columns of the block in the band of the row, counted with the padding
+                    let first = start.max(i.saturating_sub(reach) + COLUMNS);
+                    let end = (start + COLUMNS).min(i + 1 + COLUMNS);
+                    if first >= end {
+                        continue;
+                    }
+                    let in_band = first + half_band - COLUMNS - i..end + half_band - COLUMNS - i;
+                    let row = &mut to.row_mut(i)[in_band.clone()];
+                    let sums = &sums[first - start..end - start];
+                    for ((value, weight), sum) in row.iter_mut().zip(&weights[in_band]).zip(sums) {
+                        *value += weight * sum;
                     }
                 }
             }

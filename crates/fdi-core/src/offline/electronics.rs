@@ -45,7 +45,7 @@ pub(crate) fn electronics_covariance(
     let loops = tapered_covariance(scatter, support_samples);
     let feedback = filtered_white_noise(&experiment.filter, carrier_hz, experiment.samples());
     if datasets.iter().any(|dataset| dataset.imperfections.controller_noise) {
-        loops.plus(&feedback.scaled(half_width_a * half_width_a / 3.0))
+        loops.plus_scaled(half_width_a * half_width_a / 3.0, &feedback)
     } else {
         loops
     }

@@ -20,7 +20,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use inference::{BandedMatrix, NotPositiveDefinite, central_differences, tapered_covariance};
+use inference::{BandedMatrix, NotPositiveDefinite, add_tapered_covariance, central_differences};
 use nalgebra::DMatrix;
 
 /// How the mean of the error depends on the damage.
@@ -106,14 +106,29 @@ impl CovarianceShape {
         residuals: &[R],
         electronics: Option<&BandedMatrix>,
     ) -> BandedMatrix {
-        let mut tapered = tapered_covariance(residuals, self.taper_support_samples);
-        let share = self.electronics_share;
-        match electronics {
-            Some(electronics) if share > 0.0 => {
-                tapered.scale(1.0 - share);
-                tapered.plus_scaled(share, electronics)
-            }
-            _ => tapered,
+        let samples = residuals.first().map_or(0, |residual| residual.as_ref().len());
+        let electronics = electronics.filter(|_| self.electronics_share > 0.0);
+        let half_band = electronics.map_or(0, BandedMatrix::half_band);
+        let half_band = half_band.max(self.taper_support_samples.saturating_sub(1));
+        let mut covariance = BandedMatrix::zeros(samples, half_band);
+        self.add_covariance(&mut covariance, 1.0, residuals, electronics);
+        covariance
+    }
+
+    /// Adds `scale` times `S` of residuals to a matrix with room for its band.
+    fn add_covariance<R: AsRef<[f64]>>(
+        self,
+        to: &mut BandedMatrix,
+        scale: f64,
+        residuals: &[R],
+        electronics: Option<&BandedMatrix>,
+    ) {
+        let electronics = electronics.filter(|_| self.electronics_share > 0.0);
+        let share = electronics.map_or(0.0, |_| self.electronics_share);
+        let support = self.taper_support_samples;
+        add_tapered_covariance(to, scale * (1.0 - share), residuals, support);
+        if let Some(electronics) = electronics {
+            to.add_scaled(scale * share, electronics);
         }
     }
 }
@@ -283,9 +298,10 @@ impl ErrorModel {
         if inside.is_empty() || left == 0 {
             return self.covariance();
         }
-        let mut without = self.shape.covariance(&inside, self.electronics.as_deref());
-        without.scale(-(inside.len() as f64) / left as f64);
-        without.plus_scaled(count as f64 / left as f64, self.whole())
+        let mut without = self.whole().scaled(count as f64 / left as f64);
+        let of_fold = -(inside.len() as f64) / left as f64;
+        self.shape.add_covariance(&mut without, of_fold, &inside, self.electronics.as_deref());
+        without
     }
 
     /// The terms of the mean at a point of the sought coordinates, one a row of
@@ -350,8 +366,10 @@ pub(crate) fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use approx::assert_abs_diff_eq;
+    use inference::tapered_covariance;
+
+    use super::*;
 
     #[test]
     fn a_linear_error_is_learnt_and_leaves_no_residual() {

@@ -96,8 +96,7 @@ impl Emulator {
         let experiment = &bundle.experiment;
         let unit = unit_noise_covariance(experiment, phase_rate_hz);
         let model = Arc::new(bundle.signal_model()?.ok_or(BundleError::NoEmulator)?);
-        let error = Arc::clone(&model);
-        let grid = GridLikelihood::new(error, Arc::new(unit), noise_a * noise_a, None)?;
+        let grid = GridLikelihood::new(&model, &Arc::new(unit), noise_a * noise_a, None)?;
         Ok(Self::on(model, experiment.sought_indices(), Arc::new(grid)))
     }
 
@@ -218,7 +217,7 @@ impl Emulator {
     fn folds(&self) -> Option<&[Fold]> {
         let made = || {
             let (coefficients, mut folds) = (self.model.coefficients(), Vec::new());
-            let each = self.grid.each_fold(|factor, errors| {
+            let each = self.grid.folds().each(|factor, errors| {
                 let white = factor.whiten_each(coefficients.iter());
                 let terms = white.len();
                 let mut products = DMatrix::zeros(terms, terms);

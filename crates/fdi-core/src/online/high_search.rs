@@ -86,7 +86,7 @@ impl HighFidelitySearch {
             &noise,
         )?;
         let error = references.learn(trend, shape)?;
-        let likelihood = Likelihood::new(Arc::new(error), &unit, noise_a, None)?;
+        let likelihood = Likelihood::new(&Arc::new(error), &unit, noise_a, None)?;
         Ok(Self { monitor, likelihood })
     }
 

@@ -18,6 +18,7 @@ use crate::{
         damage::within_training,
         emulator::Emulator,
         error::DiagnoseError,
+        folds::Folds,
         likelihood::{GridLikelihood, Likelihood},
         noise_grid::NoiseLevel,
         observation::Observation,
@@ -36,10 +37,13 @@ use crate::{
 
 /// Errors that are kept.
 const ERRORS_KEPT: usize = 8;
-/// Numbers in the factors of all likelihoods that are kept for the next recording: 128 MB.
-const NUMBERS_KEPT: usize = 16_000_000;
+/// Numbers in the factors of all likelihoods that are kept for the next recording, and in those of
+/// their folds: 64 MB each.
+const NUMBERS_KEPT: usize = 8_000_000;
 /// Likelihoods that are kept at least, and at most.
-const LIKELIHOODS_KEPT: [usize; 2] = [2, 64];
+const LIKELIHOODS_KEPT: [usize; 2] = [3, 64];
+/// Levels whose folds are kept at least, and at most.
+const FOLDS_KEPT: [usize; 2] = [1, 16];
 /// Rates of the phase samples whose noise is kept.
 const RATES_KEPT: usize = 64;
 /// Start angles whose slopes are kept.
@@ -69,6 +73,8 @@ pub(crate) struct Learnt {
     /// Covariance of the noise of one ampere.
     unit_noise: Kept<RateKey, Arc<BandedMatrix>>,
     likelihoods: Kept<LikelihoodKey, Arc<GridLikelihood>>,
+    /// Folds of the reference errors, each for several levels of the grid.
+    folds: Kept<LikelihoodKey, Arc<Folds>>,
     emulators: Kept<NoiseKey, Arc<Emulator>>,
     /// The response surface, prepared for a noise level.
     surfaces: Kept<NoiseKey, Arc<Emulator>>,
@@ -124,8 +130,10 @@ impl Learnt {
     pub(crate) fn of(bundle: Bundle, encoder: Option<Arc<Encoder>>) -> Result<Self, BundleError> {
         let shape = bundle.incipient_shape().ok_or(BundleError::NoIncipient)?;
         let numbers = bundle.experiment.samples() * shape.taper_support_samples;
-        let [least, most] = LIKELIHOODS_KEPT;
-        let levels = (NUMBERS_KEPT / (FOLDS + 1) / numbers.max(1)).clamp(least, most);
+        let kept = |factors: usize, [least, most]: [usize; 2]| {
+            (NUMBERS_KEPT / factors / numbers.max(1)).clamp(least, most)
+        };
+        let levels = kept(1, LIKELIHOODS_KEPT);
         Ok(Self {
             bundle,
             encoder,
@@ -139,6 +147,7 @@ impl Learnt {
             nominal_slopes: Kept::at_most(STARTS_KEPT),
             unit_noise: Kept::at_most(RATES_KEPT),
             likelihoods: Kept::at_most(levels),
+            folds: Kept::at_most(kept(FOLDS, FOLDS_KEPT)),
             emulators: Kept::at_most(levels),
             surfaces: Kept::at_most(levels),
         })
@@ -318,8 +327,14 @@ impl Learnt {
                 _ => BundleError::NoIncipient,
             })?;
             let (unit, encoder) = (self.unit_noise(phase_rate_hz), self.encoder.as_ref());
+            let of_folds = level.of_folds();
+            let key = LikelihoodKey::new(id, phase_rate_hz, of_folds);
+            let Ok(folds) = self.folds.get(key, || {
+                let folds = Folds::at(&error, &unit, of_folds.grid_variance_a2(), encoder);
+                Ok::<_, Infallible>(Arc::new(folds))
+            });
             let variance_a2 = level.grid_variance_a2();
-            Ok(Arc::new(GridLikelihood::new(error, unit, variance_a2, encoder)?))
+            Ok(Arc::new(GridLikelihood::with_folds(&error, &unit, variance_a2, encoder, folds)?))
         })
     }
 

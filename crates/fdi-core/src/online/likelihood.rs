@@ -11,7 +11,7 @@
 //! what comes out is the low-fidelity model's share.
 //!
 //! Factors are made at the levels of a grid, and what a level beside one has otherwise is taken as a
-//! perturbation (`grid_factor`).
+//! perturbation (`grid_factor`). Those of the folds serve several levels of it (`folds`).
 //!
 //! # Source
 //!
@@ -19,7 +19,7 @@
 //! that have not seen an error is derived in `docs/models/diagnosis.md`, section "Covariance of the
 //! estimate".
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use inference::{BandedMatrix, NotPositiveDefinite, dot};
 use nalgebra::{DMatrix, DVector};
@@ -27,14 +27,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     offline::{
         encoding::Encoder,
-        error_model::{ErrorModel, FOLDS},
+        error_model::ErrorModel,
         estimator::{combined, gram, symmetric},
         factor::{Factor, joined_in_place},
     },
-    online::{
-        grid_factor::{GridFactor, probes},
-        noise_grid::NoiseLevel,
-    },
+    online::{folds::Folds, grid_factor::GridFactor, noise_grid::NoiseLevel},
 };
 
 /// A Gaussian model of residuals at one noise level.
@@ -49,16 +46,12 @@ pub(crate) struct Likelihood {
 /// A Gaussian model of residuals at a noise level of the grid.
 #[derive(Debug)]
 pub(crate) struct GridLikelihood {
-    error: Arc<ErrorModel>,
-    encoder: Option<Arc<Encoder>>,
     whole: GridFactor,
     /// Mean variance of a sample, A².
     mean_variance: f64,
     /// Mean variance of a sample by noise of one ampere.
     mean_noise: f64,
-    folds: OnceLock<Result<Vec<Fold>, NotPositiveDefinite>>,
-    /// Mean and variance of ln(misfit) over the reference errors, formed when first asked for.
-    misfits: OnceLock<(f64, f64)>,
+    folds: Arc<Folds>,
 }
 
 /// Slopes of the signal, one row a coordinate, the same as white numbers, and their information.
@@ -102,45 +95,31 @@ pub(crate) fn misfit(white: &[f64]) -> f64 {
     dot(white, white) / white.len() as f64
 }
 
-/// Errors with the factor of a covariance that does not know them.
-#[derive(Debug)]
-struct Fold {
-    factor: Factor,
-    /// The residuals as white numbers.
-    white: Vec<Vec<f64>>,
-}
-
-impl Fold {
-    /// Estimates from each residual of the fold, by the estimator that does not know the fold.
-    fn shifts(&self, jacobian: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<Vec<DVector<f64>>> {
-        let rows = self.factor.whiten_each(jacobian.iter());
-        let inverse = (gram(&rows) + prior).try_inverse()?;
-        let project = |white: &Vec<f64>| {
-            DVector::from_iterator(rows.len(), rows.iter().map(|row| dot(row, white)))
-        };
-        Some(self.white.iter().map(|white| &inverse * project(white)).collect())
-    }
-}
-
 impl GridLikelihood {
     /// Joins model error and noise at a level of the grid.
     pub(crate) fn new(
-        error: Arc<ErrorModel>,
-        unit_noise: Arc<BandedMatrix>,
+        error: &Arc<ErrorModel>,
+        unit_noise: &Arc<BandedMatrix>,
         variance_a2: f64,
         encoder: Option<&Arc<Encoder>>,
     ) -> Result<Self, NotPositiveDefinite> {
-        let whole = joined_in_place(error.covariance(), variance_a2, &unit_noise);
+        let folds = Folds::at(error, unit_noise, variance_a2, encoder);
+        Self::with_folds(error, unit_noise, variance_a2, encoder, Arc::new(folds))
+    }
+
+    /// As [`new`](Self::new), with the folds of a level nearby.
+    pub(crate) fn with_folds(
+        error: &ErrorModel,
+        unit_noise: &Arc<BandedMatrix>,
+        variance_a2: f64,
+        encoder: Option<&Arc<Encoder>>,
+        folds: Arc<Folds>,
+    ) -> Result<Self, NotPositiveDefinite> {
+        let whole = joined_in_place(error.covariance(), variance_a2, unit_noise);
         let (mean_variance, mean_noise) = (whole.mean_diagonal(), unit_noise.mean_diagonal());
-        Ok(Self {
-            whole: GridFactor::new(Factor::new(whole, encoder)?, unit_noise, variance_a2),
-            error,
-            encoder: encoder.cloned(),
-            mean_variance,
-            mean_noise,
-            folds: OnceLock::new(),
-            misfits: OnceLock::new(),
-        })
+        let factor = Factor::new(whole, encoder)?;
+        let whole = GridFactor::new(factor, Arc::clone(unit_noise), variance_a2);
+        Ok(Self { whole, mean_variance, mean_noise, folds })
     }
 
     /// The factor of the whole covariance.
@@ -148,78 +127,20 @@ impl GridLikelihood {
         &self.whole
     }
 
-    /// Shows each fold of the reference errors: the factor of the covariance without it, and its
-    /// errors as white numbers. None is kept for it.
-    pub(crate) fn each_fold(
-        &self,
-        mut show: impl FnMut(&Factor, &[Vec<f64>]),
-    ) -> Result<(), NotPositiveDefinite> {
-        let mut logs = Vec::new();
-        for index in 0..FOLDS {
-            let fold = self.fold(index)?;
-            logs.extend(self.log_misfits(&fold));
-            show(&fold.factor, &fold.white);
-        }
-        self.misfits.get_or_init(|| mean_and_variance(&logs));
-        Ok(())
-    }
-
-    fn fold(&self, index: usize) -> Result<Fold, NotPositiveDefinite> {
-        let (without, variance_a2) =
-            (self.error.covariance_without(index), self.whole.variance_a2());
-        let covariance = joined_in_place(without, variance_a2, self.whole.noise());
-        let factor = Factor::new(covariance, self.encoder.as_ref())?;
-        let white = factor.whiten_each(self.error.in_fold(index));
-        Ok(Fold { factor, white })
-    }
-
-    fn folds(&self) -> Option<&[Fold]> {
-        let made = || (0..FOLDS).map(|index| self.fold(index)).collect();
-        self.folds.get_or_init(made).as_deref().ok()
-    }
-
-    /// Mean and variance of ln(misfit) over the reference errors.
-    fn misfits(&self) -> Option<(f64, f64)> {
-        if let Some(&misfits) = self.misfits.get() {
-            return Some(misfits);
-        }
-        let logs: Vec<f64> = self.folds()?.iter().flat_map(|fold| self.log_misfits(fold)).collect();
-        Some(*self.misfits.get_or_init(|| mean_and_variance(&logs)))
-    }
-
-    /// ln(misfit) of the reference errors of a fold, the expectation of the noise added.
-    fn log_misfits(&self, fold: &Fold) -> Vec<f64> {
-        let noise = self.noise_share(&fold.factor);
-        fold.white.iter().map(|white| (misfit(white) + noise).ln()).collect()
-    }
-
-    /// Expectation of the misfit per sample from noise alone, `tr(Σ⁻¹·N)/n`, from a few probing
-    /// vectors of ±1 (Hutchinson, Commun. Stat. Simul. Comput. 19, 1990); their scatter is below
-    /// a hundredth here.
-    fn noise_share(&self, factor: &Factor) -> f64 {
-        const PROBES: usize = 4;
-        let (noise, variance_a2) = (self.whole.noise(), self.whole.variance_a2());
-        if let Some(share) = factor.exact_share(noise) {
-            return variance_a2 * share;
-        }
-        let order = noise.order();
-        let probes = probes(PROBES, order);
-        let mut images: Vec<Vec<f64>> = probes.iter().map(|probe| noise.times(probe)).collect();
-        images = factor.spread_each(factor.whiten_each(images.iter()), order);
-        let sum: f64 = probes.iter().zip(&images).map(|(probe, image)| dot(probe, image)).sum();
-        variance_a2 * sum / (PROBES as f64 * order as f64)
+    /// Reference errors seen by estimators that do not know them.
+    pub(crate) fn folds(&self) -> &Folds {
+        &self.folds
     }
 }
 
 impl Likelihood {
     /// Joins model error and noise at any level.
     pub(crate) fn new(
-        error: Arc<ErrorModel>,
+        error: &Arc<ErrorModel>,
         unit_noise: &Arc<BandedMatrix>,
         noise_a: f64,
         encoder: Option<&Arc<Encoder>>,
     ) -> Result<Self, NotPositiveDefinite> {
-        let unit_noise = Arc::clone(unit_noise);
         let grid = GridLikelihood::new(error, unit_noise, noise_a * noise_a, encoder)?;
         Ok(Self { grid: Arc::new(grid), excess_a2: 0.0 })
     }
@@ -303,22 +224,9 @@ impl Likelihood {
         let variance_a2 = self.whole().variance_a2() + self.excess_a2;
         let mut covariance =
             symmetric(order, |i, j| variance_a2 * dot(&weights[i], &noise_images[j]));
-        covariance += self.scatter(&slopes.rows, &prior)?;
+        covariance += self.grid.folds.scatter(&slopes.rows, &prior)?;
         covariance += &inverse * prior * &inverse;
         Some(covariance)
-    }
-
-    /// Mean square of what the reference errors do to estimates that do not know them.
-    fn scatter(&self, rows: &[Vec<f64>], prior: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let mut count = 0.0;
-        let mut scatter = DMatrix::zeros(rows.len(), rows.len());
-        for fold in self.grid.folds()? {
-            for shift in fold.shifts(rows, prior)? {
-                scatter += &shift * shift.transpose();
-                count += 1.0;
-            }
-        }
-        Some(scatter / f64::max(count, 1.0))
     }
 
     /// The misfit per sample that a recording of the modelled machine hardly exceeds.
@@ -329,17 +237,10 @@ impl Likelihood {
     ///
     /// Nothing is below it where a covariance without a fold has no factor.
     pub(crate) fn largest_misfit(&self, deviations: f64) -> f64 {
-        let Some((mean, scatter)) = self.grid.misfits() else { return 0.0 };
+        let Some((mean, scatter)) = self.grid.folds.misfits() else { return 0.0 };
         let own = 2.0 / self.size() as f64;
         (mean + deviations * (scatter + own).sqrt()).exp()
     }
-}
-
-fn mean_and_variance(logs: &[f64]) -> (f64, f64) {
-    let count = logs.len().max(2) as f64;
-    let mean = logs.iter().sum::<f64>() / count;
-    let scatter = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
-    (mean, scatter)
 }
 
 /// A matrix with these on its diagonal.

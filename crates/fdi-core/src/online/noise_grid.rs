@@ -6,6 +6,8 @@
 
 /// Step of the grid, `h`: `GridFactor` is good to 1e-3 within half of it.
 const STEP_LN: f64 = 0.05;
+/// Levels of the grid that have one level of the folds (`folds`).
+const LEVELS_OF_FOLDS: f64 = 2.0;
 /// Levels below this are far below the floor of every covariance, and have no grid, A.
 const QUIETEST_A: f64 = 1e-6;
 
@@ -32,6 +34,17 @@ impl NoiseLevel {
         }
         let step = (level_a.ln() / STEP_LN).round();
         Self { key: LevelKey::Step(step as i32), level_a, grid_a: (step * STEP_LN).exp() }
+    }
+
+    /// The level at which folds of the reference errors are made for this one.
+    pub(crate) fn of_folds(self) -> Self {
+        match self.key {
+            LevelKey::Step(step) => {
+                let coarse = (f64::from(step) / LEVELS_OF_FOLDS).round() * LEVELS_OF_FOLDS;
+                Self::near((coarse * STEP_LN).exp())
+            }
+            LevelKey::Own(_) => self,
+        }
     }
 
     /// A level that stands for itself.
@@ -69,6 +82,12 @@ mod tests {
             let level = NoiseLevel::near(level_a);
             let away = (level.level_a / level.grid_a).ln().abs();
             assert!(away <= 0.5 * STEP_LN + 1e-12, "{level:?}");
+            let folds = level.of_folds();
+            assert!(
+                (level.level_a / folds.grid_a).ln().abs() <= 1.5 * STEP_LN + 1e-12,
+                "{level:?}"
+            );
+            assert_eq!(folds.of_folds(), folds);
             let sum_a2 = level.grid_variance_a2() + level.excess_a2();
             assert!((sum_a2 / (level_a * level_a) - 1.0).abs() < 1e-12, "{level:?}");
             level_a *= 1.013;

@@ -35,7 +35,7 @@ impl Run<'_> {
         let unit = self.learnt.unit_noise(self.observation.phase_rate_hz);
         let error = hypothesis.error.with_residuals(severe.at_size(size));
         let whole_a = self.learnt.with_reference_noise(noise_a);
-        Ok(Some(Likelihood::new(Arc::new(error), &unit, whole_a, self.encoder())?))
+        Ok(Some(Likelihood::new(&Arc::new(error), &unit, whole_a, self.encoder())?))
     }
 
     /// A fit by severe faults, from several starts, with the low-fidelity model's error growing
