@@ -81,6 +81,7 @@ mod tolerance;
 mod trace;
 mod valid_range;
 pub mod vector_math;
+mod vectors;
 mod waveform;
 mod wide;
 mod winding;

@@ -19,18 +19,18 @@ use crate::{
     hypothesis::Scales,
     machine::{Machine, Rough},
     observation::Observation,
-    observing::{AllAnchors, Standing},
+    observing::{AllAnchors, Place},
     problem::{PerRecord, Problem, Split, rough_noise},
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
     scan::Scored,
-    search::{Found, Round, Search},
+    search::{Floored, Found, Look, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
     signal_chain::{Signals, sound, standing},
     structure::{Free, Structure, Target},
     through_plant::ThroughPlant,
-    trial::Trial,
+    trial::{Before, Trial},
 };
 
 /// Thresholds and limits that decide, with the defaults that every report states.
@@ -156,7 +156,7 @@ pub(crate) struct Session<'a> {
     pub(crate) holdout: Problem<'a>,
     pub(crate) repeat: Problem<'a>,
     /// Place to which the predictions were moved, if any.
-    pub(crate) standing: Option<Standing>,
+    pub(crate) standing: Option<Place>,
     pairs: Vec<(usize, usize)>,
 }
 
@@ -426,11 +426,11 @@ impl<'a> Session<'a> {
         Ok(curves(self.machine, &along, &before, &after))
     }
 
-    /// The nominal fit and the noise.
-    pub(crate) fn floor(&self, nominal: &Structure) -> Result<(Floor, Fitted), GreyboxError> {
+    /// The nominal fit and the noise, with what was tried to tell it.
+    pub(crate) fn floor(&self, nominal: &Structure) -> Result<Floored, GreyboxError> {
         if let Some(floor) = Floor::of_pairs(&self.train, &self.repeat, &self.pairs) {
             let fitted = self.nominal(nominal, &floor.whitener)?;
-            return Ok((floor, fitted));
+            return Ok(Floored { floor, fitted, look: None });
         }
         let guess = Whitener::white(rough_noise(&self.train));
         let fitted = fit(&self.train, nominal.clone(), &guess)?;
@@ -445,14 +445,15 @@ impl<'a> Session<'a> {
             drive: &drive,
             whitener: &guess,
             scales: &scales,
-            before: &[],
+            before: Before::None,
         };
         let tried = tried.run(&families)?;
         let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
         columns.extend(tried.iter().flat_map(|t| &t.columns));
         let floor = Floor::of_saturated(&fitted.residuals, &columns);
+        let look = Some(Look { standing: self.standing.clone(), drive, tried });
         let fitted = self.nominal(nominal, &floor.whitener)?;
-        Ok((floor, fitted))
+        Ok(Floored { floor, fitted, look })
     }
 
     /// The model without an effect, fitted from health, and where that leaves something also from

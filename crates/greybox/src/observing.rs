@@ -1,6 +1,6 @@
 //! Choice of the model that predicts recordings, and moves of the predictions to it.
 
-use ema_sim::{Effect, EffectId};
+use ema_sim::{Effect, EffectId, ModelFidelity};
 use inference::{Whitener, log_likelihood_without};
 
 use crate::{
@@ -17,37 +17,49 @@ use crate::{
 /// simple model is off by a few hundredths of what that changes.
 const STANDS_WITHIN: f64 = 0.3;
 
-/// Place where predictions were moved to the finer model.
+/// Numbers of a structure at which a model predicts.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Standing {
+pub(crate) struct Place {
     observation: Observation,
     structure: Structure,
     values: Vec<f64>,
 }
 
-impl Standing {
-    /// Tells whether it stands for another place too.
-    fn is_near(&self, observation: Observation, structure: &Structure, values: &[f64]) -> bool {
-        let ids = |structure: &Structure| -> Vec<EffectId> {
-            structure.effects.iter().map(Effect::id).collect()
+impl Place {
+    /// Tells whether what holds at one place holds at the other.
+    fn is_near(&self, other: &Self) -> bool {
+        let ids = |place: &Self| -> Vec<EffectId> {
+            place.structure.effects.iter().map(Effect::id).collect()
         };
-        let targets = |structure: &Structure| -> Vec<Target> {
-            structure.free.iter().map(|free| free.target).collect()
+        let targets = |place: &Self| -> Vec<Target> {
+            place.structure.free.iter().map(|free| free.target).collect()
         };
         let moved = |(free, (a, b)): (&Free, (&f64, &f64))| {
             (a - b).abs() <= STANDS_WITHIN * free.step.abs()
         };
-        self.observation == observation
-            && ids(&self.structure) == ids(structure)
-            && targets(&self.structure) == targets(structure)
-            && structure.free.iter().zip(values.iter().zip(&self.values)).all(moved)
+        self.observation == other.observation
+            && ids(self) == ids(other)
+            && targets(self) == targets(other)
+            && other.structure.free.iter().zip(other.values.iter().zip(&self.values)).all(moved)
     }
+}
+
+/// Recordings to fit under a model that may predict them.
+struct Candidate {
+    observation: Observation,
+    /// Log-likelihood of the recordings.
+    likelihood: f64,
+    /// Numbers fitted.
+    values: Vec<f64>,
+    /// Numbers at which their predictions were moved to the model, and these anchors.
+    stands_at: Vec<f64>,
+    train: Anchors,
 }
 
 /// Anchors of all recordings.
 #[derive(Clone, Debug)]
 pub(crate) struct AllAnchors {
-    standing: Option<Standing>,
+    standing: Option<Place>,
     train: Anchors,
     holdout: Anchors,
     repeat: Anchors,
@@ -73,26 +85,39 @@ impl Session<'_> {
             return Ok(Observation::Ideal);
         }
         let none = self.all_anchors();
-        let mut best: Option<(f64, Observation, Vec<f64>)> = None;
+        let mut best: Option<Candidate> = None;
         for observation in candidates {
             let seen = self.likelihood_under(observation)?;
             self.put_back(&none);
-            let Some((likelihood, values)) = seen else { continue };
+            let Some(candidate) = seen else { continue };
+            let likelihood = candidate.likelihood;
             log.push(format!("under {}: log-likelihood {likelihood:.1}", observation.word()));
-            if best.as_ref().is_none_or(|(most, ..)| likelihood > *most) {
-                best = Some((likelihood, observation, values));
+            if best.as_ref().is_none_or(|best| likelihood > best.likelihood) {
+                best = Some(candidate);
             }
         }
-        let Some((_, observation, values)) = best else { return Ok(Observation::Ideal) };
-        let nominal = Structure::nominal(self.machine);
-        if self.anchor(observation, &nominal, &values)? {
-            return Ok(observation);
+        let Some(best) = best else { return Ok(Observation::Ideal) };
+        let Some(fidelity) = best.observation.fidelity() else { return Ok(Observation::Ideal) };
+        let there = Place {
+            observation: best.observation,
+            structure: Structure::nominal(self.machine),
+            values: best.stands_at,
+        };
+        let found = Place { values: best.values, ..there.clone() };
+        let is_moved = if there.is_near(&found) {
+            self.train.put_back(&best.train);
+            self.move_to(fidelity, there, true)?
+        } else {
+            self.move_to(fidelity, found, false)?
+        };
+        if is_moved {
+            return Ok(best.observation);
         }
+        self.put_back(&none);
         Ok(Observation::Ideal)
     }
 
-    /// Log-likelihood of the recordings to fit under a model, with the numbers found; `None` where
-    /// it cannot be run.
+    /// The recordings to fit under a model; `None` where it cannot be run.
     ///
     /// The mean of `n` runs has an `n`-th of their scatter, which must not count against a model that
     /// needs runs. With the residual `r` beside that mean, it is the larger of the likelihoods under
@@ -107,15 +132,23 @@ impl Session<'_> {
     fn likelihood_under(
         &mut self,
         observation: Observation,
-    ) -> Result<Option<(f64, Vec<f64>)>, GreyboxError> {
+    ) -> Result<Option<Candidate>, GreyboxError> {
         let nominal = Structure::nominal(self.machine);
         let mut values = nominal.starts();
         let Some(fidelity) = observation.fidelity() else {
             let fitted = self.rough_fit(&nominal, &values)?;
-            return Ok(fitted.map(|fitted| (likelihood_of(&fitted.residuals, &[]), fitted.values)));
+            return Ok(fitted.map(|fitted| Candidate {
+                observation,
+                likelihood: likelihood_of(&fitted.residuals, &[]),
+                stands_at: fitted.values.clone(),
+                values: fitted.values,
+                train: self.train.anchors(),
+            }));
         };
         let mut alike = f64::NEG_INFINITY;
+        let mut stands_at = values.clone();
         for runs in [FEW_RUNS, RUNS] {
+            stands_at.clone_from(&values);
             let state = nominal.state(self.machine, &values);
             if !self.train.anchor(fidelity, &state, runs)? {
                 return Ok(None);
@@ -128,8 +161,13 @@ impl Session<'_> {
         self.train.weigh(noise);
         let Some(fitted) = self.rough_fit(&nominal, &values)? else { return Ok(None) };
         let as_runs = likelihood_of(&fitted.residuals, &[]) - self.train.log_determinant(noise);
-        let values = if as_runs > alike { fitted.values } else { values };
-        Ok(Some((alike.max(as_runs), values)))
+        Ok(Some(Candidate {
+            observation,
+            likelihood: alike.max(as_runs),
+            values: if as_runs > alike { fitted.values } else { values },
+            stands_at,
+            train: self.train.anchors(),
+        }))
     }
 
     /// Fit with white noise; `None` where the machine cannot be run.
@@ -151,13 +189,26 @@ impl Session<'_> {
         values: &[f64],
     ) -> Result<bool, GreyboxError> {
         let Some(fidelity) = observation.fidelity() else { return Ok(false) };
-        if self.standing.as_ref().is_some_and(|s| s.is_near(observation, structure, values)) {
+        let place = Place { observation, structure: structure.clone(), values: values.to_vec() };
+        if self.standing.as_ref().is_some_and(|standing| standing.is_near(&place)) {
             return Ok(true);
         }
+        self.move_to(fidelity, place, false)
+    }
+
+    /// Moves the predictions to a model at a place, those of the recordings to fit where they are not
+    /// there yet; false where it cannot be run.
+    fn move_to(
+        &mut self,
+        fidelity: ModelFidelity,
+        place: Place,
+        is_train_there: bool,
+    ) -> Result<bool, GreyboxError> {
+        let Place { structure, values, .. } = &place;
         let state = structure.state(self.machine, values);
         let elsewhere = structure.state_elsewhere(self.machine, values);
         let before = self.all_anchors();
-        let is_run = self.train.anchor(fidelity, &state, RUNS)?
+        let is_run = (is_train_there || self.train.anchor(fidelity, &state, RUNS)?)
             && self.holdout.anchor(fidelity, &elsewhere, RUNS)?
             && self.repeat.anchor(fidelity, &elsewhere, RUNS)?;
         if !is_run {
@@ -168,8 +219,7 @@ impl Session<'_> {
         for problem in [&mut self.train, &mut self.holdout, &mut self.repeat] {
             problem.weigh(noise);
         }
-        let (structure, values) = (structure.clone(), values.to_vec());
-        self.standing = Some(Standing { observation, structure, values });
+        self.standing = Some(place);
         Ok(true)
     }
 

@@ -125,6 +125,15 @@ impl<'a> Prepared<'a> {
         signal
     }
 
+    /// Makes of averaged signals what [`of_equal_noise`](Self::of_equal_noise) makes of one.
+    pub(crate) fn give_equal_noise(&self, signals: &mut [&mut Vec<f64>]) {
+        if let Some(noise) = self.noise() {
+            let mut signals: Vec<&mut [f64]> =
+                signals.iter_mut().map(|signal| signal.as_mut_slice()).collect();
+            noise.whiten_each(&mut signals);
+        }
+    }
+
     /// A residual [of equal noise](Self::of_equal_noise) in its own unit.
     pub(crate) fn in_its_unit(&self, signal: &[f64]) -> Vec<f64> {
         let mut signal = signal.to_vec();
@@ -180,9 +189,17 @@ impl<'a> Prepared<'a> {
 
     /// A signal at the recording's rate, averaged over so many samples, without its start.
     pub(crate) fn average(&self, signal: &[f64]) -> Vec<f64> {
-        let kept = signal.get(self.skip..).unwrap_or_default();
-        let mean = |chunk: &[f64]| chunk.iter().sum::<f64>() / self.factor as f64;
-        kept.chunks_exact(self.factor).map(mean).collect()
+        self.average_of(signal.len(), |n| signal[n])
+    }
+
+    /// As [`average`](Self::average), of a signal of so many samples that is made as it is averaged.
+    pub(crate) fn average_of(&self, samples: usize, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        let count = samples.saturating_sub(self.skip) / self.factor;
+        let mean = |place: usize| {
+            let start = self.skip + place * self.factor;
+            (start..start + self.factor).map(&of).sum::<f64>() / self.factor as f64
+        };
+        (0..count).map(mean).collect()
     }
 
     /// Rate of what is compared.

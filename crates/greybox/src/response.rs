@@ -31,6 +31,8 @@ const MOST_HZ: f64 = 60.0;
 /// Frequencies among which those of the command are passed over.
 const MOST_TONES: usize = 8;
 const REGIONS: usize = 16;
+/// Orders, frequencies or regions that are looked at together.
+const TOGETHER: usize = 8;
 
 /// Answer of the drive signal to a torque on the shaft: a filter at the compared rate,
 /// learnt from a simulation under a small random torque.
@@ -102,15 +104,33 @@ fn taps(record: &Prepared<'_>, signal: &[f64], before: &[f64], after: &[f64]) ->
     Gram::new(&columns).explained(TAPS, &by).1
 }
 
+fn is_silent(torque: &[f64]) -> bool {
+    torque.iter().all(|t| *t == 0.0)
+}
+
+/// Taps of a filter that are taken at a time.
+const TAPS_AT_ONCE: usize = 4;
+
 /// A torque, or an error of the position, through the loop.
 fn through(response: &[f64], torque: &[f64]) -> Vec<f64> {
     let mut shown = vec![0.0; torque.len()];
-    if torque.iter().all(|t| *t == 0.0) {
-        return shown;
-    }
-    for (lag, h) in response.iter().enumerate() {
-        for (y, t) in shown.iter_mut().skip(lag).zip(torque) {
-            *y += h * t;
+    for (place, taps) in response.chunks(TAPS_AT_ONCE).enumerate() {
+        let lag = place * TAPS_AT_ONCE;
+        if let &[h0, h1, h2, h3] = taps
+            && lag + 3 < torque.len()
+        {
+            for (n, y) in shown[lag..lag + 3].iter_mut().enumerate() {
+                *y += (0..=n).map(|back| taps[back] * torque[n - back]).sum::<f64>();
+            }
+            for (y, t) in shown[lag + 3..].iter_mut().zip(torque.windows(TAPS_AT_ONCE)) {
+                *y += h0 * t[3] + h1 * t[2] + h2 * t[1] + h3 * t[0];
+            }
+            continue;
+        }
+        for (back, h) in taps.iter().enumerate() {
+            for (y, t) in shown.iter_mut().skip(lag + back).zip(torque) {
+                *y += h * t;
+            }
         }
     }
     shown
@@ -128,46 +148,67 @@ struct Screen<'a> {
 }
 
 impl Screen<'_> {
-    /// Energy of the residual that torques, given for each recording, explain together.
-    fn energy(&self, torques: &[PerRecord]) -> f64 {
-        self.energy_by(&self.of_torque, torques)
-    }
-
-    /// Energy of the residual that signals explain which a filter makes seen.
-    fn energy_by(&self, response: &[f64], torques: &[PerRecord]) -> f64 {
-        let mut columns: Vec<Vec<f64>> = torques
+    /// Energy of the residual that the signals of each group explain together which a filter makes
+    /// seen. Signals of all groups are seen side by side.
+    fn energies(&self, response: &[f64], groups: Vec<Vec<PerRecord>>) -> Vec<f64> {
+        let sizes: Vec<usize> = groups.iter().map(Vec::len).collect();
+        let mut columns: Vec<PerRecord> = groups.into_iter().flatten().collect();
+        for (place, record) in self.problem.records.iter().enumerate() {
+            let own = columns.iter_mut().map(|column| &mut column[place]);
+            let mut sounding: Vec<&mut Vec<f64>> =
+                own.filter(|signal| !is_silent(signal)).collect();
+            for signal in &mut sounding {
+                **signal = through(response, signal);
+            }
+            record.give_equal_noise(&mut sounding);
+        }
+        let mut columns = columns
             .iter()
-            .map(|torque| {
-                let shaken = self.problem.records.iter().zip(torque);
-                let shaken =
-                    shaken.map(|(record, t)| record.of_equal_noise(through(response, t))).collect();
-                without(&self.known, whitened(self.whitener, &shaken))
-            })
-            .collect();
-        columns.push(self.residual.clone());
-        let by: Vec<usize> = (0..torques.len()).collect();
-        Gram::new(&columns).explained(torques.len(), &by).0
+            .map(|column| without(&self.known, whitened(self.whitener, column)))
+            .collect::<Vec<_>>()
+            .into_iter();
+        let energy = |size: usize| {
+            let mut own: Vec<Vec<f64>> = columns.by_ref().take(size).collect();
+            own.push(self.residual.clone());
+            let by: Vec<usize> = (0..size).collect();
+            Gram::new(&own).explained(size, &by).0
+        };
+        sizes.into_iter().map(energy).collect()
     }
 
-    /// Energy that a torque of an order of the motor's angle explains, a ripple of torque, and an
-    /// error of the position, where it is controlled.
-    fn energies_of_order(&self, predictions: &[MachineSignals], order: f64) -> [f64; 3] {
-        let waves = |p: &MachineSignals| p.motor.iter().map(|x| libm::sincos(order * x)).collect();
-        let waves: Vec<Vec<(f64, f64)>> = predictions.iter().map(waves).collect();
+    /// Energies that a torque of each of some orders of the motor's angle explains, a ripple of
+    /// torque, and an error of the position, where it is controlled. The orders are a `step` apart,
+    /// of which the waves are given.
+    fn energies_of_orders(
+        &self,
+        predictions: &[MachineSignals],
+        step: &[Vec<(f64, f64)>],
+        orders: &[f64],
+    ) -> Vec<[f64; 3]> {
         let constant = self.problem.machine.constant();
-        let motor = |record: usize, n: usize| constant * predictions[record].drive[n];
-        let plain = [
-            self.torque(predictions, |record, n| waves[record][n].0),
-            self.torque(predictions, |record, n| waves[record][n].1),
-        ];
-        let ripple = [
-            self.torque(predictions, |record, n| motor(record, n) * waves[record][n].0),
-            self.torque(predictions, |record, n| motor(record, n) * waves[record][n].1),
-        ];
-        let torque = self.energy(&plain);
-        let error =
-            self.of_position.as_ref().map_or(torque, |filter| self.energy_by(filter, &plain));
-        [torque, self.energy(&ripple), error]
+        let mut waves = waves(predictions, orders[0]);
+        let (mut plain, mut ripple) = (Vec::new(), Vec::new());
+        for place in 0..orders.len() {
+            if place > 0 {
+                let steps = step.iter().flatten();
+                let waves = waves.iter_mut().flatten();
+                waves.zip(steps).for_each(|(wave, step)| *wave = turned(*wave, *step));
+            }
+            let motor = |record: usize, n: usize| constant * predictions[record].drive[n];
+            plain.push(vec![
+                self.torque(predictions, |record, n| waves[record][n].0),
+                self.torque(predictions, |record, n| waves[record][n].1),
+            ]);
+            ripple.push(vec![
+                self.torque(predictions, |record, n| motor(record, n) * waves[record][n].0),
+                self.torque(predictions, |record, n| motor(record, n) * waves[record][n].1),
+            ]);
+        }
+        let errors = self.of_position.as_ref().map(|filter| self.energies(filter, plain.clone()));
+        let torques = self.energies(&self.of_torque, plain);
+        let ripples = self.energies(&self.of_torque, ripple);
+        let errors = errors.unwrap_or_else(|| torques.clone());
+        (0..orders.len()).map(|n| [torques[n], ripples[n], errors[n]]).collect()
     }
 
     /// A torque at each sample of each recording, averaged as the signals are.
@@ -177,8 +218,7 @@ impl Screen<'_> {
         of: impl Fn(usize, usize) -> f64,
     ) -> PerRecord {
         let reduced = |(record, prepared): (usize, &Prepared<'_>)| {
-            let samples = predictions[record].drive.len();
-            prepared.average(&(0..samples).map(|n| of(record, n)).collect::<Vec<_>>())
+            prepared.average_of(predictions[record].drive.len(), |n| of(record, n))
         };
         self.problem.records.iter().enumerate().map(reduced).collect()
     }
@@ -240,34 +280,44 @@ pub(crate) fn leads(
         known,
     };
     let orders: Vec<f64> = orders(problem, &predictions);
-    let energies = crate::parallel::map(&orders, problem.jobs, |&order| {
-        screen.energies_of_order(&predictions, order)
+    let step = orders.get(1).map_or(0.0, |second| second - orders[0]);
+    let step = waves(&predictions, step);
+    let energies: Vec<[f64; 3]> = in_groups(&orders, problem.jobs, |orders| {
+        screen.energies_of_orders(&predictions, &step, orders)
     });
     let by_order = |place: usize| {
         best_of(&orders, 3, &energies.iter().map(|energy| energy[place]).collect::<Vec<_>>())
     };
+    let [torque_orders, ripple_orders, error_orders] = [0, 1, 2].map(by_order);
     let longest_s = problem.records.iter().map(|r| r.record.duration_s()).fold(1.0, f64::max);
     let spacing = FREQUENCY_STEP / longest_s;
     let most_hz = MOST_HZ.min(most_shown_hz(problem));
     let count = libm::floor((most_hz - 0.5).max(0.0) / spacing) as usize;
     let frequencies: Vec<f64> = (0..count).map(|n| 0.5 + n as f64 * spacing).collect();
-    let mut frequencies_hz =
-        best(&frequencies, problem.jobs, MOST_TONES, |&f| screen.energy(&tones(problem, f)));
+    let energies = in_groups(&frequencies, problem.jobs, |frequencies| {
+        // a filter makes tones of the same frequency of them, with which they explain as much
+        let tones = frequencies.iter().map(|&f| tones(problem, f)).collect();
+        screen.energies(&[1.0], tones)
+    });
+    let mut frequencies_hz = best_of(&frequencies, MOST_TONES, &energies);
     frequencies_hz.retain(|&f| !is_of_command(problem, f));
     frequencies_hz.truncate(2);
     let regions = candidate_regions(&predictions);
-    let chosen = best(&regions, problem.jobs, 2, |&(centre, width)| {
-        let torque = screen.torque(&predictions, |record, n| {
+    let of_region = |&(centre, width): &(f64, f64)| {
+        vec![screen.torque(&predictions, |record, n| {
             let p = &predictions[record];
             let z = (p.surface[n] - centre) / width;
             sign(p.speed[n], scales.speed) * libm::exp(-0.5 * z * z)
-        });
-        screen.energy(&[torque])
+        })]
+    };
+    let of_regions = in_groups(&regions, problem.jobs, |regions| {
+        screen.energies(&screen.of_torque, regions.iter().map(of_region).collect())
     });
+    let chosen = best_of(&regions, 2, &of_regions);
     Ok(Leads {
-        orders: by_order(0),
-        ripple_orders: by_order(1),
-        error_orders: with_lowest(&orders, by_order(2)),
+        orders: torque_orders,
+        ripple_orders,
+        error_orders: with_lowest(&orders, error_orders),
         orders_looked_at: orders.len() as f64,
         frequencies_hz,
         frequencies_looked_at: frequencies.len() as f64,
@@ -293,14 +343,14 @@ fn with_lowest(orders: &[f64], mut chosen: Vec<f64>) -> Vec<f64> {
 /// A tone, free in phase in each recording, at the compared rate.
 fn tones(problem: &Problem<'_>, frequency_hz: f64) -> Vec<PerRecord> {
     let silent: PerRecord = problem.records.iter().map(|r| vec![0.0; r.measured.len()]).collect();
-    let wave: fn(f64) -> f64 = libm::sin;
     let mut tones = Vec::new();
     for (place, prepared) in problem.records.iter().enumerate() {
-        let pace = TAU * frequency_hz / prepared.rate_hz();
-        for shift in [0.0, 0.25 * TAU] {
+        let pace = libm::sincos(TAU * frequency_hz / prepared.rate_hz());
+        let waves = core::iter::successors(Some((0.0, 1.0)), |wave| Some(turned(*wave, pace)));
+        let (sines, cosines) = waves.take(prepared.measured.len()).unzip();
+        for wave in [sines, cosines] {
             let mut tone = silent.clone();
-            tone[place] =
-                (0..prepared.measured.len()).map(|n| wave(pace * n as f64 + shift)).collect();
+            tone[place] = wave;
             tones.push(tone);
         }
     }
@@ -312,17 +362,28 @@ fn sign(speed: f64, typical: f64) -> f64 {
     if speed.abs() < 1e-4 * typical { 0.0 } else { speed.signum() }
 }
 
-/// The items of the largest scores, best first.
-fn best<T: Copy + Sync>(
+/// Scores of items that are looked at some at a time.
+fn in_groups<T: Sync, S: Send>(
     items: &[T],
     jobs: usize,
-    keep: usize,
-    score: impl Fn(&T) -> f64 + Sync,
-) -> Vec<T> {
-    best_of(items, keep, &crate::parallel::map(items, jobs, score))
+    scores: impl Fn(&[T]) -> Vec<S> + Sync,
+) -> Vec<S> {
+    let groups: Vec<&[T]> = items.chunks(TOGETHER).collect();
+    crate::parallel::map(&groups, jobs, |group| scores(group)).into_iter().flatten().collect()
 }
 
-/// Items with the largest of scores that are known.
+/// Sine and cosine of an order of the motor's angle at each sample of each recording.
+fn waves(predictions: &[MachineSignals], order: f64) -> Vec<Vec<(f64, f64)>> {
+    let of = |p: &MachineSignals| p.motor.iter().map(|x| libm::sincos(order * x)).collect();
+    predictions.iter().map(of).collect()
+}
+
+/// Sine and cosine of the sum of two angles.
+fn turned((sin, cos): (f64, f64), (by_sin, by_cos): (f64, f64)) -> (f64, f64) {
+    (sin * by_cos + cos * by_sin, cos * by_cos - sin * by_sin)
+}
+
+/// Items with the largest scores, best first.
 fn best_of<T: Copy>(items: &[T], keep: usize, scores: &[f64]) -> Vec<T> {
     let mut order: Vec<usize> = (0..items.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -363,4 +424,35 @@ fn candidate_regions(predictions: &[MachineSignals]) -> Vec<(f64, f64)> {
         }
     }
     regions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn taps_taken_together_are_the_sum_of_each() {
+        let torque: Vec<f64> = (0..30).map(|n| libm::sin(0.7 * f64::from(n))).collect();
+        for (taps, samples) in [(1, 30), (4, 30), (7, 30), (40, 30), (8, 9), (4, 3), (8, 6)] {
+            let response: Vec<f64> = (0..taps).map(|n| 1.0 / (1.0 + f64::from(n))).collect();
+            let shown = through(&response, &torque[..samples]);
+            for (n, y) in shown.iter().enumerate() {
+                let last = n.min(response.len() - 1);
+                let want: f64 = (0..=last).map(|lag| response[lag] * torque[n - lag]).sum();
+                assert!((y - want).abs() < 1e-14, "{taps} taps, sample {n}: {y} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn waves_are_turned_from_order_to_order() {
+        let angle: f64 = 2.4;
+        let step = libm::sincos(angle);
+        let mut wave = step;
+        for order in 2..=8 {
+            wave = turned(wave, step);
+            let (sin, cos) = libm::sincos(f64::from(order) * angle);
+            assert!((wave.0 - sin).abs() + (wave.1 - cos).abs() < 1e-14, "{order}");
+        }
+    }
 }

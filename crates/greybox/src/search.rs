@@ -1,7 +1,7 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
 use ema_sim::{CommandKind, EffectId, LoopPart, Repetition};
-use inference::{Whitener, chi_squared_log_tail};
+use inference::{Whitener, chi_squared_log_tail, rms};
 
 use crate::{
     curve::{Hypothesis, hypotheses},
@@ -11,13 +11,14 @@ use crate::{
     floor::Floor,
     hypothesis::{Family, Leads, Scales, differs_by_record, families, is_nonlinear_in_size},
     observation::Observation,
-    observing::AllAnchors,
+    observing::{AllAnchors, Place},
     plausible::Plausible,
+    problem::PerRecord,
     response::leads,
     rival::{Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, score},
     structure::Structure,
-    trial::{Trial, Tried},
+    trial::{Before, Trial, Tried},
 };
 
 /// Share of what is explained that the form of a real law leaves: a tenth of its amplitude. What
@@ -35,6 +36,9 @@ const SETTLED_SHARE: f64 = 0.5;
 /// it stays, nats.
 const MOST_FOLLOWED: usize = 3;
 const FOLLOWED_NATS: f64 = 0.5;
+/// Share of the noise by which the predictions of two fits may differ between which an effect does
+/// the same.
+const SAME_WITHIN: f64 = 0.1;
 /// Nats by which numbers fitted to what is held out have to gain there beyond what they cost, a nat
 /// each: noise alone gives two of them so much in 2 %.
 const LEAST_FITTED_GAIN: f64 = 2.0;
@@ -66,6 +70,8 @@ pub(crate) struct Search {
     /// True where beside what was found a fit explains more than noise does that did not stand the
     /// tests, whatever it is.
     pub(crate) is_more_there: bool,
+    /// Trials by which the noise was told.
+    pub(crate) look: Option<Look>,
     pub(crate) first_round: Option<Round>,
     /// How each effect fared in the first round.
     pub(crate) tried: Vec<Hypothesis>,
@@ -90,6 +96,31 @@ impl Search {
     /// Tells whether an effect that acts once was found.
     fn has(&self, id: EffectId) -> bool {
         self.found.iter().any(|known| known.rival.id == id) && !may_repeat(id)
+    }
+}
+
+/// The noise with the fit of the model without an effect.
+pub(crate) struct Floored {
+    pub(crate) floor: Floor,
+    pub(crate) fitted: Fitted,
+    pub(crate) look: Option<Look>,
+}
+
+/// Trials by which the noise was told.
+pub(crate) struct Look {
+    /// Where predictions stood.
+    pub(crate) standing: Option<Place>,
+    /// Prediction without an effect.
+    pub(crate) drive: PerRecord,
+    pub(crate) tried: Vec<Tried>,
+}
+
+impl Look {
+    /// Tells whether effects do what they did, where another fit predicts `drive`.
+    fn is_here(&self, standing: Option<&Place>, drive: &PerRecord, whitener: &Whitener) -> bool {
+        let less = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
+        let change: PerRecord = drive.iter().zip(&self.drive).map(less).collect();
+        self.standing.as_ref() == standing && rms(&whitened(whitener, &change)) <= SAME_WITHIN
     }
 }
 
@@ -129,7 +160,7 @@ impl Session<'_> {
     pub(crate) fn search(&mut self) -> Result<Search, GreyboxError> {
         let mut log = Vec::new();
         let observation = self.observe(&mut log)?;
-        let (floor, fitted) = self.floor(&Structure::nominal(self.machine))?;
+        let Floored { floor, fitted, look } = self.floor(&Structure::nominal(self.machine))?;
         let fitted = self.followed(observation, fitted, &floor.whitener)?;
         let before = Judged::new(fitted, self.split(), &floor.whitener)?;
         let scales = self.scales(&before.fitted)?;
@@ -152,6 +183,7 @@ impl Session<'_> {
             runners_up: Vec::new(),
             unconfirmed: Vec::new(),
             is_more_there: false,
+            look,
             first_round: None,
             tried: Vec::new(),
             observation,
@@ -227,7 +259,7 @@ impl Session<'_> {
     ) -> Result<bool, GreyboxError> {
         let alpha = self.options.false_alarm_rate / f64::from(1_u32 << number);
         let whitener = &search.floor.whitener;
-        let round = self.scan(&search.current, whitener, scales, search.first_round.as_ref())?;
+        let round = self.scan(search, scales)?;
         let p_familywise = round.scan.p_familywise;
         search.log.extend(round.lines());
         let mut rivals = if p_familywise <= alpha {
@@ -468,20 +500,28 @@ impl Session<'_> {
         )
     }
 
-    fn scan(
-        &self,
-        current: &Judged,
-        whitener: &Whitener,
-        scales: &Scales,
-        before: Option<&Round>,
-    ) -> Result<Round, GreyboxError> {
-        let fitted = &current.fitted;
+    /// Trials of the first round, else those by which the noise was told, which are those of a fit that
+    /// predicts `drive` where that is nearly what was predicted then.
+    fn tried_before<'s>(&self, search: &'s Search, drive: &PerRecord) -> Before<'s> {
+        if let Some(round) = &search.first_round {
+            return Before::Elsewhere(&round.tried);
+        }
+        match &search.look {
+            Some(look) if look.is_here(self.standing.as_ref(), drive, &search.floor.whitener) => {
+                Before::Here(&look.tried)
+            }
+            Some(look) => Before::Elsewhere(&look.tried),
+            None => Before::None,
+        }
+    }
+
+    fn scan(&self, search: &Search, scales: &Scales) -> Result<Round, GreyboxError> {
+        let (fitted, whitener) = (&search.current.fitted, &search.floor.whitener);
         let leads = self.leads(fitted, whitener, scales)?;
         let families = self.families(&leads);
         let state = fitted.structure.state(self.machine, &fitted.values);
         let drive = self.drive(fitted)?;
-        let before = before.map_or(&[][..], |round| &round.tried);
-        let problem = &self.train;
+        let (problem, before) = (&self.train, self.tried_before(search, &drive));
         let trial = Trial { problem, state: &state, drive: &drive, whitener, scales, before };
         let tried = trial.run(&families)?;
         let scan = score(&families, &tried, fitted, whitener, self.options.seed);

@@ -30,6 +30,8 @@ pub(crate) struct Tried {
     pub(crate) family: usize,
     /// The effect with all sizes zero.
     pub(crate) plain: Effect,
+    /// Multiple of the first size that it was tried at.
+    multiple: f64,
     /// Places and values of the sizes tried.
     pub(crate) sizes: Vec<(usize, f64)>,
     /// Change of the prediction by each.
@@ -51,8 +53,27 @@ pub(crate) struct Trial<'a> {
     pub(crate) drive: &'a PerRecord,
     pub(crate) whitener: &'a Whitener,
     pub(crate) scales: &'a Scales,
-    /// Trials in another state, with sizes that were seen there.
-    pub(crate) before: &'a [Tried],
+    pub(crate) before: Before<'a>,
+}
+
+/// Trials that were made before.
+#[derive(Clone, Copy)]
+pub(crate) enum Before<'a> {
+    /// None.
+    None,
+    /// In another state, with sizes that were seen there.
+    Elsewhere(&'a [Tried]),
+    /// In a state so near that effects do the same in it.
+    Here(&'a [Tried]),
+}
+
+impl<'a> Before<'a> {
+    fn tried(self) -> &'a [Tried] {
+        match self {
+            Self::None => &[],
+            Self::Elsewhere(tried) | Self::Here(tried) => tried,
+        }
+    }
 }
 
 /// A shape of a question.
@@ -61,6 +82,12 @@ struct Candidate<'f> {
     sizes: &'f [usize],
     plain: &'f Effect,
     multiple: f64,
+}
+
+impl Candidate<'_> {
+    fn is_of(&self, tried: &Tried) -> bool {
+        self.family == tried.family && *self.plain == tried.plain && self.multiple == tried.multiple
+    }
 }
 
 /// The search for a size of an effect that is seen.
@@ -97,6 +124,28 @@ impl Trial<'_> {
 
     /// Candidates that this machine, or this machine with the others, can have.
     fn of(&self, candidates: &[&Candidate<'_>]) -> Result<Vec<Tried>, GreyboxError> {
+        let known: Vec<Tried> = candidates.iter().filter_map(|of| self.known(of)).collect();
+        let is_new = |of: &&&Candidate<'_>| !known.iter().any(|tried| of.is_of(tried));
+        let new: Vec<&Candidate<'_>> = candidates.iter().filter(is_new).copied().collect();
+        let mut tried = self.of_new(&new)?;
+        tried.extend(known);
+        Ok(tried)
+    }
+
+    /// A candidate that was tried here before.
+    fn known(&self, candidate: &Candidate<'_>) -> Option<Tried> {
+        let Before::Here(before) = self.before else { return None };
+        let same = |tried: &&Tried| {
+            tried.plain == *candidate.plain && tried.multiple == candidate.multiple
+        };
+        let tried = before.iter().find(same)?;
+        let mut places: Vec<usize> = tried.sizes.iter().map(|(place, _)| *place).collect();
+        places.dedup();
+        (places == candidate.sizes).then(|| Tried { family: candidate.family, ..tried.clone() })
+    }
+
+    /// Candidates that were not tried here before.
+    fn of_new(&self, candidates: &[&Candidate<'_>]) -> Result<Vec<Tried>, GreyboxError> {
         let places = |candidate: &&'_ Candidate<'_>| candidate.sizes.len();
         let mut sizings: Vec<Sizing<'_>> = candidates
             .iter()
@@ -172,7 +221,7 @@ impl Trial<'_> {
     /// The size at which it was seen before, or a guess.
     fn first_size(&self, Candidate { plain, multiple, .. }: &Candidate<'_>, place: usize) -> f64 {
         let same = |tried: &&Tried| tried.plain == **plain && !is_nonlinear_in_size(plain.id());
-        let mut before = self.before.iter().filter(same).flat_map(|tried| &tried.sizes);
+        let mut before = self.before.tried().iter().filter(same).flat_map(|tried| &tried.sizes);
         let seen = before.find(|(of, _)| *of == place);
         let parameter = &plain.id().info().parameters[place];
         let guess = || multiple * first_size(parameter, self.scales);
@@ -228,7 +277,7 @@ impl Trial<'_> {
 
 /// A candidate with the sizes found; `None` where the machine cannot have one of them.
 fn tried(candidate: &Candidate<'_>, sized: Vec<Sizing<'_>>) -> Option<Tried> {
-    let Candidate { family, plain, .. } = candidate;
+    let &Candidate { family, plain, multiple, .. } = candidate;
     let (mut sizes, mut all) = (Vec::new(), Vec::new());
     for Sizing { place, size, columns, .. } in sized {
         let columns = columns?;
@@ -242,7 +291,7 @@ fn tried(candidate: &Candidate<'_>, sized: Vec<Sizing<'_>>) -> Option<Tried> {
             all.push(columns);
         }
     }
-    Some(Tried { family: *family, plain: (*plain).clone(), sizes, columns: all })
+    Some(Tried { family, plain: plain.clone(), multiple, sizes, columns: all })
 }
 
 /// A question in all its shapes.

@@ -4,7 +4,7 @@
     reason = "the loop is compiled once for each instruction set, which inlining makes possible"
 )]
 
-use pulp::{Arch, NullaryFnOnce};
+use pulp::NullaryFnOnce;
 
 use crate::{
     effect::{
@@ -16,6 +16,7 @@ use crate::{
     },
     lane_exp::exp_of_lanes,
     lane_sine::sincos_of_lanes,
+    vectors::Vectors,
     wide::Wide,
 };
 
@@ -136,8 +137,8 @@ impl<const N: usize> Adding<'_, N> {
     /// Adds with the widest vectors. Apart from the loops of runs, whose code the whole catalogue
     /// would multiply.
     #[inline(never)]
-    pub(crate) fn dispatch(self, arch: Arch) {
-        arch.dispatch(self);
+    pub(crate) fn by(self, vectors: Vectors) {
+        vectors.run(self);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The monitoring model on many states of health at once.
 
-use pulp::{Arch, NullaryFnOnce};
+use pulp::NullaryFnOnce;
 
 use crate::{
     controller::{Cascade, Law},
@@ -8,6 +8,7 @@ use crate::{
     fault::PhysicalFaults,
     plant::{Additions, GATHERED, Group, Kept, Lanes, Member, NARROW, Run, WIDTH},
     trace::MotorMotion,
+    vectors::Vectors,
 };
 
 use super::LowFidelity;
@@ -157,7 +158,11 @@ impl LowFidelity {
             current_a.reserve(self.command_rad.len());
         }
         let command_rad = &self.command_rad;
-        Arch::new().dispatch(Side { lanes, command_rad, currents_a });
+        let side = Side { lanes, command_rad, currents_a };
+        match Vectors::of_processor() {
+            Some(vectors) => vectors.run(side),
+            None => side.call(),
+        }
         true
     }
 

@@ -1,6 +1,6 @@
 //! Runs that can go side by side, put together.
 
-use pulp::Arch;
+use crate::vectors::Vectors;
 
 use super::{
     NARROW, Run, WIDTH,
@@ -118,9 +118,9 @@ fn in_lanes<const N: usize, L: LaneLaw>(
     kept: &[Kept],
     step: usize,
 ) -> Option<Vec<Vec<Vec<f64>>>> {
-    let arch = Arch::new();
     // the loops of lanes have no code for machines without wide vectors, which would be as much again
-    if members.len() < 2 || matches!(arch, Arch::Scalar) {
+    let vectors = Vectors::of_processor()?;
+    if members.len() < 2 {
         return None;
     }
     let laws: Vec<L> = members.iter().map(|member| member.law.clone()).collect();
@@ -129,6 +129,6 @@ fn in_lanes<const N: usize, L: LaneLaw>(
     let tick_s = members[0].tick_s;
     let control = L::lanes::<N>(&laws)?;
     let runs = members.into_iter().map(|member| member.run).collect();
-    let lanes = OwnLanes::<N, _>::of(runs, control, tick_s, &ticks);
-    Some(arch.dispatch(SideBySide { lanes, commands: &commands, kept, step }))
+    let lanes = OwnLanes::<N, _>::of(runs, control, tick_s, &ticks, vectors);
+    Some(vectors.run(SideBySide { lanes, commands: &commands, kept, step }))
 }

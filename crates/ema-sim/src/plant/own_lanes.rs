@@ -24,8 +24,6 @@ mod springs;
 pub(super) use kept::SideBySide;
 pub(crate) use kept::{GATHERED, Kept};
 
-use pulp::Arch;
-
 use crate::{
     effect::{
         Effect,
@@ -33,6 +31,7 @@ use crate::{
         part::Parts,
     },
     extension::Extension,
+    vectors::Vectors,
     wide::Wide,
     winding::RotorAngle,
 };
@@ -100,7 +99,7 @@ pub(crate) struct OwnLanes<const N: usize, C> {
     effects: Effects<N>,
     bristles: Option<BristleLanes<N>>,
     shafts: Option<ShaftLanes<N>>,
-    arch: Arch,
+    vectors: Vectors,
     seen: Seen<N>,
     shown_current_a: Wide<N>,
     /// Set-points of a tick, each with its share of it.
@@ -176,12 +175,12 @@ impl<const N: usize> Effects<N> {
 
     /// Adds what they do to the loads of all lanes.
     #[inline(always)]
-    fn act(&self, arch: Arch, runs: &[Run], at: &Moments<N>, loads: &mut ShaftLoads<N>) {
+    fn act(&self, vectors: Vectors, runs: &[Run], at: &Moments<N>, loads: &mut ShaftLoads<N>) {
         match self {
             Self::None => {}
             Self::Same(effects) => {
                 for effect in effects {
-                    Adding { effect, at, loads }.dispatch(arch);
+                    Adding { effect, at, loads }.by(vectors);
                 }
             }
             Self::OfEach => act_of_each(runs, at, loads),
@@ -204,7 +203,13 @@ fn act_of_each<const N: usize>(runs: &[Run], at: &Moments<N>, loads: &mut ShaftL
 impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
     /// At most `N` runs that [join lanes](Run::joins_lanes), with so many ticks each. They have the
     /// same effects, or all [may differ](Run::may_differ_in_effects) in them.
-    pub(crate) fn of(runs: Vec<Run>, control: C, tick_s: f64, ticks: &[usize]) -> Self {
+    pub(crate) fn of(
+        runs: Vec<Run>,
+        control: C,
+        tick_s: f64,
+        ticks: &[usize],
+        vectors: Vectors,
+    ) -> Self {
         let has = |of: &dyn Fn(&Parts) -> bool| {
             runs.iter().any(|run| run.extension.as_ref().is_some_and(|e| of(e.parts())))
         };
@@ -220,7 +225,7 @@ impl<const N: usize, C: LaneControl<N>> OwnLanes<N, C> {
             effects: Effects::of(&runs),
             bristles: has(&|p| p.bristles.is_some()).then(BristleLanes::none),
             shafts: has(&|p| p.elastic_shaft.is_some()).then(ShaftLanes::none),
-            arch: Arch::new(),
+            vectors,
             seen: Seen::none(),
             shown_current_a: [0.0; N],
             held: [[0.0; N]; 2],

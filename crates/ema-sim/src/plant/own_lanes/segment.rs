@@ -162,7 +162,7 @@ impl<const N: usize, C> OwnLanes<N, C> {
         // a load that changes is felt beside the friction of a lane's own last segment
         let before = (!self.asking.loaded.is_empty()).then(|| friction.clone());
         let mut loads = ShaftLoads::new(nominal.against_n_m);
-        self.effects.act(self.arch, &self.runs, at, &mut loads);
+        self.effects.act(self.vectors, &self.runs, at, &mut loads);
         for lane in 0..N {
             friction.put(lane, &with_effects(nominal.of(lane), &loads.of(lane)));
         }
