@@ -53,7 +53,8 @@ pub enum Reach {
     /// A region around the best observation, which grows with success and shrinks without.
     TrustRegion,
     /// The box and the region in turns for three fifths of the budget beyond the first points,
-    /// then the region alone.
+    /// then the region alone. The last tenth goes to the least predicted mean in the region in
+    /// place of the criterion, which would explore for evaluations that never come.
     InTurns,
 }
 
@@ -126,12 +127,19 @@ impl StudyOptions {
     /// output transformation are chosen, in the box and a trust region in turns.
     ///
     /// Weak normal priors keep length scales determined, and noise is taken for possible down to
-    /// 1e-11 of the variance, so that last digits are not lost in it.
+    /// 1e-13 of the variance, so that last digits are not lost in it. The Sobol' design has
+    /// `4·d + 6` points, or three tenths of the budget where that is less: more than that of
+    /// [`Self::scalar`] as a rule, to see more of the box before a region is entered.
     pub fn adaptive(bounds: Bounds, budget: usize) -> Self {
         let scalar = Self::scalar(bounds, Criterion::ExpectedImprovement, budget);
-        let noise = Noise::Fitted { lower: 1e-11, upper: 1e-1 };
-        let gp = GpOptions { noise, prior_weight: 1e-2, ..scalar.gp };
-        Self { gp, surrogate: SurrogateRule::Chosen, reach: Reach::InTurns, ..scalar }
+        let noise = Noise::Fitted { lower: 1e-13, upper: 1e-1 };
+        Self {
+            design_points: (4 * scalar.bounds.dimension() + 6).min(budget.div_ceil(10) * 3),
+            gp: GpOptions { noise, prior_weight: 1e-2, ..scalar.gp },
+            surrogate: SurrogateRule::Chosen,
+            reach: Reach::InTurns,
+            ..scalar
+        }
     }
 
     /// A residual whose norm is minimised, every entry modelled with one

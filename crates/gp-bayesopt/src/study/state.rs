@@ -529,6 +529,10 @@ impl Study {
             Objective::Scalar(Criterion::ExpectedImprovement) => {
                 let criterion = Acquisition::LogExpectedImprovement;
                 match self.region(gp) {
+                    Some(walls) if self.is_ending() => {
+                        let least = Acquisition::LowerConfidence { weight: 0.0 };
+                        maximiser.maximise_within(&least, gp, best, walls)?
+                    }
                     Some(walls) => maximiser.maximise_within(&criterion, gp, best, walls)?,
                     None => maximiser.maximise(&criterion, gp, best)?,
                 }
@@ -551,6 +555,15 @@ impl Study {
         let bounds = &self.options.bounds;
         let half_width = region::half_width(self.gains(), bounds.dimension());
         Some(region::walls(bounds, gp, &centre, half_width))
+    }
+
+    /// Tells whether the next point is of the last tenth beyond the first ones, in turns, and no
+    /// other is pending: two minimisers of one mean would be the same point.
+    fn is_ending(&self) -> bool {
+        let searched = self.state.asked.saturating_sub(self.design.len());
+        let total = self.options.budget.saturating_sub(self.design.len());
+        let alone = self.state.pending.is_empty();
+        self.options.reach == Reach::InTurns && alone && searched >= total - total / 10
     }
 
     /// Tells whether the point of this number beyond the first ones is looked for in a region.

@@ -71,6 +71,35 @@ fn a_chosen_surrogate_finds_a_valley_that_a_plain_one_does_not() {
 }
 
 #[test]
+fn the_last_points_of_an_adaptive_study_find_the_last_digits() {
+    // a bowl of one minimum, 1 at (0.3, 0.6), that no quadratic is
+    let bowl = |x: &[f64]| (x[0] - 0.3).powi(2).exp() + 3.0 * (x[1] - 0.6).powi(2).sin();
+    for seed in 0..3 {
+        let bounds = Bounds::new(&[-1.0; 2], &[1.5; 2]).unwrap();
+        let options = StudyOptions { seed, ..StudyOptions::adaptive(bounds, 50) };
+        let mut study = Study::new(options).unwrap();
+        study.run(|x| Ok::<_, std::convert::Infallible>(Outcome::Value(bowl(x)))).unwrap();
+        let above = study.best().unwrap().value - 1.0;
+        assert!(above < 1e-8, "{seed}: {above}");
+    }
+}
+
+#[test]
+fn a_batch_of_the_last_points_holds_different_ones() {
+    let mut study = Study::new(StudyOptions::adaptive(valley(), 42)).unwrap();
+    while study.evaluations() < 39 {
+        let Ask::Evaluate(x) = study.ask().unwrap() else { panic!("too early") };
+        study.tell(&x, Outcome::Value(rosenbrock(&x))).unwrap();
+    }
+    let batch = study.ask_batch(3).unwrap();
+    assert_eq!(batch.len(), 3);
+    for (i, a) in batch.iter().enumerate() {
+        let far = |b: &Vec<f64>| a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-6);
+        assert!(batch[..i].iter().all(far), "{batch:?}");
+    }
+}
+
+#[test]
 fn an_adaptive_study_resumes_bit_for_bit() {
     let mut whole = Study::new(StudyOptions::adaptive(valley(), 40)).unwrap();
     let mut asked = 0;
