@@ -132,7 +132,7 @@ impl Trial<'_> {
         Ok(tried)
     }
 
-    /// A candidate that was tried here before.
+    /// A candidate that was tried here before, with sizes that are seen beside this noise too.
     fn known(&self, candidate: &Candidate<'_>) -> Option<Tried> {
         let Before::Here(before) = self.before else { return None };
         let same = |tried: &&Tried| {
@@ -141,7 +141,10 @@ impl Trial<'_> {
         let tried = before.iter().find(same)?;
         let mut places: Vec<usize> = tried.sizes.iter().map(|(place, _)| *place).collect();
         places.dedup();
-        (places == candidate.sizes).then(|| Tried { family: candidate.family, ..tried.clone() })
+        let is_seen = |columns: &PerRecord| resized(self.seen(columns), TAKEN_CHANGE) == 1.0;
+        let suits = is_nonlinear_in_size(candidate.plain.id()) || tried.columns.iter().all(is_seen);
+        (suits && places == candidate.sizes)
+            .then(|| Tried { family: candidate.family, ..tried.clone() })
     }
 
     /// Candidates that were not tried here before.
