@@ -113,24 +113,14 @@ const TAPS_AT_ONCE: usize = 4;
 
 /// A torque, or an error of the position, through the loop.
 fn through(response: &[f64], torque: &[f64]) -> Vec<f64> {
+    let before = response.len() + TAPS_AT_ONCE;
+    let padded = [&vec![0.0; before], torque].concat();
     let mut shown = vec![0.0; torque.len()];
     for (place, taps) in response.chunks(TAPS_AT_ONCE).enumerate() {
-        let lag = place * TAPS_AT_ONCE;
-        if let &[h0, h1, h2, h3] = taps
-            && lag + 3 < torque.len()
-        {
-            for (n, y) in shown[lag..lag + 3].iter_mut().enumerate() {
-                *y += (0..=n).map(|back| taps[back] * torque[n - back]).sum::<f64>();
-            }
-            for (y, t) in shown[lag + 3..].iter_mut().zip(torque.windows(TAPS_AT_ONCE)) {
-                *y += h0 * t[3] + h1 * t[2] + h2 * t[1] + h3 * t[0];
-            }
-            continue;
-        }
-        for (back, h) in taps.iter().enumerate() {
-            for (y, t) in shown.iter_mut().skip(lag + back).zip(torque) {
-                *y += h * t;
-            }
+        let [h0, h1, h2, h3] = core::array::from_fn(|n| taps.get(n).copied().unwrap_or(0.0));
+        let begin = before - (place + 1) * TAPS_AT_ONCE + 1;
+        for (y, t) in shown.iter_mut().zip(padded[begin..].windows(TAPS_AT_ONCE)) {
+            *y += h0 * t[3] + h1 * t[2] + h2 * t[1] + h3 * t[0];
         }
     }
     shown

@@ -84,12 +84,6 @@ struct Candidate<'f> {
     multiple: f64,
 }
 
-impl Candidate<'_> {
-    fn is_of(&self, tried: &Tried) -> bool {
-        self.family == tried.family && *self.plain == tried.plain && self.multiple == tried.multiple
-    }
-}
-
 /// The search for a size of an effect that is seen.
 struct Sizing<'c> {
     plain: &'c Effect,
@@ -124,9 +118,13 @@ impl Trial<'_> {
 
     /// Candidates that this machine, or this machine with the others, can have.
     fn of(&self, candidates: &[&Candidate<'_>]) -> Result<Vec<Tried>, GreyboxError> {
-        let known: Vec<Tried> = candidates.iter().filter_map(|of| self.known(of)).collect();
-        let is_new = |of: &&&Candidate<'_>| !known.iter().any(|tried| of.is_of(tried));
-        let new: Vec<&Candidate<'_>> = candidates.iter().filter(is_new).copied().collect();
+        let (mut known, mut new) = (Vec::new(), Vec::new());
+        for candidate in candidates {
+            match self.known(candidate) {
+                Some(tried) => known.push(tried),
+                None => new.push(*candidate),
+            }
+        }
         let mut tried = self.of_new(&new)?;
         tried.extend(known);
         Ok(tried)

@@ -128,10 +128,24 @@ impl Folds {
         self.made.get_or_init(made).as_deref().ok()
     }
 
+    /// Covariance of all errors, with noise of a variance.
+    pub(crate) fn whole_with(&self, variance_a2: f64) -> BandedMatrix {
+        joined_in_place(self.error.covariance(), variance_a2, &self.noise)
+    }
+
+    /// Covariance of the noise of one ampere.
+    pub(crate) fn noise(&self) -> &Arc<BandedMatrix> {
+        &self.noise
+    }
+
+    /// Factor of a covariance as it is looked at.
+    pub(crate) fn factor(&self, covariance: BandedMatrix) -> Result<Factor, NotPositiveDefinite> {
+        Factor::new(covariance, self.encoder.as_ref())
+    }
+
     fn fold(&self, index: usize) -> Result<Fold, NotPositiveDefinite> {
         let without = self.error.covariance_without(index);
-        let covariance = joined_in_place(without, self.variance_a2, &self.noise);
-        let factor = Factor::new(covariance, self.encoder.as_ref())?;
+        let factor = self.factor(joined_in_place(without, self.variance_a2, &self.noise))?;
         let white = factor.whiten_each(self.error.in_fold(index));
         Ok(Fold { factor, white })
     }

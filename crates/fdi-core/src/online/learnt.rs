@@ -333,8 +333,7 @@ impl Learnt {
                 let folds = Folds::at(&error, &unit, of_folds.grid_variance_a2(), encoder);
                 Ok::<_, Infallible>(Arc::new(folds))
             });
-            let variance_a2 = level.grid_variance_a2();
-            Ok(Arc::new(GridLikelihood::with_folds(&error, &unit, variance_a2, encoder, folds)?))
+            Ok(Arc::new(GridLikelihood::with_folds(level.grid_variance_a2(), folds)?))
         })
     }
 

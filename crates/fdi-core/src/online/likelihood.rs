@@ -29,7 +29,6 @@ use crate::{
         encoding::Encoder,
         error_model::ErrorModel,
         estimator::{combined, gram, symmetric},
-        factor::{Factor, joined_in_place},
     },
     online::{folds::Folds, grid_factor::GridFactor, noise_grid::NoiseLevel},
 };
@@ -104,21 +103,17 @@ impl GridLikelihood {
         encoder: Option<&Arc<Encoder>>,
     ) -> Result<Self, NotPositiveDefinite> {
         let folds = Folds::at(error, unit_noise, variance_a2, encoder);
-        Self::with_folds(error, unit_noise, variance_a2, encoder, Arc::new(folds))
+        Self::with_folds(variance_a2, Arc::new(folds))
     }
 
-    /// As [`new`](Self::new), with the folds of a level nearby.
+    /// Joins model error and noise at a level of the grid, with the folds of a level nearby.
     pub(crate) fn with_folds(
-        error: &ErrorModel,
-        unit_noise: &Arc<BandedMatrix>,
         variance_a2: f64,
-        encoder: Option<&Arc<Encoder>>,
         folds: Arc<Folds>,
     ) -> Result<Self, NotPositiveDefinite> {
-        let whole = joined_in_place(error.covariance(), variance_a2, unit_noise);
-        let (mean_variance, mean_noise) = (whole.mean_diagonal(), unit_noise.mean_diagonal());
-        let factor = Factor::new(whole, encoder)?;
-        let whole = GridFactor::new(factor, Arc::clone(unit_noise), variance_a2);
+        let (whole, noise) = (folds.whole_with(variance_a2), folds.noise());
+        let (mean_variance, mean_noise) = (whole.mean_diagonal(), noise.mean_diagonal());
+        let whole = GridFactor::new(folds.factor(whole)?, Arc::clone(noise), variance_a2);
         Ok(Self { whole, mean_variance, mean_noise, folds })
     }
 
