@@ -348,12 +348,12 @@ impl<'a> Session<'a> {
         let worst_rms = held_out.rms().max(rms(&fitted.residuals.concat()));
         // the size of noise is known from so many samples that are free of one another
         let free = |problem: &Problem<'_>| 0.5 / problem.samples().max(1) as f64;
-        let std = if observation == Observation::Ideal {
-            0.0
+        let by_chance = 3.0 * libm::sqrt(free(&self.train) + free(&self.holdout));
+        let most = if observation == Observation::Ideal {
+            LEAST_LEFT.max(1.0 + by_chance)
         } else {
-            libm::sqrt(free(&self.train) + free(&self.holdout))
+            LEAST_LEFT + by_chance
         };
-        let most = LEAST_LEFT + 3.0 * std;
         Ok(plant || excess.map_or_else(|| worst_rms > most * floor.rms, Excess::is_there))
     }
 

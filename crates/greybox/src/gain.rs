@@ -12,6 +12,8 @@ const BLOCK_S: f64 = 0.5;
 
 /// Standard errors below what is expected of a rival that what cannot speak may show by chance.
 const MUTE_STD_ERRORS: f64 = 2.0;
+/// Standard errors below what is expected of a rival that refute it.
+const REFUTING_STD_ERRORS: f64 = 3.0;
 /// Nats that it may lose at most, however much it scatters: the least of `E/2 − c·√E`.
 const MOST_MUTE_LOSS: f64 = 0.5 * MUTE_STD_ERRORS * MUTE_STD_ERRORS;
 
@@ -116,6 +118,13 @@ impl Gain {
         log_p - self.nats
     }
 
+    /// Tells whether it speaks for the first prediction and is no less than is expected where that is
+    /// right, but for so many standard errors that they would refute it.
+    pub(crate) fn is_as_expected(&self) -> bool {
+        let least = 0.5 * self.energy - REFUTING_STD_ERRORS * self.std_error;
+        self.nats > least.max(0.0)
+    }
+
     /// Tells whether the two predictions differ by too little to be told apart by so many standard
     /// errors, and the gain is what is expected of the first.
     pub(crate) fn is_mute(&self, std_errors: f64) -> bool {
@@ -192,6 +201,22 @@ mod tests {
         let mut wild = calm.clone();
         (wild[2].nats, wild[7].nats) = (-20.0, 24.0);
         assert!(Gain::of(&wild).std_error > 4.0 * Gain::of(&calm).std_error);
+    }
+
+    /// A gain of the truth is refused once in some hundred draws, one of the wrong prediction passes as
+    /// seldom.
+    #[test]
+    fn law_what_is_right_gains_as_expected_and_what_is_wrong_does_not() {
+        let mut random = ChaCha8Rng::seed_from_u64(8);
+        let blocks = vec![(2.5, 1.0); 12];
+        let draws: Vec<Gain> = (0..1000).map(|_| drawn(&blocks, &mut random)).collect();
+        let right = draws.iter().filter(|gain| gain.is_as_expected()).count();
+        assert!(right >= 985, "{right}");
+        let against = |gain: &Gain| Gain { nats: -gain.nats, ..*gain };
+        let wrong = draws.iter().map(against).filter(Gain::is_as_expected).count();
+        assert!(wrong <= 15, "{wrong}");
+        // more than three standard errors below 72 nats
+        assert!(!Gain { nats: 30.0, std_error: 12.0, energy: 144.0 }.is_as_expected());
     }
 
     #[test]

@@ -88,6 +88,18 @@ impl Search {
         self.before.fitted.objective - self.current.fitted.objective
     }
 
+    /// Takes back all that was found where the finer model with it explains no more than without.
+    fn take_back_worse(&mut self) {
+        if self.explained() > 0.0 {
+            return;
+        }
+        self.log.push("taken back: the finer model explains no more with it".to_owned());
+        (self.current, self.anchors) = (self.before.clone(), self.anchors_before.clone());
+        self.found.clear();
+        self.ties.clear();
+        self.last_ties.clear();
+    }
+
     /// Tells whether beside what was found a fit explains more than noise does.
     pub(crate) fn is_more_beside_found(&self) -> bool {
         !self.found.is_empty() && self.is_more_there
@@ -208,6 +220,7 @@ impl Session<'_> {
         }
         if !search.found.is_empty() {
             self.follow(&mut search)?;
+            search.take_back_worse();
         }
         let named: Vec<EffectId> = search.found.iter().map(|found| found.rival.id).collect();
         search.runners_up.retain(|rival| !named.contains(&rival.id));
@@ -604,10 +617,10 @@ impl Session<'_> {
         let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
         let sure = gain.log_chance_with(log_p) <= self.log_sure();
         let less = if sure && is_no_form { 0.5 } else { 1.0 };
+        let fits_there = with.fits_more_there(without);
         gain.is_sure(less * wanted)
-            || (sure
-                && gain.is_mute(wanted)
-                && (gain.nats > LEAST_FITTED_GAIN || !with.fits_more_there(without)))
+            || (sure && is_no_form && !fits_there && gain.is_as_expected())
+            || (sure && gain.is_mute(wanted) && (gain.nats > LEAST_FITTED_GAIN || !fits_there))
     }
 
     /// Rivals that explain as much as the best, that it is no chance that they do, and that what

@@ -29,7 +29,7 @@ const LIMITS: &str = include_str!("simulated_sets/limits.md");
 /// Root seed of all sets; development used commands of its own.
 const SEED: u64 = 20_261_128;
 /// Sets without an effect, and with one, of each machine, kind of command and fidelity.
-const HEALTHY: usize = 3;
+const HEALTHY: usize = 4;
 const WITH_EFFECT: usize = 1;
 /// Fewest sets without an effect that are called adequate, %, and with one that are right.
 const LEAST_ADEQUATE: f64 = 99.0;

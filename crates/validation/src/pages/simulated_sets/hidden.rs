@@ -1,27 +1,37 @@
 //! Effects that are hidden in simulated sets, and how much of them the recordings show.
 
+use core::ops::Range;
+
 use anyhow::{Context, Result};
 use ema_sim::{
-    Effect, EffectId, FaultCoordinates, HighFidelity, Imperfections, LowFidelity, MachineScales,
-    ModelFidelity, PhysicalFaults,
+    Effect, EffectId, FaultCoordinates, HighFidelity, LowFidelity, MachineScales, PhysicalFaults,
 };
 use experiments::{effect_of_size, effects_of_both};
-use fdi_core::{Experiment, Purpose};
-use inference::{BandedCholesky, dot, tapered_covariance};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use fdi_core::{Experiment, Purpose, RootSeed};
+use inference::{
+    BandedCholesky, QuadraticForm, SymmetricMatrix, dot, least_in_box, tapered_covariance,
+};
 
-use super::set::{Choice, NOISE_A};
+use super::set::{Choice, HEALTHY};
 use crate::pages::chance::Chance;
 
 /// Evidence λ of the effects: the least asked for, and the most drawn.
 const LAMBDA: [f64; 2] = [60.0, 600.0];
-/// Runs of the truth with and without an effect, each pair with a noise of its own.
-const RUNS: usize = 8;
+/// Runs of the truth without an effect, each with a noise of its own, that tell the noise.
+const NOISE_RUNS: usize = 200;
+/// Runs of these beside which an effect is sized, and those beside which its evidence is told: of many
+/// sizes of many effects some look larger than they are.
+const SIZING: Range<usize> = 0..8;
+const TELLING: Range<usize> = 8..56;
 /// Time from which on samples share no noise of the loop, s.
 const MEMORY_S: f64 = 0.15;
-/// Damage that may take up an effect, and the step of its slopes.
-const FREE: [usize; 7] = [0, 1, 2, 3, 4, 5, 6];
-const STEP: f64 = 0.002;
+/// Levels of damage that may take up an effect, and the step of their slopes.
+const LEVELS: usize = 7;
+const STEP: f64 = 0.01;
+/// Least levels: an eccentricity has a direction.
+const LEAST: [f64; LEVELS] = [0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0];
+/// Rate of the signals, Hz: each sample is the mean of the recorded ones.
+const SIGNAL_HZ: f64 = 500.0;
 /// Draws until an effect shows, and steps towards the evidence that is drawn.
 const MOST_DRAWS: u64 = 60;
 const STEPS: usize = 6;
@@ -51,7 +61,7 @@ impl<'a> Outlook<'a> {
         let experiments = choice.tests()?;
         let first = experiments.first().context("a set has tests")?;
         let low = LowFidelity::new(&first.actuator, &first.scenario)?;
-        let healthy = PhysicalFaults::from(&FaultCoordinates([0.0; 7]));
+        let healthy = PhysicalFaults::from(&HEALTHY);
         let scales = low.scales(&low.try_simulate(&healthy)?);
         let high = HighFidelity::new(&first.actuator, &first.scenario)?;
         let effects = effects_of_both(&low, &high);
@@ -59,7 +69,7 @@ impl<'a> Outlook<'a> {
         let tests: Vec<Test> = tests
             .map(|(place, experiment)| Test::new(choice, experiment, place))
             .collect::<Result<_>>()?;
-        let damage = Damage::of(&tests)?;
+        let damage = Damage::of(&tests);
         Ok(Self { choice, tests, damage, scales, effects })
     }
 
@@ -79,14 +89,15 @@ impl<'a> Outlook<'a> {
     }
 
     /// The effect with sizes in some proportion, scaled to an evidence; `None` where it cannot have
-    /// it.
+    /// it, or has less than is asked for.
     fn scaled(&self, id: EffectId, sizes: &[f64], wanted: f64) -> Option<Effect> {
         let mut scale = 0.3;
         for _ in 0..STEPS {
             let effect = effect_of_size(id, sizes, scale, &self.scales)?;
-            let lambda = self.lambda(&effect).ok()?;
-            if (wanted / 1.4..=wanted * 1.4).contains(&lambda) && lambda >= LAMBDA[0] {
-                return Some(effect);
+            let lambda = self.lambda(&effect, SIZING).ok()?;
+            if (wanted / 1.4..=wanted * 1.4).contains(&lambda) {
+                let told = self.lambda(&effect, TELLING).ok()?;
+                return (told >= LAMBDA[0]).then_some(effect);
             }
             scale *= (wanted / lambda.max(1.0)).sqrt().clamp(0.1, 10.0);
         }
@@ -96,105 +107,116 @@ impl<'a> Outlook<'a> {
     /// Energy of what an effect changes, in units of the noise, beside damage that is fitted to it.
     ///
     /// ```text
-    /// λ = |P·z̄|² − tr cov(P·z̄),   z_r = L⁻¹·(y_r with − y_r without),   P off the slopes with damage
+    /// λ = min_k |z̄ − S·k|² − tr cov z̄,   z_r = L⁻¹·(y_r with − y_r without),   S the slopes with k
     /// ```
     ///
-    /// The second term is what the noise of so few runs adds to the first.
-    fn lambda(&self, effect: &Effect) -> Result<f64> {
-        let mut changes: Vec<Vec<f64>> = vec![Vec::new(); RUNS];
+    /// The last term is what the noise of so few runs adds.
+    fn lambda(&self, effect: &Effect, runs: Range<usize>) -> Result<f64> {
+        let changes = self.changes(effect, runs)?;
+        let n = changes.len() as f64;
+        let mean = mean_of(&changes);
+        let left = less(&mean, &self.damage.nearest(&mean));
+        let scatter =
+            changes.iter().map(|change| less(change, &mean).iter().map(|x| x * x).sum::<f64>());
+        Ok(dot(&left, &left) - scatter.sum::<f64>() / (n * (n - 1.0)))
+    }
+
+    /// Whitened changes of all tests by an effect, by runs.
+    fn changes(&self, effect: &Effect, runs: Range<usize>) -> Result<Vec<Vec<f64>>> {
+        let mut changes: Vec<Vec<f64>> = vec![Vec::new(); runs.len()];
         for (place, test) in self.tests.iter().enumerate() {
             let mut experiment = test.experiment.clone();
             experiment.effects.push(effect.clone());
-            let with = signals(self.choice, &experiment, place)?;
-            for ((joined, with), without) in changes.iter_mut().zip(with).zip(&test.plain) {
-                let mut change: Vec<f64> = with.iter().zip(without).map(|(a, b)| a - b).collect();
+            let with = signals(self.choice, &experiment, HEALTHY, place, runs.clone())?;
+            let pairs = with.iter().zip(&test.plain[runs.clone()]);
+            for (joined, (with, without)) in changes.iter_mut().zip(pairs) {
+                let mut change = less(with, without);
                 test.noise.whiten(&mut change);
                 joined.extend(change);
             }
         }
-        for change in &mut changes {
-            self.damage.take_off(change);
-        }
-        let n = RUNS as f64;
-        let mean: Vec<f64> = (0..changes[0].len())
-            .map(|t| changes.iter().map(|change| change[t]).sum::<f64>() / n)
-            .collect();
-        let scatter = changes
-            .iter()
-            .map(|change| change.iter().zip(&mean).map(|(a, b)| (a - b) * (a - b)).sum::<f64>());
-        Ok(dot(&mean, &mean) - scatter.sum::<f64>() / (n * (n - 1.0)))
+        Ok(changes)
     }
 }
 
 impl Test {
     fn new(choice: &Choice<'_>, experiment: Experiment, place: usize) -> Result<Self> {
-        let plain = signals(choice, &experiment, place)?;
-        let (output_hz, phase_hz) =
-            (experiment.filter.output_hz, experiment.actuator.controller.sample_hz);
-        let mean: Vec<f64> = (0..plain[0].len())
-            .map(|t| plain.iter().map(|run| run[t]).sum::<f64>() / RUNS as f64)
-            .collect();
-        let less = |run: &Vec<f64>| run.iter().zip(&mean).map(|(a, b)| a - b).collect();
-        let scatter: Vec<Vec<f64>> = plain.iter().map(less).collect();
-        let support = (MEMORY_S * output_hz).ceil() as usize;
+        let plain = signals(choice, &experiment, HEALTHY, place, 0..NOISE_RUNS)?;
+        let mean = mean_of(&plain);
+        let scatter: Vec<Vec<f64>> = plain.iter().map(|run| less(run, &mean)).collect();
+        let support = (MEMORY_S * SIGNAL_HZ).ceil() as usize;
         let mut covariance = tapered_covariance(&scatter, support);
-        covariance.scale(RUNS as f64 / (RUNS as f64 - 1.0));
-        // the density that the noise of the phases has within the band
-        covariance.add_to_diagonal(NOISE_A * NOISE_A * output_hz / phase_hz);
+        covariance.scale(NOISE_RUNS as f64 / (NOISE_RUNS as f64 - 1.0));
         let noise = covariance.cholesky()?;
-        let healthy = FaultCoordinates([0.0; 7]);
-        let mut slopes = experiment.monitor(0.0)?.jacobian(&healthy, &FREE, STEP);
-        noise.whiten_each(&mut slopes);
+        let known = mean_of(&plain[SIZING]);
+        let slope = |level: usize| -> Result<Vec<f64>> {
+            let mut damaged = HEALTHY;
+            damaged.0[level] = STEP;
+            let with = signals(choice, &experiment, damaged, place, SIZING)?;
+            let mut slope = less(&mean_of(&with), &known);
+            for x in &mut slope {
+                *x /= STEP;
+            }
+            noise.whiten(&mut slope);
+            Ok(slope)
+        };
+        let slopes = (0..LEVELS).map(slope).collect::<Result<_>>()?;
         Ok(Self { experiment, plain, noise, slopes })
     }
 }
 
-/// Signals of the truth in a test, a noise each, A.
-fn signals(choice: &Choice<'_>, test: &Experiment, place: usize) -> Result<Vec<Vec<f64>>> {
-    let healthy = FaultCoordinates([0.0; 7]);
-    let run = |run: usize| -> Result<Vec<f64>> {
-        let seed = choice.seed.derive(Purpose::Acceptance, (RUNS * place + run) as u64);
-        Ok(match choice.fidelity {
-            ModelFidelity::High => {
-                let model = test.high_fidelity(0.0, Imperfections::REAL)?.with_seed(seed);
-                test.high_fidelity_signal(&model, &PhysicalFaults::from(&healthy))
-            }
-            ModelFidelity::Low => {
-                test.noisy_monitor(0.0, Imperfections::REAL, seed)?.signal(&healthy)
-            }
-        })
+/// Signals of the truth in a test as some recordings hold them, a noise each, A.
+fn signals(
+    choice: &Choice<'_>,
+    test: &Experiment,
+    faults: FaultCoordinates,
+    place: usize,
+    among: Range<usize>,
+) -> Result<Vec<Vec<f64>>> {
+    let of = |run: usize| -> Result<Vec<f64>> {
+        let seed = RootSeed(choice.seed.derive(Purpose::Acceptance, run as u64));
+        let record = choice.record(test, faults, place as u64, seed)?;
+        let samples = (record.rate_hz / SIGNAL_HZ).round() as usize;
+        let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
+        Ok(record.drive.chunks_exact(samples).map(mean).collect())
     };
-    (0..RUNS).map(run).collect()
+    among.map(of).collect()
 }
 
-/// Damage that may take up a change in all tests of a set, each level with a standard deviation of
-/// one.
+fn mean_of(runs: &[Vec<f64>]) -> Vec<f64> {
+    let n = runs.len() as f64;
+    (0..runs[0].len()).map(|t| runs.iter().map(|run| run[t]).sum::<f64>() / n).collect()
+}
+
+fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// Damage that may take up a change in all tests of a set: levels within what there can be.
 struct Damage {
     /// Whitened slopes, a level each.
     slopes: Vec<Vec<f64>>,
-    gram: Cholesky<f64, Dyn>,
+    gram: SymmetricMatrix,
 }
 
 impl Damage {
-    fn of(tests: &[Test]) -> Result<Self> {
-        let slopes: Vec<Vec<f64>> = (0..FREE.len())
+    fn of(tests: &[Test]) -> Self {
+        let slopes: Vec<Vec<f64>> = (0..LEVELS)
             .map(|k| tests.iter().flat_map(|test| test.slopes[k].iter().copied()).collect())
             .collect();
-        let gram = DMatrix::from_fn(FREE.len(), FREE.len(), |i, j| {
-            dot(&slopes[i], &slopes[j]) + if i == j { 1.0 } else { 0.0 }
-        });
-        let gram = gram.cholesky().context("a level with a prior is determined")?;
-        Ok(Self { slopes, gram })
+        let gram = SymmetricMatrix::from_fn(LEVELS, |i, j| dot(&slopes[i], &slopes[j]));
+        Self { slopes, gram }
     }
 
-    /// Takes what damage imitates off a whitened change.
-    fn take_off(&self, change: &mut [f64]) {
-        let ahead = DVector::from_fn(FREE.len(), |i, _| dot(&self.slopes[i], change));
-        let levels = self.gram.solve(&ahead);
-        for (slope, level) in self.slopes.iter().zip(levels.iter()) {
-            for (x, s) in change.iter_mut().zip(slope) {
-                *x -= level * s;
-            }
+    /// Whitened change by the damage that is nearest to one.
+    fn nearest(&self, change: &[f64]) -> Vec<f64> {
+        let descent = self.slopes.iter().map(|slope| dot(slope, change)).collect();
+        let form = QuadraticForm { curvature: self.gram.clone(), descent };
+        let levels = least_in_box(&form, &LEAST, &[1.0; LEVELS]);
+        let mut nearest = vec![0.0; change.len()];
+        for (slope, level) in self.slopes.iter().zip(levels) {
+            nearest.iter_mut().zip(slope).for_each(|(x, s)| *x += level * s);
         }
+        nearest
     }
 }

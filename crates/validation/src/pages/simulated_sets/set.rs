@@ -12,13 +12,16 @@ use super::course::{Course, RATE_HZ};
 use crate::pages::{chance::Chance, compared::compared};
 
 /// White noise on each sample of a phase, A.
-pub(super) const NOISE_A: f64 = 0.02;
+const NOISE_A: f64 = 0.02;
 /// Bits of the converter.
 const BITS: u32 = 12;
 /// Recordings that are fitted.
 const FITTED: usize = 2;
 /// All recordings of a set.
 const RECORDINGS: usize = 3;
+
+/// Levels of a machine without damage.
+pub(super) const HEALTHY: FaultCoordinates = FaultCoordinates([0.0; 7]);
 
 /// Machines by their names.
 pub(super) const MACHINES: [&str; 3] = ["EMA-48", "bench", "ema-270"];
@@ -63,23 +66,30 @@ impl Choice<'_> {
         let mut train = tests
             .map(|(place, mut test)| {
                 test.effects.extend_from_slice(effects);
-                self.record(&test, place as u64)
+                self.record(&test, HEALTHY, place as u64, self.seed)
             })
             .collect::<Result<Vec<_>>>()?;
         let holdout = train.split_off(FITTED);
         Ok(Recordings { train, holdout, repeat: Vec::new() })
     }
 
-    fn record(&self, test: &Experiment, place: u64) -> Result<Record> {
+    /// A test of the set with some damage, as it was recorded with a seed.
+    pub(super) fn record(
+        &self,
+        test: &Experiment,
+        faults: FaultCoordinates,
+        place: u64,
+        seed: RootSeed,
+    ) -> Result<Record> {
         let converter = Converter::of_drive(BITS, None, &test.actuator.controller);
         let request = SimulatedRecording {
-            faults: FaultCoordinates([0.0; 7]),
+            faults,
             start_angle_rad: 0.0,
             imperfections: Imperfections::REAL,
-            controller_seed: self.seed.derive(Purpose::ControllerNoise, place),
+            controller_seed: seed.derive(Purpose::ControllerNoise, place),
             sensors: PhaseSensors { noise_a: NOISE_A, converter: Some(converter) },
             phase_rate_hz: None,
-            sensor_seed: self.seed.derive(Purpose::SensorNoise, place),
+            sensor_seed: seed.derive(Purpose::SensorNoise, place),
             content: RecordedContent::Phases,
             has_voltage: false,
         };
