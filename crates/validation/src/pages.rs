@@ -13,7 +13,7 @@ mod compared;
 mod cranfield;
 mod diagnosis;
 mod experiments;
-mod explaining;
+pub(crate) mod explaining;
 mod fidelity;
 mod figure;
 mod load;

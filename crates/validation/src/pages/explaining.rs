@@ -14,9 +14,8 @@ use greybox::{CommandKind, Explained, Options, Record, Recordings, explain};
 use super::{bar::met, figure::Figure, measured::verdict};
 use crate::terminal::clock;
 
-/// Rate and length of the recordings.
+/// Rate of the recordings.
 const RATE_HZ: f64 = 4e3;
-const TEST_S: f64 = 10.0;
 /// Sines of each recording, Hz; the last two are held out.
 const SINES_HZ: [&[f64]; 5] =
     [&[0.31, 0.9, 1.7], &[0.23, 1.1], &[0.5, 1.3], &[0.41, 0.77, 2.1], &[0.6, 1.9]];
@@ -25,6 +24,18 @@ const HELD_OUT: usize = 2;
 const MOST_S: f64 = 20.0;
 /// Simulations and noise from a seed agree to rounding.
 const SIMULATED_REL: f64 = 1e-6;
+
+/// Recordings of a machine.
+#[derive(Clone, Copy, Debug)]
+struct Recorded {
+    count: usize,
+    length_s: f64,
+    /// False for a machine within the tolerances of its model.
+    has_cogging: bool,
+}
+
+/// Recordings of the page.
+const OF_PAGE: Recorded = Recorded { count: SINES_HZ.len(), length_s: 10.0, has_cogging: true };
 
 /// A machine that is not quite what its model says.
 struct Machine {
@@ -67,19 +78,20 @@ impl Machine {
         Ok(effect.with("cogging_sin_n_m", self.cogging_n_m)?.with("order", self.order)?)
     }
 
-    fn command(&self, sines_hz: &[f64]) -> Vec<f64> {
+    fn command(&self, sines_hz: &[f64], length_s: f64) -> Vec<f64> {
         let of = |t: f64| -> f64 {
             let sines = sines_hz.iter().zip(1..);
             sines.map(|(hz, n)| (TAU * hz * t).sin() / f64::from(n)).sum()
         };
-        let samples = (TEST_S * RATE_HZ) as usize;
+        let samples = (length_s * RATE_HZ) as usize;
         (0..samples).map(|n| self.amplitude_rad * of(n as f64 / RATE_HZ)).collect()
     }
 
     /// Current and position of the machine as it is, at the rate of the recordings.
-    fn run(&self, command: &Command) -> Result<[Vec<f64>; 2]> {
+    fn run(&self, command: &Command, recorded: Recorded) -> Result<[Vec<f64>; 2]> {
+        let Recorded { length_s, has_cogging, .. } = recorded;
         let healthy = PhysicalFaults::from(&HealthState::HEALTHY);
-        let effects = [self.cogging()?];
+        let effects = if has_cogging { vec![self.cogging()?] } else { Vec::new() };
         let (rate_hz, current, position) = match &self.nominal {
             MachineModel::ServoAxis(model) => {
                 let mut axis = model.axis;
@@ -87,7 +99,7 @@ impl Machine {
                 let scenario = AxisScenario {
                     input: AxisInput::Position(command.clone()),
                     load: self.load_n_m,
-                    duration_s: TEST_S,
+                    duration_s: length_s,
                     start: AxisStart::default(),
                 };
                 let simulation =
@@ -102,10 +114,10 @@ impl Machine {
                 let scenario = Scenario {
                     command: command.clone(),
                     load_n_m: 0.0,
-                    duration_s: TEST_S,
+                    duration_s: length_s,
                     ..Scenario::chirp()
                 };
-                let samples = (TEST_S * RATE_HZ) as usize;
+                let samples = (length_s * RATE_HZ) as usize;
                 let load = vec![self.load_n_m; samples];
                 let load = Load::Recorded { values_n_m: load, rate_hz: RATE_HZ };
                 let simulation = LowFidelity::new(&actuator, &scenario)?
@@ -119,10 +131,10 @@ impl Machine {
         Ok([current, position].map(|values| values.into_iter().step_by(step).collect()))
     }
 
-    fn record(&self, place: usize) -> Result<Record> {
-        let values = self.command(SINES_HZ[place]);
+    fn record(&self, place: usize, recorded: Recorded) -> Result<Record> {
+        let values = self.command(SINES_HZ[place], recorded.length_s);
         let command = Command::Recorded { values_rad: values.clone(), rate_hz: RATE_HZ };
-        let [current, position] = self.run(&command)?;
+        let [current, position] = self.run(&command, recorded)?;
         let sensor = PhaseSensors { noise_a: self.noise_a, converter: None };
         let [drive, _, _] = sensor.measure([&current, &[], &[]], place as u64);
         Ok(Record {
@@ -138,10 +150,10 @@ impl Machine {
         })
     }
 
-    fn recordings(&self) -> Result<Recordings> {
+    fn recordings(&self, recorded: Recorded) -> Result<Recordings> {
         let mut train: Vec<Record> =
-            (0..SINES_HZ.len()).map(|place| self.record(place)).collect::<Result<_>>()?;
-        let holdout = train.split_off(SINES_HZ.len() - HELD_OUT);
+            (0..recorded.count).map(|place| self.record(place, recorded)).collect::<Result<_>>()?;
+        let holdout = train.split_off(recorded.count - HELD_OUT);
         Ok(Recordings { train, holdout, repeat: Vec::new() })
     }
 
@@ -154,10 +166,24 @@ impl Machine {
     }
 }
 
+/// Explanation of four recordings of 4 s of one of the machines, two of them held out: the symbols of
+/// the effects that it names.
+pub(crate) fn explanation(
+    place: usize,
+    has_cogging: bool,
+) -> Result<impl Fn() -> Result<Vec<&'static str>>> {
+    let machine = machines()?.into_iter().nth(place).context("one of the machines")?;
+    let recordings = machine.recordings(Recorded { count: 4, length_s: 4.0, has_cogging })?;
+    Ok(move || {
+        let (answer, _) = machine.explained(&recordings, 1)?;
+        Ok(answer.effects.iter().map(|found| found.effect.id().info().symbol).collect())
+    })
+}
+
 /// Example of the recordings: the current of the first.
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let figure = |machine: &Machine| -> Result<Figure> {
-        let record = machine.record(0)?;
+        let record = machine.record(0, OF_PAGE)?;
         Ok(Figure {
             id: format!("{}-current", machine.name.replace(' ', "-")),
             value: greybox::rms(&record.drive),
@@ -171,7 +197,7 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
 pub(super) fn text() -> Result<String> {
     let mut page = include_str!("explaining/head.md").to_owned();
     for machine in machines()? {
-        let recordings = machine.recordings()?;
+        let recordings = machine.recordings(OF_PAGE)?;
         let (one, one_s) = machine.explained(&recordings, 1)?;
         let (two, two_s) = machine.explained(&recordings, 2)?;
         let [before, after] = two.holdout_rms.context("recordings held out")?;
