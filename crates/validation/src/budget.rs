@@ -219,6 +219,11 @@ fn estimated(root: &Path, batch: &Batch) -> Result<Option<String>> {
         let expected = batch.evaluations;
         return Ok(Some(format!("{name}: {evaluations:?} evaluations, {expected:?} expected")));
     }
-    Ok((ratio > *limit_ratio)
-        .then(|| format!("{name}: {ratio:.2} runs of the reference loop exceed {limit_ratio:.2}")))
+    Ok(over(name, ratio, *limit_ratio))
+}
+
+/// Complaint about work that takes too much processor time, in runs of the reference loop.
+fn over(name: &str, ratio: f64, limit_ratio: f64) -> Option<String> {
+    (ratio > limit_ratio)
+        .then(|| format!("{name}: {ratio:.2} runs of the reference loop exceed {limit_ratio:.2}"))
 }

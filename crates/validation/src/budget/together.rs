@@ -7,6 +7,7 @@ use fdi_core::{
     ema_sim::{HealthState, Imperfections, PhaseSensors},
 };
 
+use super::over;
 use crate::{
     processor::{processor_s, reference_s},
     terminal::say,
@@ -97,12 +98,10 @@ impl Together {
         let recordings = recordings(&Bundle::experiment_from_bytes(bytes)?, RECORDINGS)?;
         let Cost { took_s, ratio, evaluations: runs } = cost(bytes, &recordings)?;
         say(&format!("{name:<28} {runs:>6} {took_s:>12.3} {ratio:>9.2} {limit_ratio:>9.2}"));
-        Ok(if runs != *evaluations {
-            Some(format!("{name}: {runs} evaluations, {evaluations} expected"))
-        } else if ratio > *limit_ratio {
-            Some(format!("{name}: {ratio:.2} runs of the reference loop exceed {limit_ratio:.2}"))
+        Ok(if runs == *evaluations {
+            over(name, ratio, *limit_ratio)
         } else {
-            None
+            Some(format!("{name}: {runs} evaluations, {evaluations} expected"))
         })
     }
 }
