@@ -62,6 +62,12 @@ macro_rules! parameters {
     };
 }
 
+impl PartialEq for AxisParameter {
+    fn eq(&self, other: &Self) -> bool {
+        self.pattern == other.pattern
+    }
+}
+
 impl AxisParameter {
     /// All numbers, block by block.
     pub const ALL: &'static [Self] = parameters! {

@@ -166,8 +166,8 @@ pub trait MachineKind {
     /// Where there is no such place.
     fn number(&self, place: usize) -> f64;
 
-    /// Replaces numbers. Static friction follows the kinetic one in the ratio that the two had
-    /// before: below it no machine's would be.
+    /// Replaces numbers. Static friction that is not among them follows the kinetic one in the ratio
+    /// that the two had before, and is never below it: no machine's would be.
     ///
     /// # Panics
     ///
@@ -178,6 +178,12 @@ pub trait MachineKind {
     /// type and unit in one. Numbers that are no parameter of the machine are left out. The offset of
     /// an axis has one of its own size where the file states none, and is not zero.
     fn rough(&self) -> Vec<NumberTolerance>;
+
+    /// Tolerances of numbers of motor, transmission and supply for which the file states none at any
+    /// level, by their places: a half-width of 10 %, of friction, drag and play of 30 %
+    /// (`docs/models/tolerances.md`). Numbers that are zero, that are counted (poles, teeth) and
+    /// those of controller and sensors have none; nor has a static friction that is the kinetic one.
+    fn usual_tolerances(&self) -> Vec<NumberTolerance>;
 
     /// True where a motion recorded under a controller that is not known can be followed
     /// ([`CommandKind::Motion`]).
@@ -281,6 +287,11 @@ fn add_tolerance(tolerances: &mut Vec<NumberTolerance>, new: NumberTolerance) {
         None => tolerances.push(new),
     }
 }
+
+/// Half-width over the value of a number that a data sheet states without a tolerance, and of
+/// friction, drag and play, which differ most from one machine to the next.
+const USUAL_FRAC: f64 = 0.1;
+const USUAL_FRICTION_FRAC: f64 = 0.3;
 
 /// Static friction for a new kinetic one, in the ratio of the old ones.
 fn static_friction(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {

@@ -43,8 +43,8 @@ pub use evaluation::{
 };
 pub use explanation::{
     CoordinateShare, CurveBin, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
-    FaultBeforeAfter, Holdout, HypothesisOutcome, HypothesisRefit, NominalChange, RecordFit,
-    Remainder, ResidualCurve, Sensitivity, Standing,
+    FaultBeforeAfter, Holdout, HypothesisOutcome, HypothesisRefit, NominalChange, NumberFinding,
+    RecordFit, Remainder, ResidualCurve, Sensitivity, Standing,
 };
 pub use fault::{Covariance, Fault, FaultId};
 #[cfg(test)]

@@ -36,12 +36,12 @@ pub use document::{
     FaultBeforeAfter, FaultChange, FaultEvaluation, FaultId, FaultTests, Fidelity, Finding,
     FindingKind, Fit, Fleet, Further, Holdout, HypothesisOutcome, HypothesisRefit, Identifiability,
     LearntFrom, LeftOut, Limits, Method, MethodEvaluation, MotionLimits, NoiseSource,
-    NominalChange, Notice, NoticeCode, PlannedFault, PlannedMotion, PooledLevel, PooledRecording,
-    Prediction, Proposal, ProposedRecording, Quartiles, RecordDiagnosis, RecordFit, Remainder,
-    ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation, SetupChoice, SetupRefusal,
-    SetupRefusalCode, SetupSummary, Severity, SharedWith, SignalCode, SignalFinding, Slope,
-    Standing, Status, TestPlan, ToleranceUse, TrendPoint, UnitNumber, UnitSummary, Verdict,
-    WouldHelp,
+    NominalChange, Notice, NoticeCode, NumberFinding, PlannedFault, PlannedMotion, PooledLevel,
+    PooledRecording, Prediction, Proposal, ProposedRecording, Quartiles, RecordDiagnosis,
+    RecordFit, Remainder, ResidualCurve, ResumeHead, SCHEMA_VERSION, Sensitivity, Separation,
+    SetupChoice, SetupRefusal, SetupRefusalCode, SetupSummary, Severity, SharedWith, SignalCode,
+    SignalFinding, Slope, Standing, Status, TestPlan, ToleranceUse, TrendPoint, UnitNumber,
+    UnitSummary, Verdict, WouldHelp,
 };
 pub use figure::{
     CompressionCurve, CompressionPanel, DrawnMode, compression_figure_svg, convergence_figure_svg,

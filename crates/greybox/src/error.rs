@@ -57,6 +57,12 @@ pub enum GreyboxError {
         /// The controller's.
         sample_hz: f64,
     },
+    /// A number that the machine does not have.
+    #[error("`{key}`: no number of the machine, expected a key of its model file")]
+    Number {
+        /// Key.
+        key: String,
+    },
     /// The model cannot be run on a recording's command.
     #[error("{record}: {reason}")]
     Simulation {

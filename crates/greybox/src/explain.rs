@@ -29,6 +29,7 @@ use crate::{
     show::{RecordFit, along_coordinates, record_fits, remainder},
     signal_chain::{Signals, sound, standing},
     structure::{Free, Structure, Target},
+    suspects::with_suspects,
     through_plant::ThroughPlant,
     trial::{Before, Trial},
 };
@@ -46,7 +47,8 @@ pub struct Options {
     pub most_effects: usize,
     /// Effects that are refitted in a round.
     pub refitted: usize,
-    /// Standard errors by which the held-out likelihood has to rise.
+    /// Standard errors by which the held-out likelihood has to rise, and standard deviations by which
+    /// one of the sizes of an effect has to differ from zero.
     pub gain_std_errors: f64,
     /// Chance, by fit and hold-out together, below which half of that is enough, or what is expected
     /// of a hold-out that cannot tell. Beside what was found a fit alone that is less likely by
@@ -58,6 +60,9 @@ pub struct Options {
     pub tie_nats: f64,
     /// Effects that the machine cannot have: they are not looked for.
     pub without: Vec<EffectId>,
+    /// Keys of numbers of the model file that are exact. All others may be off within the tolerance
+    /// that the file states, else within the usual one (`docs/models/tolerances.md`).
+    pub exact: Vec<String>,
     /// Model that predicts what recordings show; `None`: the one under which they are likeliest.
     pub observation: Option<Observation>,
     /// Use that is made of the signal chain.
@@ -77,6 +82,7 @@ impl Default for Options {
             evidence_nats: 3.0,
             tie_nats: 5.0,
             without: Vec::new(),
+            exact: Vec::new(),
             observation: None,
             signals: Signals::default(),
         }
@@ -103,6 +109,7 @@ pub fn explain(
     if standing(&finds).is_some() {
         return Ok(Explained::unsound(finds));
     }
+    let machine = with_suspects(&machine, &recordings, &options.exact, options.jobs)?;
     let mut explained = Session::new(&machine, &recordings, options).run()?;
     explained.signals = finds;
     Ok(explained)
@@ -141,10 +148,6 @@ const ABSORBED_SHARE: f64 = 0.15;
 
 /// Friction and backlash levels, k1 and k2, from which the nominal model is fitted too.
 const WORN: [[f64; 2]; 3] = [[0.4, 0.0], [0.0, 0.2], [0.4, 0.2]];
-
-/// Standard deviations from which on a fault level is found, and its least.
-const FOUND_STD: f64 = 3.0;
-const LEAST_FOUND: f64 = 1e-3;
 
 /// Causes beside the best among which a recording is to tell.
 const MOST_OPEN: usize = 3;
@@ -239,13 +242,18 @@ impl<'a> Session<'a> {
         let Search { floor, before, current, found, first_round, tried, mut log, .. } = search;
         let (ties, last_ties) = (search.ties, search.last_ties);
         let whitener = &floor.whitener;
-        let fitted = &current.fitted;
+        self.put_back(&search.anchors_before);
+        let before = self.profiled(before, whitener)?;
         let nominal = self.seen_from(&search.anchors_before, &before, whitener)?;
+        self.put_back(&search.anchors);
+        let current = self.profiled(current, whitener)?;
+        let fitted = &current.fitted;
+        let numbers = self.wrong_numbers(&current, whitener)?;
         let now = self.seen_from(&search.anchors, &current, whitener)?;
         let something_left =
             self.is_something_left(&nominal, &now, &floor, search.observation, &mut log)?
                 || is_more_there;
-        let verdict = match (found.is_empty(), something_left) {
+        let verdict = match (found.is_empty() && numbers.is_empty(), something_left) {
             (true, false) => match &first_round {
                 Some(round) if self.may_be_an_effect(&current, round, whitener) => {
                     Verdict::Absorbed
@@ -253,6 +261,8 @@ impl<'a> Session<'a> {
                 _ => Verdict::Adequate,
             },
             (true, true) => Verdict::Unknown,
+            // beside a number alone nothing is named of what is left
+            (false, true) if found.is_empty() => Verdict::Unknown,
             (false, true) => Verdict::NamedWithRemainder,
             (false, false) if !(ties.is_empty() && last_ties.is_empty()) => Verdict::OneOf,
             (false, false) => Verdict::Named,
@@ -290,6 +300,7 @@ impl<'a> Session<'a> {
             reason: None,
             effects,
             alternatives,
+            numbers,
             absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
             holdout_rms: Some([&nominal, &now].map(Seen::held_out_rms)),
             noise_floor: Some(floor.level(now.unit())),
@@ -313,13 +324,8 @@ impl<'a> Session<'a> {
     fn may_be_an_effect(&self, current: &Judged, round: &Round, whitener: &Whitener) -> bool {
         let fitted = &current.fitted;
         let covariance = current.covariance(&self.train, whitener);
-        let is_found = |&p: &usize| {
-            matches!(fitted.structure.free[p].target, Target::Fault(_))
-                && fitted.values[p].abs() > FOUND_STD * libm::sqrt(covariance[(p, p)].max(0.0))
-                && fitted.values[p].abs() > LEAST_FOUND
-        };
         let scored = round.scan.scored.iter().filter(|scored| is_absorbed(scored));
-        scored.filter_map(|scored| scored.imitated_by).any(|p| is_found(&p))
+        scored.filter_map(|scored| scored.imitated_by).any(|p| fitted.finds_damage(p, &covariance))
     }
 
     /// Tells whether the recordings show more than the model and noise: by repetitions, by what the
@@ -470,7 +476,13 @@ impl<'a> Session<'a> {
                 best = fitted;
             }
         }
-        Ok(best)
+        if !self.machine.has_suspects() {
+            return Ok(best);
+        }
+        // damage and numbers that do the same lead one another astray: once more from health
+        let healthy = best.structure.clone().started_at(&best.values).started_healthy();
+        let fitted = fit_below(&self.train, healthy, whitener, best.objective)?;
+        Ok(if fitted.objective < best.objective { fitted } else { best })
     }
 
     pub(crate) fn drive(&self, fitted: &Fitted) -> Result<PerRecord, GreyboxError> {
@@ -651,14 +663,14 @@ fn amount(parts: [f64; 2], covariance: &Matrix2<f64>) -> FaultLevel {
 }
 
 /// Standard deviations to either end of a 95 % interval.
-const Z_95: f64 = 1.96;
+pub(crate) const Z_95: f64 = 1.96;
 /// Bound of the squared length of a standard normal vector of two in 95 %: −2·ln 0.05.
 const CHI_SQUARED_2_95: f64 = 5.991_464_547_107_98;
 /// Place of the first of the two coordinates of an eccentricity.
 const ECCENTRICITY: usize = 5;
 
 fn is_absorbed(scored: &Scored) -> bool {
-    scored.visible_share < ABSORBED_SHARE && scored.visible_share > 0.0
+    scored.visible_share < ABSORBED_SHARE && scored.raw_energy > 0.0
 }
 
 fn absorbed(round: &Round) -> Vec<EffectId> {

@@ -100,6 +100,27 @@ pub struct NumberFit {
     pub fitted: f64,
 }
 
+/// Number of the model file that is wrong: recordings have it beyond its tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WrongNumber {
+    /// Key of the model file.
+    pub key: String,
+    /// Value in the model file.
+    pub nominal: f64,
+    /// Half-width of its tolerance, in the unit of the key.
+    pub tolerance: f64,
+    /// Value by the recordings.
+    pub value: f64,
+    /// 95 % interval of the value.
+    pub interval_95: [f64; 2],
+    /// Chance that noise alone makes any number leave its tolerance by as much.
+    pub p_familywise: f64,
+    /// Gain in log-likelihood, over the number within its tolerance, on recordings not fitted, nats.
+    pub holdout_gain_nats: f64,
+    /// Standard error of the gain held out.
+    pub holdout_gain_se: f64,
+}
+
 /// Smallest size of an effect that would have been named nine times in ten.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmallestNamed {
@@ -145,6 +166,8 @@ pub struct Explained {
     pub effects: Vec<Finding>,
     /// Effects that explain the recordings as well as one of those found does.
     pub alternatives: Vec<Finding>,
+    /// Numbers of the model file that are wrong.
+    pub numbers: Vec<WrongNumber>,
     /// Effects that could hide in damage or tolerances.
     pub absorbed: Vec<EffectId>,
     /// Root mean square of the residual held out: nominal, and with the effects.
@@ -185,6 +208,7 @@ impl Explained {
             reason: Some(reason),
             effects: Vec::new(),
             alternatives: Vec::new(),
+            numbers: Vec::new(),
             absorbed: Vec::new(),
             holdout_rms: None,
             noise_floor: None,
@@ -208,18 +232,18 @@ impl Explained {
         Self { signals, ..Self::inconclusive(reason) }
     }
 
-    /// The model with the effects found and the rough numbers fitted beside them, to which their
-    /// sizes belong. Where the verdict is [`Verdict::Unknown`] the curve of the coordinate that
+    /// The model with the effects found, or numbers that are wrong, and the rough numbers fitted beside
+    /// them, to which their sizes belong. Where the verdict is [`Verdict::Unknown`] the curve of the coordinate that
     /// what is left follows most is added to the model, marked as unknown, if it follows one.
     /// Without either it is the model given, bit for bit.
     pub fn extend(&self, model: &MachineModel) -> MachineModel {
-        if self.effects.is_empty() {
+        if self.effects.is_empty() && self.numbers.is_empty() {
             let mut extended = model.clone();
             extended.effects_mut().extend(unexplained_block(self, model));
             return extended;
         }
-        let fitted: Vec<f64> = self.rough.iter().map(|number| number.fitted).collect();
-        let mut extended = Machine::new(model).with_rough(&fitted);
+        let fitted = self.rough.iter().map(|number| (number.key.as_str(), number.fitted));
+        let mut extended = Machine::new(model).with_numbers(fitted);
         for finding in &self.effects {
             let mut block = EffectBlock::from(finding.effect.clone());
             let interval = |one: &NumberInterval| (one.key.clone(), one.interval_95);

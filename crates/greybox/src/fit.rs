@@ -8,7 +8,7 @@ use crate::{
     gram::{dot, solve, symmetric},
     machine::State,
     problem::{PerRecord, Problem},
-    structure::{Free, Structure},
+    structure::{Free, Structure, Target},
 };
 
 /// Most steps.
@@ -37,6 +37,21 @@ pub(crate) struct Fitted {
     pub(crate) sensitivities: Vec<PerRecord>,
     /// Half the sum of squares of whitened residual and prior.
     pub(crate) objective: f64,
+}
+
+/// Standard deviations from which on a fault level is found, and its least.
+const FOUND_STD: f64 = 3.0;
+const LEAST_FOUND: f64 = 1e-3;
+
+impl Fitted {
+    /// Tells whether a free number is damage that is found, by the covariance of all.
+    pub(crate) fn finds_damage(&self, place: usize, covariance: &DMatrix<f64>) -> bool {
+        let std = libm::sqrt(covariance[(place, place)].max(0.0));
+        let level = self.values[place].abs();
+        matches!(self.structure.free[place].target, Target::Fault(_))
+            && level > FOUND_STD * std
+            && level > LEAST_FOUND
+    }
 }
 
 /// Signals of all recordings through the whitener, in one row.
@@ -254,14 +269,9 @@ fn half_square(white: &[f64]) -> f64 {
     0.5 * dot(white, white)
 }
 
-/// Half the squared distance from what is known beforehand.
+/// Cost of values by what is known beforehand.
 fn prior(free: &[Free], values: &[f64]) -> f64 {
-    let of = |(free, value): (&Free, &f64)| {
-        free.prior.map_or(0.0, |(mean, std)| {
-            let z = (value - mean) / std;
-            0.5 * z * z
-        })
-    };
+    let of = |(free, value): (&Free, &f64)| free.prior.map_or(0.0, |prior| prior.cost(*value));
     free.iter().zip(values).map(of).sum()
 }
 
@@ -291,10 +301,9 @@ impl Normal {
                 curvature[(i, j)] = product;
                 curvature[(j, i)] = product;
             }
-            if let Some((mean, std)) = free[i].prior {
-                let weight = 1.0 / (std * std);
-                curvature[(i, i)] += weight;
-                descent[i] -= (values[i] - mean) * weight;
+            if let Some(prior) = free[i].prior {
+                curvature[(i, i)] += prior.weight(values[i]);
+                descent[i] -= prior.slope(values[i]);
             }
         }
         Self { curvature, descent }
@@ -350,8 +359,8 @@ pub(crate) fn sandwich(
         }
     }
     for (i, free) in fitted.structure.free.iter().enumerate() {
-        if let Some((_, std)) = free.prior {
-            let weight = 1.0 / (std * std);
+        if let Some(prior) = free.prior {
+            let weight = prior.weight(fitted.values[i]);
             curvature[(i, i)] += weight;
             scatter[(i, i)] += weight;
         }

@@ -31,6 +31,14 @@ impl Gram {
         self.products[(a, b)]
     }
 
+    /// Adds to a product of two columns.
+    pub(crate) fn add(&mut self, a: usize, b: usize, more: f64) {
+        self.products[(a, b)] += more;
+        if a != b {
+            self.products[(b, a)] += more;
+        }
+    }
+
     /// All columns with some of them projected off; those become zero.
     ///
     /// A column of `off` that the others of `off` make up already is passed over.

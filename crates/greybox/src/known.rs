@@ -38,11 +38,11 @@ impl Known {
         let products = Gram::new(&columns);
         let mut information = products.without(&others).block(&kept);
         for (i, free) in structure.free.iter().enumerate() {
-            information[(i, i)] += beforehand(free);
+            information[(i, i)] += beforehand(free, values[i]);
         }
         let push = DVector::from_fn(kept.len(), |i, _| {
             let (free, value) = (&structure.free[i], values[i]);
-            let of_prior = free.prior.map_or(0.0, |(mean, std)| (value - mean) / (std * std));
+            let of_prior = free.prior.map_or(0.0, |prior| prior.slope(value));
             let slope = products.get(kept[i], residual) - of_prior;
             let is_least = value <= free.least && slope < 0.0;
             let is_most = value >= free.most && slope > 0.0;
@@ -120,9 +120,9 @@ struct Moved {
 
 /// Information on a number before any recording: its prior, else that of the uniform distribution
 /// within its bounds.
-fn beforehand(free: &Free) -> f64 {
+fn beforehand(free: &Free, value: f64) -> f64 {
     let range = free.most - free.least;
-    free.prior.map_or(12.0 / (range * range), |(_, std)| 1.0 / (std * std))
+    free.prior.map_or(12.0 / (range * range), |prior| prior.weight(value))
 }
 
 /// Recordings that were not fitted, before numbers known as well as the others tell.

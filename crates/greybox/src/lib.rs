@@ -15,6 +15,7 @@ struct Readme;
 mod anchor;
 mod calibrate;
 mod curve;
+mod damage;
 mod elsewhere;
 mod error;
 mod explain;
@@ -28,10 +29,12 @@ mod known;
 mod machine;
 mod mains;
 mod menu;
+mod number;
 mod observation;
 mod observing;
 mod parallel;
 mod plausible;
+mod prior;
 mod problem;
 mod propose;
 mod random;
@@ -43,6 +46,7 @@ mod search;
 mod show;
 mod signal_chain;
 mod structure;
+mod suspects;
 mod through_plant;
 mod trial;
 mod unexplained;
@@ -55,7 +59,7 @@ pub use error::GreyboxError;
 pub use explain::{Options, explain, with_holdout};
 pub use explained::{
     Explained, FaultChange, FaultLevel, Finding, NumberFit, NumberInterval, RecordChange,
-    SmallestNamed, Use, Verdict,
+    SmallestNamed, Use, Verdict, WrongNumber,
 };
 pub use floor::{NoiseFloor, NoiseSource};
 pub use inference::{Whitener, rms};

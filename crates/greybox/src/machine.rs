@@ -3,11 +3,11 @@
 use ema_sim::{
     CommandKind, DriveRun, Effect, EffectId, Electronics, FaultCoordinates, FaultId, Geometry,
     LoopGains, MachineKind, MachineNumber, MachineRun, MachineSignals, MachineTest,
-    MachineTestError, ModelFidelity, MotionTerm, NumberValue, PhysicalFaults, PreparedTest,
-    bandwidth_hz, model_file::MachineModel, resolved_hz, shown_while_followed,
+    MachineTestError, ModelFidelity, MotionTerm, NumberTolerance, NumberValue, PhysicalFaults,
+    PreparedTest, bandwidth_hz, model_file::MachineModel, resolved_hz, shown_while_followed,
 };
 
-use crate::{error::GreyboxError, record::Record};
+use crate::{error::GreyboxError, prior::Prior, record::Record};
 
 /// A number of the machine that a data sheet knows only roughly.
 #[derive(Clone, Debug)]
@@ -17,6 +17,8 @@ pub(crate) struct Rough {
     pub(crate) motion_term: Option<MotionTerm>,
     pub(crate) value: f64,
     pub(crate) half_width: f64,
+    /// True where the model file states the tolerance; else it is the usual one.
+    pub(crate) is_stated: bool,
     /// Least and largest value that any machine has.
     pub(crate) least: f64,
     pub(crate) most: f64,
@@ -30,6 +32,7 @@ impl Rough {
         place: usize,
         machine: &dyn MachineKind,
         half_width_frac: f64,
+        is_stated: bool,
     ) -> Self {
         let value = machine.number(place);
         Self {
@@ -37,12 +40,53 @@ impl Rough {
             motion_term: number.motion_term,
             value,
             half_width: half_width_frac * value.abs(),
+            is_stated,
             least: number.least,
             most: number.most,
             place,
         }
     }
+
+    /// Tells whether it is a torque or force, or one over a speed or an acceleration, by the unit of its
+    /// key.
+    fn is_torque(&self) -> bool {
+        const UNITS: [&str; 6] = ["-n-m", "-n", "-n-m-s-per-rad", "-n-s-per-m", "-kg-m2", "-kg"];
+        UNITS.iter().any(|unit| self.key.ends_with(unit))
+    }
+
+    /// Law of the number beforehand, by the standard deviation of a uniform distribution over its
+    /// tolerance: one that no file states may be wrong by far.
+    pub(crate) fn prior(&self) -> Prior {
+        let std = self.half_width / libm::sqrt(3.0);
+        Prior { mean: self.value, std, has_tail: !self.is_stated }
+    }
+
+    /// Least and largest value within its tolerance.
+    pub(crate) fn tolerance(&self) -> (f64, f64) {
+        (self.value - self.half_width, self.value + self.half_width)
+    }
+
+    /// Values that a fit may give it: what its file states as a tolerance holds.
+    pub(crate) fn reach(&self) -> (f64, f64) {
+        if self.is_stated || self.half_width == 0.0 {
+            self.tolerance()
+        } else if self.value == 0.0 {
+            (-MOST_HALF_WIDTHS * self.half_width, MOST_HALF_WIDTHS * self.half_width)
+        } else {
+            let (near, far) = (self.value / MOST_FACTOR, self.value * MOST_FACTOR);
+            (near.min(far), near.max(far))
+        }
+    }
 }
+
+/// Factor by which a number without a stated tolerance may be off, and half-widths by which one may
+/// that the file has as zero.
+const MOST_FACTOR: f64 = 5.0;
+const MOST_HALF_WIDTHS: f64 = 10.0;
+
+/// Half-width of a dry friction that the file has none of, over the motor's torque at the limit of its
+/// drive: 30 % of a tenth.
+const MISSING_FRICTION_FRAC: f64 = 0.03;
 
 /// Departure of a machine from the nominal one.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,7 +142,8 @@ impl Machine {
         let kind = model.kind();
         let numbers = kind.numbers();
         let rough = kind.rough().into_iter();
-        let rough = rough.map(|r| Rough::new(&numbers[r.place], r.place, kind, r.half_width_frac));
+        let rough =
+            rough.map(|r| Rough::new(&numbers[r.place], r.place, kind, r.half_width_frac, true));
         Self { built_in: model.switched_on(), rough: rough.collect(), model: model.clone() }
     }
 
@@ -128,6 +173,11 @@ impl Machine {
         &self.rough
     }
 
+    /// Tells whether numbers that the file states no tolerance for may be off.
+    pub(crate) fn has_suspects(&self) -> bool {
+        self.rough.iter().any(|rough| !rough.is_stated)
+    }
+
     /// Value that the model file gives a number that is known roughly.
     pub(crate) fn nominal(&self, key: &str) -> Option<f64> {
         self.rough.iter().find(|rough| rough.key == key).map(|rough| rough.value)
@@ -140,9 +190,67 @@ impl Machine {
         for (place, number) in self.kind().numbers().iter().enumerate() {
             let is_known = self.rough.iter().any(|known| known.key == number.key);
             if number.motion_term.is_some() && !is_known {
-                machine.rough.push(Rough::new(number, place, self.kind(), 0.0));
+                machine.rough.push(Rough::new(number, place, self.kind(), 0.0, false));
             }
         }
+        machine
+    }
+
+    /// Machine of which no number is exact that the file does not call so: those without a stated
+    /// tolerance have the [usual one](MachineKind::usual_tolerances), but for those named.
+    ///
+    /// Recordings without a load show torques over the constant of the motor, which is exact then; the
+    /// tolerances of inertias and frictions are those over it.
+    ///
+    /// # Errors
+    ///
+    /// [`GreyboxError::Number`] for a name that is none of its numbers.
+    pub(crate) fn with_suspects(
+        &self,
+        exact: &[String],
+        is_loaded: bool,
+    ) -> Result<Self, GreyboxError> {
+        let numbers = self.kind().numbers();
+        if let Some(key) = exact.iter().find(|key| numbers.iter().all(|n| n.key != **key)) {
+            return Err(GreyboxError::Number { key: key.clone() });
+        }
+        let mut machine = self.clone();
+        let of = |t: NumberTolerance| {
+            Rough::new(&numbers[t.place], t.place, self.kind(), t.half_width_frac, false)
+        };
+        machine.rough.extend(self.kind().usual_tolerances().into_iter().map(of));
+        machine.rough.extend(self.missing_friction());
+        machine.rough.retain(|rough| !exact.contains(&rough.key));
+        machine.rough.sort_by_key(|rough| rough.place);
+        let is_constant = |rough: &Rough| {
+            rough.motion_term == Some(MotionTerm::TorqueConstant) && !rough.is_stated
+        };
+        if let Some(place) = machine.rough.iter().position(is_constant).filter(|_| !is_loaded) {
+            let constant = machine.rough.remove(place);
+            let share = constant.half_width / constant.value;
+            let may_be_off = |rough: &&mut Rough| rough.is_torque() && rough.half_width > 0.0;
+            for rough in machine.rough.iter_mut().filter(may_be_off) {
+                rough.half_width = libm::hypot(rough.half_width, share * rough.value);
+            }
+        }
+        Ok(machine)
+    }
+
+    /// Dry friction that the file has none of, and no tolerance for.
+    fn missing_friction(&self) -> Option<Rough> {
+        let numbers = self.kind().numbers();
+        let is_friction = |n: &MachineNumber| n.motion_term == Some(MotionTerm::KineticFriction);
+        let place = numbers.iter().position(is_friction)?;
+        let mut friction = Rough::new(&numbers[place], place, self.kind(), 0.0, false);
+        let is_missing = friction.value == 0.0 && self.nominal(&friction.key).is_none();
+        friction.half_width = MISSING_FRICTION_FRAC * self.constant() * self.drive_limit();
+        is_missing.then_some(friction)
+    }
+
+    /// Machine of which some of the rough numbers alone are not exact.
+    pub(crate) fn with_rough_ones(&self, is_kept: impl Fn(&Rough) -> bool) -> Self {
+        let mut machine = self.clone();
+        machine.rough.retain(is_kept);
         machine
     }
 
@@ -150,6 +258,22 @@ impl Machine {
     pub(crate) fn with_rough(&self, values: &[f64]) -> MachineModel {
         let mut model = self.model.clone();
         model.kind_mut().set_numbers(&self.number_values(values));
+        model
+    }
+
+    /// The model with numbers replaced by their keys; what has no such key is left out.
+    pub(crate) fn with_numbers<'k>(
+        &self,
+        values: impl Iterator<Item = (&'k str, f64)>,
+    ) -> MachineModel {
+        let numbers = self.kind().numbers();
+        let of = |(key, value): (&str, f64)| {
+            let place = numbers.iter().position(|number| number.key == key)?;
+            Some(NumberValue { place, value })
+        };
+        let values: Vec<NumberValue> = values.filter_map(of).collect();
+        let mut model = self.model.clone();
+        model.kind_mut().set_numbers(&values);
         model
     }
 

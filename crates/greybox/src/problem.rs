@@ -10,7 +10,7 @@ use crate::{
     mains::Mains,
     parallel,
     record::Record,
-    structure::Structure,
+    structure::{Free, Structure, Target},
 };
 
 /// Time left out at the start, s: the controller's integrators are not known there.
@@ -380,8 +380,10 @@ impl<'a> Problem<'a> {
         self.records.iter().zip(drive).map(of).collect()
     }
 
-    /// Change of the prediction with each free number from the `first` on, by forward
-    /// differences over a share of their steps; backward at the upper bound.
+    /// Change of the prediction with each free number from the `first` on, by differences over a share
+    /// of their steps: forward ones, backward at the upper bound. Damage and numbers of the machine
+    /// are moved to both sides where no bound stops them and the file leaves several open: forward
+    /// differences bend, so that numbers that do the same would seem to be told apart.
     pub(crate) fn sensitivities(
         &self,
         structure: &Structure,
@@ -390,31 +392,55 @@ impl<'a> Problem<'a> {
         values: &[f64],
         at: &PerRecord,
     ) -> Result<Vec<PerRecord>, GreyboxError> {
-        let steps: Vec<f64> = structure
+        let is_central = |free: &Free| {
+            self.machine.has_suspects()
+                && matches!(free.target, Target::Rough(_) | Target::Fault(_))
+        };
+        let ends: Vec<[f64; 2]> = structure
             .free
             .iter()
             .zip(values)
             .skip(first)
-            .map(|(free, value)| {
+            .map(|(free, &value)| {
                 let step = share * free.step;
-                if value + step <= free.most { step } else { -step }
+                let [below, above] = [(value - step).max(free.least), value + step];
+                match (is_central(free), above <= free.most) {
+                    (true, true) => [below, above],
+                    (_, true) => [value, above],
+                    (_, false) => [value - step, value],
+                }
             })
             .collect();
-        let stepped = |(place, step): (usize, &f64)| {
+        let moved = |place: usize, end: f64| {
             let mut values = values.to_vec();
-            values[first + place] += step;
+            values[first + place] = end;
             structure.state(self.machine, &values)
         };
-        let states: Vec<State> = steps.iter().enumerate().map(stepped).collect();
-        let drives = self.drives(&states)?;
-        let difference = |(drive, step): (PerRecord, &f64)| {
-            let of = |(after, before): (&Vec<f64>, &Vec<f64>)| {
-                after.iter().zip(before).map(|(a, b)| (a - b) / step).collect()
-            };
-            drive.iter().zip(at).map(of).collect()
-        };
-        Ok(drives.into_iter().zip(&steps).map(difference).collect())
+        // what stands still is known
+        let stands = |place: usize, end: f64| end == values[first + place];
+        let mut states: Vec<State> = Vec::new();
+        for (place, ends) in ends.iter().enumerate() {
+            let away = ends.iter().filter(|&&end| !stands(place, end));
+            states.extend(away.map(|&end| moved(place, end)));
+        }
+        let mut drives = self.drives(&states)?.into_iter();
+        let mut slopes = Vec::new();
+        for (place, ends) in ends.iter().enumerate() {
+            let [below, above] =
+                ends.map(|end| if stands(place, end) { None } else { drives.next() });
+            let (below, above) = (below.as_ref().unwrap_or(at), above.as_ref().unwrap_or(at));
+            slopes.push(difference(above, below, ends[1] - ends[0]));
+        }
+        Ok(slopes)
     }
+}
+
+/// Difference of two predictions over a step.
+fn difference(after: &PerRecord, before: &PerRecord, step: f64) -> PerRecord {
+    let of = |(after, before): (&Vec<f64>, &Vec<f64>)| {
+        after.iter().zip(before).map(|(a, b)| (a - b) / step).collect()
+    };
+    after.iter().zip(before).map(of).collect()
 }
 
 /// Noise by second differences of the measured signals: a first guess.

@@ -18,6 +18,7 @@ use crate::{
     record::{Record, Recordings},
     signal_chain::{SignalCode, SignalFind, sound, standing},
     structure::Free,
+    suspects::with_suspects,
 };
 
 /// A recording that might be taken.
@@ -145,6 +146,7 @@ pub fn propose(
     if let Some(find) = standing(&finds) {
         return Err(find.into());
     }
+    let machine = with_suspects(&machine, &recordings, &options.exact, options.jobs)?;
     let (open, whitener) = Session::new(&machine, &recordings, options).open()?;
     let first = recordings.train.first().ok_or(GreyboxError::NoTraining)?;
     let mut proposal = Proposal {

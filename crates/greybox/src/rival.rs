@@ -29,6 +29,8 @@ pub(crate) struct Judged {
     blocks: Vec<Block>,
     /// Log-likelihood of what was fitted.
     train: f64,
+    /// Least standard deviations of the numbers; none where slopes tell them.
+    least_stds: Vec<f64>,
 }
 
 impl Judged {
@@ -53,7 +55,7 @@ impl Judged {
         let there = likelihoods(holdout, &held_out.residuals, &there);
         let blocks = white.into_iter().zip(there).map(block).collect();
         let train = likelihoods(train, &fitted.residuals, &own).iter().sum();
-        Ok(Self { fitted, own, held_out, blocks, train })
+        Ok(Self { fitted, own, held_out, blocks, train, least_stds: Vec::new() })
     }
 
     /// Gain in log-likelihood over another on what neither was fitted to.
@@ -81,15 +83,21 @@ impl Judged {
         self.fit_over(other) - 0.5 * numbers * libm::log(samples as f64)
     }
 
+    /// The fit with standard deviations of its numbers that are no smaller than these.
+    pub(crate) fn with_least_stds(self, least_stds: Vec<f64>) -> Self {
+        Self { least_stds, ..self }
+    }
+
     /// Covariance of the fitted numbers by their scatter ([`sandwich`]), and no smaller than what
-    /// is held out leaves of it.
+    /// is held out leaves of it, and than fits without damage do.
     pub(crate) fn covariance(&self, train: &Problem<'_>, noise: &Whitener) -> DMatrix<f64> {
         let mut covariance = sandwich(&self.fitted, train, noise);
-        for (place, least) in
-            self.fitted.structure.same_everywhere().into_iter().zip(&self.held_out.stds)
-        {
+        let held_out = self.fitted.structure.same_everywhere().into_iter();
+        let held_out = held_out.zip(self.held_out.stds.iter().copied());
+        let least_stds = self.least_stds.iter().copied().enumerate();
+        for (place, least) in held_out.chain(least_stds) {
             let std = libm::sqrt(covariance[(place, place)].max(0.0));
-            if std > 0.0 && *least > std {
+            if std > 0.0 && least > std {
                 covariance.row_mut(place).scale_mut(least / std);
                 covariance.column_mut(place).scale_mut(least / std);
             } else if std == 0.0 {
@@ -385,7 +393,8 @@ impl Judged {
         };
         let residuals = PerRecord::new();
         let fitted = Fitted { structure, values, residuals, sensitivities, objective: 0.0 };
-        Self { fitted, own: Whitener::white(1.0), held_out, blocks: Vec::new(), train }
+        let own = Whitener::white(1.0);
+        Self { fitted, own, held_out, blocks: Vec::new(), train, least_stds: Vec::new() }
     }
 }
 
@@ -410,7 +419,7 @@ mod tests {
         let machine = Machine::bench_top();
         let nominal = Structure::nominal(&machine);
         let values = nominal.starts();
-        let prior = |n: usize| nominal.free[n].prior.expect("a tolerance").1;
+        let prior = |n: usize| nominal.free[n].prior.expect("a tolerance").std;
         let mut stds = vec![0.0; values.len()];
         (stds[0], stds[1]) = (3.0 * prior(0), 0.5 * prior(1));
         let problem = Problem::new(&machine, core::iter::empty(), 1);

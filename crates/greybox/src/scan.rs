@@ -30,8 +30,10 @@ pub(crate) struct Scored {
     pub(crate) tried: usize,
     /// Natural logarithm of the chance that noise scores as much, for this one alone.
     pub(crate) log_p: f64,
-    /// Share of what the effect does that damage and rough numbers cannot imitate.
+    /// Share of what the effect does that damage and rough numbers cannot imitate, whatever they are.
     pub(crate) visible_share: f64,
+    /// Energy of the effect, at the sizes tried, before projection.
+    pub(crate) raw_energy: f64,
     /// Place of the free number of the fit that imitates most of it.
     pub(crate) imitated_by: Option<usize>,
     /// Energy of the effect, at the sizes tried, that is left after projection.
@@ -71,6 +73,8 @@ pub(crate) fn score(
     let target = columns.len();
     columns.push(whitened(whitener, &fitted.residuals));
     let raw = Gram::new(&columns);
+    let off = raw.without(&known);
+    let raw = with_priors(raw, fitted, target);
     let rest = raw.without(&known);
 
     let mut scored: Vec<Scored> = tried
@@ -85,7 +89,8 @@ pub(crate) fn score(
             };
             let allowed = sign_allowed(&entry.plain, &entry.sizes, &weights);
             let sum = |gram: &Gram| places.iter().map(|&p| gram.get(p, p)).sum::<f64>();
-            let raw_energy = raw.explained(target, places).0;
+            let explained = raw.explained(target, places).0;
+            let raw_energy = sum(&raw);
             Scored {
                 family: entry.family,
                 tried: number,
@@ -95,11 +100,12 @@ pub(crate) fn score(
                 } else {
                     0.0
                 },
-                visible_share: libm::sqrt(sum(&rest) / sum(&raw).max(f64::MIN_POSITIVE)),
+                visible_share: libm::sqrt(sum(&off) / raw_energy.max(f64::MIN_POSITIVE)),
+                raw_energy,
                 imitated_by: imitated_by(&raw, places[0], &known),
                 energy: sum(&rest),
                 raw_cosine: libm::sqrt(
-                    (raw_energy / raw.get(target, target).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
+                    (explained / raw.get(target, target).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
                 ),
                 sizes: weights.iter().zip(&entry.sizes).map(|(w, (_, s))| w * s).collect(),
             }
@@ -116,6 +122,21 @@ pub(crate) fn score(
         new
     });
     Scan { scored, p_familywise }
+}
+
+/// Products with what is known of the free numbers, the first columns, beforehand: one observation
+/// each of `(value − mean)/std` (of a tail the least squares with its slope there), in which the
+/// `residual` shows and no effect does.
+fn with_priors(mut products: Gram, fitted: &Fitted, residual: usize) -> Gram {
+    let free = fitted.structure.free.iter().zip(&fitted.values).enumerate();
+    for (number, (free, value)) in free {
+        let Some(prior) = free.prior else { continue };
+        let (weight, slope) = (prior.weight(*value), prior.slope(*value));
+        products.add(number, number, weight);
+        products.add(number, residual, -slope);
+        products.add(residual, residual, slope * slope / weight);
+    }
+    products
 }
 
 /// The column among some that makes up most of another.

@@ -1,6 +1,6 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
-use ema_sim::{CommandKind, EffectId, LoopPart, Repetition};
+use ema_sim::{CommandKind, EffectId, LoopPart, Repetition, Role};
 use inference::{Whitener, chi_squared_log_tail, rms};
 
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
     response::leads,
     rival::{Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, score},
-    structure::Structure,
+    structure::{Structure, Target},
     trial::{Before, Trial, Tried},
 };
 
@@ -499,10 +499,31 @@ impl Session<'_> {
                 current.evidence_over(without, self.train.samples()),
             ) > self.options.evidence_nats
             && fall >= form_share(search.found[place].rival.id) * search.explained()
+            && self.has_size(current, place, &search.floor.whitener)
+    }
+
+    /// Tells whether one of the sizes of an effect is not zero within two standard deviations
+    /// ([`Options::gain_std_errors`](crate::Options::gain_std_errors)): beside numbers that do the same,
+    /// none may be. What has another size in each recording is told by its fit alone.
+    fn has_size(&self, judged: &Judged, effect: usize, whitener: &Whitener) -> bool {
+        let Fitted { structure, values, .. } = &judged.fitted;
+        let parameters = structure.effects[effect].id().info().parameters;
+        let covariance = judged.covariance(&self.train, whitener);
+        let least = self.options.gain_std_errors;
+        structure.places_of_effect(effect).into_iter().any(|place| {
+            let std = libm::sqrt(covariance[(place, place)].max(0.0));
+            match structure.free[place].target {
+                Target::Effect(_, number) => {
+                    parameters[number].role() == Role::Amplitude
+                        && values[place].abs() > least * std
+                }
+                _ => true,
+            }
+        })
     }
 
     /// A structure fitted from its starts; `None` where the machine cannot be run.
-    fn judged(
+    pub(crate) fn judged(
         &self,
         structure: Structure,
         whitener: &Whitener,

@@ -2,7 +2,10 @@
 
 use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates, MotionTerm};
 
-use crate::machine::{Machine, State};
+use crate::{
+    machine::{Machine, State},
+    prior::Prior,
+};
 
 /// Target of a free number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,8 +32,7 @@ pub(crate) struct Free {
     pub(crate) step: f64,
     /// Most that one step of a search may move it.
     pub(crate) reach: f64,
-    /// Prior: mean and standard deviation.
-    pub(crate) prior: Option<(f64, f64)>,
+    pub(crate) prior: Option<Prior>,
 }
 
 impl Free {
@@ -53,6 +55,9 @@ const FAULT_STEP: f64 = 0.01;
 /// Most that a step of a search may change a fault level: what damage does bends within that.
 const FAULT_REACH: f64 = 0.1;
 
+/// Standard deviation of a fault level beforehand, with a tail of powers: 0.5 costs 8 nats.
+const USUAL_DAMAGE: f64 = 0.05;
+
 /// Multiples of its value that a number may be off before a calibration gives it up.
 const FARTHEST: f64 = 5.0;
 
@@ -65,18 +70,23 @@ fn least_of(free: &Free) -> f64 {
 impl Structure {
     /// The nominal machine with its rough numbers and its damage free.
     pub(crate) fn nominal(machine: &Machine) -> Self {
-        let rough = machine.rough().iter().enumerate().map(|(place, rough)| Free {
-            target: Target::Rough(place),
-            key: rough.key.clone(),
-            start: rough.value,
-            least: rough.least.max(rough.value - rough.half_width),
-            most: rough.most.min(rough.value + rough.half_width),
-            step: 0.1 * rough.half_width,
-            reach: f64::INFINITY,
-            // of the uniform distribution over the tolerance
-            prior: Some((rough.value, rough.half_width / libm::sqrt(3.0))),
+        let rough = machine.rough().iter().enumerate().map(|(place, rough)| {
+            let (least, most) = rough.reach();
+            Free {
+                target: Target::Rough(place),
+                key: rough.key.clone(),
+                start: rough.value,
+                least: rough.least.max(least),
+                most: rough.most.min(most),
+                step: 0.1 * rough.half_width,
+                reach: f64::INFINITY,
+                prior: Some(rough.prior()),
+            }
         });
         let rough = rough.map(|free| Free { least: free.least.max(least_of(&free)), ..free });
+        // beside numbers that do the same, health is likelier; alone, damage is what recordings say
+        let health = Prior { mean: 0.0, std: USUAL_DAMAGE, has_tail: true };
+        let of_faults = machine.has_suspects().then_some(health);
         let faults = machine.fault_coordinates().into_iter().map(|place| Free {
             target: Target::Fault(place),
             key: FaultCoordinates::NAMES[place].to_owned(),
@@ -85,7 +95,7 @@ impl Structure {
             most: 1.0,
             step: FAULT_STEP,
             reach: FAULT_REACH,
-            prior: None,
+            prior: of_faults,
         });
         let free = rough.chain(faults).filter(|free| free.most > free.least).collect();
         Self { effects: Vec::new(), free }
@@ -196,6 +206,16 @@ impl Structure {
         for free in &mut self.free {
             if let Target::Fault(place @ 0..=1) = free.target {
                 free.start = levels[place];
+            }
+        }
+        self
+    }
+
+    /// Starts a fit from no damage.
+    pub(crate) fn started_healthy(mut self) -> Self {
+        for free in &mut self.free {
+            if let Target::Fault(_) = free.target {
+                free.start = 0.0;
             }
         }
         self

@@ -3,7 +3,7 @@
 use super::{
     CommandKind, DriveRun, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber,
     MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
-    NumberValue, PreparedTest, add_tolerance,
+    NumberValue, PreparedTest, USUAL_FRAC, USUAL_FRICTION_FRAC, add_tolerance,
     run::{BySteps, Departure, delayed, difference, every},
     static_friction,
 };
@@ -19,6 +19,22 @@ use crate::{
     tolerance::UncertainNumber,
     trace::LowFidelityTrace,
 };
+
+/// Numbers that scatter though a file states no tolerance, with the half-width over the value.
+const USUAL: [(Parameter, f64); 12] = [
+    (Parameter::RESISTANCE, USUAL_FRAC),
+    (Parameter::INDUCTANCE, USUAL_FRAC),
+    (Parameter::BACK_EMF, USUAL_FRAC),
+    (Parameter::MOTOR_INERTIA, USUAL_FRAC),
+    (Parameter::VISCOUS, USUAL_FRICTION_FRAC),
+    (Parameter::BUS_VOLTAGE, USUAL_FRAC),
+    (Parameter::SURFACE_INERTIA, USUAL_FRAC),
+    (Parameter::BACKLASH, USUAL_FRICTION_FRAC),
+    (Parameter::KINETIC_FRICTION, USUAL_FRICTION_FRAC),
+    (Parameter::STATIC_FRICTION, USUAL_FRICTION_FRAC),
+    (Parameter::SURFACE_FRICTION, USUAL_FRICTION_FRAC),
+    (Parameter::EFFICIENCY, USUAL_FRAC),
+];
 
 impl MachineKind for Model {
     fn name(&self) -> Option<&str> {
@@ -110,12 +126,18 @@ impl MachineKind for Model {
         for NumberValue { place, value } in values {
             Parameter::ALL[*place].set(&mut self.actuator, *value);
         }
+        let is_static =
+            |number: &NumberValue| Parameter::ALL[number.place] == Parameter::STATIC_FRICTION;
         let new = &mut self.actuator.transmission;
-        new.static_friction_n_m = static_friction(
-            old.static_friction_n_m,
-            old.kinetic_friction_n_m,
-            new.kinetic_friction_n_m,
-        );
+        new.static_friction_n_m = if values.iter().any(is_static) {
+            new.static_friction_n_m.max(new.kinetic_friction_n_m)
+        } else {
+            static_friction(
+                old.static_friction_n_m,
+                old.kinetic_friction_n_m,
+                new.kinetic_friction_n_m,
+            )
+        };
     }
 
     fn rough(&self) -> Vec<NumberTolerance> {
@@ -130,6 +152,24 @@ impl MachineKind for Model {
             }
         }
         tolerances
+    }
+
+    fn usual_tolerances(&self) -> Vec<NumberTolerance> {
+        let is_stated = |parameter: &Parameter| {
+            self.tolerance.iter().any(|tolerance| tolerance.key() == parameter.key())
+        };
+        let of = |(place, parameter): (usize, &Parameter)| {
+            let (_, half_width_frac) = USUAL.iter().find(|(usual, _)| usual == parameter)?;
+            let sticks = {
+                let transmission = &self.actuator.transmission;
+                transmission.static_friction_n_m > transmission.kinetic_friction_n_m
+            };
+            let is_there = parameter.get(&self.actuator) != 0.0
+                && (sticks || *parameter != Parameter::STATIC_FRICTION);
+            let has_one = is_there && !is_stated(parameter);
+            has_one.then_some(NumberTolerance { place, half_width_frac: *half_width_frac })
+        };
+        Parameter::ALL.iter().enumerate().filter_map(of).collect()
     }
 
     fn can_follow_motion(&self) -> bool {

@@ -3,7 +3,7 @@
 use super::{
     CommandKind, DriveRun, DriveUnit, Electronics, LoopGains, MachineKind, MachineNumber,
     MachineRun, MachineSignals, MachineTest, MachineTestError, ModelFidelity, NumberTolerance,
-    NumberValue, PreparedTest, add_tolerance,
+    NumberValue, PreparedTest, USUAL_FRAC, USUAL_FRICTION_FRAC, add_tolerance,
     follow::{follower, motion},
     replay::{at_samples, at_ticks, rates},
     run::{BySteps, Departure, delayed, difference, every},
@@ -19,11 +19,24 @@ use crate::{
     servo_control::Drive,
 };
 
+/// Pattern of the key of the static friction.
+const STATIC_FRICTION: &str = "axis.static-friction-{f}";
 /// Key of the constant in the balance of torques or forces, without its unit.
 const OFFSET: &str = "axis.offset-";
 /// Half-width of its tolerance over its value, where the file states none: it was found together with
 /// friction, from recordings, and what the model lacks may have a part in it.
 const OFFSET_FRAC: f64 = 1.0;
+
+/// Numbers that scatter though a file states no tolerance, with the half-width over the value.
+const USUAL: [(&str, f64); 7] = [
+    ("axis.{inertia}", USUAL_FRAC),
+    ("axis.viscous-{f}-s-per-{x}", USUAL_FRICTION_FRAC),
+    ("axis.kinetic-friction-{f}", USUAL_FRICTION_FRAC),
+    (STATIC_FRICTION, USUAL_FRICTION_FRAC),
+    ("axis.backlash-{x}", USUAL_FRICTION_FRAC),
+    ("drive.{force}-constant-{f}-per-{u}", USUAL_FRAC),
+    ("drive.resistance-ohm", USUAL_FRAC),
+];
 
 impl MachineKind for AxisModel {
     fn name(&self) -> Option<&str> {
@@ -116,9 +129,15 @@ impl MachineKind for AxisModel {
         for NumberValue { place, value } in values {
             AxisParameter::ALL[*place].set(&mut self.axis, *value);
         }
+        let is_static = |number: &NumberValue| {
+            AxisParameter::of_pattern(STATIC_FRICTION) == Some(&AxisParameter::ALL[number.place])
+        };
         let new = &mut self.axis;
-        new.static_friction =
-            static_friction(old.static_friction, old.kinetic_friction, new.kinetic_friction);
+        new.static_friction = if values.iter().any(is_static) {
+            new.static_friction.max(new.kinetic_friction)
+        } else {
+            static_friction(old.static_friction, old.kinetic_friction, new.kinetic_friction)
+        };
     }
 
     fn rough(&self) -> Vec<NumberTolerance> {
@@ -141,6 +160,23 @@ impl MachineKind for AxisModel {
         }
         tolerances.sort_by_key(|one| one.place);
         tolerances
+    }
+
+    fn usual_tolerances(&self) -> Vec<NumberTolerance> {
+        let is_stated =
+            |parameter| self.tolerance.iter().any(|tolerance| tolerance.parameter == parameter);
+        let of = |(place, parameter): (usize, &'static AxisParameter)| {
+            let (pattern, half_width_frac) = USUAL
+                .iter()
+                .find(|(pattern, _)| AxisParameter::of_pattern(pattern) == Some(parameter))?;
+            let is_there = parameter.applies(self.axis.drive)
+                && parameter.get(&self.axis) != 0.0
+                && (*pattern != STATIC_FRICTION
+                    || self.axis.static_friction > self.axis.kinetic_friction);
+            let has_one = is_there && !is_stated(parameter);
+            has_one.then_some(NumberTolerance { place, half_width_frac: *half_width_frac })
+        };
+        AxisParameter::ALL.iter().enumerate().filter_map(of).collect()
     }
 
     fn can_follow_motion(&self) -> bool {

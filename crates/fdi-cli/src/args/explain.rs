@@ -59,6 +59,10 @@ pub struct ExplainArgs {
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]
     pub without: Vec<String>,
+    /// Numbers of the model file that are exact, by their keys, or `all` that it states no tolerance
+    /// for; any other may be off: as the file says, else by 10 %, friction, drag and play by 30 %
+    #[arg(long, num_args = 1.., value_name = "KEY")]
+    pub exact: Vec<String>,
     /// Exit with 1 when the model misses something, with 3 when there is no conclusion
     #[arg(long)]
     pub exit_code: bool,
@@ -111,7 +115,7 @@ pub struct PlanArgs {
         value_delimiter = ',',
         num_args = 0..,
         value_parser = fault,
-        conflicts_with_all = ["train", "without", "fidelity"]
+        conflicts_with_all = ["train", "without", "exact", "fidelity"]
     )]
     pub faults: Option<Vec<FaultId>>,
     /// Longest that the test may last: `10s`, `500ms`
@@ -208,6 +212,10 @@ pub struct ProposeArgs {
     /// Effects of the catalogue that this machine cannot have: `E05 E08`
     #[arg(long, num_args = 1.., value_name = "EFFECT")]
     pub without: Vec<String>,
+    /// Numbers of the model file that are exact, by their keys, or `all` that it states no tolerance
+    /// for; any other may be off: as the file says, else by 10 %, friction, drag and play by 30 %
+    #[arg(long, num_args = 1.., value_name = "KEY")]
+    pub exact: Vec<String>,
     #[command(flatten)]
     #[expect(missing_docs, reason = "a doc comment would become the help of the flattened group")]
     pub plan: PlanArgs,

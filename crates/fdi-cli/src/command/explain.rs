@@ -114,6 +114,7 @@ fn of_machine(
         seed: global.seed,
         jobs: global.threads(),
         without: effects(&args.without)?,
+        exact: exact(&args.exact, model)?,
         observation: args.fidelity.and_then(observation),
         signals: if args.records.correct { Signals::Corrected } else { Signals::Checked },
         ..Options::default()
@@ -131,6 +132,29 @@ pub(super) fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
         })
     };
     symbols.iter().map(find).collect()
+}
+
+/// Keys of exact numbers; `all` are those for which the model file states no tolerance.
+pub(super) fn exact(keys: &[String], model: &MachineModel) -> Result<Vec<String>> {
+    let numbers = model.kind().numbers();
+    let stated = model.kind().rough();
+    let mut exact = Vec::new();
+    for key in keys {
+        if key == "all" {
+            let is_stated = |place| stated.iter().any(|tolerance| tolerance.place == place);
+            let silent = numbers.iter().enumerate().filter(|(place, _)| !is_stated(*place));
+            exact.extend(silent.map(|(_, number)| number.key.clone()));
+        } else if numbers.iter().any(|number| number.key == *key) {
+            exact.push(key.clone());
+        } else {
+            let keys: Vec<&str> = numbers.iter().map(|number| number.key.as_str()).collect();
+            bail!(
+                "`--exact {key}`: no number of this machine, expected `all` or one of {}",
+                keys.join(", ")
+            );
+        }
+    }
+    Ok(exact)
 }
 
 /// Describes in a line the step that the recordings go through.

@@ -13,7 +13,7 @@ use greybox::{Options, Proposed, with_holdout};
 
 mod faults;
 
-use super::explain::{effects, in_form, rounded, sound, stage, whole_recordings};
+use super::explain::{effects, exact, in_form, rounded, sound, stage, whole_recordings};
 use crate::{ExitStatus, GlobalArgs, Streams, args::ProposeArgs, progress::watched, stamp};
 
 /// Looks for the recording that tells open causes apart, and writes its command.
@@ -37,6 +37,7 @@ pub(crate) fn propose(
         seed: global.seed,
         jobs: global.threads(),
         without: effects(&args.without)?,
+        exact: exact(&args.exact, &model)?,
         observation: args.fidelity.and_then(super::explain::observation),
         ..Options::default()
     };

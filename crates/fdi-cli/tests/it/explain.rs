@@ -23,7 +23,8 @@ fn asked(folder: &Path, files: &[File], more: &[&str]) -> Explanation {
         files.iter().filter(|f| f.role == role).map(|f| f.name.as_str()).collect()
     };
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fdi"));
-    command.current_dir(folder).args(["explain", "--model", "nominal.toml"]);
+    // numbers without a tolerance are exact in all cases
+    command.current_dir(folder).args(["explain", "--model", "nominal.toml", "--exact", "all"]);
     command.arg("--train").args(named(Role::Train));
     command.arg("--holdout").args(named(Role::HoldOut));
     command.arg("--repeat").args(named(Role::Repeat));

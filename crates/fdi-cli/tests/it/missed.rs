@@ -40,13 +40,13 @@ fn asked(folder: &TempDir, command: &[&str]) -> Output {
 
 /// What is missed by a model; with what was found the model is written to `extended.toml`.
 fn explained(folder: &TempDir, model: &str) -> Explanation {
-    let explain = ["explain", "--model", model, "-o", "extended.toml"];
+    let explain = ["explain", "--model", model, "--exact", "all", "-o", "extended.toml"];
     answer(&asked(folder, &explain), Schema::Explanation)
 }
 
 /// What is still missed by `extended.toml`.
 fn explained_again(folder: &TempDir) -> Explanation {
-    let explain = ["explain", "--model", "extended.toml"];
+    let explain = ["explain", "--model", "extended.toml", "--exact", "all"];
     answer(&asked(folder, &explain), Schema::Explanation)
 }
 
@@ -108,11 +108,23 @@ fn what_the_guide_shows_comes_out() {
     // the guide says a sixteenth
     assert!((14.0..20.0).contains(&gain), "{friction:?}");
 
+    // where other numbers may be off too, friction is theirs or damage
+    let by_default = asked(&folder, &["explain", "--model", &nominal]);
+    let by_default: Explanation = answer(&by_default, Schema::Explanation);
+    let ids: Vec<&str> = by_default.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!((by_default.verdict, &ids[..]), (ExplanationVerdict::Named, &["E11"][..]));
+    let [least, most] = by_default.faults["k1"].interval_95_after;
+    assert!(least == 0.0 && (0.06..0.1).contains(&most), "{:?}", by_default.faults["k1"]);
+    let friction = &by_default.nominal["axis.kinetic-friction-n-m"];
+    assert!((friction.fitted / friction.nominal - 1.0).abs() < 0.05, "{friction:?}");
+    assert!(by_default.numbers.is_empty());
+
     // the model with what was found leaves nothing to be named
     let again = explained_again(&folder);
     assert_eq!((again.verdict, again.effects.len()), (ExplanationVerdict::Absorbed, 0));
 
-    let proposal = asked(&folder, &["propose", "--model", &nominal, "-o", "next.csv"]);
+    let propose = ["propose", "--model", &nominal, "--exact", "all", "-o", "next.csv"];
+    let proposal = asked(&folder, &propose);
     let proposal: Proposal = answer(&proposal, Schema::Proposal);
     assert_eq!(proposal.open[0], "E11");
     assert!(proposal.menu[0].separation > 1000.0, "{:?}", proposal.menu[0]);

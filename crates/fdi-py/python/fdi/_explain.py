@@ -150,6 +150,7 @@ def explain(
     unit: Unit | str | os.PathLike[str] | None = None,
     bundle: Bundle | str | os.PathLike[str] | None = None,
     without: Iterable[str] = (),
+    exact: Iterable[str] = (),
     report: str | os.PathLike[str] | None = None,
     columns: Columns | None = None,
     seed: int = 0,
@@ -170,6 +171,7 @@ def explain(
         "unit": unit,
         "bundle": bundle,
         "without": without,
+        "exact": exact,
         "report": report,
     }
     recordings = {"train": train, "holdout": holdout, "repeat": repeat}
@@ -213,6 +215,7 @@ def propose(
     inverse_dynamics: bool = False,
     fidelity: str | None = None,
     without: Iterable[str] = (),
+    exact: Iterable[str] = (),
     commands: Mapping[str, Any] | None = None,
     columns: Columns | None = None,
     seed: int = 0,
@@ -231,6 +234,7 @@ def propose(
         "inverse_dynamics": inverse_dynamics,
         "fidelity": fidelity,
         "without": without,
+        "exact": exact,
     }
     recordings = {"train": train, "holdout": holdout, "repeat": repeat}
     return _run(

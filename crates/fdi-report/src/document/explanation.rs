@@ -39,6 +39,9 @@ pub struct Explanation {
     pub effects: Vec<EffectFinding>,
     /// Effects that explain the recordings as well as one of `effects`.
     pub alternatives: Vec<EffectFinding>,
+    /// Numbers of the model file that are wrong: the recordings have them beyond their tolerance.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub numbers: Vec<NumberFinding>,
     /// Catalogue identifiers of effects that these recordings cannot tell from damage or from
     /// numbers within their tolerance.
     pub absorbed: Vec<String>,
@@ -46,7 +49,8 @@ pub struct Explanation {
     pub holdout: Option<Holdout>,
     /// Fault levels, `k1` to `k6`, without and with what was found.
     pub faults: BTreeMap<String, FaultBeforeAfter>,
-    /// Numbers of the model with a tolerance, as fitted.
+    /// Numbers of the model that may be off, as fitted: those with a tolerance, and others that the
+    /// recordings show.
     pub nominal: BTreeMap<String, NominalChange>,
     /// How well each recording is explained without and with the effects.
     pub records: Vec<RecordFit>,
@@ -84,7 +88,8 @@ impl Explanation {
 pub enum ExplanationVerdict {
     /// The model explains the recordings to the noise.
     Adequate,
-    /// The model explains the recordings with the effects named.
+    /// The model explains the recordings with the effects named, or with numbers of its file that are
+    /// wrong.
     Named,
     /// Effects are named, and something is left.
     NamedWithRemainder,
@@ -122,6 +127,37 @@ pub struct EffectFinding {
     /// For an alternative, the one of `effects` that it may be instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instead_of: Option<String>,
+}
+
+/// A number of the model file that is wrong.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NumberFinding {
+    /// Key with `number:` before it, `number:axis.inertia-kg-m2`.
+    pub id: String,
+    /// Value in the model file, in the unit of the key.
+    pub nominal: f64,
+    /// Value by the recordings.
+    pub value: f64,
+    /// 95 % interval of the value.
+    pub interval_95: [f64; 2],
+    /// Value over the nominal one, where that is not zero.
+    pub factor: Option<f64>,
+    /// Half-width of the tolerance that it leaves, in the unit of the key.
+    pub tolerance: f64,
+    /// Chance that noise alone makes any number leave its tolerance by as much.
+    pub p_familywise: f64,
+    /// Gain in log-likelihood, over the number within its tolerance, on recordings that were not
+    /// fitted.
+    pub holdout_gain_nats: f64,
+    /// Standard error of the gain held out.
+    pub holdout_gain_se: f64,
+}
+
+impl NumberFinding {
+    /// Key of the model file.
+    pub fn key(&self) -> &str {
+        self.id.strip_prefix("number:").unwrap_or(&self.id)
+    }
 }
 
 /// A number of an effect.

@@ -412,6 +412,7 @@ mod tests {
             signals: Vec::new(),
             effects: Vec::new(),
             alternatives: Vec::new(),
+            numbers: Vec::new(),
             absorbed: Vec::new(),
             holdout: Some(Holdout {
                 rms_before: 0.5,

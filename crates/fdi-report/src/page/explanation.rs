@@ -6,9 +6,9 @@ use super::{
 };
 use crate::{
     EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
-    NominalChange, RecordFit, Sensitivity, SignalFinding, Standing, fault_change_figure_svg,
-    figure::four_digits as rounded, held_out_figure_svg, residual_curve_figure_svg,
-    residual_curves_figure_svg,
+    NominalChange, NumberFinding, RecordFit, Sensitivity, SignalFinding, Standing,
+    fault_change_figure_svg, figure::four_digits as rounded, held_out_figure_svg,
+    residual_curve_figure_svg, residual_curves_figure_svg,
 };
 
 /// Standard deviations to either end of a 95 % interval.
@@ -102,6 +102,9 @@ fn found(answer: &Explanation) -> Option<Section> {
             blocks.push(Block::Table(effect_table(effects, caption)));
         }
     }
+    if !answer.numbers.is_empty() {
+        blocks.push(Block::Table(number_table(&answer.numbers)));
+    }
     let worth = |effect: &EffectFinding| {
         format!(
             "{} ({}) acts at the port {}. Chance that noise alone makes any effect score as much: \
@@ -143,10 +146,35 @@ fn found(answer: &Explanation) -> Option<Section> {
     }
     let heading = match answer.verdict {
         ExplanationVerdict::OneOf => "One of these",
-        _ if answer.effects.is_empty() => "Recordings that were not fitted",
+        _ if answer.effects.is_empty() && answer.numbers.is_empty() => {
+            "Recordings that were not fitted"
+        }
         _ => "What was found",
     };
     section(heading, blocks)
+}
+
+fn number_table(numbers: &[NumberFinding]) -> Table {
+    let row = |number: &NumberFinding| {
+        let [low, high] = number.interval_95;
+        vec![
+            Cell::text(number.key()),
+            Cell::number(Some(number.nominal), rounded),
+            Cell::number(Some(number.value), rounded),
+            Cell::number(Some(low), |low| format!("{} to {}", rounded(low), rounded(high))),
+            Cell::number(Some(number.tolerance), rounded),
+        ]
+    };
+    let mut columns = vec![Column::text("number of the model file")];
+    let heads = ["in the file", "by the recordings", "95 % interval", "tolerance, ±"];
+    columns.extend(heads.map(Column::number));
+    Table {
+        caption:
+            "Numbers that the recordings have beyond their tolerance: the model file is wrong."
+                .to_owned(),
+        columns,
+        rows: numbers.iter().map(row).collect(),
+    }
 }
 
 fn effect_table(effects: &[EffectFinding], caption: &str) -> Table {
@@ -228,7 +256,7 @@ fn faults(answer: &Explanation) -> Option<Section> {
             ]
         };
         blocks.push(Block::Table(Table {
-            caption: "Numbers to which the model file gives a tolerance, as fitted together with \
+            caption: "Numbers of the model file that may be off, as fitted together with \
                       what was found."
                 .to_owned(),
             columns,

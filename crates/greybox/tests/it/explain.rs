@@ -38,9 +38,12 @@ fn the_extended_model_misses_nothing_more() {
     let again = explain(&extended, &recordings(&truth), &Options::default()).expect("good ones");
     assert_eq!(again.verdict, Verdict::Adequate, "{:?}", again.log);
     // the numbers fitted beside the effect are those of the extended model
+    let stated = ["axis.inertia-kg-m2", "axis.viscous-n-m-s-per-rad"].map(str::to_owned);
     for (before, after) in first.rough.iter().zip(&again.rough) {
         assert_eq!(before.fitted, after.nominal, "{before:?}");
-        assert!((after.fitted / after.nominal - 1.0).abs() < 0.01, "{before:?} {after:?}");
+        // what the recordings hardly show stays nearer to its file each time
+        let most = if stated.contains(&before.key) { 0.01 } else { 0.02 };
+        assert!((after.fitted / after.nominal - 1.0).abs() < most, "{before:?} {after:?}");
     }
     assert!(first.rough.iter().any(|one| (one.fitted / one.nominal - 1.0).abs() > 0.03));
     let [_, before] = first.holdout_rms.expect("judged");
@@ -56,9 +59,43 @@ fn a_number_without_tolerance_keeps_its_place() {
     let MachineModel::ServoAxis(axis) = &mut exact else { panic!("an axis") };
     axis.tolerance[0].spread = Spread::HalfWidth(0.0);
     let answer = explain(&exact, &recordings(&truth), &Options::default()).expect("good ones");
-    let [inertia, viscous] = &answer.rough[..] else { panic!("{:?}", answer.rough) };
+    let of = |key: &str| answer.rough.iter().find(|one| one.key.contains(key)).expect("a number");
+    let (inertia, viscous) = (of("inertia"), of("viscous"));
     assert_eq!(inertia.nominal, inertia.fitted, "{inertia:?}");
     assert!((viscous.fitted / viscous.nominal - 1.1).abs() < 0.05, "{viscous:?}");
+}
+
+/// A number without a stated tolerance may be off by the usual one; beyond it the file is wrong, and
+/// that is no effect.
+#[test]
+fn friction_that_the_file_has_wrong_is_told_as_a_number() {
+    const KEY: &str = "axis.kinetic-friction-n-m";
+    let within = answer(&Truth { friction: -0.2, seed: 6, ..Truth::default() });
+    assert_eq!(within.verdict, Verdict::Adequate, "{:#?}", within.log);
+    assert!(within.numbers.is_empty(), "{:?}", within.numbers);
+
+    let truth = Truth { friction: -0.55, seed: 7, ..Truth::default() };
+    let beyond = answer(&truth);
+    assert_eq!((beyond.verdict, beyond.effects.len()), (Verdict::Named, 0), "{:#?}", beyond.log);
+    let friction = beyond.numbers.iter().find(|number| number.key == KEY).expect("friction");
+    let [least, most] = friction.interval_95;
+    assert!(least < 0.009 && 0.009 < most && most < 0.7 * friction.nominal, "{friction:?}");
+    let extended = beyond.extend(&model());
+    let again = explain(&extended, &recordings(&truth), &Options::default()).expect("good ones");
+    assert_eq!(again.verdict, Verdict::Adequate, "{:#?}", again.log);
+    assert!(again.numbers.is_empty(), "{:?}", again.numbers);
+
+    // who pins it is not told so
+    let pinned = Options { exact: vec![KEY.to_owned()], ..Options::default() };
+    let pinned = explain(&model(), &recordings(&truth), &pinned).expect("good ones");
+    assert!(pinned.numbers.is_empty() && pinned.verdict != Verdict::Adequate, "{:#?}", pinned.log);
+
+    let unknown = Options { exact: vec!["axis.colour".to_owned()], ..Options::default() };
+    let error = explain(&model(), &recordings(&truth), &unknown).expect_err("no such number");
+    assert_eq!(
+        error.to_string(),
+        "`axis.colour`: no number of the machine, expected a key of its model file"
+    );
 }
 
 #[test]

@@ -68,10 +68,13 @@ fn of_role(files: &[File], role: Role) -> impl Iterator<Item = &str> {
     files.iter().filter(move |file| file.role == role).map(|file| file.name.as_str())
 }
 
+/// Numbers without a tolerance are exact in all cases.
+const EXACT: [&str; 2] = ["--exact", "all"];
+
 /// Runs `fdi explain` in the folder.
 fn explain(fdi: &Path, folder: &Path, files: &[File], more: Option<&str>) -> Result<Answer> {
     let mut command = Command::new(fdi);
-    command.args(["explain", "--model", "nominal.toml", "--train"]);
+    command.args(["explain", "--model", "nominal.toml", EXACT[0], EXACT[1], "--train"]);
     command.args(of_role(files, Role::Train).chain(more));
     command.arg("--holdout").args(of_role(files, Role::HoldOut));
     command.arg("--repeat").args(of_role(files, Role::Repeat));
@@ -82,7 +85,7 @@ fn explain(fdi: &Path, folder: &Path, files: &[File], more: Option<&str>) -> Res
 /// Asks for the recording to take next, takes it, and has all explained again.
 fn propose(fdi: &Path, folder: &Path, files: &[File], case: &Case) -> Result<Answer> {
     let mut command = Command::new(fdi);
-    command.args(["propose", "--model", "nominal.toml", "--train"]);
+    command.args(["propose", "--model", "nominal.toml", EXACT[0], EXACT[1], "--train"]);
     command.args(of_role(files, Role::Train));
     command.arg("--holdout").args(of_role(files, Role::HoldOut));
     command.arg("--repeat").args(of_role(files, Role::Repeat));

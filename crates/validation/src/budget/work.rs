@@ -31,30 +31,42 @@ struct Work {
 /// Work that is ready to be done; it fails where what came out is wrong.
 type Prepared = Box<dyn Fn() -> Result<()>>;
 
-const WORK: [Work; 7] = [
+const WORK: [Work; 9] = [
     Work {
         name: "explanation, healthy axis",
         times: 1,
-        prepare: || Ok(explained(explanation(0, false)?, &[])),
+        prepare: || Ok(explained(explanation(0, false, true)?, &[])),
         limit_ratio: 5.0,
     },
     Work {
         name: "explanation, axis",
         times: 1,
-        prepare: || Ok(explained(explanation(0, true)?, &["E11"])),
+        prepare: || Ok(explained(explanation(0, true, true)?, &["E11"])),
         limit_ratio: 13.0,
     },
     Work {
         name: "explanation, healthy EMA-48",
         times: 1,
-        prepare: || Ok(explained(explanation(1, false)?, &[])),
+        prepare: || Ok(explained(explanation(1, false, true)?, &[])),
         limit_ratio: 13.0,
     },
     Work {
         name: "explanation, EMA-48",
         times: 1,
-        prepare: || Ok(explained(explanation(1, true)?, &["E11"])),
+        prepare: || Ok(explained(explanation(1, true, true)?, &["E11"])),
         limit_ratio: 38.0,
+    },
+    Work {
+        name: "explanation, axis, free",
+        times: 1,
+        prepare: || Ok(explained(explanation(0, true, false)?, &["E11"])),
+        limit_ratio: 24.0,
+    },
+    Work {
+        name: "explanation, EMA-48, free",
+        times: 1,
+        prepare: || Ok(explained(explanation(1, true, false)?, &["E11"])),
+        limit_ratio: 75.0,
     },
     Work {
         name: "decomposition, 5000 x 100",

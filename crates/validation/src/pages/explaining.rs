@@ -158,24 +158,30 @@ impl Machine {
     }
 
     /// The answer with so many threads, and the time that it took.
-    fn explained(&self, recordings: &Recordings, jobs: usize) -> Result<(Explained, f64)> {
-        let options = Options { jobs, ..Options::default() };
+    fn explained(&self, recordings: &Recordings, options: &Options) -> Result<(Explained, f64)> {
         let start = clock();
-        let answer = explain(&self.nominal, recordings, &options)?;
+        let answer = explain(&self.nominal, recordings, options)?;
         Ok((answer, start.elapsed().as_secs_f64()))
     }
 }
 
-/// Explanation of four recordings of 4 s of one of the machines, two of them held out: the symbols of
-/// the effects that it names.
+/// Explanation of four recordings of 4 s of one of the machines, two of them held out, by the numbers
+/// with a stated tolerance alone or with all that may be off: the symbols of the effects that it
+/// names.
 pub(crate) fn explanation(
     place: usize,
     has_cogging: bool,
+    is_exact: bool,
 ) -> Result<impl Fn() -> Result<Vec<&'static str>>> {
     let machine = machines()?.into_iter().nth(place).context("one of the machines")?;
+    let kind = machine.nominal.kind();
+    let numbers = kind.numbers();
+    let usual = kind.usual_tolerances().into_iter().filter(|_| is_exact);
+    let exact = usual.map(|tolerance| numbers[tolerance.place].key.clone()).collect();
+    let options = Options { jobs: 1, exact, ..Options::default() };
     let recordings = machine.recordings(Recorded { count: 4, length_s: 4.0, has_cogging })?;
     Ok(move || {
-        let (answer, _) = machine.explained(&recordings, 1)?;
+        let (answer, _) = machine.explained(&recordings, &options)?;
         Ok(answer.effects.iter().map(|found| found.effect.id().info().symbol).collect())
     })
 }
@@ -198,8 +204,9 @@ pub(super) fn text() -> Result<String> {
     let mut page = include_str!("explaining/head.md").to_owned();
     for machine in machines()? {
         let recordings = machine.recordings(OF_PAGE)?;
-        let (one, one_s) = machine.explained(&recordings, 1)?;
-        let (two, two_s) = machine.explained(&recordings, 2)?;
+        let with = |jobs| Options { jobs, ..Options::default() };
+        let (one, one_s) = machine.explained(&recordings, &with(1))?;
+        let (two, two_s) = machine.explained(&recordings, &with(2))?;
         let [before, after] = two.holdout_rms.context("recordings held out")?;
         let floor = two.noise_floor.context("a floor")?.rms;
         let size = |effect: &Effect| {

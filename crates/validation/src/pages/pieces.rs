@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 49] = [
+const OF_METHOD: [&str; 50] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -56,6 +56,7 @@ const OF_METHOD: [&str; 49] = [
     "simulated_sets/head.md",
     "simulated_sets/hidden.md",
     "simulated_sets/limits.md",
+    "simulated_sets/off.md",
     "simulator/limits.md",
     "tests/head.md",
     "tests/limits.md",

@@ -2,17 +2,18 @@
 
 mod course;
 mod hidden;
+mod off;
 mod set;
 
 use std::fmt::Write as _;
 
 use anyhow::Result;
 use ema_sim::{
-    Effect, ModelFidelity,
+    Effect, ModelFidelity, Parameter,
     model_file::{MachineModel, Model},
 };
 use fdi_core::{Purpose, RootSeed, in_parallel};
-use greybox::{Explained, Observation, Options, Verdict, explain};
+use greybox::{Explained, Observation, Options, Verdict, WrongNumber, explain};
 
 use self::{
     course::Course,
@@ -24,13 +25,16 @@ use crate::{processor::jobs, terminal::say};
 
 const HEAD: &str = include_str!("simulated_sets/head.md");
 const HIDDEN: &str = include_str!("simulated_sets/hidden.md");
+const OFF: &str = include_str!("simulated_sets/off.md");
 const LIMITS: &str = include_str!("simulated_sets/limits.md");
 
 /// Root seed of all sets; development used commands of its own.
 const SEED: u64 = 20_261_128;
 /// Sets without an effect, and with one, of each machine, kind of command and fidelity.
-const HEALTHY: usize = 4;
+const HEALTHY: usize = 2;
 const WITH_EFFECT: usize = 1;
+/// Place from which on sets of a kind are of machines with numbers of their own.
+const FIRST_OFF: usize = 500;
 /// Fewest sets without an effect that are called adequate, %, and with one that are right.
 const LEAST_ADEQUATE: f64 = 99.0;
 const LEAST_RIGHT: f64 = 85.0;
@@ -52,6 +56,14 @@ impl Kind {
     }
 }
 
+/// Content of sets beside their kind.
+#[derive(Clone, Copy)]
+struct Content {
+    /// True where machines have numbers of their own.
+    is_off: bool,
+    has_effect: bool,
+}
+
 /// Answer to a set.
 struct Answer {
     kind: Kind,
@@ -63,10 +75,23 @@ struct Answer {
     named: Vec<&'static str>,
     /// Symbols that are as good as one named, or not to be told from damage.
     open: Vec<&'static str>,
+    /// Numbers told as wrong, and those of them that are within their tolerance.
+    numbers: usize,
+    false_numbers: usize,
 }
 
 impl Answer {
-    fn new(kind: Kind, hidden: Option<Effect>, explained: &Explained) -> Self {
+    fn new(
+        kind: Kind,
+        [file, machine]: [&Model; 2],
+        hidden: Option<Effect>,
+        explained: &Explained,
+    ) -> Self {
+        let is_within = |wrong: &&WrongNumber| {
+            let number = Parameter::find(&wrong.key)
+                .map(|parameter| parameter.get(&machine.actuator) - parameter.get(&file.actuator));
+            number.is_none_or(|off| off.abs() <= wrong.tolerance)
+        };
         let symbol = |effect: &Effect| effect.id().info().symbol;
         let ties = explained.alternatives.iter().map(|one| symbol(&one.effect));
         let absorbed = explained.absorbed.iter().map(|id| id.info().symbol);
@@ -77,11 +102,15 @@ impl Answer {
             observation: explained.observation,
             named: explained.effects.iter().map(|found| symbol(&found.effect)).collect(),
             open: ties.chain(absorbed).collect(),
+            numbers: explained.numbers.len(),
+            false_numbers: explained.numbers.iter().filter(is_within).count(),
         }
     }
 
+    /// Without an effect, and of the numbers told as wrong each is.
     fn is_adequate(&self) -> bool {
-        self.verdict == Verdict::Adequate
+        let by_numbers = self.verdict == Verdict::Named && self.named.is_empty();
+        (self.verdict == Verdict::Adequate || by_numbers) && self.false_numbers == 0
     }
 
     /// Symbol of the effect that was hidden.
@@ -103,7 +132,8 @@ impl Answer {
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let models = models()?;
     let kind = Kind { machine: 1, fidelity: ModelFidelity::High, course: Course::MultiSine };
-    let answer = answer(&models, kind, 0, false)?;
+    let content = Content { is_off: false, has_effect: false };
+    let answer = answer(&models, kind, 0, content)?;
     Ok(vec![Figure {
         id: "adequate".to_owned(),
         value: f64::from(u8::from(answer.is_adequate())),
@@ -114,15 +144,21 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
 
 pub(super) fn text() -> Result<String> {
     let models = models()?;
-    say("simulated sets: with an effect");
-    let with_effect = answers(&models, WITH_EFFECT, true)?;
-    say("simulated sets: without an effect");
-    let healthy = answers(&models, HEALTHY, false)?;
     let mut page = String::from(HEAD);
-    let _ = writeln!(page, "\nRoot seed {SEED}.\n\n## Without an effect\n");
-    healthy_rows(&mut page, &healthy);
-    let _ = writeln!(page, "\n## With one effect\n\n{HIDDEN}");
-    effect_rows(&mut page, &with_effect);
+    let _ = writeln!(page, "\nRoot seed {SEED}.");
+    for is_off in [false, true] {
+        let (heading, piece) =
+            if is_off { ("off their files", OFF) } else { ("as their files", "") };
+        say(&format!("simulated sets: machines {heading}"));
+        let of = |has_effect| Content { is_off, has_effect };
+        let with_effect = answers(&models, WITH_EFFECT, of(true))?;
+        let healthy = answers(&models, HEALTHY, of(false))?;
+        let _ = writeln!(page, "\n## Machines {heading}\n\n{piece}### Without an effect\n");
+        healthy_rows(&mut page, &healthy);
+        let hidden = if is_off { "" } else { HIDDEN };
+        let _ = writeln!(page, "\n### With one effect\n\n{hidden}");
+        effect_rows(&mut page, &with_effect);
+    }
     page.push_str(LIMITS);
     Ok(page)
 }
@@ -132,7 +168,7 @@ fn models() -> Result<Vec<Model>> {
 }
 
 /// Answers to so many sets of each kind.
-fn answers(models: &[Model], count: usize, has_effect: bool) -> Result<Vec<Answer>> {
+fn answers(models: &[Model], count: usize, content: Content) -> Result<Vec<Answer>> {
     let kinds = (0..models.len()).flat_map(|machine| {
         FIDELITIES.into_iter().flat_map(move |fidelity| {
             Course::ALL.into_iter().map(move |course| Kind { machine, fidelity, course })
@@ -142,23 +178,27 @@ fn answers(models: &[Model], count: usize, has_effect: bool) -> Result<Vec<Answe
     let kinds: Vec<Kind> = kinds.collect();
     let sets: Vec<(Kind, usize)> =
         (0..count).flat_map(|place| kinds.iter().map(move |kind| (*kind, place))).collect();
-    in_parallel(&sets, jobs(), |_, &(kind, place)| answer(models, kind, place, has_effect))
+    in_parallel(&sets, jobs(), |_, &(kind, place)| answer(models, kind, place, content))
 }
 
 /// Answer to one set.
-fn answer(models: &[Model], kind: Kind, place: usize, has_effect: bool) -> Result<Answer> {
+fn answer(models: &[Model], kind: Kind, place: usize, content: Content) -> Result<Answer> {
+    let Content { is_off, has_effect } = content;
+    let place = if is_off { place + FIRST_OFF } else { place };
     let fidelity = usize::from(kind.fidelity == ModelFidelity::Low);
     let of_kind = (kind.machine * FIDELITIES.len() + fidelity) * Course::ALL.len();
     let course = Course::ALL.iter().position(|course| *course == kind.course).unwrap_or_default();
     let index = 2 * (1000 * (of_kind + course) + place) + usize::from(has_effect);
     let model = &models[kind.machine];
     let seed = RootSeed(RootSeed(SEED).derive(Purpose::Units, index as u64));
-    let choice = Choice { model, fidelity: kind.fidelity, course: kind.course, seed };
+    let machine = if is_off { off::drawn(model, seed) } else { model.clone() };
+    let Kind { fidelity, course, .. } = kind;
+    let choice = Choice { model, machine: &machine, fidelity, course, seed };
     let hidden = if has_effect { Some(Outlook::new(&choice)?.draw()?) } else { None };
     let recordings = choice.recordings(hidden.as_slice())?;
-    let machine = MachineModel::Actuator(model.clone());
-    let explained = explain(&machine, &recordings, &Options::default())?;
-    Ok(Answer::new(kind, hidden, &explained))
+    let file = MachineModel::Actuator(model.clone());
+    let explained = explain(&file, &recordings, &Options::default())?;
+    Ok(Answer::new(kind, [model, &machine], hidden, &explained))
 }
 
 /// A table by machine and fidelity, and what was not adequate.
@@ -196,6 +236,15 @@ fn healthy_rows(page: &mut String, answers: &[Answer]) {
         answers.len(),
         met(share >= LEAST_ADEQUATE)
     );
+    let told: usize = answers.iter().map(|one| one.numbers).sum();
+    let false_ones: usize = answers.iter().map(|one| one.false_numbers).sum();
+    if told > 0 {
+        let _ = writeln!(
+            page,
+            "\nNumbers told as wrong in the model file: {told}, of which the machine has \
+             {false_ones} within the tolerance."
+        );
+    }
     for one in answers.iter().filter(|one| !one.is_adequate()) {
         let told: Vec<&str> =
             std::iter::once(verdict(one.verdict)).chain(one.named.iter().copied()).collect();

@@ -6,13 +6,13 @@ use fdi_core::{
     ema_sim::{Geometry, model_file::MachineModel},
     report::{
         CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
-        FaultBeforeAfter, Holdout, NominalChange, Prediction, RecordFit, Remainder, SCHEMA_VERSION,
-        Sensitivity,
+        FaultBeforeAfter, Holdout, NominalChange, NumberFinding, Prediction, RecordFit, Remainder,
+        SCHEMA_VERSION, Sensitivity,
     },
 };
 use greybox::{
     Explained, FaultChange, Finding, NoiseFloor, NumberFit, Observation, RecordChange,
-    SmallestNamed, Use, Verdict,
+    SmallestNamed, Use, Verdict, WrongNumber,
 };
 
 use super::{evidence, sentences, signals};
@@ -49,6 +49,7 @@ pub(super) fn document(
         signals,
         effects: explained.effects.iter().map(finding).collect(),
         alternatives: explained.alternatives.iter().map(finding).collect(),
+        numbers: explained.numbers.iter().map(number).collect(),
         absorbed: absorbed(explained),
         holdout: explained.holdout_rms.zip(explained.noise_floor).map(judged),
         faults: explained.faults.iter().map(|f| (f.key.clone(), fault(f))).collect(),
@@ -167,6 +168,20 @@ fn record(change: &RecordChange) -> RecordFit {
         fit_percent_before: before.fit_percent,
         fit_percent_after: after.fit_percent,
         whiteness_p: after.whiteness_p,
+    }
+}
+
+fn number(wrong: &WrongNumber) -> NumberFinding {
+    NumberFinding {
+        id: format!("number:{}", wrong.key),
+        nominal: wrong.nominal,
+        value: wrong.value,
+        interval_95: wrong.interval_95,
+        factor: (wrong.nominal != 0.0).then(|| wrong.value / wrong.nominal),
+        tolerance: wrong.tolerance,
+        p_familywise: wrong.p_familywise,
+        holdout_gain_nats: wrong.holdout_gain_nats,
+        holdout_gain_se: wrong.holdout_gain_se,
     }
 }
 

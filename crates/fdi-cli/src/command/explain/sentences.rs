@@ -3,8 +3,8 @@
 use std::iter;
 
 use fdi_core::report::{
-    CoordinateShare, EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter, Prediction,
-    Remainder,
+    CoordinateShare, EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter,
+    NominalChange, NumberFinding, Prediction, Remainder,
 };
 
 use super::signals;
@@ -35,7 +35,17 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
             } else {
                 ""
             };
-            format!("The model misses {missed}{which}{gain}{left}.{apart}")
+            let wrong = wrong(answer);
+            if answer.effects.is_empty() {
+                return format!(
+                    "The model file is wrong in {wrong}; no effect is visible beside it."
+                );
+            }
+            let wrong = match &wrong[..] {
+                "" => String::new(),
+                wrong => format!(" Its file is wrong in {wrong}."),
+            };
+            format!("The model misses {missed}{which}{gain}{left}.{wrong}{apart}")
         }
         ExplanationVerdict::Unknown => {
             let leading = answer.remainder.as_ref().and_then(|r| r.shares.first());
@@ -67,6 +77,27 @@ pub(super) fn sentence(answer: &Explanation, reason: Option<&str>) -> String {
             format!("No conclusion: {}.", reason.unwrap_or("the recordings do not suffice"))
         }
     }
+}
+
+/// Numbers of the model file that are wrong, each with what the recordings have.
+fn wrong(answer: &Explanation) -> String {
+    let one = |number: &NumberFinding| {
+        let [nominal, value] = [number.nominal, number.value].map(rounded);
+        format!("{}: {value}, not {nominal}", number.key())
+    };
+    answer.numbers.iter().map(one).collect::<Vec<_>>().join(", and ")
+}
+
+/// Numbers of the model file that may be off, each with the change that the recordings ask for.
+fn free(answer: &Explanation) -> String {
+    let one = |(key, number): (&String, &NominalChange)| {
+        if number.nominal == 0.0 {
+            return format!("{key} {}", rounded(number.fitted));
+        }
+        let change = 100.0 * (number.fitted / number.nominal - 1.0);
+        format!("{key} {change:+.1} %")
+    };
+    answer.nominal.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// The model of an actuator that predicts; of an axis there is one.
@@ -149,6 +180,32 @@ fn left(remainder: &Remainder) -> String {
     format!("\nWhat is left follows: {}; kurtosis {:.1}", shares.join(", "), remainder.kurtosis)
 }
 
+/// Numbers of the model file, those that are wrong last, in lines.
+fn numbers(answer: &Explanation) -> Vec<String> {
+    let fitted = format!("Numbers of the model file as fitted: {}", free(answer));
+    let fitted = (!answer.nominal.is_empty()).then_some(fitted);
+    fitted.into_iter().chain(answer.numbers.iter().flat_map(wrong_number)).collect()
+}
+
+/// A number of the model file that is wrong, in lines.
+fn wrong_number(number: &NumberFinding) -> [String; 3] {
+    let [low, high] = number.interval_95;
+    let [value, low, high] =
+        [number.value, low, high].map(|number| to_the_width(number, high - low));
+    [
+        format!("\nWrong in the model file: {}", number.key()),
+        format!("  {value} for {}   95 % {low} to {high}", rounded(number.nominal)),
+        format!(
+            "  beyond its tolerance of ±{}; chance of as much from noise {:.1e} at most; gain held out \
+             {:.1} ± {:.1} nats",
+            rounded(number.tolerance),
+            number.p_familywise,
+            number.holdout_gain_nats,
+            number.holdout_gain_se
+        ),
+    ]
+}
+
 /// The answer for people.
 pub(super) fn human(answer: &Explanation) -> String {
     let mut text = format!("{}\n", answer.sentence);
@@ -162,6 +219,9 @@ pub(super) fn human(answer: &Explanation) -> String {
     }
     if let Some(predicted) = answer.prediction.and_then(predicted) {
         line(format!("Recordings are predicted by {predicted}."));
+    }
+    for told in numbers(answer) {
+        line(told);
     }
     for (title, effects) in [("Found", &answer.effects), ("As likely", &answer.alternatives)] {
         for effect in effects {

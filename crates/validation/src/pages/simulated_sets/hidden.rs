@@ -4,7 +4,8 @@ use core::ops::Range;
 
 use anyhow::{Context, Result};
 use ema_sim::{
-    Effect, EffectId, FaultCoordinates, HighFidelity, LowFidelity, MachineScales, PhysicalFaults,
+    Effect, EffectId, FaultCoordinates, HighFidelity, LowFidelity, MachineKind as _, MachineScales,
+    NumberValue, PhysicalFaults,
 };
 use experiments::{effect_of_size, effects_of_both};
 use fdi_core::{Experiment, Purpose, RootSeed};
@@ -28,6 +29,10 @@ const MEMORY_S: f64 = 0.15;
 /// Levels of damage that may take up an effect, and the step of their slopes.
 const LEVELS: usize = 7;
 const STEP: f64 = 0.01;
+/// Step of the slopes of numbers, over their standard deviations.
+const NUMBER_STEP: f64 = 0.2;
+/// Standard deviations that a number may be off: no bound.
+const FARTHEST_STDS: f64 = 100.0;
 /// Least levels: an eccentricity has a direction.
 const LEAST: [f64; LEVELS] = [0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0];
 /// Rate of the signals, Hz: each sample is the mean of the recorded ones.
@@ -40,7 +45,7 @@ const STEPS: usize = 6;
 pub(super) struct Outlook<'a> {
     choice: &'a Choice<'a>,
     tests: Vec<Test>,
-    damage: Damage,
+    absorbing: Absorbing,
     scales: MachineScales,
     effects: Vec<EffectId>,
 }
@@ -52,7 +57,7 @@ struct Test {
     plain: Vec<Vec<f64>>,
     /// Factor of the covariance of sensors and loop.
     noise: BandedCholesky,
-    /// Whitened slopes with damage.
+    /// Whitened slopes with damage, then those with numbers, over their standard deviations.
     slopes: Vec<Vec<f64>>,
 }
 
@@ -66,11 +71,26 @@ impl<'a> Outlook<'a> {
         let high = HighFidelity::new(&first.actuator, &first.scenario)?;
         let effects = effects_of_both(&low, &high);
         let tests = experiments.into_iter().enumerate();
-        let tests: Vec<Test> = tests
-            .map(|(place, experiment)| Test::new(choice, experiment, place))
+        let off: Vec<Vec<Experiment>> = choice
+            .machine
+            .usual_tolerances()
+            .iter()
+            .map(|number| {
+                let mut off = choice.machine.clone();
+                let by = NUMBER_STEP * number.half_width_frac / 3.0_f64.sqrt();
+                let value = (1.0 + by) * off.number(number.place);
+                off.set_numbers(&[NumberValue { place: number.place, value }]);
+                choice.tests_of(&off)
+            })
             .collect::<Result<_>>()?;
-        let damage = Damage::of(&tests);
-        Ok(Self { choice, tests, damage, scales, effects })
+        let tests: Vec<Test> = tests
+            .map(|(place, experiment)| {
+                let off: Vec<&Experiment> = off.iter().map(|tests| &tests[place]).collect();
+                Test::new(choice, experiment, &off, place)
+            })
+            .collect::<Result<_>>()?;
+        let absorbing = Absorbing::of(&tests);
+        Ok(Self { choice, tests, absorbing, scales, effects })
     }
 
     /// An effect that shows.
@@ -104,21 +124,23 @@ impl<'a> Outlook<'a> {
         None
     }
 
-    /// Energy of what an effect changes, in units of the noise, beside damage that is fitted to it.
+    /// Energy of what an effect changes, in units of the noise, beside damage and numbers that are
+    /// fitted to it.
     ///
     /// ```text
-    /// λ = min_k |z̄ − S·k|² − tr cov z̄,   z_r = L⁻¹·(y_r with − y_r without),   S the slopes with k
+    /// λ = min_{k,ν} |z̄ − S·k − N·ν|² + |ν|² − tr cov z̄,   z_r = L⁻¹·(y_r with − y_r without)
     /// ```
     ///
+    /// with the slopes `S` with damage `k` and `N` with numbers `ν` in standard deviations.
     /// The last term is what the noise of so few runs adds.
     fn lambda(&self, effect: &Effect, runs: Range<usize>) -> Result<f64> {
         let changes = self.changes(effect, runs)?;
         let n = changes.len() as f64;
         let mean = mean_of(&changes);
-        let left = less(&mean, &self.damage.nearest(&mean));
+        let left = self.absorbing.left_of(&mean);
         let scatter =
             changes.iter().map(|change| less(change, &mean).iter().map(|x| x * x).sum::<f64>());
-        Ok(dot(&left, &left) - scatter.sum::<f64>() / (n * (n - 1.0)))
+        Ok(left - scatter.sum::<f64>() / (n * (n - 1.0)))
     }
 
     /// Whitened changes of all tests by an effect, by runs.
@@ -140,7 +162,13 @@ impl<'a> Outlook<'a> {
 }
 
 impl Test {
-    fn new(choice: &Choice<'_>, experiment: Experiment, place: usize) -> Result<Self> {
+    /// A test, and the same of machines of which a number each is [off](NUMBER_STEP).
+    fn new(
+        choice: &Choice<'_>,
+        experiment: Experiment,
+        off: &[&Experiment],
+        place: usize,
+    ) -> Result<Self> {
         let plain = signals(choice, &experiment, HEALTHY, place, 0..NOISE_RUNS)?;
         let mean = mean_of(&plain);
         let scatter: Vec<Vec<f64>> = plain.iter().map(|run| less(run, &mean)).collect();
@@ -149,18 +177,22 @@ impl Test {
         covariance.scale(NOISE_RUNS as f64 / (NOISE_RUNS as f64 - 1.0));
         let noise = covariance.cholesky()?;
         let known = mean_of(&plain[SIZING]);
-        let slope = |level: usize| -> Result<Vec<f64>> {
-            let mut damaged = HEALTHY;
-            damaged.0[level] = STEP;
-            let with = signals(choice, &experiment, damaged, place, SIZING)?;
+        let slope = |test: &Experiment, faults: FaultCoordinates, step: f64| -> Result<Vec<f64>> {
+            let with = signals(choice, test, faults, place, SIZING)?;
             let mut slope = less(&mean_of(&with), &known);
             for x in &mut slope {
-                *x /= STEP;
+                *x /= step;
             }
             noise.whiten(&mut slope);
             Ok(slope)
         };
-        let slopes = (0..LEVELS).map(slope).collect::<Result<_>>()?;
+        let damaged = (0..LEVELS).map(|level| {
+            let mut faults = HEALTHY;
+            faults.0[level] = STEP;
+            slope(&experiment, faults, STEP)
+        });
+        let off = off.iter().map(|test| slope(test, HEALTHY, NUMBER_STEP));
+        let slopes = damaged.chain(off).collect::<Result<_>>()?;
         Ok(Self { experiment, plain, noise, slopes })
     }
 }
@@ -192,31 +224,44 @@ fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// Damage that may take up a change in all tests of a set: levels within what there can be.
-struct Damage {
-    /// Whitened slopes, a level each.
+/// Damage and numbers that may take up a change in all tests of a set: levels within what there can
+/// be, numbers as their standard deviations let them.
+struct Absorbing {
+    /// Whitened slopes, those of levels first.
     slopes: Vec<Vec<f64>>,
+    /// Products of the slopes, with what is known of the numbers beforehand.
     gram: SymmetricMatrix,
 }
 
-impl Damage {
+impl Absorbing {
     fn of(tests: &[Test]) -> Self {
-        let slopes: Vec<Vec<f64>> = (0..LEVELS)
+        let count = tests.first().map_or(0, |test| test.slopes.len());
+        let slopes: Vec<Vec<f64>> = (0..count)
             .map(|k| tests.iter().flat_map(|test| test.slopes[k].iter().copied()).collect())
             .collect();
-        let gram = SymmetricMatrix::from_fn(LEVELS, |i, j| dot(&slopes[i], &slopes[j]));
+        let gram = SymmetricMatrix::from_fn(count, |i, j| {
+            let known = f64::from(u8::from(i == j && i >= LEVELS));
+            dot(&slopes[i], &slopes[j]) + known
+        });
         Self { slopes, gram }
     }
 
-    /// Whitened change by the damage that is nearest to one.
-    fn nearest(&self, change: &[f64]) -> Vec<f64> {
-        let descent = self.slopes.iter().map(|slope| dot(slope, change)).collect();
+    /// Energy that is left of a whitened change beside the nearest damage and numbers, with what these
+    /// numbers are off by.
+    fn left_of(&self, change: &[f64]) -> f64 {
+        let descent: Vec<f64> = self.slopes.iter().map(|slope| dot(slope, change)).collect();
         let form = QuadraticForm { curvature: self.gram.clone(), descent };
-        let levels = least_in_box(&form, &LEAST, &[1.0; LEVELS]);
-        let mut nearest = vec![0.0; change.len()];
-        for (slope, level) in self.slopes.iter().zip(levels) {
-            nearest.iter_mut().zip(slope).for_each(|(x, s)| *x += level * s);
+        let count = self.slopes.len();
+        let of_level = |bounds: [f64; LEVELS], beyond: f64| {
+            bounds.into_iter().chain(core::iter::repeat_n(beyond, count - LEVELS)).collect()
+        };
+        let least: Vec<f64> = of_level(LEAST, -FARTHEST_STDS);
+        let most: Vec<f64> = of_level([1.0; LEVELS], FARTHEST_STDS);
+        let sizes = least_in_box(&form, &least, &most);
+        let mut left = change.to_vec();
+        for (slope, size) in self.slopes.iter().zip(&sizes) {
+            left.iter_mut().zip(slope).for_each(|(x, s)| *x -= size * s);
         }
-        nearest
+        dot(&left, &left) + sizes[LEVELS..].iter().map(|size| size * size).sum::<f64>()
     }
 }

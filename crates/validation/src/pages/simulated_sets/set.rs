@@ -41,7 +41,10 @@ pub(super) fn machine(name: &str) -> Result<Model> {
 /// Choice of a set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Choice<'a> {
+    /// Model file that recordings are compared with.
     pub(super) model: &'a Model,
+    /// Machine that they are of, without an effect.
+    pub(super) machine: &'a Model,
     pub(super) fidelity: ModelFidelity,
     pub(super) course: Course,
     /// Everything random in it.
@@ -51,11 +54,16 @@ pub(super) struct Choice<'a> {
 impl Choice<'_> {
     /// Tests of the set, without an effect.
     pub(super) fn tests(&self) -> Result<Vec<Experiment>> {
+        self.tests_of(self.machine)
+    }
+
+    /// Tests of the set with another machine.
+    pub(super) fn tests_of(&self, machine: &Model) -> Result<Vec<Experiment>> {
         let name = self.model.name.clone().unwrap_or_else(|| "machine".to_owned());
         let mut chance = Chance::new(self.seed.derive(Purpose::Design, 0));
         let test = |_| {
             let test = Experiment::recorded(self.course.draw(&mut chance), RATE_HZ);
-            Ok(test.of_model(&name, self.model)?)
+            Ok(test.of_model(&name, machine)?)
         };
         (0..RECORDINGS).map(test).collect()
     }
