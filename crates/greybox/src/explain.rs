@@ -246,7 +246,7 @@ impl<'a> Session<'a> {
         let before = self.profiled(before, whitener)?;
         let nominal = self.seen_from(&search.anchors_before, &before, whitener)?;
         self.put_back(&search.anchors);
-        let current = self.profiled(current, whitener)?;
+        let current = self.profiled_beside(current, &before, whitener)?;
         let fitted = &current.fitted;
         let numbers = self.wrong_numbers(&current, whitener)?;
         let now = self.seen_from(&search.anchors, &current, whitener)?;

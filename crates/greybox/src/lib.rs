@@ -71,3 +71,4 @@ pub use signal_chain::{
     FALSE_ALARM, SignalChannel, SignalCode, SignalEquation, SignalFind, SignalSize, Signals,
     check_signals, correct_signals,
 };
+pub use suspects::numbers_without_tolerance;

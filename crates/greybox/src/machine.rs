@@ -256,8 +256,12 @@ impl Machine {
 
     /// The model with its rough numbers replaced.
     pub(crate) fn with_rough(&self, values: &[f64]) -> MachineModel {
+        self.with_values(&self.number_values(values))
+    }
+
+    fn with_values(&self, values: &[NumberValue]) -> MachineModel {
         let mut model = self.model.clone();
-        model.kind_mut().set_numbers(&self.number_values(values));
+        model.kind_mut().set_numbers(values);
         model
     }
 
@@ -271,10 +275,7 @@ impl Machine {
             let place = numbers.iter().position(|number| number.key == key)?;
             Some(NumberValue { place, value })
         };
-        let values: Vec<NumberValue> = values.filter_map(of).collect();
-        let mut model = self.model.clone();
-        model.kind_mut().set_numbers(&values);
-        model
+        self.with_values(&values.filter_map(of).collect::<Vec<_>>())
     }
 
     /// Values of the rough numbers by their places.

@@ -1,5 +1,6 @@
 //! The numbers of a model file that recordings can show to be off.
 
+use ema_sim::model_file::MachineModel;
 use inference::Whitener;
 
 use crate::{
@@ -16,6 +17,15 @@ use crate::{
 /// together, below which they are compared as if it were exact: it is seen in none of them.
 const LEAST_SEEN: f64 = 1.0;
 
+/// Keys of the numbers for which a model file states no tolerance: as
+/// [`Options::exact`](crate::Options::exact) they leave those that it states.
+pub fn numbers_without_tolerance(model: &MachineModel) -> Vec<String> {
+    let stated = model.kind().rough();
+    let is_stated = |place| stated.iter().any(|tolerance| tolerance.place == place);
+    let numbers = model.kind().numbers().into_iter().enumerate();
+    numbers.filter(|(place, _)| !is_stated(*place)).map(|(_, number)| number.key).collect()
+}
+
 /// The machine with the numbers not exact that its file states a tolerance for, and those of the
 /// others that a standard deviation of their usual tolerance shows in the recordings. Numbers of
 /// these keys are exact.
@@ -29,8 +39,10 @@ pub(crate) fn with_suspects(
         record.load.as_ref().is_some_and(|load| load.iter().any(|torque| *torque != 0.0))
     };
     let all = machine.with_suspects(exact, recordings.all().any(is_load))?;
-    let records: Vec<&Record> = recordings.all().collect();
-    let problem = Problem::new(&all, records, jobs);
+    if !all.has_suspects() {
+        return Ok(all);
+    }
+    let problem = Problem::new(&all, recordings.all(), jobs);
     let nominal = Structure::nominal(&all);
     let values = nominal.starts();
     let drive = problem.drives(&[nominal.state(&all, &values)])?.remove(0);

@@ -137,13 +137,10 @@ pub(super) fn effects(symbols: &[String]) -> Result<Vec<EffectId>> {
 /// Keys of exact numbers; `all` are those for which the model file states no tolerance.
 pub(super) fn exact(keys: &[String], model: &MachineModel) -> Result<Vec<String>> {
     let numbers = model.kind().numbers();
-    let stated = model.kind().rough();
     let mut exact = Vec::new();
     for key in keys {
         if key == "all" {
-            let is_stated = |place| stated.iter().any(|tolerance| tolerance.place == place);
-            let silent = numbers.iter().enumerate().filter(|(place, _)| !is_stated(*place));
-            exact.extend(silent.map(|(_, number)| number.key.clone()));
+            exact.extend(greybox::numbers_without_tolerance(model));
         } else if numbers.iter().any(|number| number.key == *key) {
             exact.push(key.clone());
         } else {

@@ -221,6 +221,13 @@ pub struct NominalChange {
     pub fitted: f64,
 }
 
+impl NominalChange {
+    /// Change by the fit, %, of a number that is not zero in the model file.
+    pub fn change_percent(&self) -> Option<f64> {
+        (self.nominal != 0.0).then(|| 100.0 * (self.fitted / self.nominal - 1.0))
+    }
+}
+
 /// How well a recording is explained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RecordFit {

@@ -154,14 +154,17 @@ fn found(answer: &Explanation) -> Option<Section> {
     section(heading, blocks)
 }
 
+fn interval_cell([low, high]: [f64; 2]) -> Cell {
+    Cell::number(Some(low), |low| format!("{} to {}", rounded(low), rounded(high)))
+}
+
 fn number_table(numbers: &[NumberFinding]) -> Table {
     let row = |number: &NumberFinding| {
-        let [low, high] = number.interval_95;
         vec![
             Cell::text(number.key()),
             Cell::number(Some(number.nominal), rounded),
             Cell::number(Some(number.value), rounded),
-            Cell::number(Some(low), |low| format!("{} to {}", rounded(low), rounded(high))),
+            interval_cell(number.interval_95),
             Cell::number(Some(number.tolerance), rounded),
         ]
     };
@@ -186,9 +189,7 @@ fn effect_table(effects: &[EffectFinding], caption: &str) -> Table {
         for (key, number) in &effect.parameters {
             let interval = number.interval_95.map_or_else(
                 || Cell { text: "not fitted".to_owned(), ..Cell::default() },
-                |[low, high]| {
-                    Cell::number(Some(low), |low| format!("{} to {}", rounded(low), rounded(high)))
-                },
+                interval_cell,
             );
             rows.push(vec![
                 Cell::text(format!("{} {}{instead}", effect.id, effect.name)),
@@ -247,12 +248,11 @@ fn faults(answer: &Explanation) -> Option<Section> {
         let mut columns = vec![Column::text("number")];
         columns.extend(["model file", "fitted", "change, %"].map(Column::number));
         let row = |(key, number): (&String, &NominalChange)| {
-            let change = 100.0 * (number.fitted / number.nominal - 1.0);
             vec![
                 Cell::text(key.as_str()),
                 Cell::number(Some(number.nominal), rounded),
                 Cell::number(Some(number.fitted), rounded),
-                Cell::number(change.is_finite().then_some(change), |v| format!("{v:+.2}")),
+                Cell::number(number.change_percent(), |v| format!("{v:+.2}")),
             ]
         };
         blocks.push(Block::Table(Table {

@@ -9,7 +9,9 @@ use ema_sim::{
     model_file::{MachineModel, Model, parse_machine, parse_machine_onto},
     presets::EMA_48,
 };
-use greybox::{CommandKind, Explained, Options, Record, Recordings, explain};
+use greybox::{
+    CommandKind, Explained, Options, Record, Recordings, explain, numbers_without_tolerance,
+};
 
 use super::{bar::met, figure::Figure, measured::verdict};
 use crate::terminal::clock;
@@ -174,10 +176,7 @@ pub(crate) fn explanation(
     is_exact: bool,
 ) -> Result<impl Fn() -> Result<Vec<&'static str>>> {
     let machine = machines()?.into_iter().nth(place).context("one of the machines")?;
-    let kind = machine.nominal.kind();
-    let numbers = kind.numbers();
-    let usual = kind.usual_tolerances().into_iter().filter(|_| is_exact);
-    let exact = usual.map(|tolerance| numbers[tolerance.place].key.clone()).collect();
+    let exact = if is_exact { numbers_without_tolerance(&machine.nominal) } else { Vec::new() };
     let options = Options { jobs: 1, exact, ..Options::default() };
     let recordings = machine.recordings(Recorded { count: 4, length_s: 4.0, has_cogging })?;
     Ok(move || {

@@ -90,12 +90,9 @@ fn wrong(answer: &Explanation) -> String {
 
 /// Numbers of the model file that may be off, each with the change that the recordings ask for.
 fn free(answer: &Explanation) -> String {
-    let one = |(key, number): (&String, &NominalChange)| {
-        if number.nominal == 0.0 {
-            return format!("{key} {}", rounded(number.fitted));
-        }
-        let change = 100.0 * (number.fitted / number.nominal - 1.0);
-        format!("{key} {change:+.1} %")
+    let one = |(key, number): (&String, &NominalChange)| match number.change_percent() {
+        Some(change) => format!("{key} {change:+.1} %"),
+        None => format!("{key} {}", rounded(number.fitted)),
     };
     answer.nominal.iter().map(one).collect::<Vec<_>>().join(", ")
 }
