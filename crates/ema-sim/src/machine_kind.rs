@@ -166,8 +166,9 @@ pub trait MachineKind {
     /// Where there is no such place.
     fn number(&self, place: usize) -> f64;
 
-    /// Replaces numbers. Static friction that is not among them follows the kinetic one in the ratio
-    /// that the two had before, and is never below it: no machine's would be.
+    /// Replaces numbers. A static friction among them is that beside the kinetic friction of before:
+    /// given or not, it follows the kinetic one in the ratio that the two had, and is never below it.
+    /// Where the kinetic friction stays it is as given.
     ///
     /// # Panics
     ///
@@ -293,10 +294,10 @@ fn add_tolerance(tolerances: &mut Vec<NumberTolerance>, new: NumberTolerance) {
 const USUAL_FRAC: f64 = 0.1;
 const USUAL_FRICTION_FRAC: f64 = 0.3;
 
-/// Static friction for a new kinetic one, in the ratio of the old ones.
+/// Static friction beside a new kinetic one, in the ratio of the old ones and never below it.
 fn static_friction(old_static: f64, old_kinetic: f64, kinetic: f64) -> f64 {
     if kinetic == old_kinetic {
-        return old_static;
+        return old_static.max(kinetic);
     }
     let ratio = if old_kinetic > 0.0 { old_static / old_kinetic } else { 1.0 };
     kinetic * ratio.max(1.0)

@@ -11,7 +11,7 @@ use crate::{
     problem::Problem,
     record::{Record, Recordings},
     signal_chain::first_clipped,
-    structure::Structure,
+    structure::{Structure, Target},
 };
 
 /// A number of the machine as the recordings have it.
@@ -176,6 +176,11 @@ fn judged(
 ) -> Vec<CalibratedNumber> {
     let covariance = sandwich(fitted, train, whitener);
     let free = &fitted.structure.free;
+    let scales = machine.scales_of(&fitted.structure.state(machine, &fitted.values).rough);
+    let scale = |n: usize| match free[n].target {
+        Target::Rough(number) => scales[number],
+        _ => 1.0,
+    };
     let std = |n: usize| libm::sqrt(covariance[(n, n)].max(0.0));
     (0..free.len())
         .map(|n| {
@@ -194,8 +199,8 @@ fn judged(
                 nominal: machine
                     .nominal(&free[n].key)
                     .expect("a calibration frees numbers of the machine alone"),
-                value,
-                std: std_n,
+                value: scale(n) * value,
+                std: scale(n) * std_n,
                 determined: std_n > 0.0
                     && std_n < DETERMINED_SHARE * value.abs()
                     && (!on_bound || value == 0.0),

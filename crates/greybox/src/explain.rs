@@ -289,12 +289,6 @@ impl<'a> Session<'a> {
         let state = fitted.structure.state(self.machine, &fitted.values);
         let remainder =
             if something_left { Some(remainder(self.machine, &self.train, &state)?) } else { None };
-        let rough = self.machine.rough().iter().zip(&state.rough);
-        let number = |(rough, fitted): (&Rough, &f64)| NumberFit {
-            key: rough.key.clone(),
-            nominal: rough.value,
-            fitted: *fitted,
-        };
         Ok(Explained {
             verdict,
             reason: None,
@@ -307,7 +301,7 @@ impl<'a> Session<'a> {
             observation: Some(search.observation),
             drive_unit: self.machine.drive_unit(),
             faults,
-            rough: rough.map(number).collect(),
+            rough: rough_fits(self.machine, &state.rough),
             smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
             records: record_changes(&nominal, &now),
             remainder,
@@ -319,8 +313,7 @@ impl<'a> Session<'a> {
     }
 
     /// Tells whether damage that was found is imitated by an effect that these recordings cannot
-    /// tell
-    /// from damage and tolerance.
+    /// tell from damage and tolerance.
     fn may_be_an_effect(&self, current: &Judged, round: &Round, whitener: &Whitener) -> bool {
         let fitted = &current.fitted;
         let covariance = current.covariance(&self.train, whitener);
@@ -660,6 +653,17 @@ fn amount(parts: [f64; 2], covariance: &Matrix2<f64>) -> FaultLevel {
         amount.interval_95[0] = 0.0;
     }
     amount
+}
+
+/// Numbers of the machine that a fit has, beside those of the model file.
+fn rough_fits(machine: &Machine, values: &[f64]) -> Vec<NumberFit> {
+    let fits = machine.rough().iter().zip(values).zip(machine.scales_of(values));
+    let of = |((rough, value), scale): ((&Rough, &f64), f64)| NumberFit {
+        key: rough.key.clone(),
+        nominal: rough.value,
+        fitted: value * scale,
+    };
+    fits.map(of).collect()
 }
 
 /// Standard deviations to either end of a 95 % interval.

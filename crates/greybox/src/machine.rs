@@ -275,7 +275,22 @@ impl Machine {
             let place = numbers.iter().position(|number| number.key == key)?;
             Some(NumberValue { place, value })
         };
-        self.with_values(&values.filter_map(of).collect::<Vec<_>>())
+        let values: Vec<NumberValue> = values.filter_map(of).collect();
+        let mut model = self.with_values(&values);
+        // static friction followed the kinetic one, and is as given beside the one that it has now
+        model.kind_mut().set_numbers(&values);
+        model
+    }
+
+    /// Number of the machine over the rough number of a fit, for each in their order: one, but of a
+    /// static friction, which a fit has beside the kinetic friction of the file.
+    pub(crate) fn scales_of(&self, rough: &[f64]) -> Vec<f64> {
+        let model = self.with_rough(rough);
+        let of = |(one, value): (&Rough, &f64)| match *value {
+            0.0 => 1.0,
+            value => model.kind().number(one.place) / value,
+        };
+        self.rough.iter().zip(rough).map(of).collect()
     }
 
     /// Values of the rough numbers by their places.

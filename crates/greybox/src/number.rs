@@ -24,13 +24,16 @@ impl Session<'_> {
     ) -> Result<Vec<WrongNumber>, GreyboxError> {
         let covariance = judged.covariance(&self.train, whitener);
         let fitted = &judged.fitted;
+        let scales =
+            self.machine.scales_of(&fitted.structure.state(self.machine, &fitted.values).rough);
         let suspects = self.machine.rough().iter().filter(|rough| !rough.is_stated).count();
         let mut wrong = Vec::new();
         for (place, free) in fitted.structure.free.iter().enumerate() {
             let Target::Rough(number) = free.target else { continue };
             let rough = &self.machine.rough()[number];
             let half = Z_95 * libm::sqrt(covariance[(place, place)].max(0.0));
-            let interval_95 = [fitted.values[place] - half, fitted.values[place] + half];
+            let value = scales[number] * fitted.values[place];
+            let interval_95 = [-half, half].map(|off| value + scales[number] * off);
             if rough.is_stated || !is_outside(rough, interval_95) {
                 continue;
             }
@@ -50,7 +53,7 @@ impl Session<'_> {
                 key: rough.key.clone(),
                 nominal: rough.value,
                 tolerance: rough.half_width,
-                value: fitted.values[place],
+                value,
                 interval_95,
                 p_familywise: libm::exp(log_p.min(0.0)),
                 holdout_gain_nats: gain.nats,

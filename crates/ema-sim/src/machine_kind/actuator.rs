@@ -122,22 +122,13 @@ impl MachineKind for Model {
     }
 
     fn set_numbers(&mut self, values: &[NumberValue]) {
-        let old = self.actuator.transmission;
+        let kinetic = self.actuator.transmission.kinetic_friction_n_m;
         for NumberValue { place, value } in values {
             Parameter::ALL[*place].set(&mut self.actuator, *value);
         }
-        let is_static =
-            |number: &NumberValue| Parameter::ALL[number.place] == Parameter::STATIC_FRICTION;
         let new = &mut self.actuator.transmission;
-        new.static_friction_n_m = if values.iter().any(is_static) {
-            new.static_friction_n_m.max(new.kinetic_friction_n_m)
-        } else {
-            static_friction(
-                old.static_friction_n_m,
-                old.kinetic_friction_n_m,
-                new.kinetic_friction_n_m,
-            )
-        };
+        new.static_friction_n_m =
+            static_friction(new.static_friction_n_m, kinetic, new.kinetic_friction_n_m);
     }
 
     fn rough(&self) -> Vec<NumberTolerance> {

@@ -125,19 +125,12 @@ impl MachineKind for AxisModel {
     }
 
     fn set_numbers(&mut self, values: &[NumberValue]) {
-        let old = self.axis;
+        let kinetic = self.axis.kinetic_friction;
         for NumberValue { place, value } in values {
             AxisParameter::ALL[*place].set(&mut self.axis, *value);
         }
-        let is_static = |number: &NumberValue| {
-            AxisParameter::of_pattern(STATIC_FRICTION) == Some(&AxisParameter::ALL[number.place])
-        };
         let new = &mut self.axis;
-        new.static_friction = if values.iter().any(is_static) {
-            new.static_friction.max(new.kinetic_friction)
-        } else {
-            static_friction(old.static_friction, old.kinetic_friction, new.kinetic_friction)
-        };
+        new.static_friction = static_friction(new.static_friction, kinetic, new.kinetic_friction);
     }
 
     fn rough(&self) -> Vec<NumberTolerance> {

@@ -114,7 +114,7 @@ fn what_the_guide_shows_comes_out() {
     let ids: Vec<&str> = by_default.effects.iter().map(|effect| effect.id.as_str()).collect();
     assert_eq!((by_default.verdict, &ids[..]), (ExplanationVerdict::Named, &["E11"][..]));
     let [least, most] = by_default.faults["k1"].interval_95_after;
-    assert!(least == 0.0 && (0.06..0.1).contains(&most), "{:?}", by_default.faults["k1"]);
+    assert!(least == 0.0 && (0.03..0.045).contains(&most), "{:?}", by_default.faults["k1"]);
     let friction = &by_default.nominal["axis.kinetic-friction-n-m"];
     assert!((friction.fitted / friction.nominal - 1.0).abs() < 0.05, "{friction:?}");
     assert!(by_default.numbers.is_empty());

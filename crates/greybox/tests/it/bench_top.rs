@@ -22,8 +22,8 @@ pub(crate) struct Truth {
     pub(crate) k1: f64,
     /// Relative error of inertia and drag.
     pub(crate) rough: [f64; 2],
-    /// Relative error of kinetic friction, which the model has no tolerance for.
-    pub(crate) friction: f64,
+    /// Relative errors of kinetic and static friction, which the model has no tolerance for.
+    pub(crate) friction: [f64; 2],
     pub(crate) seed: u64,
     /// A torque that changes its sign at random, at other times in each take.
     pub(crate) telegraph_n_m: f64,
@@ -93,7 +93,8 @@ pub(crate) fn record(truth: &Truth, motion: Motion, seconds: f64, take: u64) -> 
     };
     axis.inertia *= 1.0 + truth.rough[0];
     axis.viscous *= 1.0 + truth.rough[1];
-    axis.kinetic_friction *= 1.0 + truth.friction;
+    axis.kinetic_friction *= 1.0 + truth.friction[0];
+    axis.static_friction *= 1.0 + truth.friction[1];
     let samples = libm::round(seconds * RATE_HZ) as usize;
     let (command, load): (Vec<f64>, Vec<f64>) =
         (0..samples).map(|n| motion.at(n as f64 / RATE_HZ)).unzip();

@@ -70,11 +70,11 @@ fn a_number_without_tolerance_keeps_its_place() {
 #[test]
 fn friction_that_the_file_has_wrong_is_told_as_a_number() {
     const KEY: &str = "axis.kinetic-friction-n-m";
-    let within = answer(&Truth { friction: -0.2, seed: 6, ..Truth::default() });
+    let within = answer(&Truth { friction: [-0.2; 2], seed: 6, ..Truth::default() });
     assert_eq!(within.verdict, Verdict::Adequate, "{:#?}", within.log);
     assert!(within.numbers.is_empty(), "{:?}", within.numbers);
 
-    let truth = Truth { friction: -0.55, seed: 7, ..Truth::default() };
+    let truth = Truth { friction: [-0.55; 2], seed: 7, ..Truth::default() };
     let beyond = answer(&truth);
     assert_eq!((beyond.verdict, beyond.effects.len()), (Verdict::Named, 0), "{:#?}", beyond.log);
     let friction = beyond.numbers.iter().find(|number| number.key == KEY).expect("friction");
@@ -84,6 +84,11 @@ fn friction_that_the_file_has_wrong_is_told_as_a_number() {
     let again = explain(&extended, &recordings(&truth), &Options::default()).expect("good ones");
     assert_eq!(again.verdict, Verdict::Adequate, "{:#?}", again.log);
     assert!(again.numbers.is_empty(), "{:?}", again.numbers);
+
+    // a static friction that shows in what is held out alone is no effect
+    let sticking = answer(&Truth { friction: [-0.55, 0.0], seed: 7, ..Truth::default() });
+    assert_eq!((sticking.verdict, sticking.effects.len()), (Verdict::Unknown, 0));
+    assert!(sticking.numbers.iter().any(|number| number.key == KEY), "{:?}", sticking.numbers);
 
     // who pins it is not told so
     let pinned = Options { exact: vec![KEY.to_owned()], ..Options::default() };
