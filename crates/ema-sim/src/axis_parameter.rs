@@ -143,7 +143,12 @@ impl AxisParameter {
 
     /// The parameter with a pattern.
     pub(crate) fn of_pattern(pattern: &str) -> Option<&'static Self> {
-        Self::ALL.iter().find(|parameter| parameter.pattern == pattern)
+        Self::ALL.iter().find(|parameter| parameter.has_pattern(pattern))
+    }
+
+    /// True for the parameter with a pattern.
+    pub(crate) fn has_pattern(&self, pattern: &str) -> bool {
+        self.pattern == pattern
     }
 
     /// Value in an axis.

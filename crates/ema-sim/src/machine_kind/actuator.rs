@@ -149,12 +149,10 @@ impl MachineKind for Model {
         let is_stated = |parameter: &Parameter| {
             self.tolerance.iter().any(|tolerance| tolerance.key() == parameter.key())
         };
+        let gear = &self.actuator.transmission;
+        let sticks = gear.static_friction_n_m > gear.kinetic_friction_n_m;
         let of = |(place, parameter): (usize, &Parameter)| {
             let (_, half_width_frac) = USUAL.iter().find(|(usual, _)| usual == parameter)?;
-            let sticks = {
-                let transmission = &self.actuator.transmission;
-                transmission.static_friction_n_m > transmission.kinetic_friction_n_m
-            };
             let is_there = parameter.get(&self.actuator) != 0.0
                 && (sticks || *parameter != Parameter::STATIC_FRICTION);
             let has_one = is_there && !is_stated(parameter);

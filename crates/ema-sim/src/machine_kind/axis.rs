@@ -19,8 +19,6 @@ use crate::{
     servo_control::Drive,
 };
 
-/// Pattern of the key of the static friction.
-const STATIC_FRICTION: &str = "axis.static-friction-{f}";
 /// Key of the constant in the balance of torques or forces, without its unit.
 const OFFSET: &str = "axis.offset-";
 /// Half-width of its tolerance over its value, where the file states none: it was found together with
@@ -32,7 +30,7 @@ const USUAL: [(&str, f64); 7] = [
     ("axis.{inertia}", USUAL_FRAC),
     ("axis.viscous-{f}-s-per-{x}", USUAL_FRICTION_FRAC),
     ("axis.kinetic-friction-{f}", USUAL_FRICTION_FRAC),
-    (STATIC_FRICTION, USUAL_FRICTION_FRAC),
+    ("axis.static-friction-{f}", USUAL_FRICTION_FRAC),
     ("axis.backlash-{x}", USUAL_FRICTION_FRAC),
     ("drive.{force}-constant-{f}-per-{u}", USUAL_FRAC),
     ("drive.resistance-ohm", USUAL_FRAC),
@@ -158,14 +156,13 @@ impl MachineKind for AxisModel {
     fn usual_tolerances(&self) -> Vec<NumberTolerance> {
         let is_stated =
             |parameter| self.tolerance.iter().any(|tolerance| tolerance.parameter == parameter);
+        let sticks = self.axis.static_friction > self.axis.kinetic_friction;
         let of = |(place, parameter): (usize, &'static AxisParameter)| {
-            let (pattern, half_width_frac) = USUAL
-                .iter()
-                .find(|(pattern, _)| AxisParameter::of_pattern(pattern) == Some(parameter))?;
+            let (_, half_width_frac) =
+                USUAL.iter().find(|(pattern, _)| parameter.has_pattern(pattern))?;
             let is_there = parameter.applies(self.axis.drive)
                 && parameter.get(&self.axis) != 0.0
-                && (*pattern != STATIC_FRICTION
-                    || self.axis.static_friction > self.axis.kinetic_friction);
+                && (sticks || !parameter.defaults_to_kinetic());
             let has_one = is_there && !is_stated(parameter);
             has_one.then_some(NumberTolerance { place, half_width_frac: *half_width_frac })
         };
