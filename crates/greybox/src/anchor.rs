@@ -16,7 +16,7 @@
 //! Defect correction, as in the space mapping of Bandler et al. 1994; `docs/models/greybox.md`.
 
 use ema_sim::{Electronics, MachineSignals, ModelFidelity};
-use inference::{BandedMatrix, tapered_covariance};
+use inference::{BandedMatrix, shrunk_covariance};
 
 use crate::{
     error::{GreyboxError, if_run},
@@ -76,11 +76,9 @@ impl Anchor {
 }
 
 /// Covariance of the noise in the loop by runs less their mean, of which `n − 1` are free; samples
-/// far apart share none.
+/// far apart share none, and so few runs are taken to show what is alike throughout.
 pub(crate) fn loop_covariance(scatter: &[Vec<f64>], rate_hz: f64) -> BandedMatrix {
     let runs = scatter.len() as f64;
     let support = libm::ceil(MEMORY_S * rate_hz) as usize;
-    let mut covariance = tapered_covariance(scatter, support.max(1));
-    covariance.scale(runs / (runs - 1.0).max(1.0));
-    covariance
+    shrunk_covariance(scatter, support.max(1), (runs - 1.0).max(1.0))
 }

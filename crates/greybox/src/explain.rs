@@ -1,22 +1,20 @@
 //! The whole chain: fit, scan, refit, judge, decide.
 
-use core::cmp::Ordering;
-
-use ema_sim::{EffectId, FaultId, MachineSignals, model_file::MachineModel};
+use ema_sim::{EffectId, MachineSignals, model_file::MachineModel};
 use inference::{Whitener, rms};
-use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use crate::{
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
     explained::{
-        Explained, FaultChange, FaultLevel, Finding, NumberFit, NumberInterval, RecordChange,
-        SmallestNamed, Use, Verdict,
+        Explained, FaultChange, Finding, NumberFit, NumberInterval, RecordChange, SmallestNamed,
+        Use, Verdict,
     },
     fit::{Fitted, fit, fit_below},
     floor::{Excess, Floor, pairs},
     hypothesis::Scales,
+    interval::{Z_95, hold_off_zero, levels},
     machine::{Machine, Rough},
     observation::Observation,
     observing::{AllAnchors, Place},
@@ -28,7 +26,7 @@ use crate::{
     search::{Floored, Found, Look, Round, Search},
     show::{RecordFit, along_coordinates, record_fits, remainder},
     signal_chain::{Signals, sound, standing},
-    structure::{Free, Structure, Target},
+    structure::Structure,
     suspects::with_suspects,
     through_plant::ThroughPlant,
     trial::{Before, Trial},
@@ -160,6 +158,8 @@ pub(crate) struct Session<'a> {
     pub(crate) repeat: Problem<'a>,
     /// Place to which the predictions were moved, if any.
     pub(crate) standing: Option<Place>,
+    /// Noise of the sensors, once predictions were moved: it is the same wherever they stand.
+    pub(crate) sensor_noise: Option<f64>,
     pairs: Vec<(usize, usize)>,
 }
 
@@ -200,6 +200,7 @@ impl<'a> Session<'a> {
             holdout: problem(&recordings.holdout),
             repeat: problem(&recordings.repeat),
             standing: None,
+            sensor_noise: None,
             pairs: pairs(recordings),
         }
     }
@@ -524,6 +525,7 @@ impl<'a> Session<'a> {
                 intervals.push(one);
             }
         }
+        hold_off_zero(&mut intervals, fitted, place, found.rival.fall);
         Finding {
             effect,
             interval_95: intervals,
@@ -609,52 +611,6 @@ fn record_changes(before: &Seen<'_>, after: &Seen<'_>) -> Vec<RecordChange> {
 /// Standard deviations that nine of ten are within, to one side.
 const NINE_IN_TEN: f64 = 1.2816;
 
-/// Fault levels; of an eccentricity its amount, whatever its direction.
-fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, FaultLevel)> {
-    let of = |(p, free): (usize, &Free)| {
-        let Target::Fault(place) = free.target else { return None };
-        match place.cmp(&ECCENTRICITY) {
-            Ordering::Less => {
-                let std = libm::sqrt(covariance[(p, p)].max(0.0));
-                Some((free.key.clone(), level(fitted.values[p], std)))
-            }
-            Ordering::Equal => {
-                let parts = [fitted.values[p], fitted.values[p + 1]];
-                let covariance = covariance.fixed_view::<2, 2>(p, p);
-                let key = FaultId::Eccentricity.symbol().to_owned();
-                Some((key, amount(parts, &covariance.into_owned())))
-            }
-            Ordering::Greater => None,
-        }
-    };
-    fitted.structure.free.iter().enumerate().filter_map(of).collect()
-}
-
-/// A level that lies between 0 and 1.
-fn level(value: f64, std: f64) -> FaultLevel {
-    // two components within 1 may be longer together
-    let end = |z: f64| (value + z * std).clamp(0.0, value.max(1.0));
-    FaultLevel { value, std, interval_95: [end(-Z_95), end(Z_95)] }
-}
-
-/// The length of a vector, with the standard deviation along it. Noise alone gives it some length,
-/// in a direction of its own (Rayleigh's distribution): where the vector is zero within 95 %, so is
-/// its length.
-fn amount(parts: [f64; 2], covariance: &Matrix2<f64>) -> FaultLevel {
-    let vector = Vector2::from(parts);
-    let length = vector.norm();
-    let along = if length > 0.0 { vector / length } else { Vector2::x() };
-    let std = libm::sqrt(along.dot(&(covariance * along)).max(0.0));
-    let mut amount = level(length, std);
-    let is_none = covariance
-        .try_inverse()
-        .is_none_or(|information| vector.dot(&(information * vector)) <= CHI_SQUARED_2_95);
-    if is_none {
-        amount.interval_95[0] = 0.0;
-    }
-    amount
-}
-
 /// Numbers of the machine that a fit has, beside those of the model file.
 fn rough_fits(machine: &Machine, values: &[f64]) -> Vec<NumberFit> {
     let fits = machine.rough().iter().zip(values).zip(machine.scales_of(values));
@@ -665,13 +621,6 @@ fn rough_fits(machine: &Machine, values: &[f64]) -> Vec<NumberFit> {
     };
     fits.map(of).collect()
 }
-
-/// Standard deviations to either end of a 95 % interval.
-pub(crate) const Z_95: f64 = 1.96;
-/// Bound of the squared length of a standard normal vector of two in 95 %: −2·ln 0.05.
-const CHI_SQUARED_2_95: f64 = 5.991_464_547_107_98;
-/// Place of the first of the two coordinates of an eccentricity.
-const ECCENTRICITY: usize = 5;
 
 fn is_absorbed(scored: &Scored) -> bool {
     scored.visible_share < ABSORBED_SHARE && scored.raw_energy > 0.0
@@ -692,32 +641,12 @@ fn absorbed(round: &Round) -> Vec<EffectId> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
-
     use super::*;
-    use crate::random::normal;
+    use crate::structure::{Free, Target};
 
     /// The axis of the tests, no recordings, the defaults.
     pub(crate) fn nothing_recorded() -> (Machine, Recordings, Options) {
         (Machine::bench_top(), Recordings::default(), Options::default())
-    }
-
-    /// Intervals of an amount hold it in 95 % at least, also where there is none: there the plain
-    /// one of 1.96 standard deviations would in 85 %.
-    #[test]
-    fn law_the_interval_of_an_amount_holds_it() {
-        let covariance = Matrix2::new(1e-6, 0.0, 0.0, 1e-6);
-        let mut random = ChaCha8Rng::seed_from_u64(11);
-        for truth in [0.0, 0.001, 0.002, 0.01] {
-            let mut held = 0;
-            for _ in 0..4000 {
-                let parts = [truth + 1e-3 * normal(&mut random), 1e-3 * normal(&mut random)];
-                let [low, high] = amount(parts, &covariance).interval_95;
-                held += u32::from((low..=high).contains(&truth));
-            }
-            let share = f64::from(held) / 4000.0;
-            assert!((0.935..0.995).contains(&share), "{truth}: {share}");
-        }
     }
 
     #[test]
@@ -737,11 +666,5 @@ pub(crate) mod tests {
             &session.fault_changes(&worn(0.2), &worn(0.1), open.iter(), &Whitener::white(1.0))[0];
         assert_eq!(k1.before.interval_95, [0.2, 0.2]);
         assert_eq!((k1.after.value, k1.after.interval_95), (0.1, [0.05, 0.3]));
-    }
-
-    #[test]
-    fn a_level_stays_within_what_it_can_be() {
-        assert_eq!(level(0.001, 0.001).interval_95, [0.0, 0.001 + Z_95 * 0.001]);
-        assert_eq!(level(0.999, 0.01).interval_95[1], 1.0);
     }
 }

@@ -37,6 +37,10 @@ pub(crate) struct Fitted {
     pub(crate) sensitivities: Vec<PerRecord>,
     /// Half the sum of squares of whitened residual and prior.
     pub(crate) objective: f64,
+    /// Cost of the noise that the loop has where the predictions stood, nats.
+    pub(crate) noise_nats: f64,
+    /// Standard deviation of the objective by the means of so few runs of the finer model, nats.
+    pub(crate) runs_std: f64,
 }
 
 /// Standard deviations from which on a fault level is found, and its least.
@@ -44,6 +48,23 @@ const FOUND_STD: f64 = 3.0;
 const LEAST_FOUND: f64 = 1e-3;
 
 impl Fitted {
+    /// Cost of the recordings, whatever noise the loop has where their predictions stood: fits of
+    /// different places compare by it.
+    pub(crate) fn nats(&self) -> f64 {
+        self.objective + self.noise_nats
+    }
+
+    /// The fit with some of its numbers known but those that are kept.
+    pub(crate) fn only(&self, kept: &[usize]) -> Self {
+        Self {
+            structure: self.structure.only(kept),
+            values: kept.iter().map(|&place| self.values[place]).collect(),
+            sensitivities: kept.iter().map(|&place| self.sensitivities[place].clone()).collect(),
+            residuals: self.residuals.clone(),
+            ..*self
+        }
+    }
+
     /// Tells whether a free number is damage that is found, by the covariance of all.
     pub(crate) fn finds_damage(&self, place: usize, covariance: &DMatrix<f64>) -> bool {
         let std = libm::sqrt(covariance[(place, place)].max(0.0));
@@ -167,7 +188,9 @@ impl Search<'_> {
             fresh = anew;
         }
         let Stand { values, residuals, objective, .. } = stand;
-        Ok(Fitted { structure, values, residuals, sensitivities, objective })
+        let noise_nats = self.problem.noise_nats();
+        let runs_std = self.problem.runs_std(&residuals, self.whitener);
+        Ok(Fitted { structure, values, residuals, sensitivities, objective, noise_nats, runs_std })
     }
 
     fn stand(&self, structure: &Structure, values: Vec<f64>) -> Result<Stand, GreyboxError> {
@@ -193,7 +216,7 @@ impl Search<'_> {
     fn at(&self, structure: &Structure, values: Vec<f64>, drive: PerRecord) -> Stand {
         let residuals = self.problem.residuals(&drive);
         let white = whitened(self.whitener, &residuals);
-        let objective = half_square(&white) + prior(&structure.free, &values);
+        let objective = half_square(&white) + structure.cost_of(&values);
         Stand { values, drive, residuals, white, objective }
     }
 
@@ -267,12 +290,6 @@ fn mend(sensitivities: &mut [PerRecord], free: &[Free], from: &Stand, to: &Stand
 
 fn half_square(white: &[f64]) -> f64 {
     0.5 * dot(white, white)
-}
-
-/// Cost of values by what is known beforehand.
-fn prior(free: &[Free], values: &[f64]) -> f64 {
-    let of = |(free, value): (&Free, &f64)| free.prior.map_or(0.0, |prior| prior.cost(*value));
-    free.iter().zip(values).map(of).sum()
 }
 
 /// Normal equations of a step.

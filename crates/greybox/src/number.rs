@@ -3,12 +3,8 @@
 use inference::{Whitener, chi_squared_log_tail};
 
 use crate::{
-    error::GreyboxError,
-    explain::{Session, Z_95},
-    explained::WrongNumber,
-    machine::Rough,
-    rival::Judged,
-    structure::Target,
+    error::GreyboxError, explain::Session, explained::WrongNumber, interval::Z_95, machine::Rough,
+    rival::Judged, structure::Target,
 };
 
 impl Session<'_> {

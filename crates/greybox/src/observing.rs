@@ -1,6 +1,6 @@
 //! Choice of the model that predicts recordings, and moves of the predictions to it.
 
-use ema_sim::{Effect, EffectId, ModelFidelity};
+use ema_sim::{Effect, EffectId, ModelFidelity, Role};
 use inference::{Whitener, log_likelihood_without};
 
 use crate::{
@@ -21,11 +21,34 @@ const STANDS_WITHIN: f64 = 0.3;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Place {
     observation: Observation,
-    structure: Structure,
-    values: Vec<f64>,
+    pub(crate) structure: Structure,
+    pub(crate) values: Vec<f64>,
 }
 
 impl Place {
+    /// Numbers of a structure half of the way from the place to some; an effect that is not there
+    /// has no size.
+    pub(crate) fn halfway(&self, structure: &Structure, values: &[f64]) -> Vec<f64> {
+        let id = |structure: &Structure, place: usize| structure.effects.get(place).map(Effect::id);
+        let here = |target: Target| {
+            let at = self.structure.free.iter().position(|free| free.target == target);
+            at.map(|at| self.values[at])
+        };
+        let from = |target: Target| match target {
+            Target::Rough(_) | Target::Fault(_) => here(target),
+            Target::Effect(effect, place) | Target::InRecord { effect, place, .. } => {
+                let id_there = id(structure, effect);
+                let is_size = |id: EffectId| id.info().parameters[place].role() == Role::Amplitude;
+                let none = id_there.is_some_and(is_size).then_some(0.0);
+                if id(&self.structure, effect) == id_there { here(target).or(none) } else { none }
+            }
+        };
+        let half = |(free, &value): (&Free, &f64)| {
+            from(free.target).map_or(value, |from| 0.5 * (from + value))
+        };
+        structure.free.iter().zip(values).map(half).collect()
+    }
+
     /// Tells whether what holds at one place holds at the other.
     fn is_near(&self, other: &Self) -> bool {
         let ids = |place: &Self| -> Vec<EffectId> {
@@ -215,7 +238,11 @@ impl Session<'_> {
             self.put_back(&before);
             return Ok(false);
         }
-        let noise = self.train.sensor_noise(&state)?;
+        let noise = match self.sensor_noise {
+            Some(noise) => noise,
+            None => self.train.sensor_noise(&state)?,
+        };
+        self.sensor_noise = Some(noise);
         for problem in [&mut self.train, &mut self.holdout, &mut self.repeat] {
             problem.weigh(noise);
         }
@@ -249,4 +276,50 @@ fn likelihood_of(residuals: &PerRecord, scatter: &[&[f64]]) -> f64 {
     let runs = (scatter.len() / stretches.len().max(1)) as f64;
     // n − 1 of n runs less their mean are free
     log_likelihood_without(&stretches, scatter, 1.0 / (runs - 1.0).max(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{machine::Machine, structure::Number};
+
+    /// From health half of the way to an effect has half of its size and all of its shape; from
+    /// another effect in its place that one's numbers do not count.
+    #[test]
+    fn half_of_the_way_has_half_of_a_size_and_all_of_a_shape() {
+        let machine = Machine::bench_top();
+        let nominal = Structure::nominal(&machine);
+        let number = |place| Number { place, in_record: None, step: 1.0, least: -9.0, most: 9.0 };
+        let with = |id| {
+            let effect = Effect::new(id, machine.geometry());
+            nominal.clone().with_effect(effect, &[number(0), number(1)])
+        };
+        let place = |structure: &Structure, of_effect: f64| {
+            let mut values = structure.starts();
+            for place in structure.places_of_effect(0) {
+                values[place] = of_effect;
+            }
+            let structure = structure.clone();
+            Place { observation: Observation::Low, structure, values }
+        };
+        let healthy = Place {
+            observation: Observation::Low,
+            structure: nominal.clone(),
+            values: nominal.starts(),
+        };
+        let drifting = with(EffectId::FrictionDrift);
+        let stribeck = with(EffectId::Stribeck);
+        let mut values = drifting.starts();
+        let [size, time] = drifting.places_of_effect(0)[..] else { panic!("two numbers") };
+        (values[0], values[size], values[time]) = (3.0 * values[0], -0.2, 8.0);
+        for (from, half) in [
+            (healthy, [-0.1, 8.0]),
+            (place(&stribeck, 4.0), [-0.1, 8.0]),
+            (place(&drifting, 4.0), [1.9, 6.0]),
+        ] {
+            let found = from.halfway(&drifting, &values);
+            assert_eq!([found[size], found[time]], half);
+            assert!((found[0] / nominal.starts()[0] - 2.0).abs() < 1e-12);
+        }
+    }
 }

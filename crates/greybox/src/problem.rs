@@ -1,11 +1,12 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
 use ema_sim::{MachineSignals, ModelFidelity, PreparedTest};
-use inference::{BandedCholesky, rms};
+use inference::{BandedCholesky, Whitener, rms};
 
 use crate::{
     anchor::{Anchor, loop_covariance},
     error::GreyboxError,
+    gram::dot,
     machine::{AskedDrive, Machine, State},
     mains::Mains,
     parallel,
@@ -171,6 +172,25 @@ impl<'a> Prepared<'a> {
         self.measured = self.of_equal_noise(self.averaged.clone());
     }
 
+    /// Cost of the noise in the loop to a likelihood, nats: the logarithm of the determinant of the
+    /// factor that [`of_equal_noise`](Self::of_equal_noise) goes by.
+    fn noise_nats(&self) -> f64 {
+        self.noise().map_or(0.0, |factor| 0.5 * factor.log_determinant())
+    }
+
+    /// Variance of half the square of a whitened residual by the mean of so few runs.
+    fn runs_variance(&self, residual: &[f64], whitener: &Whitener) -> f64 {
+        let Some(anchored) = &self.anchored else { return 0.0 };
+        let runs = anchored.scatter.len() as f64;
+        let white = whitener.apply(residual);
+        let along = |run: &Vec<f64>| {
+            let run = whitener.apply(&self.of_equal_noise(run.clone()));
+            let product = dot(&white, &run);
+            product * product
+        };
+        anchored.scatter.iter().map(along).sum::<f64>() / (runs * (runs - 1.0)).max(1.0)
+    }
+
     /// Logarithm of the determinant of `L`, the factor of the noise of sensors and loop about a mean
     /// that is known; zero without an anchor.
     fn log_determinant(&self, noise: f64) -> f64 {
@@ -284,6 +304,20 @@ impl<'a> Problem<'a> {
     /// Gives all samples noise of one size, where the sensors have so much.
     pub(crate) fn weigh(&mut self, noise: f64) {
         self.records.iter_mut().for_each(|prepared| prepared.weigh(noise));
+    }
+
+    /// Cost of the noise in the loop to a likelihood of all recordings, nats.
+    pub(crate) fn noise_nats(&self) -> f64 {
+        self.records.iter().map(Prepared::noise_nats).sum()
+    }
+
+    /// Standard deviation of half the square of whitened residuals by the means of so few runs of the
+    /// finer model: with the error `e` of a mean, that of `r·e`.
+    pub(crate) fn runs_std(&self, residuals: &PerRecord, whitener: &Whitener) -> f64 {
+        let of = |(prepared, residual): (&Prepared<'_>, &Vec<f64>)| {
+            prepared.runs_variance(residual, whitener)
+        };
+        libm::sqrt(self.records.iter().zip(residuals).map(of).sum())
     }
 
     /// Logarithm of the determinant of the factors of the noise of sensors and loop, of all

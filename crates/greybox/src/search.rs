@@ -1,13 +1,13 @@
 //! The rounds: scan, refit, accept; then whether every effect found is still needed.
 
-use ema_sim::{CommandKind, EffectId, LoopPart, Repetition, Role};
+use ema_sim::{CommandKind, EffectId, LoopPart, Repetition};
 use inference::{Whitener, chi_squared_log_tail, rms};
 
 use crate::{
     curve::{Hypothesis, hypotheses},
     error::{GreyboxError, if_run},
     explain::Session,
-    fit::{Fitted, fit, whitened},
+    fit::{Fitted, fit, sandwich, whitened},
     floor::Floor,
     hypothesis::{Family, Leads, Scales, differs_by_record, families, is_nonlinear_in_size},
     observation::Observation,
@@ -32,10 +32,8 @@ const MOST_SWAPPED: usize = 3;
 const MOST_SETTLED: usize = 2;
 /// Share of the best rival's score from which on another is among them.
 const SETTLED_SHARE: f64 = 0.5;
-/// Moves of the prediction to the finer model at a fit, and the change of the objective below which
-/// it stays, nats.
-const MOST_FOLLOWED: usize = 3;
-const FOLLOWED_NATS: f64 = 0.5;
+/// Standard deviations by which the finer model may explain less with what was found.
+const WORSE_STDS: f64 = 2.0;
 /// Share of the noise by which the predictions of two fits may differ between which an effect does
 /// the same.
 const SAME_WITHIN: f64 = 0.1;
@@ -84,16 +82,21 @@ pub(crate) struct Search {
 
 impl Search {
     /// Fall of the objective by all that was found.
-    fn explained(&self) -> f64 {
-        self.before.fitted.objective - self.current.fitted.objective
+    pub(crate) fn explained(&self) -> f64 {
+        self.before.fitted.nats() - self.current.fitted.nats()
     }
 
-    /// Takes back all that was found where the finer model with it explains no more than without.
+    /// Takes back all that was found where the finer model explains less with it than without, by more
+    /// than the means of so few runs differ.
     fn take_back_worse(&mut self) {
-        if self.explained() > 0.0 {
+        let by_chance = libm::hypot(self.before.fitted.runs_std, self.current.fitted.runs_std);
+        if self.explained() > -WORSE_STDS * by_chance {
             return;
         }
-        self.log.push("taken back: the finer model explains no more with it".to_owned());
+        self.log.push(format!(
+            "taken back: the finer model explains {:.1} less with it, ± {by_chance:.1}",
+            -self.explained()
+        ));
         (self.current, self.anchors) = (self.before.clone(), self.anchors_before.clone());
         self.found.clear();
         self.ties.clear();
@@ -227,42 +230,6 @@ impl Session<'_> {
         Ok(search)
     }
 
-    /// A fit with the prediction moved to the finer model at its numbers, and fitted again there
-    /// until it stays.
-    fn followed(
-        &mut self,
-        observation: Observation,
-        mut fitted: Fitted,
-        whitener: &Whitener,
-    ) -> Result<Fitted, GreyboxError> {
-        for _ in 0..MOST_FOLLOWED {
-            if !self.anchor(observation, &fitted.structure, &fitted.values)? {
-                break;
-            }
-            let structure = fitted.structure.clone().started_at(&fitted.values);
-            let before = fitted.objective;
-            fitted = fit(&self.train, structure, whitener)?;
-            if (before - fitted.objective).abs() < FOLLOWED_NATS {
-                break;
-            }
-        }
-        Ok(fitted)
-    }
-
-    /// Moves the prediction to the finer model with what was found.
-    fn follow(&mut self, search: &mut Search) -> Result<(), GreyboxError> {
-        if search.observation == Observation::Ideal {
-            return Ok(());
-        }
-        let fitted = search.current.fitted.clone();
-        let fitted = self.followed(search.observation, fitted, &search.floor.whitener)?;
-        search.current = Judged::new(fitted, self.split(), &search.floor.whitener)?;
-        search.anchors = self.all_anchors();
-        let (fall, rms) = (search.explained(), search.current.held_out.rms());
-        search.log.push(format!("followed: fall {fall:.1}, held out {rms:.5}"));
-        Ok(())
-    }
-
     /// Looks for one more effect; false where none stands the tests.
     fn round(
         &self,
@@ -288,12 +255,8 @@ impl Session<'_> {
         }
         search.first_round.get_or_insert(round);
         let explained = search.explained();
-        let stands = |rival: &Rival| {
-            let is_no_form = rival.fall >= MOST_FORM_SHARE * explained;
-            self.accepts(rival, &search.current, alpha, is_no_form)
-                && rival.fall >= form_share(rival.id) * explained
-        };
         search.is_more_there = rivals.iter().any(|rival| rival.log_p <= self.log_sure());
+        let stands = |rival: &Rival| self.stands(rival, search, alpha);
         rivals.retain(|rival| !search.has(rival.id));
         let (mut accepted, mut others): (Vec<Rival>, Vec<Rival>) =
             rivals.into_iter().partition(stands);
@@ -433,6 +396,8 @@ impl Session<'_> {
                 self.judge_anew(search, without);
                 return Ok(());
             };
+            let has_size = self.has_size(&search.current, place, &search.floor.whitener);
+            let gain = search.current.gain_over(left);
             let dropped = search.found.remove(place).rival;
             let fall = objective(left) - objective(&search.current);
             search.is_more_there |= dropped.log_chance_of(fall) <= self.log_sure();
@@ -443,7 +408,13 @@ impl Session<'_> {
                 search.ties.clear();
                 search.runners_up.clear();
             }
-            search.log.push(format!("dropped: {}", dropped.id.info().symbol));
+            search.log.push(format!(
+                "dropped: {}: fall {fall:.1}, gain {:.1} ± {:.1} of {:.1}, has size {has_size}",
+                dropped.id.info().symbol,
+                gain.nats,
+                gain.std_error,
+                0.5 * gain.energy,
+            ));
         }
     }
 
@@ -474,12 +445,13 @@ impl Session<'_> {
             let structure = known.structure.without_effect(&known.values, place);
             let without = self.judged(structure, &search.floor.whitener)?;
             // what was found may have led damage and tolerances to where they do without it
-            let best = search.before.fitted.objective;
+            let best = search.before.fitted.nats();
             if let Some(without) = &without
                 && search.found.len() == 1
-                && without.fitted.objective < best
+                && without.fitted.nats() < best
             {
                 search.before = without.clone();
+                search.anchors_before = self.all_anchors();
             }
             all.push(without);
         }
@@ -504,21 +476,28 @@ impl Session<'_> {
 
     /// Tells whether one of the sizes of an effect is not zero within two standard deviations
     /// ([`Options::gain_std_errors`](crate::Options::gain_std_errors)): beside numbers that do the same,
-    /// none may be. What has another size in each recording is told by its fit alone.
+    /// none may be. Sizes are asked for beside the shape found, of which there is none without a size.
+    /// What has another size in each recording is told by its fit alone.
     fn has_size(&self, judged: &Judged, effect: usize, whitener: &Whitener) -> bool {
         let Fitted { structure, values, .. } = &judged.fitted;
-        let parameters = structure.effects[effect].id().info().parameters;
+        let places = structure.places_of_effect(effect);
+        let sizes = structure.sizes_of_effect(effect);
+        let differs =
+            |&place: &usize| matches!(structure.free[place].target, Target::InRecord { .. });
+        if places.iter().any(differs) {
+            return true;
+        }
+        let is_shape = |place: &usize| places.contains(place) && !sizes.contains(place);
+        let kept: Vec<usize> = (0..values.len()).filter(|place| !is_shape(place)).collect();
         let covariance = judged.covariance(&self.train, whitener);
-        let least = self.options.gain_std_errors;
-        structure.places_of_effect(effect).into_iter().any(|place| {
-            let std = libm::sqrt(covariance[(place, place)].max(0.0));
-            match structure.free[place].target {
-                Target::Effect(_, number) => {
-                    parameters[number].role() == Role::Amplitude
-                        && values[place].abs() > least * std
-                }
-                _ => true,
-            }
+        let all = sandwich(&judged.fitted, &self.train, whitener);
+        let beside = sandwich(&judged.fitted.only(&kept), &self.train, whitener);
+        let known = kept.iter().enumerate().filter(|(_, place)| sizes.contains(place));
+        known.into_iter().any(|(known, &place)| {
+            // as much more as what is held out asks for
+            let more = covariance[(place, place)] / all[(place, place)].max(f64::MIN_POSITIVE);
+            let std = libm::sqrt((more * beside[(known, known)]).max(0.0));
+            values[place].abs() > self.options.gain_std_errors * std
         })
     }
 
@@ -620,11 +599,15 @@ impl Session<'_> {
         libm::log(self.options.sure_rate)
     }
 
-    fn accepts(&self, rival: &Rival, current: &Judged, alpha: f64, is_no_form: bool) -> bool {
+    /// Tells whether a rival beside what was found passes all gates.
+    fn stands(&self, rival: &Rival, search: &Search, alpha: f64) -> bool {
+        let explained = search.explained();
+        let is_no_form = rival.fall >= MOST_FORM_SHARE * explained;
         rival.is_no_chance(alpha)
-            && self.is_held_out(&rival.judged, current, rival.log_p, is_no_form)
+            && self.is_held_out(&rival.judged, &search.current, rival.log_p, is_no_form)
             && rival.score() > self.options.evidence_nats
             && !rival.on_bound
+            && rival.fall >= form_share(rival.id) * explained
     }
 
     /// Tells whether what was not fitted confirms an explanation. Where chance is out of the

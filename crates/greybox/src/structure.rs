@@ -1,6 +1,6 @@
 //! Free numbers of a model in a fit: rough numbers, damage, numbers of effects.
 
-use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates, MotionTerm};
+use ema_sim::{Effect, FAULT_COUNT, FaultCoordinates, MotionTerm, Role};
 
 use crate::{
     machine::{Machine, State},
@@ -229,6 +229,12 @@ impl Structure {
         self
     }
 
+    /// Cost of values by what is known beforehand, nats.
+    pub(crate) fn cost_of(&self, values: &[f64]) -> f64 {
+        let of = |(free, value): (&Free, &f64)| free.prior.map_or(0.0, |prior| prior.cost(*value));
+        self.free.iter().zip(values).map(of).sum()
+    }
+
     /// Where its numbers start.
     pub(crate) fn starts(&self) -> Vec<f64> {
         self.free.iter().map(|free| free.start).collect()
@@ -289,6 +295,16 @@ impl Structure {
     pub(crate) fn effects_at(&self, machine: &Machine, values: &[f64]) -> Vec<Effect> {
         let mut state = self.state(machine, values);
         if state.in_record.is_empty() { state.effects } else { state.in_record.swap_remove(0) }
+    }
+
+    /// Places of the free numbers that are sizes of an effect, the same in all recordings.
+    pub(crate) fn sizes_of_effect(&self, effect: usize) -> Vec<usize> {
+        let parameters = self.effects[effect].id().info().parameters;
+        let is_size = |place: &usize| match self.free[*place].target {
+            Target::Effect(_, number) => parameters[number].role() == Role::Amplitude,
+            _ => false,
+        };
+        self.places_of_effect(effect).into_iter().filter(is_size).collect()
     }
 
     /// Places of the free numbers of an effect.

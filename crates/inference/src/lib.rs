@@ -23,6 +23,7 @@ mod most_probable;
 #[cfg(test)]
 mod random;
 mod runs;
+mod shrinkage;
 mod sides;
 mod symmetric;
 mod taper;
@@ -34,5 +35,6 @@ pub use chance::{chi_squared_log_tail, ljung_box_chance};
 pub use in_box::{QuadraticForm, least_in_box};
 pub use most_probable::{MostProbable, Unknown, Whitened, most_probable};
 pub use runs::{EqualRuns, Standing, ends};
+pub use shrinkage::shrunk_covariance;
 pub use symmetric::SymmetricMatrix;
 pub use taper::{add_tapered_covariance, gaspari_cohn, tapered_covariance};
