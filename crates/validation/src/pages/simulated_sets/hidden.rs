@@ -20,6 +20,8 @@ use crate::pages::chance::Chance;
 const LAMBDA: [f64; 2] = [60.0, 600.0];
 /// Runs of the truth without an effect, each with a noise of its own, that tell the noise.
 const NOISE_RUNS: usize = 200;
+/// Runs beyond those that tell how large the noise is that their covariance leaves equal.
+const CHECKED: Range<usize> = 200..300;
 /// Runs of these beside which an effect is sized, and those beside which its evidence is told: of many
 /// sizes of many effects some look larger than they are.
 const SIZING: Range<usize> = 0..8;
@@ -57,6 +59,8 @@ struct Test {
     plain: Vec<Vec<f64>>,
     /// Factor of the covariance of sensors and loop.
     noise: BandedCholesky,
+    /// Runs that the covariance was not told by, whitened, less their mean.
+    checked: Vec<Vec<f64>>,
     /// Whitened slopes with damage, then those with numbers, over their standard deviations.
     slopes: Vec<Vec<f64>>,
 }
@@ -128,19 +132,34 @@ impl<'a> Outlook<'a> {
     /// fitted to it.
     ///
     /// ```text
-    /// λ = min_{k,ν} |z̄ − S·k − N·ν|² + |ν|² − tr cov z̄,   z_r = L⁻¹·(y_r with − y_r without)
+    /// λ = (min_{k,ν} |e|² + |ν|² − tr cov z̄)/v,   e = z̄ − S·k − N·ν,   z_r = L⁻¹·(y_r with − y_r without)
     /// ```
     ///
     /// with the slopes `S` with damage `k` and `N` with numbers `ν` in standard deviations.
-    /// The last term is what the noise of so few runs adds.
+    /// The last term is what the noise of so few runs adds; `v` is the variance along `e` of whitened
+    /// runs that the covariance was not told by: in those that told it, noise looks smaller than it is.
     fn lambda(&self, effect: &Effect, runs: Range<usize>) -> Result<f64> {
         let changes = self.changes(effect, runs)?;
         let n = changes.len() as f64;
         let mean = mean_of(&changes);
-        let left = self.absorbing.left_of(&mean);
+        let (left, cost) = self.absorbing.left_of(&mean);
         let scatter =
             changes.iter().map(|change| less(change, &mean).iter().map(|x| x * x).sum::<f64>());
-        Ok(left - scatter.sum::<f64>() / (n * (n - 1.0)))
+        let told = dot(&left, &left) + cost - scatter.sum::<f64>() / (n * (n - 1.0));
+        Ok(told / self.variance_along(&left))
+    }
+
+    /// Variance along a direction of the noise that the covariance was not told by.
+    fn variance_along(&self, direction: &[f64]) -> f64 {
+        let mut from = 0;
+        let mut along = vec![0.0; CHECKED.len()];
+        for test in &self.tests {
+            for (along, run) in along.iter_mut().zip(&test.checked) {
+                *along += dot(&direction[from..from + run.len()], run);
+            }
+            from += test.plain[0].len();
+        }
+        dot(&along, &along) / ((CHECKED.len() - 1) as f64 * dot(direction, direction))
     }
 
     /// Whitened changes of all tests by an effect, by runs.
@@ -176,6 +195,12 @@ impl Test {
         let mut covariance = tapered_covariance(&scatter, support);
         covariance.scale(NOISE_RUNS as f64 / (NOISE_RUNS as f64 - 1.0));
         let noise = covariance.cholesky()?;
+        let mut checked = signals(choice, &experiment, HEALTHY, place, CHECKED)?;
+        for run in &mut checked {
+            noise.whiten(run);
+        }
+        let middle = mean_of(&checked);
+        let checked = checked.iter().map(|run| less(run, &middle)).collect();
         let known = mean_of(&plain[SIZING]);
         let slope = |test: &Experiment, faults: FaultCoordinates, step: f64| -> Result<Vec<f64>> {
             let with = signals(choice, test, faults, place, SIZING)?;
@@ -193,7 +218,7 @@ impl Test {
         });
         let off = off.iter().map(|test| slope(test, HEALTHY, NUMBER_STEP));
         let slopes = damaged.chain(off).collect::<Result<_>>()?;
-        Ok(Self { experiment, plain, noise, slopes })
+        Ok(Self { experiment, plain, noise, checked, slopes })
     }
 }
 
@@ -246,9 +271,9 @@ impl Absorbing {
         Self { slopes, gram }
     }
 
-    /// Energy that is left of a whitened change beside the nearest damage and numbers, with what these
-    /// numbers are off by.
-    fn left_of(&self, change: &[f64]) -> f64 {
+    /// Rest of a whitened change beside the nearest damage and numbers, and the cost of numbers that
+    /// are off by so much.
+    fn left_of(&self, change: &[f64]) -> (Vec<f64>, f64) {
         let descent: Vec<f64> = self.slopes.iter().map(|slope| dot(slope, change)).collect();
         let form = QuadraticForm { curvature: self.gram.clone(), descent };
         let count = self.slopes.len();
@@ -262,6 +287,6 @@ impl Absorbing {
         for (slope, size) in self.slopes.iter().zip(&sizes) {
             left.iter_mut().zip(slope).for_each(|(x, s)| *x -= size * s);
         }
-        dot(&left, &left) + sizes[LEVELS..].iter().map(|size| size * size).sum::<f64>()
+        (left, sizes[LEVELS..].iter().map(|size| size * size).sum())
     }
 }
