@@ -39,8 +39,6 @@ pub(crate) struct Fitted {
     pub(crate) objective: f64,
     /// Cost of the noise that the loop has where the predictions stood, nats.
     pub(crate) noise_nats: f64,
-    /// Standard deviation of the objective by the means of so few runs of the finer model, nats.
-    pub(crate) runs_std: f64,
 }
 
 /// Standard deviations from which on a fault level is found, and its least.
@@ -113,6 +111,17 @@ pub(crate) fn fit_near(
     bar: f64,
 ) -> Result<Fitted, GreyboxError> {
     Search { problem, whitener, secant: true, bar }.run(structure, known)
+}
+
+/// Objective of a structure at values.
+pub(crate) fn objective_at(
+    problem: &Problem<'_>,
+    structure: &Structure,
+    values: &[f64],
+    whitener: &Whitener,
+) -> Result<f64, GreyboxError> {
+    let search = Search { problem, whitener, secant: false, bar: f64::INFINITY };
+    Ok(search.stand(structure, values.to_vec())?.objective)
 }
 
 /// A search by damped Gauss-Newton steps.
@@ -189,8 +198,7 @@ impl Search<'_> {
         }
         let Stand { values, residuals, objective, .. } = stand;
         let noise_nats = self.problem.noise_nats();
-        let runs_std = self.problem.runs_std(&residuals, self.whitener);
-        Ok(Fitted { structure, values, residuals, sensitivities, objective, noise_nats, runs_std })
+        Ok(Fitted { structure, values, residuals, sensitivities, objective, noise_nats })
     }
 
     fn stand(&self, structure: &Structure, values: Vec<f64>) -> Result<Stand, GreyboxError> {

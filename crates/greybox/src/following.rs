@@ -5,8 +5,7 @@ use inference::Whitener;
 use crate::{
     error::GreyboxError,
     explain::Session,
-    fit::{Fitted, fit, whitened},
-    gram::dot,
+    fit::{Fitted, fit, objective_at},
     observation::Observation,
     rival::Judged,
     search::Search,
@@ -68,9 +67,11 @@ impl Session<'_> {
         fitted: &Fitted,
         whitener: &Whitener,
     ) -> Result<Option<Structure>, GreyboxError> {
-        let stood = self.standing.clone();
-        let before = match &stood {
-            Some(place) => Some(self.nats_at(&place.structure, &place.values, whitener)?),
+        let stood = match self.standing.clone() {
+            Some(place) => {
+                let nats = self.nats_at(&place.structure, &place.values, whitener)?;
+                Some((place, nats))
+            }
             None => None,
         };
         let mut values = fitted.values.clone();
@@ -80,8 +81,8 @@ impl Session<'_> {
                 return Ok(None);
             }
             let nats = self.nats_at(&fitted.structure, &values, whitener)?;
-            match (&stood, before) {
-                (Some(place), Some(before)) if nats > before + FARTHER_NATS => {
+            match &stood {
+                Some((place, before)) if nats > before + FARTHER_NATS => {
                     values = place.halfway(&fitted.structure, &values);
                     self.put_back(&anchors);
                 }
@@ -98,9 +99,7 @@ impl Session<'_> {
         values: &[f64],
         whitener: &Whitener,
     ) -> Result<f64, GreyboxError> {
-        let drive = self.train.drives(&[structure.state(self.machine, values)])?.remove(0);
-        let white = whitened(whitener, &self.train.residuals(&drive));
-        let prior = structure.cost_of(values);
-        Ok(0.5 * dot(&white, &white) + prior + self.train.noise_nats())
+        let objective = objective_at(&self.train, structure, values, whitener)?;
+        Ok(objective + self.train.noise_nats())
     }
 }

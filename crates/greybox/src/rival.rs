@@ -392,15 +392,8 @@ impl Judged {
             price_nats: 0.0,
         };
         let residuals = PerRecord::new();
-        let fitted = Fitted {
-            structure,
-            values,
-            residuals,
-            sensitivities,
-            objective: 0.0,
-            noise_nats: 0.0,
-            runs_std: 0.0,
-        };
+        let fitted =
+            Fitted { structure, values, residuals, sensitivities, objective: 0.0, noise_nats: 0.0 };
         let own = Whitener::white(1.0);
         Self { fitted, own, held_out, blocks: Vec::new(), train, least_stds: Vec::new() }
     }

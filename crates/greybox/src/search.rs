@@ -86,23 +86,6 @@ impl Search {
         self.before.fitted.nats() - self.current.fitted.nats()
     }
 
-    /// Takes back all that was found where the finer model explains less with it than without, by more
-    /// than the means of so few runs differ.
-    fn take_back_worse(&mut self) {
-        let by_chance = libm::hypot(self.before.fitted.runs_std, self.current.fitted.runs_std);
-        if self.explained() > -WORSE_STDS * by_chance {
-            return;
-        }
-        self.log.push(format!(
-            "taken back: the finer model explains {:.1} less with it, ± {by_chance:.1}",
-            -self.explained()
-        ));
-        (self.current, self.anchors) = (self.before.clone(), self.anchors_before.clone());
-        self.found.clear();
-        self.ties.clear();
-        self.last_ties.clear();
-    }
-
     /// Tells whether beside what was found a fit explains more than noise does.
     pub(crate) fn is_more_beside_found(&self) -> bool {
         !self.found.is_empty() && self.is_more_there
@@ -223,11 +206,37 @@ impl Session<'_> {
         }
         if !search.found.is_empty() {
             self.follow(&mut search)?;
-            search.take_back_worse();
+            self.take_back_worse(&mut search);
         }
         let named: Vec<EffectId> = search.found.iter().map(|found| found.rival.id).collect();
         search.runners_up.retain(|rival| !named.contains(&rival.id));
         Ok(search)
+    }
+
+    /// Takes back all that was found where the finer model explains less with it than without, by more
+    /// than the means of so few runs differ.
+    fn take_back_worse(&mut self, search: &mut Search) {
+        let explained = search.explained();
+        if explained > 0.0 {
+            return;
+        }
+        let whitener = &search.floor.whitener;
+        self.put_back(&search.anchors_before);
+        let before = self.train.runs_std(&search.before.fitted.residuals, whitener);
+        self.put_back(&search.anchors);
+        let now = self.train.runs_std(&search.current.fitted.residuals, whitener);
+        let by_chance = libm::hypot(before, now);
+        if explained > -WORSE_STDS * by_chance {
+            return;
+        }
+        search.log.push(format!(
+            "taken back: the finer model explains {:.1} less with it, ± {by_chance:.1}",
+            -explained
+        ));
+        (search.current, search.anchors) = (search.before.clone(), search.anchors_before.clone());
+        search.found.clear();
+        search.ties.clear();
+        search.last_ties.clear();
     }
 
     /// Looks for one more effect; false where none stands the tests.
@@ -396,7 +405,6 @@ impl Session<'_> {
                 self.judge_anew(search, without);
                 return Ok(());
             };
-            let has_size = self.has_size(&search.current, place, &search.floor.whitener);
             let gain = search.current.gain_over(left);
             let dropped = search.found.remove(place).rival;
             let fall = objective(left) - objective(&search.current);
@@ -409,7 +417,7 @@ impl Session<'_> {
                 search.runners_up.clear();
             }
             search.log.push(format!(
-                "dropped: {}: fall {fall:.1}, gain {:.1} ± {:.1} of {:.1}, has size {has_size}",
+                "dropped: {}: fall {fall:.1}, gain {:.1} ± {:.1} of {:.1}",
                 dropped.id.info().symbol,
                 gain.nats,
                 gain.std_error,
@@ -477,7 +485,7 @@ impl Session<'_> {
     /// Tells whether one of the sizes of an effect is not zero within two standard deviations
     /// ([`Options::gain_std_errors`](crate::Options::gain_std_errors)): beside numbers that do the same,
     /// none may be. Sizes are asked for beside the shape found, of which there is none without a size.
-    /// What has another size in each recording is told by its fit alone.
+    /// An effect with another size in each recording is told by its fit alone.
     fn has_size(&self, judged: &Judged, effect: usize, whitener: &Whitener) -> bool {
         let Fitted { structure, values, .. } = &judged.fitted;
         let places = structure.places_of_effect(effect);
