@@ -265,7 +265,7 @@ impl Case {
         let speeds: Vec<f64> = (0..trace.position.len())
             .map(|n| (trace.position[n] - trace.position[n.max(1) - 1]) * RATE_HZ)
             .collect();
-        let noise = self.noise.samples(&speeds, noise_seed);
+        let noise = self.noise.samples(&speeds, RATE_HZ, noise_seed);
         let current: Vec<f64> = trace.current.iter().zip(noise).map(|(i, e)| i + e).collect();
         let columns = Columns { setting, current: &current, position: &trace.position };
         write(self.subject.machine, &columns, chance)

@@ -39,7 +39,7 @@ pub use class::Class;
 pub use command::{Course, Move};
 pub use error::BlindError;
 pub use machine::{Machine, RATE_HZ};
-pub use noise::LOWEST_NOISE_A;
+pub use noise::{LOWEST_NOISE_A, UnusualNoise};
 pub use nominal::NominalRun;
 pub use recording::{File, Role};
 pub use tie::TIES;

@@ -4,10 +4,7 @@ use core::f64::consts::TAU;
 
 use libm::{sin, sqrt};
 
-use crate::{
-    chance::{Chance, Purpose},
-    machine::RATE_HZ,
-};
+use crate::chance::{Chance, Purpose};
 
 /// Lowest rms of the current noise in any case, A.
 pub const LOWEST_NOISE_A: f64 = 0.005;
@@ -78,8 +75,8 @@ impl Noise {
         Self { kind, rms_a }
     }
 
-    /// Noise for the samples of a recording, with the speed at each.
-    pub(crate) fn samples(&self, speeds: &[f64], seed: u64) -> Vec<f64> {
+    /// Noise for the samples of a recording at a rate, with the speed at each.
+    pub(crate) fn samples(&self, speeds: &[f64], rate_hz: f64, seed: u64) -> Vec<f64> {
         let mut chance = Chance::new(seed, Purpose::Noise, 0);
         let mut values = Vec::with_capacity(speeds.len());
         let mut last = chance.normal();
@@ -93,7 +90,7 @@ impl Noise {
             _ => 50.0,
         };
         for (n, speed) in speeds.iter().enumerate() {
-            let time_s = n as f64 / RATE_HZ;
+            let time_s = n as f64 / rate_hz;
             let unit = match self.kind {
                 NoiseKind::White => chance.normal(),
                 NoiseKind::Coloured { correlation } => {
@@ -137,9 +134,28 @@ impl Noise {
     }
 }
 
+/// A sensor whose noise is as no data sheet has it.
+#[derive(Clone, Copy, Debug)]
+pub struct UnusualNoise(Noise);
+
+impl UnusualNoise {
+    /// Noise of a machine with this mean speed: by its kind, modulo four, of heavy tails, in bursts,
+    /// louder with the speed, or with the mains.
+    pub fn draw(kind: usize, mean_speed_rad_per_s: f64, seed: u64) -> Self {
+        let mut chance = Chance::new(seed, Purpose::Noise, 1);
+        Self(Noise::draw(Some(kind % 4), mean_speed_rad_per_s.max(f64::MIN_POSITIVE), &mut chance))
+    }
+
+    /// Noise of a recording with these speeds, A.
+    pub fn samples_a(&self, speeds_rad_per_s: &[f64], rate_hz: f64, seed: u64) -> Vec<f64> {
+        self.0.samples(speeds_rad_per_s, rate_hz, seed)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::RATE_HZ;
 
     fn moments(values: &[f64]) -> (f64, f64) {
         let n = values.len() as f64;
@@ -151,7 +167,7 @@ mod tests {
     #[test]
     fn law_colour_and_rms() {
         let noise = Noise { kind: NoiseKind::Coloured { correlation: 0.7 }, rms_a: 0.01 };
-        let values = noise.samples(&vec![0.0; 200_000], 5);
+        let values = noise.samples(&vec![0.0; 200_000], RATE_HZ, 5);
         let (power, correlation) = moments(&values);
         // five standard errors: a variance of correlated samples, √(2/n·(1+φ²)/(1−φ²)); √((1−φ²)/n)
         let n = 200_000_f64;
@@ -161,13 +177,17 @@ mod tests {
         let (power, correlation) = moments(&noise.whitened(&values));
         assert!((power - 1.0).abs() < 5.0 * (2.0 / n).sqrt(), "{power}");
         assert!(correlation.abs() < 5.0 / n.sqrt(), "{correlation}");
-        assert_ne!(values, noise.samples(&vec![0.0; 200_000], 6), "another seed must differ");
+        assert_ne!(
+            values,
+            noise.samples(&vec![0.0; 200_000], RATE_HZ, 6),
+            "another seed must differ"
+        );
     }
 
     #[test]
     fn unusual_noises_are_what_they_are_called() {
         let speeds: Vec<f64> = (0..100_000).map(|n| if n < 50_000 { 0.0 } else { 10.0 }).collect();
-        let of = |kind| Noise { kind, rms_a: 1.0 }.samples(&speeds, 9);
+        let of = |kind| Noise { kind, rms_a: 1.0 }.samples(&speeds, RATE_HZ, 9);
         let fourth = |values: &[f64]| {
             let (power, _) = moments(values);
             values.iter().map(|v| v.powi(4)).sum::<f64>() / values.len() as f64 / power / power

@@ -11,14 +11,14 @@ use crate::{
         Explained, FaultChange, Finding, NumberFit, NumberInterval, RecordChange, SmallestNamed,
         Use, Verdict,
     },
-    fit::{Fitted, fit, fit_below},
-    floor::{Excess, Floor, pairs},
+    fit::{Fitted, fit, fit_below, fit_roughly},
+    floor::{Excess, Floor, pairs, rms_std},
     hypothesis::Scales,
     interval::{Z_95, hold_off_zero, levels},
     machine::{Machine, Rough},
     observation::Observation,
     observing::{AllAnchors, Place},
-    problem::{PerRecord, Problem, Split, rough_noise},
+    problem::{PerRecord, Problem, Split},
     record::{Record, Recordings},
     response::travel,
     rival::{GOOD_PER_SAMPLE, Judged, Rival},
@@ -345,16 +345,15 @@ impl<'a> Session<'a> {
         log.push(format!("left over: {excess:?}, {now:?}, of the nominal model {nominal:?}"));
         let plant = now.iter().zip(nominal).any(|(now, nominal)| now.is_there(*nominal));
         // a model may fit what is held out and not what was fitted
-        let worst_rms = held_out.rms().max(rms(&fitted.residuals.concat()));
-        // the size of noise is known from so many samples that are free of one another
-        let free = |problem: &Problem<'_>| 0.5 / problem.samples().max(1) as f64;
-        let by_chance = 3.0 * libm::sqrt(free(&self.train) + free(&self.holdout));
+        let worst = floor.times(&held_out.residuals).max(floor.times(&fitted.residuals));
+        let fitted_std = rms_std(&self.train, &fitted.residuals);
+        let by_chance = 3.0 * libm::hypot(fitted_std, rms_std(&self.holdout, &held_out.residuals));
         let most = if observation == Observation::Ideal {
             LEAST_LEFT.max(1.0 + by_chance)
         } else {
             LEAST_LEFT + by_chance
         };
-        Ok(plant || excess.map_or_else(|| worst_rms > most * floor.rms, Excess::is_there))
+        Ok(plant || excess.map_or_else(|| worst > most, Excess::is_there))
     }
 
     /// Part that came through the plant in the recordings fitted and in those held out, there at
@@ -432,8 +431,7 @@ impl<'a> Session<'a> {
             let fitted = self.nominal(nominal, &floor.whitener)?;
             return Ok(Floored { floor, fitted, look: None });
         }
-        let guess = Whitener::white(rough_noise(&self.train));
-        let fitted = fit(&self.train, nominal.clone(), &guess)?;
+        let (fitted, guess) = fit_roughly(&self.train, nominal)?;
         let scales = self.scales(&fitted)?;
         let drive = self.drive(&fitted)?;
         let leads = self.leads(&fitted, &guess, &scales)?;

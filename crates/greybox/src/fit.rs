@@ -1,13 +1,13 @@
 //! Bounded least squares on whitened residuals.
 
-use inference::{QuadraticForm, Whitener, least_in_box};
+use inference::{QuadraticForm, Whitener, least_in_box, rms};
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    error::GreyboxError,
+    error::{GreyboxError, if_run},
     gram::{dot, solve, symmetric},
     machine::State,
-    problem::{PerRecord, Problem},
+    problem::{PerRecord, Problem, rough_noise},
     structure::{Free, Structure, Target},
 };
 
@@ -50,6 +50,13 @@ impl Fitted {
     /// different places compare by it.
     pub(crate) fn nats(&self) -> f64 {
         self.objective + self.noise_nats
+    }
+
+    /// Cost of the recordings under white noise as large as what is left, nats.
+    fn rough_cost(&self) -> f64 {
+        let residual = self.residuals.concat();
+        let noise = rms(&residual).max(f64::MIN_POSITIVE);
+        residual.len() as f64 * libm::log(noise) + self.structure.cost_of(&self.values)
     }
 
     /// The fit with some of its numbers known but those that are kept.
@@ -112,6 +119,58 @@ pub(crate) fn fit_near(
 ) -> Result<Fitted, GreyboxError> {
     Search { problem, whitener, secant: true, bar }.run(structure, known)
 }
+
+/// Fits with white noise as large as what the fit leaves, and that noise. It begins with a guess that
+/// jumps of a command make far too large, beside which recordings would say less than tolerances do.
+pub(crate) fn fit_roughly(
+    problem: &Problem<'_>,
+    structure: &Structure,
+) -> Result<(Fitted, Whitener), GreyboxError> {
+    let mut noise = rough_noise(problem);
+    let mut fitted = fit(problem, structure.clone(), &Whitener::white(noise))?;
+    for _ in 0..MOST_PASSES {
+        let left = rms(&fitted.residuals.concat());
+        if left > LEAST_FALL * noise || left <= 0.0 {
+            break;
+        }
+        noise = left;
+        let structure = structure.clone().started_at(&fitted.values);
+        fitted = fit(problem, structure, &Whitener::white(noise))?;
+    }
+    Ok((fitted, Whitener::white(noise)))
+}
+
+/// A rough fit that begins where damage alone leads or where numbers of the model file alone do, whichever
+/// explains more: where both are free from the start, each hides ways on which the other leads on.
+pub(crate) fn fit_from_afar(
+    problem: &Problem<'_>,
+    structure: &Structure,
+) -> Result<(Fitted, Whitener), GreyboxError> {
+    let kinds: [fn(Target) -> bool; 2] =
+        [|target| matches!(target, Target::Fault(_)), |target| matches!(target, Target::Rough(_))];
+    let mut best: Option<Fitted> = None;
+    for is_of in kinds {
+        let of = structure.free.iter().enumerate().filter(|(_, free)| is_of(free.target));
+        let of: Vec<usize> = of.map(|(place, _)| place).collect();
+        if of.is_empty() || of.len() == structure.free.len() {
+            continue;
+        }
+        let Some((part, _)) = if_run(fit_roughly(problem, &structure.only(&of)))? else { continue };
+        if best.as_ref().is_none_or(|best| part.rough_cost() < best.rough_cost()) {
+            best = Some(part);
+        }
+    }
+    let start = structure.clone();
+    let start = match &best {
+        Some(part) => start.started_at_part(&part.structure, &part.values),
+        None => start,
+    };
+    fit_roughly(problem, &start)
+}
+
+/// How often a noise is told anew, and the share of it that less has to be left for that.
+const MOST_PASSES: usize = 4;
+const LEAST_FALL: f64 = 0.8;
 
 /// Objective of a structure at values.
 pub(crate) fn objective_at(

@@ -76,6 +76,13 @@ impl Floor {
         NoiseFloor { rms: unit * self.rms, source: self.source }
     }
 
+    /// Root mean square of residuals over the noise. One burst decides nothing: samples far beyond the
+    /// noise count less.
+    pub(crate) fn times(&self, residuals: &PerRecord) -> f64 {
+        let white: Vec<f64> = residuals.iter().flatten().map(|x| x / self.rms).collect();
+        libm::sqrt(clipped_energy(&white))
+    }
+
     /// From pairs of recordings; `None` without any.
     pub(crate) fn of_pairs(
         train: &Problem<'_>,
@@ -169,9 +176,48 @@ fn clipped_energy(white: &[f64]) -> f64 {
     (white.iter().map(clipped).sum::<f64>() / white.len().max(1) as f64).max(f64::MIN_POSITIVE)
 }
 
+/// Time within which residuals may share what makes them large, s.
+const SHARED_S: f64 = 0.1;
+
+/// Standard deviation of the root mean square of residuals over itself ([`rms_std_of`]).
+pub(crate) fn rms_std(problem: &Problem<'_>, residuals: &PerRecord) -> f64 {
+    let pairs = problem.records.iter().zip(residuals);
+    let blocks = pairs.flat_map(|(prepared, residual)| {
+        residual.chunks((libm::round(SHARED_S * prepared.rate_hz()) as usize).max(1))
+    });
+    rms_std_of(&blocks.collect::<Vec<_>>())
+}
+
+/// Standard deviation of a root mean square over itself: of normal samples `√(1/2n)`, more where the
+/// squares scatter more between blocks, as of outliers, bursts and what stands alike for a while.
+fn rms_std_of(blocks: &[&[f64]]) -> f64 {
+    let energies: Vec<f64> = blocks.iter().map(|block| block.iter().map(|x| x * x).sum()).collect();
+    let samples = blocks.iter().map(|block| block.len()).sum::<usize>().max(1) as f64;
+    let total: f64 = energies.iter().sum();
+    let off = |(block, energy): (&&[f64], &f64)| energy - total * block.len() as f64 / samples;
+    let scatter: f64 = blocks.iter().zip(&energies).map(off).map(|off| off * off).sum();
+    let count = blocks.len() as f64;
+    let of_blocks =
+        scatter * count / f64::max(count - 1.0, 1.0) / (total * total).max(f64::MIN_POSITIVE);
+    0.5 * libm::sqrt(of_blocks.max(2.0 / samples))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Where two of a hundred blocks hold all that there is, the mean square has a relative scatter of
+    /// `√(100/99·98/200)`, by hand; blocks alike have that of normal samples.
+    #[test]
+    fn a_root_mean_square_of_bursts_is_known_less_well() {
+        let (quiet, loud) = (vec![0.0; 50], vec![2.0; 50]);
+        let mut blocks: Vec<&[f64]> = vec![&quiet; 98];
+        blocks.extend([loud.as_slice(), &loud]);
+        let by_hand = 0.5 * libm::sqrt(100.0 / 99.0 * 98.0 / 200.0);
+        assert!((rms_std_of(&blocks) - by_hand).abs() < 1e-12, "{}", rms_std_of(&blocks));
+        let alike = [loud.as_slice(); 100];
+        assert_eq!(rms_std_of(&alike), libm::sqrt(0.5 / 5000.0));
+    }
 
     #[test]
     fn a_gap_within_two_percent_of_the_noise_is_none() {

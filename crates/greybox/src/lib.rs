@@ -30,6 +30,7 @@ mod interval;
 mod known;
 mod machine;
 mod mains;
+mod median;
 mod menu;
 mod number;
 mod observation;

@@ -1,15 +1,15 @@
 //! Choice of the model that predicts recordings, and moves of the predictions to it.
 
 use ema_sim::{Effect, EffectId, ModelFidelity, Role};
-use inference::{Whitener, log_likelihood_without};
+use inference::log_likelihood_without;
 
 use crate::{
     anchor::{FEW_RUNS, RUNS},
     error::{GreyboxError, if_run},
     explain::Session,
-    fit::{Fitted, fit},
+    fit::{fit_from_afar, fit_roughly},
     observation::Observation,
-    problem::{Anchors, PerRecord, rough_noise},
+    problem::{Anchors, PerRecord},
     structure::{Free, Structure, Target},
 };
 
@@ -101,11 +101,16 @@ impl Session<'_> {
     }
 
     /// Chooses the model under which the recordings to fit are likeliest, each with damage and
-    /// tolerances fitted and a noise of its own, and moves the predictions to it there.
-    pub(crate) fn observe(&mut self, log: &mut Vec<String>) -> Result<Observation, GreyboxError> {
+    /// tolerances fitted and a noise of its own, and moves the predictions to it there; with these
+    /// numbers.
+    pub(crate) fn observe(
+        &mut self,
+        log: &mut Vec<String>,
+    ) -> Result<(Observation, Vec<f64>), GreyboxError> {
+        let nominal = Structure::nominal(self.machine);
         let candidates = self.observations();
         if let [Observation::Ideal] = candidates[..] {
-            return Ok(Observation::Ideal);
+            return Ok((Observation::Ideal, nominal.starts()));
         }
         let none = self.all_anchors();
         let mut best: Option<Candidate> = None;
@@ -119,14 +124,13 @@ impl Session<'_> {
                 best = Some(candidate);
             }
         }
-        let Some(best) = best else { return Ok(Observation::Ideal) };
-        let Some(fidelity) = best.observation.fidelity() else { return Ok(Observation::Ideal) };
-        let there = Place {
-            observation: best.observation,
-            structure: Structure::nominal(self.machine),
-            values: best.stands_at,
+        let Some(best) = best else { return Ok((Observation::Ideal, nominal.starts())) };
+        let Some(fidelity) = best.observation.fidelity() else {
+            return Ok((Observation::Ideal, best.values));
         };
-        let found = Place { values: best.values, ..there.clone() };
+        let there =
+            Place { observation: best.observation, structure: nominal, values: best.stands_at };
+        let found = Place { values: best.values.clone(), ..there.clone() };
         let is_moved = if there.is_near(&found) {
             self.train.put_back(&best.train);
             self.move_to(fidelity, there, true)?
@@ -134,10 +138,10 @@ impl Session<'_> {
             self.move_to(fidelity, found, false)?
         };
         if is_moved {
-            return Ok(best.observation);
+            return Ok((best.observation, best.values));
         }
         self.put_back(&none);
-        Ok(Observation::Ideal)
+        Ok((Observation::Ideal, best.values))
     }
 
     /// The recordings to fit under a model; `None` where it cannot be run.
@@ -159,8 +163,8 @@ impl Session<'_> {
         let nominal = Structure::nominal(self.machine);
         let mut values = nominal.starts();
         let Some(fidelity) = observation.fidelity() else {
-            let fitted = self.rough_fit(&nominal, &values)?;
-            return Ok(fitted.map(|fitted| Candidate {
+            let fitted = if_run(fit_from_afar(&self.train, &nominal))?;
+            return Ok(fitted.map(|(fitted, _)| Candidate {
                 observation,
                 likelihood: likelihood_of(&fitted.residuals, &[]),
                 stands_at: fitted.values.clone(),
@@ -176,13 +180,19 @@ impl Session<'_> {
             if !self.train.anchor(fidelity, &state, runs)? {
                 return Ok(None);
             }
-            let Some(fitted) = self.rough_fit(&nominal, &values)? else { return Ok(None) };
+            let fitted = if runs == FEW_RUNS {
+                fit_from_afar(&self.train, &nominal)
+            } else {
+                fit_roughly(&self.train, &nominal.clone().started_at(&values))
+            };
+            let Some((fitted, _)) = if_run(fitted)? else { return Ok(None) };
             alike = likelihood_of(&fitted.residuals, &self.train.scatter());
             values = fitted.values;
         }
         let noise = self.train.sensor_noise(&nominal.state(self.machine, &values))?;
         self.train.weigh(noise);
-        let Some(fitted) = self.rough_fit(&nominal, &values)? else { return Ok(None) };
+        let fitted = fit_roughly(&self.train, &nominal.started_at(&values));
+        let Some((fitted, _)) = if_run(fitted)? else { return Ok(None) };
         let as_runs = likelihood_of(&fitted.residuals, &[]) - self.train.log_determinant(noise);
         Ok(Some(Candidate {
             observation,
@@ -191,16 +201,6 @@ impl Session<'_> {
             stands_at,
             train: self.train.anchors(),
         }))
-    }
-
-    /// Fit with white noise; `None` where the machine cannot be run.
-    fn rough_fit(
-        &self,
-        nominal: &Structure,
-        values: &[f64],
-    ) -> Result<Option<Fitted>, GreyboxError> {
-        let noise = Whitener::white(rough_noise(&self.train));
-        if_run(fit(&self.train, nominal.clone().started_at(values), &noise))
     }
 
     /// Moves the predictions to the model of an observation at values of a structure; false where it

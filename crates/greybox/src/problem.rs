@@ -9,6 +9,7 @@ use crate::{
     gram::dot,
     machine::{AskedDrive, Machine, State},
     mains::Mains,
+    median::median,
     parallel,
     record::Record,
     structure::{Free, Structure, Target},
@@ -477,17 +478,54 @@ fn difference(after: &PerRecord, before: &PerRecord, step: f64) -> PerRecord {
     after.iter().zip(before).map(of).collect()
 }
 
-/// Noise by second differences of the measured signals: a first guess.
+/// Noise by second differences of the measured signals: a first guess for fits, which jumps of a
+/// command make larger.
 pub(crate) fn rough_noise(problem: &Problem<'_>) -> f64 {
-    let differences: Vec<f64> = problem
-        .records
-        .iter()
-        .flat_map(|r| second_differences(&r.measured).map(|d| d / libm::sqrt(6.0)))
-        .collect();
-    rms(&differences).max(1e-9)
+    rms(&scaled_differences(problem)).max(1e-9)
+}
+
+/// Noise by the median of second differences, so that jumps of a command do not count; where most are
+/// zero, as of a coarse converter, their size does.
+pub(crate) fn quiet_noise(problem: &Problem<'_>) -> f64 {
+    quiet_size(&scaled_differences(problem))
+}
+
+/// Standard deviation of normal numbers but for a few far out.
+fn quiet_size(differences: &[f64]) -> f64 {
+    let middle = median(differences.iter().map(|d| d.abs()).collect());
+    let noise = if middle > 0.0 { STD_OVER_MEDIAN * middle } else { rms(differences) };
+    noise.max(1e-9)
+}
+
+/// Standard deviation of normal numbers over the median of their sizes.
+const STD_OVER_MEDIAN: f64 = 1.4826;
+
+/// Second differences of all signals, as large as white noise itself.
+fn scaled_differences(problem: &Problem<'_>) -> Vec<f64> {
+    let of = |r: &Prepared<'_>| -> Vec<f64> {
+        second_differences(&r.measured).map(|d| d / libm::sqrt(6.0)).collect()
+    };
+    problem.records.iter().flat_map(of).collect()
 }
 
 /// Second differences of a signal; of white noise their variance is six times its own.
 fn second_differences(signal: &[f64]) -> impl Iterator<Item = f64> {
     signal.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sizes of a standard deviation of one have a median of 0.6745; one jump of a hundred does not
+    /// count, and of zeros alone that jump does.
+    #[test]
+    fn a_jump_is_no_noise_unless_all_else_is_zero() {
+        let mut differences: Vec<f64> = (0..100).map(|n| 0.013_49 * f64::from(n)).collect();
+        assert!((quiet_size(&differences) - 1.0).abs() < 0.01, "{}", quiet_size(&differences));
+        differences[0] = 1e3;
+        assert!((quiet_size(&differences) - 1.0).abs() < 0.03, "{}", quiet_size(&differences));
+        let coarse = [0.0, 0.0, 0.0, 4.0];
+        assert_eq!(quiet_size(&coarse), 2.0);
+    }
 }

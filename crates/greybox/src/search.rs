@@ -157,8 +157,9 @@ impl Session<'_> {
     /// needed.
     pub(crate) fn search(&mut self) -> Result<Search, GreyboxError> {
         let mut log = Vec::new();
-        let observation = self.observe(&mut log)?;
-        let Floored { floor, fitted, look } = self.floor(&Structure::nominal(self.machine))?;
+        let (observation, values) = self.observe(&mut log)?;
+        let nominal = Structure::nominal(self.machine).started_at(&values);
+        let Floored { floor, fitted, look } = self.floor(&nominal)?;
         let fitted = self.followed(observation, fitted, &floor.whitener)?;
         let before = Judged::new(fitted, self.split(), &floor.whitener)?;
         let scales = self.scales(&before.fitted)?;

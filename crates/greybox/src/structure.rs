@@ -229,6 +229,16 @@ impl Structure {
         self
     }
 
+    /// Starts a fit from values found for a part of it.
+    pub(crate) fn started_at_part(mut self, part: &Self, values: &[f64]) -> Self {
+        for (known, value) in part.free.iter().zip(values) {
+            if let Some(free) = self.free.iter_mut().find(|free| free.target == known.target) {
+                free.start = *value;
+            }
+        }
+        self
+    }
+
     /// Cost of values by what is known beforehand, nats.
     pub(crate) fn cost_of(&self, values: &[f64]) -> f64 {
         let of = |(free, value): (&Free, &f64)| free.prior.map_or(0.0, |prior| prior.cost(*value));

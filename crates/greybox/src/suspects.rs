@@ -8,7 +8,7 @@ use crate::{
     fit::whitened,
     gram::dot,
     machine::Machine,
-    problem::{Problem, rough_noise},
+    problem::{Problem, quiet_noise},
     record::{Record, Recordings},
     structure::{Free, Structure, Target},
 };
@@ -47,7 +47,7 @@ pub(crate) fn with_suspects(
     let values = nominal.starts();
     let drive = problem.drives(&[nominal.state(&all, &values)])?.remove(0);
     let columns = problem.sensitivities(&nominal, 0, 1.0, &values, &drive)?;
-    let noise = Whitener::white(rough_noise(&problem));
+    let noise = Whitener::white(quiet_noise(&problem));
     let is_seen = |place: usize| {
         let number = nominal.free.iter().zip(&columns);
         let mut own = number.filter(|(free, _)| free.target == Target::Rough(place));

@@ -108,6 +108,11 @@ const PAGES: &[Page] = &[
         quick: simulated_sets::quick,
         text: |_| simulated_sets::text().map(Into::into),
     },
+    Page {
+        name: "strata",
+        quick: simulated_sets::strata::quick,
+        text: |_| simulated_sets::strata::text().map(Into::into),
+    },
     Page { name: "fidelity", quick: fidelity::quick, text: |f| fidelity::text(f).map(Into::into) },
     Page { name: "planned", quick: planned::quick, text: |_| planned::text().map(Into::into) },
     Page { name: "tests", quick: several::quick, text: |_| several::text().map(Into::into) },

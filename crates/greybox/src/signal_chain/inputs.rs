@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+use crate::median::median;
+
 /// Time over which a residual is averaged, s: single samples are no input.
 const AVERAGED_S: f64 = 5e-3;
 /// Shortest input, s.
@@ -115,11 +117,6 @@ fn around(signal: &[f64], reach: usize) -> Vec<f64> {
         around.iter().sum::<f64>() / around.len() as f64
     };
     (0..signal.len()).map(mean).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 50] = [
+const OF_METHOD: [&str; 52] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -58,6 +58,8 @@ const OF_METHOD: [&str; 50] = [
     "simulated_sets/limits.md",
     "simulated_sets/off.md",
     "simulator/limits.md",
+    "strata/head.md",
+    "strata/limits.md",
     "tests/head.md",
     "tests/limits.md",
     "voltage/head.md",

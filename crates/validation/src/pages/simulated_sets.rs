@@ -4,6 +4,7 @@ mod course;
 mod hidden;
 mod off;
 mod set;
+pub(super) mod strata;
 
 use std::fmt::Write as _;
 
@@ -18,7 +19,7 @@ use greybox::{Explained, Observation, Options, Verdict, WrongNumber, explain};
 use self::{
     course::Course,
     hidden::Outlook,
-    set::{Choice, MACHINES, machine},
+    set::{Choice, HEALTHY, MACHINES, machine},
 };
 use super::{bar::met, figure::Figure, measured::verdict, units::percent};
 use crate::{processor::jobs, terminal::say};
@@ -31,7 +32,7 @@ const LIMITS: &str = include_str!("simulated_sets/limits.md");
 /// Root seed of all sets; development used commands of its own.
 const SEED: u64 = 20_261_128;
 /// Sets without an effect, and with one, of each machine, kind of command and fidelity.
-const HEALTHY: usize = 2;
+const WITHOUT_EFFECT: usize = 2;
 const WITH_EFFECT: usize = 1;
 /// Place from which on sets of a kind are of machines with numbers of their own.
 const FIRST_OFF: usize = 500;
@@ -152,7 +153,7 @@ pub(super) fn text() -> Result<String> {
         say(&format!("simulated sets: machines {heading}"));
         let of = |has_effect| Content { is_off, has_effect };
         let with_effect = answers(&models, WITH_EFFECT, of(true))?;
-        let healthy = answers(&models, HEALTHY, of(false))?;
+        let healthy = answers(&models, WITHOUT_EFFECT, of(false))?;
         let _ = writeln!(page, "\n## Machines {heading}\n\n{piece}### Without an effect\n");
         healthy_rows(&mut page, &healthy);
         let hidden = if is_off { "" } else { HIDDEN };
@@ -171,7 +172,7 @@ fn models() -> Result<Vec<Model>> {
 fn answers(models: &[Model], count: usize, content: Content) -> Result<Vec<Answer>> {
     let kinds = (0..models.len()).flat_map(|machine| {
         FIDELITIES.into_iter().flat_map(move |fidelity| {
-            Course::ALL.into_iter().map(move |course| Kind { machine, fidelity, course })
+            Course::OF_SETS.into_iter().map(move |course| Kind { machine, fidelity, course })
         })
     });
     // what takes long is spread over the threads
@@ -186,8 +187,9 @@ fn answer(models: &[Model], kind: Kind, place: usize, content: Content) -> Resul
     let Content { is_off, has_effect } = content;
     let place = if is_off { place + FIRST_OFF } else { place };
     let fidelity = usize::from(kind.fidelity == ModelFidelity::Low);
-    let of_kind = (kind.machine * FIDELITIES.len() + fidelity) * Course::ALL.len();
-    let course = Course::ALL.iter().position(|course| *course == kind.course).unwrap_or_default();
+    let of_kind = (kind.machine * FIDELITIES.len() + fidelity) * Course::OF_SETS.len();
+    let course =
+        Course::OF_SETS.iter().position(|course| *course == kind.course).unwrap_or_default();
     let index = 2 * (1000 * (of_kind + course) + place) + usize::from(has_effect);
     let model = &models[kind.machine];
     let seed = RootSeed(RootSeed(SEED).derive(Purpose::Units, index as u64));
@@ -195,7 +197,7 @@ fn answer(models: &[Model], kind: Kind, place: usize, content: Content) -> Resul
     let Kind { fidelity, course, .. } = kind;
     let choice = Choice { model, machine: &machine, fidelity, course, seed };
     let hidden = if has_effect { Some(Outlook::new(&choice)?.draw()?) } else { None };
-    let recordings = choice.recordings(hidden.as_slice())?;
+    let recordings = choice.recordings(hidden.as_slice(), HEALTHY)?;
     let file = MachineModel::Actuator(model.clone());
     let explained = explain(&file, &recordings, &Options::default())?;
     Ok(Answer::new(kind, [model, &machine], hidden, &explained))
@@ -204,7 +206,7 @@ fn answer(models: &[Model], kind: Kind, place: usize, content: Content) -> Resul
 /// A table by machine and fidelity, and what was not adequate.
 fn healthy_rows(page: &mut String, answers: &[Answer]) {
     let _ = write!(page, "| machine | recordings |");
-    for course in Course::ALL {
+    for course in Course::OF_SETS {
         let _ = write!(page, " {} |", course.word());
     }
     let _ = writeln!(page, " predicted by ideal, low, high |\n|---|---|{}---|", "---:|".repeat(5));
@@ -215,7 +217,7 @@ fn healthy_rows(page: &mut String, answers: &[Answer]) {
                 .filter(|one| one.kind.machine == machine && one.kind.fidelity == fidelity)
                 .collect();
             let _ = write!(page, "| {name} | {} |", word(fidelity));
-            for course in Course::ALL {
+            for course in Course::OF_SETS {
                 let of: Vec<&&Answer> =
                     own.iter().filter(|one| one.kind.course == course).collect();
                 let adequate = of.iter().filter(|one| one.is_adequate()).count();

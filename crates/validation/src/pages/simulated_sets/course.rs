@@ -19,6 +19,12 @@ const STEP_S: f64 = 0.1;
 const SINES: usize = 4;
 const WANDERING_SINES: usize = 8;
 
+/// Time from one fast step, and from one reversal, to the next: least and most, s.
+const FAST_STEP_S: [f64; 2] = [0.08, 0.2];
+const REVERSAL_S: [f64; 2] = [0.1, 0.4];
+/// Speeds between reversals, rad/s.
+const REVERSED_RAD_PER_S: [f64; 2] = [0.01, 0.06];
+
 /// Kind of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Course {
@@ -27,10 +33,15 @@ pub(super) enum Course {
     MultiSine,
     Staircase,
     Wandering,
+    /// Jumps from level to level.
+    FastSteps,
+    /// One speed after another, each against the one before.
+    Reversals,
 }
 
 impl Course {
-    pub(super) const ALL: [Self; 5] =
+    /// Kinds of the sets that effects are hidden in.
+    pub(super) const OF_SETS: [Self; 5] =
         [Self::Chirp, Self::Sine, Self::MultiSine, Self::Staircase, Self::Wandering];
 
     pub(super) fn word(self) -> &'static str {
@@ -40,6 +51,8 @@ impl Course {
             Self::MultiSine => "multi-sine",
             Self::Staircase => "staircase",
             Self::Wandering => "recorded",
+            Self::FastSteps => "fast steps",
+            Self::Reversals => "reversals",
         }
     }
 
@@ -61,6 +74,8 @@ impl Course {
             Self::MultiSine => sum(SINES, [0.5, 6.0], chance),
             Self::Staircase => staircase(chance),
             Self::Wandering => sum(WANDERING_SINES, [0.3, 1.5], chance),
+            Self::FastSteps => fast_steps(chance),
+            Self::Reversals => reversals(chance),
         }
     }
 }
@@ -80,9 +95,9 @@ fn smooth(x: f64) -> f64 {
     x * x * (3.0 - 2.0 * x)
 }
 
-fn sampled(at: impl Fn(f64) -> f64) -> Vec<f64> {
+fn sampled(at: impl FnMut(f64) -> f64) -> Vec<f64> {
     let samples = (SECONDS * RATE_HZ) as usize + 1;
-    (0..samples).map(|n| at(n as f64 / RATE_HZ)).collect()
+    (0..samples).map(|n| n as f64 / RATE_HZ).map(at).collect()
 }
 
 /// Sum of sines of frequencies and phases that are drawn.
@@ -113,13 +128,42 @@ fn staircase(chance: &mut Chance) -> Vec<f64> {
     })
 }
 
+/// Levels that are drawn, each held for a time that is drawn too.
+fn fast_steps(chance: &mut Chance) -> Vec<f64> {
+    let (mut level, mut until_s) = (0.0, FAST_STEP_S[1]);
+    sampled(|t| {
+        if t >= until_s {
+            level = chance.between(-AMPLITUDE_RAD, AMPLITUDE_RAD);
+            until_s += chance.between(FAST_STEP_S[0], FAST_STEP_S[1]);
+        }
+        level
+    })
+}
+
+/// Back and forth, at a speed and for a time that are drawn anew each way.
+fn reversals(chance: &mut Chance) -> Vec<f64> {
+    let [slowest, fastest] = REVERSED_RAD_PER_S;
+    let (mut place, mut speed, mut until_s) = (0.0, 0.0, RISE_S);
+    let mut way = if chance.uniform() < 0.5 { 1.0 } else { -1.0 };
+    sampled(|t| {
+        if t >= until_s {
+            way = -way;
+            speed = way * chance.between(slowest, fastest);
+            until_s += chance.between(REVERSAL_S[0], REVERSAL_S[1]);
+        }
+        place += speed / RATE_HZ;
+        place
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn commands_begin_at_rest_and_follow_from_the_seed() {
-        for course in Course::ALL {
+        let more = [Course::FastSteps, Course::Reversals];
+        for course in Course::OF_SETS.into_iter().chain(more) {
             let [a, b, other] = [1, 1, 2].map(|seed| course.draw(&mut Chance::new(seed)));
             assert!(a == b && a != other, "{}", course.word());
             assert!(a[0] == 0.0 && (a[1] - a[0]).abs() < 1e-5, "{}", course.word());

@@ -68,13 +68,17 @@ impl Choice<'_> {
         (0..RECORDINGS).map(test).collect()
     }
 
-    /// Recordings of the set, of a machine that has effects beside its model.
-    pub(super) fn recordings(&self, effects: &[Effect]) -> Result<Recordings> {
+    /// Recordings of the set, of a machine that has some damage, and effects beside its model.
+    pub(super) fn recordings(
+        &self,
+        effects: &[Effect],
+        faults: FaultCoordinates,
+    ) -> Result<Recordings> {
         let tests = self.tests()?.into_iter().enumerate();
         let mut train = tests
             .map(|(place, mut test)| {
                 test.effects.extend_from_slice(effects);
-                self.record(&test, HEALTHY, place as u64, self.seed)
+                self.record(&test, faults, place as u64, self.seed)
             })
             .collect::<Result<Vec<_>>>()?;
         let holdout = train.split_off(FITTED);
