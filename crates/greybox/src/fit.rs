@@ -160,12 +160,12 @@ pub(crate) fn fit_from_afar(
             best = Some(part);
         }
     }
-    let start = structure.clone();
-    let start = match &best {
-        Some(part) => start.started_at_part(&part.structure, &part.values),
-        None => start,
-    };
-    fit_roughly(problem, &start)
+    match best {
+        Some(Fitted { structure: part, values, .. }) => {
+            fit_roughly(problem, &structure.clone().started_at_part(&part, &values))
+        }
+        None => fit_roughly(problem, structure),
+    }
 }
 
 /// How often a noise is told anew, and the share of it that less has to be left for that.

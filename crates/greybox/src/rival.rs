@@ -91,7 +91,12 @@ impl Judged {
     /// Covariance of the fitted numbers by their scatter ([`sandwich`]), and no smaller than what
     /// is held out leaves of it, and than fits without damage do.
     pub(crate) fn covariance(&self, train: &Problem<'_>, noise: &Whitener) -> DMatrix<f64> {
-        let mut covariance = sandwich(&self.fitted, train, noise);
+        self.no_surer(sandwich(&self.fitted, train, noise))
+    }
+
+    /// A covariance by their scatter, made no smaller than what is held out leaves of it, and than fits
+    /// without damage do.
+    pub(crate) fn no_surer(&self, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
         let held_out = self.fitted.structure.same_everywhere().into_iter();
         let held_out = held_out.zip(self.held_out.stds.iter().copied());
         let least_stds = self.least_stds.iter().copied().enumerate();

@@ -498,8 +498,8 @@ impl Session<'_> {
         }
         let is_shape = |place: &usize| places.contains(place) && !sizes.contains(place);
         let kept: Vec<usize> = (0..values.len()).filter(|place| !is_shape(place)).collect();
-        let covariance = judged.covariance(&self.train, whitener);
         let all = sandwich(&judged.fitted, &self.train, whitener);
+        let covariance = judged.no_surer(all.clone());
         let beside = sandwich(&judged.fitted.only(&kept), &self.train, whitener);
         let known = kept.iter().enumerate().filter(|(_, place)| sizes.contains(place));
         known.into_iter().any(|(known, &place)| {
