@@ -146,10 +146,10 @@ pub(crate) fn hypotheses(of_family: &[EffectId], scan: &Scan, rivals: &[Rival]) 
         let id = of_family[scored.family];
         let rival = rivals.iter().find(|rival| rival.family == scored.family);
         let refit = rival.map(|rival| Refit {
-            holdout_gain_nats: rival.gain.nats,
-            holdout_gain_se: rival.gain.std_error,
-            evidence_nats: rival.evidence,
-            on_bound: rival.on_bound,
+            holdout_gain_nats: rival.claim.gain.nats,
+            holdout_gain_se: rival.claim.gain.std_error,
+            evidence_nats: rival.claim.evidence,
+            on_bound: rival.claim.on_bound,
         });
         match all.iter_mut().find(|one| one.id == id) {
             None => all.push(Hypothesis {

@@ -4,12 +4,12 @@ use ema_sim::{EffectId, MachineSignals, model_file::MachineModel};
 use inference::{Whitener, rms};
 
 use crate::{
+    ambiguous::ambiguous,
     curve::{ResidualCurve, curves, joined},
     elsewhere::elsewhere,
     error::{GreyboxError, if_run},
     explained::{
-        Explained, FaultChange, Finding, NumberFit, NumberInterval, RecordChange, SmallestNamed,
-        Use, Verdict,
+        Explained, FaultChange, Finding, NumberFit, NumberInterval, RecordChange, Use, Verdict,
     },
     fit::{Fitted, fit, fit_below, fit_roughly},
     floor::{Excess, Floor, pairs, rms_std},
@@ -240,7 +240,10 @@ impl<'a> Session<'a> {
 
     fn answer(&mut self, search: Search) -> Result<Explained, GreyboxError> {
         let is_more_there = search.is_more_beside_found();
-        let Search { floor, before, current, found, first_round, tried, mut log, .. } = search;
+        self.put_back(&search.anchors);
+        let smallest_named_90 = self.detection_limits(&search)?;
+        let Search { floor, before, current, found, rounds, tried, mut log, .. } = search;
+        let first_round = rounds.first();
         let (ties, last_ties) = (search.ties, search.last_ties);
         let whitener = &floor.whitener;
         self.put_back(&search.anchors_before);
@@ -255,7 +258,7 @@ impl<'a> Session<'a> {
             self.is_something_left(&nominal, &now, &floor, search.observation, &mut log)?
                 || is_more_there;
         let verdict = match (found.is_empty() && numbers.is_empty(), something_left) {
-            (true, false) => match &first_round {
+            (true, false) => match first_round {
                 Some(round) if self.may_be_an_effect(&current, round, whitener) => {
                     Verdict::Absorbed
                 }
@@ -274,7 +277,8 @@ impl<'a> Session<'a> {
         // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
         let first = usize::from(!ties.is_empty());
-        by_strength[first..].sort_by(|(_, a), (_, b)| b.rival.fall.total_cmp(&a.rival.fall));
+        by_strength[first..]
+            .sort_by(|(_, a), (_, b)| b.rival.claim.fall.total_cmp(&a.rival.claim.fall));
         let of = |(place, f): (usize, &Found)| self.finding(&current, whitener, place, f);
         let effects = by_strength.into_iter().map(of).collect();
         let alternative = |(place, rival): (usize, Rival)| {
@@ -296,14 +300,14 @@ impl<'a> Session<'a> {
             effects,
             alternatives,
             numbers,
-            absorbed: first_round.as_ref().map_or_else(Vec::new, absorbed),
+            absorbed: first_round.map_or_else(Vec::new, absorbed),
             holdout_rms: Some([&nominal, &now].map(Seen::held_out_rms)),
             noise_floor: Some(floor.level(now.unit())),
             observation: Some(search.observation),
             drive_unit: self.machine.drive_unit(),
             faults,
             rough: rough_fits(self.machine, &state.rough),
-            smallest_named_90: first_round.as_ref().map_or_else(Vec::new, |r| self.smallest(r)),
+            smallest_named_90,
             records: record_changes(&nominal, &now),
             remainder,
             hypotheses: tried,
@@ -523,14 +527,14 @@ impl<'a> Session<'a> {
                 intervals.push(one);
             }
         }
-        hold_off_zero(&mut intervals, fitted, place, found.rival.fall);
+        hold_off_zero(&mut intervals, fitted, place, found.rival.claim.fall);
         Finding {
             effect,
             interval_95: intervals,
             p_familywise: found.p_familywise,
-            holdout_gain_nats: found.rival.gain.nats,
-            holdout_gain_se: found.rival.gain.std_error,
-            evidence_nats: found.rival.evidence,
+            holdout_gain_nats: found.rival.claim.gain.nats,
+            holdout_gain_se: found.rival.claim.gain.std_error,
+            evidence_nats: found.rival.claim.evidence,
             instead_of: None,
         }
     }
@@ -554,44 +558,13 @@ impl<'a> Session<'a> {
                 level.interval_95 = [low.min(least), high.max(most)];
             }
         }
-        let change = |((key, before), (_, after))| FaultChange { key, before, after };
-        was.into_iter().zip(is).map(change).collect()
-    }
-
-    /// The size at which an effect would have been named nine times in ten: the root of its
-    /// projected energy exceeds that which the gates ask for by 1.28 standard deviations. The
-    /// recordings held out are taken to show as much of it a sample as those fitted.
-    fn smallest(&self, round: &Round) -> Vec<SmallestNamed> {
-        let geometry = self.machine.geometry();
-        let of = |scored: &Scored| {
-            let (tried, family) = (&round.tried[scored.tried], &round.families[scored.family]);
-            let &(place, size) = tried.sizes.first()?;
-            if scored.energy <= 0.0 {
-                return None;
-            }
-            let id = tried.plain.id();
-            let key = id.info().parameters[place].key(geometry).to_owned();
-            let numbers = tried.sizes.len() + family.free_shapes().len();
-            let least = self.least_named(round, family.screened(), numbers);
-            let size = size.abs() * least / libm::sqrt(scored.energy);
-            Some(SmallestNamed { id, key, size })
+        let mut open = ambiguous(&after.fitted, whitener);
+        let change = |((key, before), (_, after)): ((String, _), (_, _))| {
+            let place = open.iter().position(|(level, _)| *level == key);
+            let ambiguous_with = place.map_or_else(Vec::new, |place| open.swap_remove(place).1);
+            FaultChange { key, before, after, ambiguous_with }
         };
-        round.scan.scored.iter().filter_map(of).collect()
-    }
-
-    /// Root of the projected energy from which scan, evidence and the recordings held out accept
-    /// an effect, nine times in ten, whose shapes were chosen among so many.
-    fn least_named(&self, round: &Round, looked_at: f64, numbers: usize) -> f64 {
-        let options = &self.options;
-        let questions = libm::log(round.families.len().max(1) as f64 * looked_at);
-        let scan = questions - libm::log(options.false_alarm_rate);
-        let share = self.holdout.samples() as f64 / self.train.samples().max(1) as f64;
-        let price = 0.5 * numbers as f64 * libm::log(self.train.samples().max(1) as f64);
-        let evidence = (options.evidence_nats + price + libm::log(looked_at)) / (1.0 + share);
-        let sure = (questions - libm::log(options.sure_rate)) / (1.0 + share);
-        let root = |nats: f64| libm::sqrt(2.0 * nats) + NINE_IN_TEN;
-        let confirmed = 2.0 * (options.gain_std_errors + NINE_IN_TEN) / libm::sqrt(share);
-        root(scan.max(evidence)).max(root(sure).min(confirmed))
+        was.into_iter().zip(is).map(change).collect()
     }
 }
 
@@ -605,9 +578,6 @@ fn record_changes(before: &Seen<'_>, after: &Seen<'_>) -> Vec<RecordChange> {
     };
     pairs.map(of).collect()
 }
-
-/// Standard deviations that nine of ten are within, to one side.
-const NINE_IN_TEN: f64 = 1.2816;
 
 /// Numbers of the machine that a fit has, beside those of the model file.
 fn rough_fits(machine: &Machine, values: &[f64]) -> Vec<NumberFit> {

@@ -87,6 +87,9 @@ pub struct FaultChange {
     pub before: FaultLevel,
     /// With the effects found.
     pub after: FaultLevel,
+    /// Keys of numbers of the model file that leave the level open, the most first: were all numbers
+    /// known, its standard deviation would halve.
+    pub ambiguous_with: Vec<String>,
 }
 
 /// A number of the data sheet.
@@ -121,11 +124,11 @@ pub struct WrongNumber {
     pub holdout_gain_se: f64,
 }
 
-/// Smallest size of an effect that would have been named nine times in ten.
+/// Smallest size of an effect that these recordings would have named, whatever its sign and phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmallestNamed {
-    /// The effect.
-    pub id: EffectId,
+    /// The effect, of that size, with the shape that shows best.
+    pub effect: Effect,
     /// Key of its first number.
     pub key: String,
     /// Size of that number, in the unit of the key.

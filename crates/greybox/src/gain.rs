@@ -32,23 +32,27 @@ impl Block {
         let apart = self.white.iter().zip(&other.white).map(|(a, b)| (a - b) * (a - b));
         let energy = apart.sum();
         let mean_square = dot(&self.white, &self.white) / self.white.len().max(1) as f64;
-        let size = self.size * other.size;
-        Share {
-            nats: self.log_likelihood - other.log_likelihood,
-            energy,
-            noise: energy * mean_square.max(1.0) / (size * size),
-        }
+        let nats = self.log_likelihood - other.log_likelihood;
+        Share::new(nats, energy, mean_square, self.size * other.size)
     }
 }
 
 /// Gain of a block.
 #[derive(Clone, Copy, Debug)]
-struct Share {
+pub(crate) struct Share {
     nats: f64,
     /// Energy of the difference of the two predictions.
     energy: f64,
     /// Variance that noise of the size seen there gives the gain.
     noise: f64,
+}
+
+impl Share {
+    /// By the energy of the difference of two predictions, the mean square of what the first leaves,
+    /// and the product of the sizes of their noise.
+    pub(crate) fn new(nats: f64, energy: f64, mean_square: f64, sizes: f64) -> Self {
+        Self { nats, energy, noise: energy * mean_square.max(1.0) / (sizes * sizes) }
+    }
 }
 
 /// Samples of a block.
@@ -90,7 +94,7 @@ impl Gain {
     /// more: the standard error is that of the scatter about a line over the energy (after Vuong
     /// 1989, Diebold and Mariano 1995), and never less than the noise alone makes it, as large as
     /// it is where the predictions differ.
-    fn of(blocks: &[Share]) -> Self {
+    pub(crate) fn of(blocks: &[Share]) -> Self {
         let n = blocks.len() as f64;
         let sum = |of: &dyn Fn(&Share) -> f64| blocks.iter().map(of).sum::<f64>();
         let (nats, energy) = (sum(&|b| b.nats), sum(&|b| b.energy));

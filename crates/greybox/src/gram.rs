@@ -39,6 +39,28 @@ impl Gram {
         }
     }
 
+    /// Product of a column with a combination of all.
+    pub(crate) fn with(&self, column: usize, combination: &[f64]) -> f64 {
+        dot(self.products.column(column).as_slice(), combination)
+    }
+
+    /// Energy of a combination of all columns.
+    pub(crate) fn energy(&self, combination: &[f64]) -> f64 {
+        let along = |(column, part): (usize, &f64)| part * self.with(column, combination);
+        combination.iter().enumerate().map(along).sum::<f64>().max(0.0)
+    }
+
+    /// Products of the first columns and of a combination of all, which is the last.
+    pub(crate) fn beside(&self, first: usize, combination: &[f64]) -> Self {
+        let product = |i: usize, j: usize| match (i < first, j < first) {
+            (true, true) => self.products[(i, j)],
+            (true, false) => self.with(i, combination),
+            (false, true) => self.with(j, combination),
+            (false, false) => self.energy(combination),
+        };
+        Self { products: DMatrix::from_fn(first + 1, first + 1, product) }
+    }
+
     /// All columns with some of them projected off; those become zero.
     ///
     /// A column of `off` that the others of `off` make up already is passed over.
@@ -71,9 +93,15 @@ impl Gram {
 
     /// Energy of a column that some others explain, and their weights: least squares.
     pub(crate) fn explained(&self, target: usize, by: &[usize]) -> (f64, Vec<f64>) {
-        let b = DVector::from_iterator(by.len(), by.iter().map(|&i| self.products[(i, target)]));
-        let weights = solve(&self.block(by), &b);
-        (b.dot(&weights), weights.iter().copied().collect())
+        let along: Vec<f64> = by.iter().map(|&i| self.products[(i, target)]).collect();
+        self.explained_by(by, &along)
+    }
+
+    /// As [`Self::explained`], of what has these products with the others.
+    pub(crate) fn explained_by(&self, by: &[usize], along: &[f64]) -> (f64, Vec<f64>) {
+        let along = DVector::from_column_slice(along);
+        let weights = solve(&self.block(by), &along);
+        (along.dot(&weights), weights.iter().copied().collect())
     }
 
     /// The products among some columns.

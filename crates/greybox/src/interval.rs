@@ -16,7 +16,7 @@ pub(crate) const Z_95: f64 = 1.96;
 /// Bound of the squared length of a standard normal vector of two in 95 %: −2·ln 0.05.
 const CHI_SQUARED_2_95: f64 = 5.991_464_547_107_98;
 /// Place of the first of the two coordinates of an eccentricity.
-const ECCENTRICITY: usize = 5;
+pub(crate) const ECCENTRICITY: usize = 5;
 
 /// Fault levels; of an eccentricity its amount, whatever its direction.
 pub(crate) fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, FaultLevel)> {

@@ -27,15 +27,19 @@ pub(crate) struct Known {
 
 impl Known {
     pub(crate) fn new(fitted: &Fitted, noise: &Whitener) -> Self {
-        let kept = fitted.structure.same_everywhere();
-        let structure = fitted.structure.only(&kept);
-        let values: Vec<f64> = kept.iter().map(|&place| fitted.values[place]).collect();
         let mut columns: Vec<Vec<f64>> =
             fitted.sensitivities.iter().map(|column| whitened(noise, column)).collect();
-        let others: Vec<usize> = (0..columns.len()).filter(|n| !kept.contains(n)).collect();
-        let residual = columns.len();
         columns.push(whitened(noise, &fitted.residuals));
-        let products = Gram::new(&columns);
+        Self::told_by(&Gram::new(&columns), &fitted.structure, &fitted.values)
+    }
+
+    /// By the products of the whitened columns of all free numbers and, last, of the residual.
+    pub(crate) fn told_by(products: &Gram, of: &Structure, values: &[f64]) -> Self {
+        let kept = of.same_everywhere();
+        let structure = of.only(&kept);
+        let values: Vec<f64> = kept.iter().map(|&place| values[place]).collect();
+        let residual = of.free.len();
+        let others: Vec<usize> = (0..residual).filter(|n| !kept.contains(n)).collect();
         let mut information = products.without(&others).block(&kept);
         for (i, free) in structure.free.iter().enumerate() {
             information[(i, i)] += beforehand(free, values[i]);
@@ -54,28 +58,39 @@ impl Known {
     /// Where recordings that were not fitted would have the numbers, by the whitened sensitivities
     /// `columns` and the whitened residual there.
     fn moved_by(&self, columns: &[Vec<f64>], white: &[f64]) -> Moved {
+        let there = There {
+            products: Gram::new(columns).block(&(0..columns.len()).collect::<Vec<_>>()),
+            descent: DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, white))),
+            energy: dot(white, white),
+            samples: white.len(),
+        };
+        self.moved(&there)
+    }
+
+    /// Where recordings that were not fitted would have the numbers.
+    pub(crate) fn moved(&self, there: &There) -> Moved {
         let Self { structure, values, information, push } = self;
-        let products = Gram::new(columns).block(&(0..columns.len()).collect::<Vec<_>>());
-        let descent = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, white)));
-        let samples = white.len().max(1) as f64;
+        let There { products, descent, energy, samples } = there;
+        let samples = (*samples).max(1) as f64;
         let size = |energy: f64| libm::sqrt(energy.max(0.0) / samples).max(f64::MIN_POSITIVE);
-        let energy = dot(white, white);
-        let mut moved =
-            Moved { values: values.clone(), stds: Vec::new(), size: size(energy), price_nats: 0.0 };
-        let mut both = information.clone();
+        let mut moved = Moved {
+            values: values.clone(),
+            both: information.clone(),
+            size: size(*energy),
+            price_nats: 0.0,
+        };
         // the noise is as large as what is left, and what is left goes by the noise
         for _ in 0..PASSES {
             let weight = 1.0 / (moved.size * moved.size);
-            let curvature = information + &products * weight;
+            let curvature = information + products * weight;
             let price = 0.5 * log_ratio(&curvature, information);
-            let normal = Normal { curvature, descent: &descent * weight + push };
+            let normal = Normal { curvature, descent: descent * weight + push };
             moved.values = normal.bounded(&structure.free, values, 0.0);
             let by = DVector::from_fn(values.len(), |n, _| moved.values[n] - values[n]);
             moved.price_nats = 0.5 * by.dot(&(information * &by)) - push.dot(&by) + price;
-            moved.size = size(energy - 2.0 * descent.dot(&by) + by.dot(&(&products * &by)));
-            both = normal.curvature;
+            moved.size = size(energy - 2.0 * descent.dot(&by) + by.dot(&(products * &by)));
+            moved.both = normal.curvature;
         }
-        moved.stds = self.stds(&moved.values, &both);
         moved
     }
 
@@ -108,14 +123,24 @@ impl Known {
     }
 }
 
+/// Information of recordings that were not fitted on the numbers: products of the whitened sensitivities
+/// there, with one another and with the whitened residual, and the energy of that.
+pub(crate) struct There {
+    pub(crate) products: DMatrix<f64>,
+    pub(crate) descent: DVector<f64>,
+    pub(crate) energy: f64,
+    pub(crate) samples: usize,
+}
+
 /// Numbers moved by recordings that were not fitted.
-struct Moved {
-    values: Vec<f64>,
-    stds: Vec<f64>,
+pub(crate) struct Moved {
+    pub(crate) values: Vec<f64>,
+    /// Information of all recordings together on them.
+    both: DMatrix<f64>,
     /// Root mean square of the whitened residual with them.
-    size: f64,
+    pub(crate) size: f64,
     /// Both later terms of [`HeldOut`], nats.
-    price_nats: f64,
+    pub(crate) price_nats: f64,
 }
 
 /// Information on a number before any recording: its prior, else that of the uniform distribution
@@ -180,7 +205,8 @@ impl HeldOut {
                 }
             }
         }
-        let Moved { values, stds, size, price_nats } = moved;
+        let stds = known.stds(&moved.values, &moved.both);
+        let Moved { values, size, price_nats, .. } = moved;
         Ok(Self { residuals, values, stds, size, price_nats })
     }
 
@@ -286,6 +312,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let white: Vec<f64> = columns[0].iter().map(|x| 3.0 * x + normal(&mut random)).collect();
         let moved = known.moved_by(&columns, &white);
+        let stds = known.stds(&moved.values, &moved.both);
         let there = DMatrix::from_fn(2, 2, |i, j| dot(&columns[i], &columns[j]))
             / (moved.size * moved.size);
         let alone = known.information.clone().try_inverse().expect("informative");
@@ -294,9 +321,9 @@ mod tests {
         for n in 0..2 {
             let off = moved.values[n].abs() / libm::sqrt(of_move[(n, n)]);
             let wanted = off.max(1.0) * libm::sqrt(alone[(n, n)]);
-            assert!((moved.stds[n] / wanted - 1.0).abs() < 0.01, "{:?} {wanted}", moved.stds);
+            assert!((stds[n] / wanted - 1.0).abs() < 0.01, "{stds:?} {wanted}");
         }
-        assert!(moved.stds[0] > 1.5 && (moved.stds[1] - 2.0).abs() < 1e-3, "{:?}", moved.stds);
+        assert!(stds[0] > 1.5 && (stds[1] - 2.0).abs() < 1e-3, "{stds:?}");
     }
 
     #[test]
@@ -310,7 +337,8 @@ mod tests {
         let white: Vec<f64> = column.iter().enumerate().map(|(n, x)| noise(n) - 0.01 * x).collect();
         let moved = known.moved_by(&[column.clone(), column], &white);
         assert_eq!(moved.values[1], 0.0);
-        assert!(moved.stds[0] < 0.02, "{:?}", moved.stds);
+        let stds = known.stds(&moved.values, &moved.both);
+        assert!(stds[0] < 0.02, "{stds:?}");
     }
 
     #[test]

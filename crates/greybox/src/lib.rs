@@ -12,10 +12,12 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod ambiguous;
 mod anchor;
 mod calibrate;
 mod curve;
 mod damage;
+mod detection_limit;
 mod elsewhere;
 mod error;
 mod explain;
@@ -26,6 +28,7 @@ mod following;
 mod gain;
 mod gram;
 mod hypothesis;
+mod inject;
 mod interval;
 mod known;
 mod machine;
@@ -66,6 +69,7 @@ pub use explained::{
 };
 pub use floor::{NoiseFloor, NoiseSource};
 pub use inference::{Whitener, rms};
+pub use inject::with_effect;
 pub use observation::Observation;
 pub use propose::{Proposal, Proposed, Separation, propose};
 pub use record::{Record, Recordings};

@@ -143,7 +143,7 @@ pub(crate) struct Shortlisted<'a> {
 }
 
 impl Shortlisted<'_> {
-    fn asked(&self) -> Asked {
+    pub(crate) fn asked(&self) -> Asked {
         let sizes = self.tried.sizes.len();
         Asked {
             sizes,
@@ -160,6 +160,13 @@ pub(crate) struct Rival {
     pub(crate) id: EffectId,
     pub(crate) family: usize,
     pub(crate) judged: Judged,
+    pub(crate) claim: Claim,
+    asked: Asked,
+}
+
+/// How an explanation with one effect more did beside the one without it: what the gates go by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Claim {
     /// Fall of the objective against the structure without it, nats.
     pub(crate) fall: f64,
     /// Logarithm of the chance of that fall times the questions of the catalogue, which may exceed
@@ -169,7 +176,20 @@ pub(crate) struct Rival {
     pub(crate) evidence: f64,
     /// True where a number of the effect stands on a bound.
     pub(crate) on_bound: bool,
-    asked: Asked,
+    /// True where numbers of the effect are fitted to what is held out.
+    pub(crate) fits_there: bool,
+}
+
+impl Claim {
+    /// Nats that speak for it: held out and fitted together.
+    pub(crate) fn score(&self) -> f64 {
+        nats_together(&self.gain, self.evidence)
+    }
+
+    /// Tells whether chance is less than this by what was fitted and what was held out together.
+    pub(crate) fn is_no_chance(&self, rate: f64) -> bool {
+        self.gain.log_chance_with(self.log_p).min(0.0) <= libm::log(rate)
+    }
 }
 
 /// Gain held out and gain in evidence together, nats.
@@ -179,7 +199,7 @@ pub(crate) fn nats_together(gain: &Gain, evidence: f64) -> f64 {
 
 /// Choices that a rival has to pay for.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+pub(crate) struct Asked {
     /// Sizes of the effect, and its sizes and shapes together.
     sizes: usize,
     numbers: usize,
@@ -191,22 +211,26 @@ struct Asked {
 
 impl Asked {
     /// Logarithm of the chance that the objective falls so far, times the questions.
-    fn log_chance(self, fall: f64) -> f64 {
-        chi_squared_log_tail(2.0 * fall, self.numbers) + libm::log(self.looked_at * self.questions)
+    pub(crate) fn log_chance(self, fall: f64) -> f64 {
+        self.log_chance_by(fall, self.numbers)
+    }
+
+    /// As [`Self::log_chance`], by the sizes alone at the shapes tried.
+    pub(crate) fn log_chance_of_scan(self, fall: f64) -> f64 {
+        self.log_chance_by(fall, self.sizes)
+    }
+
+    fn log_chance_by(self, fall: f64, numbers: usize) -> f64 {
+        chi_squared_log_tail(2.0 * fall, numbers) + libm::log(self.looked_at * self.questions)
+    }
+
+    /// Nats of evidence that its numbers and the choice of its shape cost.
+    pub(crate) fn price_nats(self, samples: usize) -> f64 {
+        0.5 * self.numbers as f64 * libm::log(samples as f64) + libm::log(self.looked_at)
     }
 }
 
 impl Rival {
-    /// Nats that speak for it: held out and fitted together.
-    pub(crate) fn score(&self) -> f64 {
-        nats_together(&self.gain, self.evidence)
-    }
-
-    /// Tells whether chance is less than this by what was fitted and what was held out together.
-    pub(crate) fn is_no_chance(&self, rate: f64) -> bool {
-        self.gain.log_chance_with(self.log_p).min(0.0) <= libm::log(rate)
-    }
-
     /// Logarithm of the chance of another fall, as [`Self::log_p`].
     pub(crate) fn log_chance_of(&self, fall: f64) -> f64 {
         self.asked.log_chance(fall)
@@ -215,33 +239,33 @@ impl Rival {
     /// Judges it against another structure without it.
     pub(crate) fn judge(&mut self, without: &Judged, samples: usize) {
         let with = &self.judged;
-        self.fall = without.fitted.objective - with.fitted.objective;
-        self.gain = with.gain_over(without);
-        self.evidence = with.evidence_over(without, samples) - libm::log(self.asked.looked_at);
+        self.claim.fall = without.fitted.objective - with.fitted.objective;
+        self.claim.gain = with.gain_over(without);
+        self.claim.evidence =
+            with.evidence_over(without, samples) - libm::log(self.asked.looked_at);
     }
 
     /// Rival fitted anew beside others, as the first of the effects.
     pub(crate) fn first_of(mut self, judged: Judged, without: &Judged, samples: usize) -> Self {
         self.judged = judged;
-        self.on_bound = is_on_bound(&self.judged.fitted, 0, self.asked.sizes);
+        let Fitted { structure, values, .. } = &self.judged.fitted;
+        self.claim.on_bound = is_on_bound(structure, values, 0, self.asked.sizes);
         self.judge(without, samples);
         self
     }
 
     /// How it did, in words.
     pub(crate) fn line(&self, families: &[Family]) -> String {
+        let Claim { fall, log_p, gain, evidence, on_bound, .. } = &self.claim;
         format!(
-            "  rival {} {:?}: fall {:.1}, log p {:.1}, gain {:.1} ± {:.1} of {:.1}, evidence {:.1}, \
-             bound {}, rms {:.5}",
+            "  rival {} {:?}: fall {fall:.1}, log p {:.1}, gain {:.1} ± {:.1} of {:.1}, evidence {evidence:.1}, \
+             bound {on_bound}, rms {:.5}",
             self.id.info().symbol,
             families[self.family].sizes,
-            self.fall,
-            self.log_p.min(0.0),
-            self.gain.nats,
-            self.gain.std_error,
-            0.5 * self.gain.energy,
-            self.evidence,
-            self.on_bound,
+            log_p.min(0.0),
+            gain.nats,
+            gain.std_error,
+            0.5 * gain.energy,
             self.judged.held_out.rms()
         )
     }
@@ -352,29 +376,36 @@ impl Rival {
     ) -> Self {
         let fitted = &judged.fitted;
         let fall = current.fitted.objective - fitted.objective;
-        let on_bound = is_on_bound(fitted, fitted.structure.effects.len() - 1, asked.sizes);
-        Self {
-            id,
-            family,
+        let claim = Claim {
             fall,
             log_p: asked.log_chance(fall),
             gain: judged.gain_over(current),
             evidence: judged.evidence_over(current, samples) - libm::log(asked.looked_at),
-            on_bound,
-            asked,
-            judged,
-        }
+            on_bound: is_on_bound(
+                &fitted.structure,
+                &fitted.values,
+                fitted.structure.effects.len() - 1,
+                asked.sizes,
+            ),
+            fits_there: judged.fits_more_there(current),
+        };
+        Self { id, family, judged, claim, asked }
     }
 }
 
 /// Tells whether one of the first sizes of an effect stands on a bound.
-fn is_on_bound(fitted: &Fitted, effect: usize, sizes: usize) -> bool {
+pub(crate) fn is_on_bound(
+    structure: &Structure,
+    values: &[f64],
+    effect: usize,
+    sizes: usize,
+) -> bool {
     let is_near = |&p: &usize| {
-        let free = &fitted.structure.free[p];
-        let near = 1e-3 * (free.most - free.least).min(fitted.values[p].abs().max(free.step));
-        fitted.values[p] - free.least <= near || free.most - fitted.values[p] <= near
+        let (free, value) = (&structure.free[p], values[p]);
+        let near = 1e-3 * (free.most - free.least).min(value.abs().max(free.step));
+        value - free.least <= near || free.most - value <= near
     };
-    fitted.structure.places_of_effect(effect).iter().take(sizes).any(is_near)
+    structure.places_of_effect(effect).iter().take(sizes).any(is_near)
 }
 
 /// Half the mean square of the whitened residual from which a fit is poor.
@@ -410,8 +441,9 @@ impl Rival {
     pub(crate) fn at(id: EffectId, judged: Judged, log_p: f64, gain: [f64; 2]) -> Self {
         let asked = Asked { sizes: 1, numbers: 1, looked_at: 1.0, questions: 1.0 };
         let gain = Gain { nats: gain[0], std_error: gain[1], energy: 0.0 };
-        let (fall, evidence, on_bound) = (0.0, 0.0, false);
-        Self { id, family: 0, judged, fall, log_p, gain, evidence, on_bound, asked }
+        let claim =
+            Claim { fall: 0.0, log_p, gain, evidence: 0.0, on_bound: false, fits_there: false };
+        Self { id, family: 0, judged, claim, asked }
     }
 }
 

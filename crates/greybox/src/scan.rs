@@ -42,6 +42,8 @@ pub(crate) struct Scored {
     pub(crate) raw_cosine: f64,
     /// Sizes by least squares.
     pub(crate) sizes: Vec<f64>,
+    /// Columns of what its sizes do.
+    places: Vec<usize>,
 }
 
 /// The outcome of a scan.
@@ -51,6 +53,51 @@ pub(crate) struct Scan {
     pub(crate) scored: Vec<Scored>,
     /// Chance that noise alone reaches the best score of the whole catalogue.
     pub(crate) p_familywise: f64,
+    /// Products of all that was tried and, last, of the residual, beside the free numbers.
+    rest: Gram,
+    target: usize,
+}
+
+impl Scan {
+    /// How many questions would score better than one if its effect were added, so many times as
+    /// large as its sizes were tried.
+    pub(crate) fn better_than(
+        &self,
+        round: (&[Family], &[Tried]),
+        own: &Scored,
+        times: &[f64],
+    ) -> usize {
+        let (families, tried) = round;
+        let added = own.places.iter().zip(times);
+        let along = |place: usize| {
+            let of = |(&column, times): (&usize, &f64)| times * self.rest.get(place, column);
+            self.rest.get(place, self.target) + added.clone().map(of).sum::<f64>()
+        };
+        let log_p = |scored: &Scored| {
+            let of = &tried[scored.tried];
+            let along: Vec<f64> = scored.places.iter().map(|&place| along(place)).collect();
+            let looked = libm::log(families[scored.family].screened());
+            log_chance(&self.rest, of, &scored.places, &along).0 + looked
+        };
+        let least = log_p(own);
+        self.scored
+            .iter()
+            .filter(|other| other.family != own.family && log_p(other) < least)
+            .count()
+    }
+}
+
+/// Logarithm of the chance that noise scores as much as an effect does whose columns have these
+/// products with a residual, for this one alone; the multiples of the sizes tried that explain most.
+fn log_chance(rest: &Gram, tried: &Tried, places: &[usize], along: &[f64]) -> (f64, Vec<f64>) {
+    let (statistic, weights) = if is_nonlinear_in_size(tried.plain.id()) {
+        as_it_is(rest, places, along)
+    } else {
+        rest.explained_by(places, along)
+    };
+    let allowed = sign_allowed(&tried.plain, &tried.sizes, &weights);
+    let chance = chi_squared_log_tail(statistic, places.len());
+    (if allowed { chance + one_sided(&tried.plain, &tried.sizes) } else { 0.0 }, weights)
 }
 
 /// Scores all that was tried against the residual of a fit.
@@ -82,24 +129,15 @@ pub(crate) fn score(
         .zip(&places)
         .enumerate()
         .map(|(number, (entry, places))| {
-            let (statistic, weights) = if is_nonlinear_in_size(entry.plain.id()) {
-                as_it_is(&rest, target, places)
-            } else {
-                rest.explained(target, places)
-            };
-            let allowed = sign_allowed(&entry.plain, &entry.sizes, &weights);
+            let along: Vec<f64> = places.iter().map(|&place| rest.get(place, target)).collect();
+            let (log_p, weights) = log_chance(&rest, entry, places, &along);
             let sum = |gram: &Gram| places.iter().map(|&p| gram.get(p, p)).sum::<f64>();
             let explained = raw.explained(target, places).0;
             let raw_energy = sum(&raw);
             Scored {
                 family: entry.family,
                 tried: number,
-                log_p: if allowed {
-                    chi_squared_log_tail(statistic, places.len())
-                        + one_sided(&entry.plain, &entry.sizes)
-                } else {
-                    0.0
-                },
+                log_p,
                 visible_share: libm::sqrt(sum(&off) / raw_energy.max(f64::MIN_POSITIVE)),
                 raw_energy,
                 imitated_by: imitated_by(&raw, places[0], &known),
@@ -108,6 +146,7 @@ pub(crate) fn score(
                     (explained / raw.get(target, target).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
                 ),
                 sizes: weights.iter().zip(&entry.sizes).map(|(w, (_, s))| w * s).collect(),
+                places: places.clone(),
             }
         })
         .collect();
@@ -121,7 +160,7 @@ pub(crate) fn score(
         seen.push(s.family);
         new
     });
-    Scan { scored, p_familywise }
+    Scan { scored, p_familywise, rest, target }
 }
 
 /// Products with what is known of the free numbers, the first columns, beforehand: one observation
@@ -146,13 +185,13 @@ fn imitated_by(gram: &Gram, column: usize, known: &[usize]) -> Option<usize> {
     (0..known.len()).max_by(|a, b| part(a).total_cmp(&part(b)))
 }
 
-/// Energy of a column that others explain at the size that they have.
-fn as_it_is(gram: &Gram, target: usize, by: &[usize]) -> (f64, Vec<f64>) {
-    let of = |&i: &usize| -> f64 {
+/// Energy of a residual, with whose products `along`, that columns explain at the size that they have.
+fn as_it_is(gram: &Gram, by: &[usize], along: &[f64]) -> (f64, Vec<f64>) {
+    let of = |(&i, along): (&usize, &f64)| -> f64 {
         let own: f64 = by.iter().map(|&j| gram.get(i, j)).sum();
-        2.0 * gram.get(i, target) - own
+        2.0 * along - own
     };
-    (by.iter().map(of).sum(), vec![1.0; by.len()])
+    (by.iter().zip(along).map(of).sum(), vec![1.0; by.len()])
 }
 
 /// Chance that noise scores `observed` somewhere in the catalogue: draws of the projected
@@ -233,7 +272,7 @@ fn root(correlation: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 /// Tells whether a size can only have the sign tried.
-fn is_signed(plain: &Effect, place: usize) -> bool {
+pub(crate) fn is_signed(plain: &Effect, place: usize) -> bool {
     plain.id().info().parameters[place].bounds().0 >= 0.0
 }
 

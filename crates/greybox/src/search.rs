@@ -9,13 +9,14 @@ use crate::{
     explain::Session,
     fit::{Fitted, fit, sandwich, whitened},
     floor::Floor,
+    gain::Gain,
     hypothesis::{Family, Leads, Scales, differs_by_record, families, is_nonlinear_in_size},
     observation::Observation,
     observing::{AllAnchors, Place},
     plausible::Plausible,
     problem::PerRecord,
     response::leads,
-    rival::{Judged, Rival, Shortlisted, nats_together},
+    rival::{Claim, Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, score},
     structure::{Structure, Target},
     trial::{Before, Trial, Tried},
@@ -70,7 +71,7 @@ pub(crate) struct Search {
     pub(crate) is_more_there: bool,
     /// Trials by which the noise was told.
     pub(crate) look: Option<Look>,
-    pub(crate) first_round: Option<Round>,
+    pub(crate) rounds: Vec<Round>,
     /// How each effect fared in the first round.
     pub(crate) tried: Vec<Hypothesis>,
     /// Model that predicts, and where its predictions stood without an effect and stand now.
@@ -148,7 +149,7 @@ fn form_share(id: EffectId) -> f64 {
 }
 
 /// Tells whether an effect may act twice: ripples do, of different orders.
-fn may_repeat(id: EffectId) -> bool {
+pub(crate) fn may_repeat(id: EffectId) -> bool {
     id.info().repetition == Repetition::ByOrder
 }
 
@@ -183,7 +184,7 @@ impl Session<'_> {
             unconfirmed: Vec::new(),
             is_more_there: false,
             look,
-            first_round: None,
+            rounds: Vec::new(),
             tried: Vec::new(),
             observation,
             anchors_before: anchors.clone(),
@@ -247,7 +248,7 @@ impl Session<'_> {
         scales: &Scales,
         number: usize,
     ) -> Result<bool, GreyboxError> {
-        let alpha = self.options.false_alarm_rate / f64::from(1_u32 << number);
+        let alpha = self.alarm_rate(number);
         let whitener = &search.floor.whitener;
         let round = self.scan(search, scales)?;
         let p_familywise = round.scan.p_familywise;
@@ -259,20 +260,20 @@ impl Session<'_> {
         };
         self.settle_nearest(&mut rivals, search)?;
         search.log.extend(rivals.iter().map(|rival| rival.line(&round.families)));
-        if search.first_round.is_none() {
+        if search.rounds.is_empty() {
             let of_family: Vec<EffectId> = round.families.iter().map(|f| f.id).collect();
             search.tried = hypotheses(&of_family, &round.scan, &rivals);
         }
-        search.first_round.get_or_insert(round);
+        search.rounds.push(round);
         let explained = search.explained();
-        search.is_more_there = rivals.iter().any(|rival| rival.log_p <= self.log_sure());
-        let stands = |rival: &Rival| self.stands(rival, search, alpha);
+        search.is_more_there = rivals.iter().any(|rival| rival.claim.log_p <= self.log_sure());
+        let stands = |rival: &Rival| self.stands(rival.id, &rival.claim, explained, alpha);
         rivals.retain(|rival| !search.has(rival.id));
         let (mut accepted, mut others): (Vec<Rival>, Vec<Rival>) =
             rivals.into_iter().partition(stands);
-        accepted.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        accepted.sort_by(|a, b| b.claim.score().total_cmp(&a.claim.score()));
         self.settle(&mut accepted, &mut others, search, stands)?;
-        others.retain(|rival| rival.fall >= form_share(rival.id) * explained);
+        others.retain(|rival| rival.claim.fall >= form_share(rival.id) * explained);
         let Some(winner) = accepted.first().cloned() else {
             search.unconfirmed = self.unconfirmed(&search.current, &others, alpha);
             return Ok(false);
@@ -299,8 +300,10 @@ impl Session<'_> {
     /// than nothing, and may have
     /// stopped short: it is fitted again from no wear, where that is nearer.
     fn settle_nearest(&self, rivals: &mut [Rival], search: &Search) -> Result<(), GreyboxError> {
-        let nearest = rivals.iter_mut().max_by(|a, b| a.fall.total_cmp(&b.fall));
-        if let Some(rival) = nearest.filter(|rival| rival.evidence > 0.0 && rival.gain.nats < 0.0) {
+        let nearest = rivals.iter_mut().max_by(|a, b| a.claim.fall.total_cmp(&b.claim.fall));
+        if let Some(rival) =
+            nearest.filter(|rival| rival.claim.evidence > 0.0 && rival.claim.gain.nats < 0.0)
+        {
             let whitener = &search.floor.whitener;
             let Fitted { structure, values, .. } = &rival.judged.fitted;
             let healthy = structure.clone().started_at(values).started_worn([0.0; 2]);
@@ -324,15 +327,15 @@ impl Session<'_> {
         let whitener = &search.floor.whitener;
         let mut settled: Vec<Rival> = Vec::new();
         while settled.len() < MOST_SETTLED && !accepted.is_empty() {
-            let most = settled.iter().map(Rival::score).reduce(f64::max);
-            if most.is_some_and(|most| accepted[0].score() < SETTLED_SHARE * most) {
+            let most = settled.iter().map(|rival: &Rival| rival.claim.score()).reduce(f64::max);
+            if most.is_some_and(|most| accepted[0].claim.score() < SETTLED_SHARE * most) {
                 break;
             }
             let ended = accepted.remove(0).settled(&search.current, self.split(), whitener);
             let Some(rival) = if_run(ended)? else { continue };
             if stands(&rival) { &mut settled } else { &mut *others }.push(rival);
         }
-        settled.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        settled.sort_by(|a, b| b.claim.score().total_cmp(&a.claim.score()));
         accepted.splice(0..0, settled);
         Ok(())
     }
@@ -366,9 +369,9 @@ impl Session<'_> {
             let (symbol, fit) = (rival.id.info().symbol, rival.judged.fit_over(&search.current));
             search.log.push(format!(
                 "beside the others {symbol}: gain {:.1} ± {:.1}, fit {fit:.1}, bound {}",
-                gain.nats, gain.std_error, rival.on_bound
+                gain.nats, gain.std_error, rival.claim.on_bound
             ));
-            if rival.on_bound {
+            if rival.claim.on_bound {
                 continue;
             }
             if gain.is_sure(self.options.gain_std_errors) && evidence > self.options.evidence_nats {
@@ -474,11 +477,10 @@ impl Session<'_> {
         let numbers = current.fitted.values.len() - without.fitted.values.len();
         let others = search.explained() - fall;
         let is_no_form = fall >= MOST_FORM_SHARE * others;
-        self.is_held_out(current, without, chi_squared_log_tail(2.0 * fall, numbers), is_no_form)
-            && nats_together(
-                &current.gain_over(without),
-                current.evidence_over(without, self.train.samples()),
-            ) > self.options.evidence_nats
+        let (gain, log_p) = (current.gain_over(without), chi_squared_log_tail(2.0 * fall, numbers));
+        let evidence = current.evidence_over(without, self.train.samples());
+        self.is_held_out(&gain, log_p, current.fits_more_there(without), is_no_form)
+            && nats_together(&gain, evidence) > self.options.evidence_nats
             && fall >= form_share(search.found[place].rival.id) * search.explained()
             && self.has_size(current, place, &search.floor.whitener)
     }
@@ -525,7 +527,7 @@ impl Session<'_> {
     /// Trials of the first round, else those by which the noise was told, which are those of a fit that
     /// predicts `drive` where that is nearly what was predicted then.
     fn tried_before<'s>(&self, search: &'s Search, drive: &PerRecord) -> Before<'s> {
-        if let Some(round) = &search.first_round {
+        if let Some(round) = search.rounds.first() {
             return Before::Elsewhere(&round.tried);
         }
         match &search.look {
@@ -608,15 +610,19 @@ impl Session<'_> {
         libm::log(self.options.sure_rate)
     }
 
-    /// Tells whether a rival beside what was found passes all gates.
-    fn stands(&self, rival: &Rival, search: &Search, alpha: f64) -> bool {
-        let explained = search.explained();
-        let is_no_form = rival.fall >= MOST_FORM_SHARE * explained;
-        rival.is_no_chance(alpha)
-            && self.is_held_out(&rival.judged, &search.current, rival.log_p, is_no_form)
-            && rival.score() > self.options.evidence_nats
-            && !rival.on_bound
-            && rival.fall >= form_share(rival.id) * explained
+    /// Tells whether an effect passes all gates beside others that explain so many nats.
+    pub(crate) fn stands(&self, id: EffectId, claim: &Claim, explained: f64, alpha: f64) -> bool {
+        let is_no_form = claim.fall >= MOST_FORM_SHARE * explained;
+        claim.is_no_chance(alpha)
+            && self.is_held_out(&claim.gain, claim.log_p, claim.fits_there, is_no_form)
+            && claim.score() > self.options.evidence_nats
+            && !claim.on_bound
+            && claim.fall >= form_share(id) * explained
+    }
+
+    /// Chance of a name where there is nothing, beside so many effects.
+    pub(crate) fn alarm_rate(&self, found: usize) -> f64 {
+        self.options.false_alarm_rate / f64::from(1_u32 << found)
     }
 
     /// Tells whether what was not fitted confirms an explanation. Where chance is out of the
@@ -626,11 +632,10 @@ impl Session<'_> {
     /// Less not so where it may be but what the form of an effect found leaves.
     ///
     /// Chance is out of the question by both together (`Gain::log_chance_with`).
-    fn is_held_out(&self, with: &Judged, without: &Judged, log_p: f64, is_no_form: bool) -> bool {
-        let (gain, wanted) = (with.gain_over(without), self.options.gain_std_errors);
+    fn is_held_out(&self, gain: &Gain, log_p: f64, fits_there: bool, is_no_form: bool) -> bool {
+        let wanted = self.options.gain_std_errors;
         let sure = gain.log_chance_with(log_p) <= self.log_sure();
         let less = if sure && is_no_form { 0.5 } else { 1.0 };
-        let fits_there = with.fits_more_there(without);
         gain.is_sure(less * wanted)
             || (sure && is_no_form && !fits_there && gain.is_as_expected())
             || (sure && gain.is_mute(wanted) && (gain.nats > LEAST_FITTED_GAIN || !fits_there))
@@ -646,7 +651,7 @@ impl Session<'_> {
         alpha: f64,
     ) -> Vec<Rival> {
         let is_open = |rival: &&Rival| {
-            rival.is_no_chance(alpha) && !rival.on_bound && self.is_tied(rival, best)
+            rival.claim.is_no_chance(alpha) && !rival.claim.on_bound && self.is_tied(rival, best)
         };
         rivals.filter(is_open).cloned().collect()
     }
@@ -655,7 +660,7 @@ impl Session<'_> {
     /// other of these.
     fn unconfirmed(&self, current: &Judged, rivals: &[Rival], alpha: f64) -> Vec<Rival> {
         let mut open = self.left_open(current, rivals.iter(), alpha);
-        let likelihood = |rival: &Rival| rival.gain.nats + rival.judged.fit_over(current);
+        let likelihood = |rival: &Rival| rival.claim.gain.nats + rival.judged.fit_over(current);
         let best = open.iter().max_by(|a, b| likelihood(a).total_cmp(&likelihood(b))).cloned();
         open.retain(|rival| best.as_ref().is_some_and(|best| self.is_tied(rival, &best.judged)));
         open
@@ -665,7 +670,8 @@ impl Session<'_> {
     /// against
     /// it.
     fn is_tied(&self, rival: &Rival, best: &Judged) -> bool {
-        let is_refuted = rival.gain.nats < -self.options.gain_std_errors * rival.gain.std_error;
+        let is_refuted =
+            rival.claim.gain.nats < -self.options.gain_std_errors * rival.claim.gain.std_error;
         !is_refuted && self.is_as_good(&rival.judged, best)
     }
 
@@ -703,7 +709,7 @@ impl Session<'_> {
 
 /// The best rival of each kind but one, best first.
 fn best_of_each(mut rivals: Vec<Rival>, but: EffectId) -> Vec<Rival> {
-    rivals.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    rivals.sort_by(|a, b| b.claim.score().total_cmp(&a.claim.score()));
     let mut seen = vec![but];
     rivals.retain(|rival| {
         let new = !seen.contains(&rival.id);

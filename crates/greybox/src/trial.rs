@@ -315,7 +315,7 @@ fn resized(seen: f64, [lower, upper]: [f64; 2]) -> f64 {
 }
 
 /// The signal of one recording, the others silent.
-fn alone(columns: &PerRecord, place: usize) -> PerRecord {
+pub(crate) fn alone(columns: &PerRecord, place: usize) -> PerRecord {
     let of = |(n, column): (usize, &Vec<f64>)| {
         if n == place { column.clone() } else { vec![0.0; column.len()] }
     };

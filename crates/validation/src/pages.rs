@@ -11,6 +11,7 @@ mod chance;
 mod clocks;
 mod compared;
 mod cranfield;
+mod detection_limits;
 mod diagnosis;
 mod experiments;
 pub(crate) mod explaining;
@@ -123,6 +124,11 @@ const PAGES: &[Page] = &[
         name: "signal-chain",
         quick: signal_chain::quick,
         text: |_| signal_chain::text().map(Into::into),
+    },
+    Page {
+        name: "detection-limits",
+        quick: detection_limits::quick,
+        text: |_| detection_limits::text().map(Into::into),
     },
     Page {
         name: "cranfield",

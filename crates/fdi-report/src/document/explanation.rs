@@ -185,7 +185,7 @@ pub struct Holdout {
 }
 
 /// A fault level without and with what was found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultBeforeAfter {
     /// With the nominal model.
     pub before: f64,
@@ -199,6 +199,10 @@ pub struct FaultBeforeAfter {
     pub std_after: f64,
     /// 95 % interval of the level after, which holds those of all explanations that are left open.
     pub interval_95_after: [f64; 2],
+    /// Keys of numbers of the model file that leave the level open, the most first: were all numbers
+    /// known, its standard deviation would halve.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ambiguous_with: Vec<String>,
 }
 
 /// Length of an interval from which on a level, which is of 0 to 1, may be anything.
@@ -268,17 +272,21 @@ pub struct CoordinateShare {
     pub share: f64,
 }
 
-/// Smallest size of an effect that would have been named.
+/// Smallest size of an effect that these recordings would have named, whatever its sign and phase.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sensitivity {
     /// Catalogue identifier.
     pub id: String,
     /// Key of the number that is the size.
     pub parameter: String,
-    /// The size that is named nine times in ten.
+    /// The size: with the effect added to the recordings, fitted and held out, the gates that name
+    /// effects begin to let it pass.
     pub smallest_named_90: f64,
     /// Unit of the size, from the key.
     pub unit: String,
+    /// Numbers of the shape that shows best, by their keys: an order, a frequency, a speed.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub shape: BTreeMap<String, f64>,
 }
 
 /// How an effect of the catalogue fared against the nominal model.

@@ -398,6 +398,7 @@ mod tests {
             after: 0.1,
             std_after: 0.02,
             interval_95_after: [0.0608, 0.1392],
+            ambiguous_with: Vec::new(),
         };
         Explanation {
             schema_version: 1,
@@ -421,7 +422,7 @@ mod tests {
                 gap_closed_frac: None,
                 unit: "v".to_owned(),
             }),
-            faults: [("k1".to_owned(), level), ("k6".to_owned(), level)].into(),
+            faults: [("k1".to_owned(), level.clone()), ("k6".to_owned(), level)].into(),
             nominal: [].into(),
             records: Vec::new(),
             remainder: None,

@@ -5,8 +5,8 @@ use super::{
     diagnosis::capitalised,
 };
 use crate::{
-    EffectFinding, Explanation, ExplanationVerdict, HypothesisOutcome, HypothesisRefit,
-    NominalChange, NumberFinding, RecordFit, Sensitivity, SignalFinding, Standing,
+    EffectFinding, Explanation, ExplanationVerdict, FaultBeforeAfter, HypothesisOutcome,
+    HypothesisRefit, NominalChange, NumberFinding, RecordFit, Sensitivity, SignalFinding, Standing,
     fault_change_figure_svg, figure::four_digits as rounded, held_out_figure_svg,
     residual_curve_figure_svg, residual_curves_figure_svg,
 };
@@ -263,6 +263,20 @@ fn faults(answer: &Explanation) -> Option<Section> {
             rows: answer.nominal.iter().map(row).collect(),
         }));
     }
+    let open = answer.faults.iter().filter(|(_, level)| !level.ambiguous_with.is_empty());
+    let row = |(key, level): (&String, &FaultBeforeAfter)| {
+        vec![Cell::text(key.as_str()), Cell::text(level.ambiguous_with.join(", "))]
+    };
+    let rows: Vec<Vec<Cell>> = open.map(row).collect();
+    if !rows.is_empty() {
+        blocks.push(Block::Table(Table {
+            caption: "Levels that numbers of the model file leave open: were those known, their \
+                      standard deviation would halve. `--exact` pins a number that was measured."
+                .to_owned(),
+            columns: vec![Column::text("level"), Column::text("ambiguous with")],
+            rows,
+        }));
+    }
     section("Fault levels and numbers with a tolerance", blocks)
 }
 
@@ -380,19 +394,26 @@ fn sensitivity(answer: &Explanation) -> Option<Section> {
     if answer.sensitivity.is_empty() {
         return None;
     }
-    let columns =
-        vec![Column::text("effect"), Column::text("number"), Column::number("smallest size")];
+    let columns = vec![
+        Column::text("effect"),
+        Column::text("number"),
+        Column::number("smallest size"),
+        Column::text("at"),
+    ];
     let row = |one: &Sensitivity| {
+        let shape = one.shape.iter().map(|(key, value)| format!("{key} {}", rounded(*value)));
         vec![
             Cell::text(one.id.as_str()),
             Cell::text(one.parameter.as_str()),
             Cell::number(Some(one.smallest_named_90), rounded),
+            Cell::text(shape.collect::<Vec<_>>().join(", ")),
         ]
     };
     let table = Table {
-        caption: "Smallest size of each effect that these recordings would have named nine times \
-                  in ten; the unit ends the key."
-            .to_owned(),
+        caption:
+            "Smallest size of each effect that these recordings would have named, whatever its \
+                  sign and phase; the unit ends the key."
+                .to_owned(),
         columns,
         rows: answer.sensitivity.iter().map(row).collect(),
     };

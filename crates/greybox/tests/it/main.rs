@@ -3,6 +3,7 @@
 
 mod bench_top;
 mod calibrate;
+mod detection_limit;
 mod explain;
 mod propose;
 mod signal_chain;

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 52] = [
+const OF_METHOD: [&str; 53] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -25,6 +25,7 @@ const OF_METHOD: [&str; 52] = [
     "cranfield/head.md",
     "cranfield/limits.md",
     "cranfield/table.md",
+    "detection_limits/head.md",
     "explaining/head.md",
     "fidelity/diagnosis.md",
     "fidelity/found.md",

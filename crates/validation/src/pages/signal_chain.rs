@@ -12,7 +12,8 @@ use anyhow::{Context, Result};
 use ema_sim::EffectId;
 use greybox::{NumberInterval, Options, SignalCode, Verdict, check_signals, explain};
 
-use self::mutation::{Asked, Case, Set};
+use self::mutation::{Asked, Case};
+pub(super) use self::{laas::sound as laas_sound, mutation::Set};
 use super::{bar::met, figure::Figure, measured::verdict, section::Section};
 
 /// Threads.
@@ -43,6 +44,11 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
         unit: "1".to_owned(),
     };
     Ok(vec![figure("emps-harmful-scored", scored), figure("emps-harmful-told", told)])
+}
+
+/// Recordings of EMPS, the pulses of its test taken for a load.
+pub(super) fn emps_sound() -> Result<Set> {
+    Ok(emps::Emps::read()?.sound)
 }
 
 /// Code of the first find.

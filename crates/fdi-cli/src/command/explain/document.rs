@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fdi_core::{
-    ema_sim::{Geometry, model_file::MachineModel},
+    ema_sim::{Geometry, Role, model_file::MachineModel},
     report::{
         CoordinateShare, EffectFinding, EffectNumber, Explanation, ExplanationVerdict,
         FaultBeforeAfter, Holdout, NominalChange, NumberFinding, Prediction, RecordFit, Remainder,
@@ -109,19 +109,24 @@ pub(crate) fn observation(asked: Prediction) -> Option<Observation> {
 
 /// The smallest size that a recording would have named.
 fn sensitivity(smallest: &SmallestNamed, geometry: Geometry) -> Sensitivity {
-    let info = smallest.id.info();
+    let info = smallest.effect.id().info();
     let own = info.parameters.iter().find(|parameter| parameter.key(geometry) == smallest.key);
+    let shape = info.parameters.iter().zip(smallest.effect.values());
+    let shape =
+        shape.filter(|(parameter, value)| parameter.role() != Role::Amplitude && **value != 0.0);
+    let shape = shape.map(|(parameter, value)| (parameter.key(geometry).to_owned(), *value));
     Sensitivity {
         id: info.symbol.to_owned(),
         parameter: smallest.key.clone(),
         smallest_named_90: smallest.size,
         unit: own.map_or("", |parameter| parameter.quantity().key_ending(geometry)).to_owned(),
+        shape: shape.collect(),
     }
 }
 
 /// A fault level without and with what was found.
 fn fault(change: &FaultChange) -> FaultBeforeAfter {
-    let FaultChange { before, after, .. } = change;
+    let FaultChange { before, after, ambiguous_with, .. } = change;
     FaultBeforeAfter {
         before: before.value,
         std_before: before.std,
@@ -129,6 +134,7 @@ fn fault(change: &FaultChange) -> FaultBeforeAfter {
         after: after.value,
         std_after: after.std,
         interval_95_after: after.interval_95,
+        ambiguous_with: ambiguous_with.clone(),
     }
 }
 

@@ -6,7 +6,10 @@ use anyhow::{Result, bail};
 use fdi_core::{
     Cause, CauseRecording, CauseTried, CauseVerdict, Causes, Diagnoser, ExplainError,
     ExplainOptions, LearntUnit, Recording,
-    ema_sim::model_file::{MachineModel, Model},
+    ema_sim::{
+        Effect, Geometry,
+        model_file::{MachineModel, Model},
+    },
     report::{Fault, FaultId, Prediction},
 };
 use greybox::{
@@ -191,7 +194,7 @@ fn from_causes(causes: &Causes, trained: usize) -> Explained {
     let smallest = causes.tried.iter().filter(|one| one.smallest_seen.is_finite());
     explained.smallest_named_90 = smallest
         .map(|one| SmallestNamed {
-            id: one.id,
+            effect: Effect::new(one.id, Geometry::Rotary),
             key: one.smallest_key.to_owned(),
             size: one.smallest_seen,
         })
@@ -237,5 +240,10 @@ fn fault((before, after): (&Fault, &Fault)) -> Option<FaultChange> {
     if before.id == FaultId::K7 {
         return None;
     }
-    Some(FaultChange { key: before.id.to_string(), before: level(before)?, after: level(after)? })
+    Some(FaultChange {
+        key: before.id.to_string(),
+        before: level(before)?,
+        after: level(after)?,
+        ambiguous_with: Vec::new(),
+    })
 }

@@ -240,19 +240,8 @@ pub(super) fn human(answer: &Explanation) -> String {
             ));
         }
     }
-    if !answer.faults.is_empty() {
-        line(
-            "\nFault levels     nominal model   95 %                with what was found   95 %"
-                .to_owned(),
-        );
-        for (key, f) in &answer.faults {
-            let before = shown(f.before, f.interval_95_before);
-            let after = shown(f.after, f.interval_95_after);
-            line(format!(
-                "  {key:<14} {:>13}   {:<18}  {:>19}   {}",
-                before.0, before.1, after.0, after.1
-            ));
-        }
+    for row in levels(answer) {
+        line(row);
     }
     if !answer.records.is_empty() {
         line(
@@ -283,6 +272,33 @@ pub(super) fn human(answer: &Explanation) -> String {
         ));
     }
     text
+}
+
+/// Fault levels without and with what was found, and the numbers that leave them open.
+fn levels(answer: &Explanation) -> Vec<String> {
+    if answer.faults.is_empty() {
+        return Vec::new();
+    }
+    let head = "\nFault levels     nominal model   95 %                with what was found   95 %";
+    let row = |(key, f): (&String, &FaultBeforeAfter)| {
+        let (before, before_95) = shown(f.before, f.interval_95_before);
+        let (after, after_95) = shown(f.after, f.interval_95_after);
+        format!("  {key:<14} {before:>13}   {before_95:<18}  {after:>19}   {after_95}")
+    };
+    let open = |(key, f): (&String, &FaultBeforeAfter)| {
+        let with = f.ambiguous_with.join(", ");
+        (!with.is_empty()).then(|| {
+            format!(
+                "  {key} is ambiguous with {with}: numbers of the model file, which leave it open; \
+                 `--exact` pins one that was measured"
+            )
+        })
+    };
+    let levels = answer.faults.iter();
+    core::iter::once(head.to_owned())
+        .chain(levels.clone().map(row))
+        .chain(levels.filter_map(open))
+        .collect()
 }
 
 #[cfg(test)]

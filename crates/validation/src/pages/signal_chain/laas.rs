@@ -14,7 +14,7 @@ const INERTIA_A_S2: f64 = 5.4e-6 / 0.0276;
 const REACH: usize = 15;
 
 /// The set of the page of measured machines.
-pub(super) fn sound() -> Result<Set> {
+pub(crate) fn sound() -> Result<Set> {
     Ok(Set { model: laas_model()?, recordings: Laas::read()?.recordings() })
 }
 

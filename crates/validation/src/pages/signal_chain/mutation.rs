@@ -8,9 +8,9 @@ use crate::pages::chance::Chance;
 
 /// A model file with recordings.
 #[derive(Clone, Debug)]
-pub(super) struct Set {
-    pub(super) model: MachineModel,
-    pub(super) recordings: Recordings,
+pub(crate) struct Set {
+    pub(crate) model: MachineModel,
+    pub(crate) recordings: Recordings,
 }
 
 /// Answer that a mutation asks for.
@@ -119,7 +119,7 @@ impl Set {
     }
 
     /// Recordings of these samples alone.
-    pub(super) fn part(&self, samples: core::ops::Range<usize>) -> Self {
+    pub(crate) fn part(&self, samples: core::ops::Range<usize>) -> Self {
         self.each(|record| {
             for channel in channels(record) {
                 channel.truncate(samples.end);
