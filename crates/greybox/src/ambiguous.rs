@@ -5,54 +5,61 @@ use inference::Whitener;
 use nalgebra::DMatrix;
 
 use crate::{
-    fit::{Fitted, inverse},
+    fit::{Fitted, inverse, whitened},
+    gram::Gram,
     interval::ECCENTRICITY,
     known::Known,
-    structure::{Free, Target},
+    structure::Target,
 };
 
 /// Share of its variance that a level keeps at most where all numbers are known: half of its standard
 /// deviation.
 const KEPT_VARIANCE: f64 = 0.25;
-/// Squared correlation with a level from which on a number is one of those that leave it open.
-const LEAST_SHARED: f64 = 0.25;
+/// Squared cosine from which on a number does what a level does.
+const LEAST_ALIKE: f64 = 0.25;
 /// Standard deviation of a level below which nobody asks what leaves it open.
 const LEAST_STD: f64 = 0.01;
 
 /// Fault levels whose standard deviation would halve if the numbers of the model file were known, each
 /// with the keys of those that leave it open, the most first.
 ///
-/// By the covariance `C = F⁻¹` with the information `F` of the recordings fitted, by the noise alone, and
-/// of what is known beforehand. A level `i` is ambiguous where its variance with all numbers known is
-/// at most a quarter of `C_ii` and `√C_ii` is above 0.01; a number `j` leaves it open where
-/// `C_ij²/(C_ii·C_jj)` is a quarter or more.
-pub(crate) fn ambiguous(fitted: &Fitted, noise: &Whitener) -> Vec<(String, Vec<String>)> {
-    let known = Known::new(fitted, noise);
-    let free = &known.structure.free;
-    let is_number = |free: &Free| matches!(free.target, Target::Rough(_));
-    let numbers: Vec<usize> = (0..free.len()).filter(|&place| is_number(&free[place])).collect();
-    let others: Vec<usize> = (0..free.len()).filter(|&place| !is_number(&free[place])).collect();
+/// A level `i` is ambiguous where its variance `C_ii`, which is also that of fits without damage, is
+/// above 0.01² and four times or more that with all numbers known, `(F_oo⁻¹)_ii`, with the information
+/// `F` of the recordings fitted and of what is known beforehand among the levels and sizes `o` of
+/// effects. A number `j` leaves it open where the whitened changes of the prediction with either have
+/// a squared cosine of a quarter or more.
+pub(crate) fn ambiguous(
+    fitted: &Fitted,
+    covariance: &DMatrix<f64>,
+    noise: &Whitener,
+) -> Vec<(String, Vec<String>)> {
+    let free = &fitted.structure.free;
+    let is_number = |place: &usize| matches!(free[*place].target, Target::Rough(_));
+    let (numbers, others): (Vec<usize>, Vec<usize>) =
+        fitted.structure.same_everywhere().into_iter().partition(is_number);
     if numbers.is_empty() {
         return Vec::new();
     }
-    let all = inverse(&known.information);
-    let block = |i: usize, j: usize| known.information[(others[i], others[j])];
-    let beside = inverse(&DMatrix::from_fn(others.len(), others.len(), block));
+    let known = inverse(&Known::new(&fitted.only(&others), noise).information);
+    let columns: Vec<Vec<f64>> =
+        fitted.sensitivities.iter().map(|column| whitened(noise, column)).collect();
+    let products = Gram::new(&columns);
     let mut found: Vec<(String, Vec<String>)> = Vec::new();
     for (place, &level) in others.iter().enumerate() {
         let Target::Fault(coordinate) = free[level].target else { continue };
-        let variance = all[(level, level)];
+        let variance = covariance[(level, level)];
         let is_open = variance > LEAST_STD * LEAST_STD;
-        if !is_open || beside[(place, place)] > KEPT_VARIANCE * variance {
+        if !is_open || known[(place, place)] > KEPT_VARIANCE * variance {
             continue;
         }
-        let shared = |number: usize| {
-            let common = all[(level, number)];
-            common * common / (variance * all[(number, number)]).max(f64::MIN_POSITIVE)
+        let alike = |number: usize| {
+            let common = products.get(level, number);
+            let sizes = products.get(level, level) * products.get(number, number);
+            common * common / sizes.max(f64::MIN_POSITIVE)
         };
         let mut with: Vec<usize> =
-            numbers.iter().copied().filter(|&number| shared(number) >= LEAST_SHARED).collect();
-        with.sort_by(|a, b| shared(*b).total_cmp(&shared(*a)));
+            numbers.iter().copied().filter(|&number| alike(number) >= LEAST_ALIKE).collect();
+        with.sort_by(|a, b| alike(*b).total_cmp(&alike(*a)));
         let keys = with.into_iter().map(|number| free[number].key.clone()).collect();
         let key = if coordinate < ECCENTRICITY {
             free[level].key.clone()
@@ -98,7 +105,9 @@ mod tests {
                 objective: 0.0,
                 noise_nats: 0.0,
             };
-            ambiguous(&fitted, &Whitener::white(1.0))
+            let white = Whitener::white(1.0);
+            let covariance = inverse(&Known::new(&fitted, &white).information);
+            ambiguous(&fitted, &covariance, &white)
         };
         let key = structure.free[number].key.clone();
         assert_eq!(answer(0.1, 10.0), [("k1".to_owned(), vec![key])]);

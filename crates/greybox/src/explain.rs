@@ -551,17 +551,19 @@ impl<'a> Session<'a> {
         let levels_of =
             |judged: &Judged, noise| levels(&judged.fitted, &judged.covariance(&self.train, noise));
         let was = levels_of(before, before.own_noise());
-        let mut is = levels_of(after, whitener);
+        let covariance = after.covariance(&self.train, whitener);
+        let mut is = levels(&after.fitted, &covariance);
         for other in open {
             for ((_, level), (_, other)) in is.iter_mut().zip(levels_of(other, whitener)) {
                 let ([low, high], [least, most]) = (level.interval_95, other.interval_95);
                 level.interval_95 = [low.min(least), high.max(most)];
             }
         }
-        let mut open = ambiguous(&after.fitted, whitener);
+        let mut ambiguous = ambiguous(&after.fitted, &covariance, whitener);
         let change = |((key, before), (_, after)): ((String, _), (_, _))| {
-            let place = open.iter().position(|(level, _)| *level == key);
-            let ambiguous_with = place.map_or_else(Vec::new, |place| open.swap_remove(place).1);
+            let place = ambiguous.iter().position(|(level, _)| *level == key);
+            let ambiguous_with =
+                place.map_or_else(Vec::new, |place| ambiguous.swap_remove(place).1);
             FaultChange { key, before, after, ambiguous_with }
         };
         was.into_iter().zip(is).map(change).collect()
