@@ -1,13 +1,12 @@
 //! Fault levels that numbers of the model file leave open.
 
-use ema_sim::FaultId;
 use inference::Whitener;
 use nalgebra::DMatrix;
 
 use crate::{
     fit::{Fitted, inverse, whitened},
     gram::Gram,
-    interval::ECCENTRICITY,
+    interval::level_key,
     known::Known,
     structure::Target,
 };
@@ -61,11 +60,7 @@ pub(crate) fn ambiguous(
             numbers.iter().copied().filter(|&number| alike(number) >= LEAST_ALIKE).collect();
         with.sort_by(|a, b| alike(*b).total_cmp(&alike(*a)));
         let keys = with.into_iter().map(|number| free[number].key.clone()).collect();
-        let key = if coordinate < ECCENTRICITY {
-            free[level].key.clone()
-        } else {
-            FaultId::Eccentricity.symbol().to_owned()
-        };
+        let key = level_key(coordinate, &free[level]);
         if found.iter().all(|(known, _)| *known != key) {
             found.push((key, keys));
         }

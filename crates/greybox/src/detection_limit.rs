@@ -10,22 +10,21 @@ use core::f64::consts::TAU;
 
 use ema_sim::EffectId;
 use inference::Whitener;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::{
-    elsewhere::drive_and_residuals,
     error::{GreyboxError, if_run},
     explain::Session,
     explained::SmallestNamed,
-    fit::{Fitted, Normal, whitened},
+    fit::{Fitted, Normal, each_whitened, whitened},
     gain::{Gain, Share, block_length},
     gram::{Gram, solve},
     hypothesis::{Scales, differs_by_record, is_nonlinear_in_size, numbers},
-    known::{Known, There},
+    known::{Known, There, Unfitted},
     machine::State,
     plausible::Plausible,
-    problem::{PerRecord, Problem},
-    rival::{Claim, Judged, Shortlisted, is_on_bound},
+    problem::PerRecord,
+    rival::{Claim, Shortlisted, is_on_bound},
     scan::{Scored, is_signed},
     search::{Round, Search, may_repeat},
     structure::{Structure, set},
@@ -71,16 +70,12 @@ struct Limits<'s> {
     /// Whitened sensitivities of what was fitted, and the residual.
     columns: Vec<Vec<f64>>,
     residual: Vec<f64>,
-    /// Sensitivities and residual of what was held out, of the numbers that are one in all recordings.
-    there: Elsewhere,
+    /// Prediction of what was held out; its sensitivities of the numbers that are one in all
+    /// recordings and its residual, whitened.
+    drive_there: PerRecord,
+    columns_there: Vec<PerRecord>,
+    residual_there: PerRecord,
     plausible: Plausible,
-}
-
-/// Recordings held out, at the numbers fitted.
-struct Elsewhere {
-    drive: PerRecord,
-    columns: Vec<PerRecord>,
-    residual: PerRecord,
 }
 
 /// An effect added.
@@ -96,6 +91,8 @@ struct Added<'l> {
     /// Products of each block held out, with its samples: numbers that are one in all recordings, the
     /// effect's columns there, the residual.
     blocks: Vec<(Gram, usize)>,
+    /// Products of all blocks, with their samples.
+    there: (Gram, usize),
     /// Numbers of the model without the effect that are one in all recordings.
     known: Vec<usize>,
     /// Columns of the effect in what was held out.
@@ -121,7 +118,8 @@ impl<'s> Limits<'s> {
         scales: &Scales,
     ) -> Result<Option<Self>, GreyboxError> {
         let (fitted, whitener) = (&search.current.fitted, &search.floor.whitener);
-        let Some(there) = Elsewhere::new(&session.holdout, &search.current, whitener)? else {
+        let there = Unfitted::new(&session.holdout, fitted, search.current.own_noise());
+        let Some(Unfitted { drive, residuals, sensitivities }) = if_run(there)? else {
             return Ok(None);
         };
         let is_full = search.found.len() == session.options.most_effects;
@@ -135,7 +133,9 @@ impl<'s> Limits<'s> {
             least_fall: if is_full { falls.fold(f64::INFINITY, f64::min) } else { 0.0 },
             columns: fitted.sensitivities.iter().map(|c| whitened(whitener, c)).collect(),
             residual: whitened(whitener, &fitted.residuals),
-            there,
+            drive_there: drive,
+            columns_there: sensitivities.iter().map(|c| each_whitened(whitener, c)).collect(),
+            residual_there: each_whitened(whitener, &residuals),
             plausible: Plausible::new(session.machine, scales),
         }))
     }
@@ -145,7 +145,7 @@ impl<'s> Limits<'s> {
         let scored = round.scan.scored.iter();
         let asked: Vec<&Scored> = scored.filter(|scored| self.is_asked(round, scored)).collect();
         let tried = |scored: &&Scored| &round.tried[scored.tried];
-        let there = self.columns_there(&asked.iter().map(tried).collect::<Vec<_>>());
+        let there = self.changes_there(&asked.iter().map(tried).collect::<Vec<_>>());
         let mut limits = Vec::new();
         for (scored, there) in asked.into_iter().zip(there) {
             let Some(there) = if_run(there)? else { continue };
@@ -168,7 +168,7 @@ impl<'s> Limits<'s> {
     }
 
     /// Changes of what was held out by the sizes tried.
-    fn columns_there(&self, tried: &[&Tried]) -> Vec<Result<Vec<PerRecord>, GreyboxError>> {
+    fn changes_there(&self, tried: &[&Tried]) -> Vec<Result<Vec<PerRecord>, GreyboxError>> {
         let Fitted { structure, values, .. } = self.fitted;
         let holdout = &self.session.holdout;
         let state = structure.state_elsewhere(self.session.machine, values);
@@ -192,7 +192,7 @@ impl<'s> Limits<'s> {
         let mut drives = drives.into_iter();
         let less = |with: PerRecord| -> PerRecord {
             let of = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
-            with.iter().zip(&self.there.drive).map(of).collect()
+            with.iter().zip(&self.drive_there).map(of).collect()
         };
         let of = |tried: &&Tried| {
             let own: Vec<_> = drives.by_ref().take(sizes(tried).len()).collect();
@@ -213,21 +213,19 @@ impl<'s> Limits<'s> {
 impl Limits<'_> {
     /// Products of what was held out with the columns of an effect there, block by block.
     fn blocks(&self, tried: &Tried, there: &[PerRecord]) -> Vec<(Gram, usize)> {
-        let whiten = |column: &PerRecord| -> PerRecord {
-            column.iter().map(|signal| self.whitener.apply(signal)).collect()
-        };
         let per_unit = |(place, column): (usize, &PerRecord)| -> PerRecord {
             // what differs by recording has its sizes of one place one after the other
             let (_, size) = tried.sizes[place * tried.sizes.len() / there.len()];
-            whiten(column).iter().map(|signal| signal.iter().map(|x| x / size).collect()).collect()
+            let white = each_whitened(self.whitener, column);
+            white.iter().map(|signal| signal.iter().map(|x| x / size).collect()).collect()
         };
-        let mut columns = self.there.columns.clone();
+        let mut columns = self.columns_there.clone();
         columns.extend(there.iter().enumerate().map(per_unit));
-        columns.push(self.there.residual.clone());
+        columns.push(self.residual_there.clone());
         let mut blocks = Vec::new();
         for (record, prepared) in self.session.holdout.records.iter().enumerate() {
             let length = block_length(prepared);
-            let samples = self.there.residual[record].len();
+            let samples = self.residual_there[record].len();
             for start in (0..samples).step_by(length) {
                 let range = start..(start + length).min(samples);
                 let of = |column: &PerRecord| column[record][range.clone()].to_vec();
@@ -235,30 +233,6 @@ impl Limits<'_> {
             }
         }
         blocks
-    }
-}
-
-impl Elsewhere {
-    fn new(
-        holdout: &Problem<'_>,
-        current: &Judged,
-        whitener: &Whitener,
-    ) -> Result<Option<Self>, GreyboxError> {
-        let Fitted { structure, values, .. } = &current.fitted;
-        let own = current.own_noise();
-        let told = if_run(drive_and_residuals(holdout, structure, values, own))?;
-        let Some((drive, residuals)) = told else { return Ok(None) };
-        let kept = structure.same_everywhere();
-        let known: Vec<f64> = kept.iter().map(|&place| values[place]).collect();
-        let slopes = holdout.sensitivities(&structure.only(&kept), 0, 1.0, &known, &drive)?;
-        let white = |signals: &PerRecord| -> PerRecord {
-            signals.iter().map(|signal| whitener.apply(signal)).collect()
-        };
-        Ok(Some(Self {
-            drive,
-            columns: slopes.iter().map(white).collect(),
-            residual: white(&residuals),
-        }))
     }
 }
 
@@ -288,6 +262,11 @@ impl<'l> Added<'l> {
         };
         columns.extend(tried.columns.iter().zip(&tried.sizes).map(per_unit));
         columns.push(limits.residual.clone());
+        let blocks = limits.blocks(tried, there);
+        let none = (Gram::zeros(limits.columns_there.len() + there.len() + 1), 0);
+        let sum = |(all, samples): (Gram, usize), (gram, more): &(Gram, usize)| {
+            (all.plus(gram), samples + more)
+        };
         Self {
             limits,
             round,
@@ -295,7 +274,8 @@ impl<'l> Added<'l> {
             with,
             values,
             products: Gram::new(&columns),
-            blocks: limits.blocks(tried, there),
+            there: blocks.iter().fold(none, sum),
+            blocks,
             known: fitted.structure.same_everywhere(),
             sizes_there: there.len(),
         }
@@ -418,7 +398,12 @@ impl<'l> Added<'l> {
         left.push(1.0);
         let structure = self.with.only(&(0..free).collect::<Vec<_>>());
         let from = &self.values[..free];
-        let values = self.normal(&structure, from, &left).bounded(&structure.free, from, 0.0);
+        let normal = Normal {
+            curvature: self.products.first(free),
+            descent: DVector::from_fn(free, |n, _| self.products.with(n, &left)),
+        };
+        let normal = normal.with_priors(&structure.free, from);
+        let values = normal.bounded(&structure.free, from, 0.0);
         let moves: Vec<f64> = values.iter().zip(from).map(|(to, from)| to - from).collect();
         left.iter_mut().zip(&moves).for_each(|(left, by)| *left -= by);
         let energy = self.products.energy(&left);
@@ -433,54 +418,30 @@ impl<'l> Added<'l> {
         Fit { values, objective, train, left, size, price_nats }
     }
 
-    /// Normal equations of the numbers of a structure that stand somewhere, before what is left there.
-    fn normal(&self, structure: &Structure, values: &[f64], left: &[f64]) -> Normal {
-        let free = values.len();
-        let mut curvature = self.products.block(&(0..free).collect::<Vec<_>>());
-        let mut descent = DVector::from_fn(free, |n, _| self.products.with(n, left));
-        for (n, (free, value)) in structure.free.iter().zip(values).enumerate() {
-            if let Some(prior) = free.prior {
-                curvature[(n, n)] += prior.weight(*value);
-                descent[n] -= prior.slope(*value);
-            }
-        }
-        Normal { curvature, descent }
-    }
-
     /// Takes off what is `left` of the columns held out what the numbers explain there, as known as
     /// they are, with the sizes of the effect moved from zero. Size of the noise there and price.
     fn held_out(&self, known: &Known, sizes: &[f64], left: &mut [f64]) -> (f64, f64) {
         let of_effect = self.known.len()..self.known.len() + self.sizes_there;
         let by_record = differs_by_record(self.shortlisted.tried.plain.id());
+        let (gram, samples) = &self.there;
         let mut fitted_there = 0.0;
         if !by_record {
             let places = left[of_effect.clone()].iter_mut().zip(sizes);
             places.for_each(|(left, size)| *left -= size);
         } else if !sizes.is_empty() {
             let places: Vec<usize> = of_effect.collect();
-            let sum = |of: &dyn Fn(&Gram) -> f64| self.blocks.iter().map(|(g, _)| of(g)).sum();
-            let products = DMatrix::from_fn(places.len(), places.len(), |i, j| {
-                sum(&|gram| gram.get(places[i], places[j]))
-            });
-            let right = DVector::from_fn(places.len(), |i, _| sum(&|g| g.with(places[i], left)));
-            let taken = solve(&products, &right);
+            let right = DVector::from_fn(places.len(), |i, _| gram.with(places[i], left));
+            let taken = solve(&gram.block(&places), &right);
             places.iter().zip(taken.iter()).for_each(|(&place, by)| left[place] -= by);
             fitted_there = places.len() as f64;
         }
         let count = known.values.len();
-        let places: Vec<usize> = (0..count).collect();
-        let mut there = There {
-            products: DMatrix::zeros(count, count),
-            descent: DVector::zeros(count),
-            energy: 0.0,
-            samples: 0,
+        let there = There {
+            products: gram.first(count),
+            descent: DVector::from_fn(count, |n, _| gram.with(n, left)),
+            energy: gram.energy(left),
+            samples: *samples,
         };
-        for (gram, samples) in &self.blocks {
-            there.products += gram.block(&places);
-            there.descent += DVector::from_fn(count, |n, _| gram.with(n, left));
-            there.energy += gram.energy(left);
-            there.samples += samples;
-        }
         let moved = known.moved(&there);
         let by = moved.values.iter().zip(&known.values).map(|(to, from)| to - from);
         left.iter_mut().zip(by).for_each(|(left, by)| *left -= by);

@@ -82,8 +82,12 @@ impl Fitted {
 
 /// Signals of all recordings through the whitener, in one row.
 pub(crate) fn whitened(whitener: &Whitener, signals: &PerRecord) -> Vec<f64> {
-    let each: Vec<Vec<f64>> = signals.iter().map(|signal| whitener.apply(signal)).collect();
-    each.concat()
+    each_whitened(whitener, signals).concat()
+}
+
+/// Signals of all recordings through the whitener.
+pub(crate) fn each_whitened(whitener: &Whitener, signals: &PerRecord) -> PerRecord {
+    signals.iter().map(|signal| whitener.apply(signal)).collect()
 }
 
 /// Fits from the starts of the structure, with the sensitivities taken anew at each step.
@@ -385,12 +389,19 @@ impl Normal {
                 curvature[(i, j)] = product;
                 curvature[(j, i)] = product;
             }
-            if let Some(prior) = free[i].prior {
-                curvature[(i, i)] += prior.weight(values[i]);
-                descent[i] -= prior.slope(values[i]);
+        }
+        Self { curvature, descent }.with_priors(free, values)
+    }
+
+    /// Normal equations with what is known of the numbers beforehand.
+    pub(crate) fn with_priors(mut self, free: &[Free], values: &[f64]) -> Self {
+        for (i, (free, value)) in free.iter().zip(values).enumerate() {
+            if let Some(prior) = free.prior {
+                self.curvature[(i, i)] += prior.weight(*value);
+                self.descent[i] -= prior.slope(*value);
             }
         }
-        Self { curvature, descent }
+        self
     }
 
     /// Fall of the objective that a linear model foretells.

@@ -27,6 +27,11 @@ impl Gram {
         Self { products }
     }
 
+    /// Products of so many columns without a sample.
+    pub(crate) fn zeros(columns: usize) -> Self {
+        Self { products: DMatrix::zeros(columns, columns) }
+    }
+
     pub(crate) fn get(&self, a: usize, b: usize) -> f64 {
         self.products[(a, b)]
     }
@@ -102,6 +107,17 @@ impl Gram {
         let along = DVector::from_column_slice(along);
         let weights = solve(&self.block(by), &along);
         (along.dot(&weights), weights.iter().copied().collect())
+    }
+
+    /// The products with those of other samples of the same columns.
+    pub(crate) fn plus(mut self, other: &Self) -> Self {
+        self.products += &other.products;
+        self
+    }
+
+    /// The products among the first columns.
+    pub(crate) fn first(&self, count: usize) -> DMatrix<f64> {
+        self.products.view((0, 0), (count, count)).into_owned()
     }
 
     /// The products among some columns.

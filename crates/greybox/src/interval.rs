@@ -16,7 +16,7 @@ pub(crate) const Z_95: f64 = 1.96;
 /// Bound of the squared length of a standard normal vector of two in 95 %: −2·ln 0.05.
 const CHI_SQUARED_2_95: f64 = 5.991_464_547_107_98;
 /// Place of the first of the two coordinates of an eccentricity.
-pub(crate) const ECCENTRICITY: usize = 5;
+const ECCENTRICITY: usize = 5;
 
 /// Fault levels; of an eccentricity its amount, whatever its direction.
 pub(crate) fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, FaultLevel)> {
@@ -25,18 +25,23 @@ pub(crate) fn levels(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String,
         match place.cmp(&ECCENTRICITY) {
             Ordering::Less => {
                 let std = libm::sqrt(covariance[(p, p)].max(0.0));
-                Some((free.key.clone(), level(fitted.values[p], std)))
+                Some((level_key(place, free), level(fitted.values[p], std)))
             }
             Ordering::Equal => {
                 let parts = [fitted.values[p], fitted.values[p + 1]];
                 let covariance = covariance.fixed_view::<2, 2>(p, p);
-                let key = FaultId::Eccentricity.symbol().to_owned();
-                Some((key, amount(parts, &covariance.into_owned())))
+                Some((level_key(place, free), amount(parts, &covariance.into_owned())))
             }
             Ordering::Greater => None,
         }
     };
     fitted.structure.free.iter().enumerate().filter_map(of).collect()
+}
+
+/// Key of the level that a coordinate of damage belongs to: of both of an eccentricity its amount.
+pub(crate) fn level_key(coordinate: usize, free: &Free) -> String {
+    let is_alone = coordinate < ECCENTRICITY;
+    if is_alone { free.key.clone() } else { FaultId::Eccentricity.symbol().to_owned() }
 }
 
 /// A level that lies between 0 and 1.

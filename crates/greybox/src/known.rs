@@ -59,7 +59,7 @@ impl Known {
     /// `columns` and the whitened residual there.
     fn moved_by(&self, columns: &[Vec<f64>], white: &[f64]) -> Moved {
         let there = There {
-            products: Gram::new(columns).block(&(0..columns.len()).collect::<Vec<_>>()),
+            products: Gram::new(columns).first(columns.len()),
             descent: DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, white))),
             energy: dot(white, white),
             samples: white.len(),
@@ -150,6 +150,32 @@ fn beforehand(free: &Free, value: f64) -> f64 {
     free.prior.map_or(12.0 / (range * range), |prior| prior.weight(value))
 }
 
+/// Recordings that were not fitted, at the numbers fitted.
+pub(crate) struct Unfitted {
+    /// Drive signals without what differs between recordings.
+    pub(crate) drive: PerRecord,
+    pub(crate) residuals: PerRecord,
+    /// Change of the prediction with each number of [`Structure::same_everywhere`].
+    pub(crate) sensitivities: Vec<PerRecord>,
+}
+
+impl Unfitted {
+    /// With what differs between recordings fitted to each, under its `own` noise.
+    pub(crate) fn new(
+        problem: &Problem<'_>,
+        fitted: &Fitted,
+        own: &Whitener,
+    ) -> Result<Self, GreyboxError> {
+        let (drive, residuals) =
+            drive_and_residuals(problem, &fitted.structure, &fitted.values, own)?;
+        let kept = fitted.structure.same_everywhere();
+        let values: Vec<f64> = kept.iter().map(|&place| fitted.values[place]).collect();
+        let structure = fitted.structure.only(&kept);
+        let sensitivities = problem.sensitivities(&structure, 0, 1.0, &values, &drive)?;
+        Ok(Self { drive, residuals, sensitivities })
+    }
+}
+
 /// Recordings that were not fitted, before numbers known as well as the others tell.
 ///
 /// With whitened residual `r` at the fitted numbers, the sensitivities `J` there, the information
@@ -192,10 +218,8 @@ impl HeldOut {
     ) -> Result<Self, GreyboxError> {
         // by the noise alone: what a wrong model misses does not free its numbers
         let known = Known::new(fitted, noise);
-        let Known { structure, values, .. } = &known;
-        let (drive, mut residuals) =
-            drive_and_residuals(problem, &fitted.structure, &fitted.values, own)?;
-        let sensitivities = problem.sensitivities(structure, 0, 1.0, values, &drive)?;
+        let values = &known.values;
+        let Unfitted { mut residuals, sensitivities, .. } = Unfitted::new(problem, fitted, own)?;
         let columns: Vec<Vec<f64>> = sensitivities.iter().map(|c| whitened(noise, c)).collect();
         let moved = known.moved_by(&columns, &whitened(noise, &residuals));
         for (record, residual) in residuals.iter_mut().enumerate() {

@@ -29,7 +29,7 @@ fn law_a_machine_is_given_an_effect_from_its_detection_limit_on() {
     }
 }
 
-/// What is added to recordings of a machine as its model are the recordings of one with the effect.
+/// Recordings of a machine as its model, with an effect added, are those of a machine that has it.
 #[test]
 fn an_effect_added_to_recordings_is_that_of_the_machine() {
     let effect = Effect::new(EffectId::Cogging, Geometry::Rotary)
