@@ -366,6 +366,7 @@ impl<'l> Added<'l> {
         let claim = Claim {
             fall,
             log_p: asked.log_chance(fall),
+            log_p_alone: asked.log_chance_alone(fall),
             gain,
             evidence,
             on_bound: is_on_bound(&self.with, &with.values, effect, sizes),

@@ -273,7 +273,7 @@ impl<'a> Session<'a> {
         };
         let open = ties.iter().chain(&last_ties).chain(&search.unconfirmed);
         let open = open.map(|rival| &rival.judged);
-        let faults = self.fault_changes(&before, &current, open, whitener);
+        let faults = self.fault_changes(&before, &current, open, whitener)?;
         // what explains most comes first, but the one that others are tied with before it
         let mut by_strength: Vec<(usize, &Found)> = found.iter().enumerate().collect();
         let first = usize::from(!ties.is_empty());
@@ -547,7 +547,7 @@ impl<'a> Session<'a> {
         after: &Judged,
         open: impl Iterator<Item = &'j Judged>,
         whitener: &Whitener,
-    ) -> Vec<FaultChange> {
+    ) -> Result<Vec<FaultChange>, GreyboxError> {
         let levels_of =
             |judged: &Judged, noise| levels(&judged.fitted, &judged.covariance(&self.train, noise));
         let was = levels_of(before, before.own_noise());
@@ -560,13 +560,21 @@ impl<'a> Session<'a> {
             }
         }
         let mut ambiguous = ambiguous(&after.fitted, &covariance, whitener);
+        for (key, level) in &mut is {
+            let place = after.fitted.structure.free.iter().position(|free| free.key == *key);
+            if let Some(place) = place.filter(|_| ambiguous.iter().any(|(of, _)| of == key)) {
+                let within = level.interval_95;
+                level.interval_95 =
+                    self.profiled_interval(&after.fitted, place, within, whitener)?;
+            }
+        }
         let change = |((key, before), (_, after)): ((String, _), (_, _))| {
             let place = ambiguous.iter().position(|(level, _)| *level == key);
             let ambiguous_with =
                 place.map_or_else(Vec::new, |place| ambiguous.swap_remove(place).1);
             FaultChange { key, before, after, ambiguous_with }
         };
-        was.into_iter().zip(is).map(change).collect()
+        Ok(was.into_iter().zip(is).map(change).collect())
     }
 }
 
@@ -632,8 +640,9 @@ pub(crate) mod tests {
             Judged::at(nominal, values, stds, 0.0)
         };
         let open = [worn(0.05), worn(0.3)];
-        let k1 =
-            &session.fault_changes(&worn(0.2), &worn(0.1), open.iter(), &Whitener::white(1.0))[0];
+        let k1 = &session
+            .fault_changes(&worn(0.2), &worn(0.1), open.iter(), &Whitener::white(1.0))
+            .expect("levels")[0];
         assert_eq!(k1.before.interval_95, [0.2, 0.2]);
         assert_eq!((k1.after.value, k1.after.interval_95), (0.1, [0.05, 0.3]));
     }

@@ -42,6 +42,7 @@ mod parallel;
 mod plausible;
 mod prior;
 mod problem;
+mod profile;
 mod propose;
 mod random;
 mod record;

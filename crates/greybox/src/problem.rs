@@ -1,7 +1,9 @@
 //! Recordings against a machine: residuals, and what each free number does to the prediction.
 
-use ema_sim::{MachineSignals, ModelFidelity, PreparedTest};
-use inference::{BandedCholesky, Whitener, rms};
+use core::f64::consts::TAU;
+
+use ema_sim::{CommandKind, MachineSignals, ModelFidelity, PreparedTest};
+use inference::{BandedCholesky, LIMIT_SHARE, Whitener, rms};
 
 use crate::{
     anchor::{Anchor, loop_covariance},
@@ -20,6 +22,9 @@ const SETTLING_S: f64 = 0.3;
 /// Share of the rough part of a residual that is of the sensors at least.
 const LEAST_SENSOR_SHARE: f64 = 0.01;
 
+/// Share of a recording that has to be below the limit of its drive for what is at it to be left out.
+const LEAST_BELOW_LIMIT: f64 = 0.1;
+
 /// Runs that a thread is given at a time: as many as go side by side.
 const SIDE_BY_SIDE: usize = 16;
 
@@ -36,6 +41,8 @@ pub(crate) struct Prepared<'a> {
     pub(crate) factor: usize,
     skip: usize,
     mains: Mains,
+    /// Places of the averaged samples that are compared; none where all are.
+    below_limit: Option<Vec<usize>>,
     /// Measured drive signal as it is compared: of equal noise throughout.
     pub(crate) measured: Vec<f64>,
     /// Measured drive signal, averaged.
@@ -82,11 +89,44 @@ impl<'a> Prepared<'a> {
         let mains = Mains::new(record.rate_hz, factor, samples);
         let (measured, averaged, anchored) = (Vec::new(), Vec::new(), None);
         let test = machine.prepared(record);
-        let mut prepared =
-            Self { record, place, factor, skip, mains, measured, averaged, test, anchored };
+        let below_limit = None;
+        let mut prepared = Self {
+            record,
+            place,
+            factor,
+            skip,
+            mains,
+            below_limit,
+            measured,
+            averaged,
+            test,
+            anchored,
+        };
+        if record.kind != CommandKind::Motion {
+            prepared.leave_out_limit(machine);
+        }
         prepared.averaged = prepared.reduce(&drive);
         prepared.measured.clone_from(&prepared.averaged);
         prepared
+    }
+
+    /// Leaves out what the limit of the drive decides. It tells of the limit alone, and a sensor whose
+    /// range ends there cuts noise and ripple on one side.
+    fn leave_out_limit(&mut self, machine: &Machine) {
+        let is_at_limit = at_limit(machine, self.record, self.place, self.factor);
+        let share = |n: usize| f64::from(u8::from(is_at_limit[n]));
+        let shares = self.evenly_averaged_of(is_at_limit.len(), share);
+        let below: Vec<usize> = (0..shares.len()).filter(|&n| shares[n] == 0.0).collect();
+        let is_enough = below.len() as f64 > LEAST_BELOW_LIMIT * shares.len() as f64;
+        self.below_limit = (is_enough && below.len() < shares.len()).then_some(below);
+    }
+
+    /// The samples of an averaged signal that are compared.
+    pub(crate) fn below_limit(&self, signal: Vec<f64>) -> Vec<f64> {
+        match &self.below_limit {
+            Some(places) => places.iter().map(|&place| signal[place]).collect(),
+            None => signal,
+        }
     }
 
     /// A drive signal of the simple model as it is compared.
@@ -200,21 +240,28 @@ impl<'a> Prepared<'a> {
         factor.map_or(0.0, |factor| 0.5 * factor.log_determinant())
     }
 
-    /// A drive signal at the recording's rate, averaged, and without what hums at the frequency of
-    /// the mains.
+    /// A drive signal at the recording's rate as it is compared: averaged, without what hums at the
+    /// frequency of the mains, and below the drive's limit.
     pub(crate) fn reduce(&self, drive: &[f64]) -> Vec<f64> {
-        let mut averaged = self.average(drive);
+        self.below_limit(self.evenly_reduced(drive))
+    }
+
+    /// As [`reduce`](Self::reduce), at the drive's limit too: at equal distances in time.
+    pub(crate) fn evenly_reduced(&self, drive: &[f64]) -> Vec<f64> {
+        let mut averaged = self.evenly_averaged_of(drive.len(), |n| drive[n]);
         self.mains.take_off(&mut averaged);
         averaged
     }
 
-    /// A signal at the recording's rate, averaged over so many samples, without its start.
+    /// A signal at the recording's rate, averaged over so many samples, without its start, where the
+    /// drive is below its limit.
     pub(crate) fn average(&self, signal: &[f64]) -> Vec<f64> {
-        self.average_of(signal.len(), |n| signal[n])
+        self.below_limit(self.evenly_averaged_of(signal.len(), |n| signal[n]))
     }
 
-    /// As [`average`](Self::average), of a signal of so many samples that is made as it is averaged.
-    pub(crate) fn average_of(&self, samples: usize, of: impl Fn(usize) -> f64) -> Vec<f64> {
+    /// As [`average`](Self::average), of a signal of so many samples that is made as it is averaged,
+    /// at equal distances in time.
+    pub(crate) fn evenly_averaged_of(&self, samples: usize, of: impl Fn(usize) -> f64) -> Vec<f64> {
         let count = samples.saturating_sub(self.skip) / self.factor;
         let mean = |place: usize| {
             let start = self.skip + place * self.factor;
@@ -223,11 +270,41 @@ impl<'a> Prepared<'a> {
         (0..count).map(mean).collect()
     }
 
+    /// Averaged samples, those at the drive's limit too.
+    pub(crate) fn even_samples(&self) -> usize {
+        self.record.drive.len().saturating_sub(self.skip) / self.factor
+    }
+
     /// Rate of what is compared.
     pub(crate) fn rate_hz(&self) -> f64 {
         self.record.rate_hz / self.factor as f64
     }
 }
+
+/// Samples of a recording at which the drive is at its limit as recorded, or before a logger's filter
+/// by the model as its file says, with as many after them as the filter remembers, and some about
+/// them: a machine that is not its file is there sooner or later.
+fn at_limit(machine: &Machine, record: &Record, place: usize, about: usize) -> Vec<bool> {
+    let nominal = Structure::nominal(machine);
+    let state = nominal.state(machine, &nominal.starts());
+    let unfiltered = Record { filter_hz: None, ..record.clone() };
+    // what cannot be run is told where it is fitted
+    let predicted = machine.simulate(&state, &unfiltered, place).map(|signals| signals.drive);
+    let predicted = predicted.unwrap_or_default();
+    let limit = LIMIT_SHARE * machine.drive_limit();
+    let reaches = |signal: &[f64], n: usize| signal.get(n).is_some_and(|x| x.abs() >= limit);
+    let memory_s = record.filter_hz.map_or(0.0, |corner_hz| FILTER_TIMES / (TAU * corner_hz));
+    let after = about + libm::ceil(memory_s * record.rate_hz) as usize;
+    let samples = record.drive.len();
+    let mut is_at_limit = vec![false; samples];
+    for n in (0..samples).filter(|&n| reaches(&record.drive, n) || reaches(&predicted, n)) {
+        is_at_limit[n.saturating_sub(about)..(n + after + 1).min(samples)].fill(true);
+    }
+    is_at_limit
+}
+
+/// Time constants that two first-order low-passes remember: 4 % of a step is left.
+const FILTER_TIMES: f64 = 5.0;
 
 /// Anchors of the recordings of a problem.
 #[derive(Clone, Debug)]
@@ -527,5 +604,43 @@ mod tests {
         assert!((quiet_size(&differences) - 1.0).abs() < 0.03, "{}", quiet_size(&differences));
         let coarse = [0.0, 0.0, 0.0, 4.0];
         assert_eq!(quiet_size(&coarse), 2.0);
+    }
+
+    /// A command that jumps puts the drive to its limit, and what is compared leaves that out; one that
+    /// goes slowly is compared everywhere, and so is a drive that is followed.
+    #[test]
+    fn what_the_limit_decides_is_left_out() {
+        let machine = Machine::bench_top();
+        let nominal = Structure::nominal(&machine);
+        let state = nominal.state(&machine, &nominal.starts());
+        let record = |jump_rad: f64, kind: CommandKind| {
+            let at = |n: u32| if n < 750 { 0.0 } else { jump_rad };
+            let mut record = Record {
+                name: "jump".to_owned(),
+                rate_hz: 1000.0,
+                command: (0..2000).map(at).collect(),
+                kind: CommandKind::Position,
+                drive: vec![0.0; 2000],
+                position: Some(vec![0.0; 2000]),
+                load: None,
+                filter_hz: Some(200.0),
+                start_rad: None,
+            };
+            let signals = machine.simulate(&state, &record, 0).expect("an axis that runs");
+            (record.drive, record.kind) = (signals.drive, kind);
+            record
+        };
+        let left_out = |record: &Record| {
+            let prepared = Prepared::new(&machine, 0, record);
+            prepared.even_samples() - prepared.measured.len()
+        };
+        let jump = record(0.45, CommandKind::Position);
+        let unfiltered = left_out(&Record { filter_hz: None, ..jump.clone() });
+        assert!((3..100).contains(&unfiltered), "{unfiltered}");
+        // a filter remembers the limit for five of its time constants: 4 ms
+        let remembered = 4.0 / Prepared::new(&machine, 0, &jump).factor as f64;
+        assert!((left_out(&jump) as f64 - unfiltered as f64 - remembered).abs() <= 1.0);
+        assert_eq!(left_out(&record(0.01, CommandKind::Position)), 0);
+        assert_eq!(left_out(&Record { kind: CommandKind::Motion, ..jump }), 0);
     }
 }

@@ -89,7 +89,7 @@ fn shaking(record: &Prepared<'_>, size: f64) -> Vec<f64> {
 
 /// The filter that makes of a signal what it did to a recording's drive.
 fn taps(record: &Prepared<'_>, signal: &[f64], before: &[f64], after: &[f64]) -> Vec<f64> {
-    let after = record.reduce(after);
+    let after = record.evenly_reduced(after);
     let change: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
     // the mean of the signal over each averaged stretch, from where the comparison begins
     let mean: Vec<f64> = signal.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
@@ -144,11 +144,16 @@ impl Screen<'_> {
         let sizes: Vec<usize> = groups.iter().map(Vec::len).collect();
         let mut columns: Vec<PerRecord> = groups.into_iter().flatten().collect();
         for (place, record) in self.problem.records.iter().enumerate() {
-            let own = columns.iter_mut().map(|column| &mut column[place]);
-            let mut sounding: Vec<&mut Vec<f64>> =
-                own.filter(|signal| !is_silent(signal)).collect();
-            for signal in &mut sounding {
-                **signal = through(response, signal);
+            let mut sounding: Vec<&mut Vec<f64>> = Vec::new();
+            for signal in columns.iter_mut().map(|column| &mut column[place]) {
+                let is_silent = is_silent(signal);
+                if !is_silent {
+                    *signal = through(response, signal);
+                }
+                *signal = record.below_limit(core::mem::take(signal));
+                if !is_silent {
+                    sounding.push(signal);
+                }
             }
             record.give_equal_noise(&mut sounding);
         }
@@ -208,7 +213,7 @@ impl Screen<'_> {
         of: impl Fn(usize, usize) -> f64,
     ) -> PerRecord {
         let reduced = |(record, prepared): (usize, &Prepared<'_>)| {
-            prepared.average_of(predictions[record].drive.len(), |n| of(record, n))
+            prepared.evenly_averaged_of(predictions[record].drive.len(), |n| of(record, n))
         };
         self.problem.records.iter().enumerate().map(reduced).collect()
     }
@@ -257,7 +262,7 @@ pub(crate) fn leads(
         .records
         .iter()
         .zip(&predictions)
-        .map(|(prepared, prediction)| prepared.reduce(&prediction.drive))
+        .map(|(prepared, prediction)| prepared.evenly_reduced(&prediction.drive))
         .collect();
     let known = orthonormal(known);
     let residual = whitened(whitener, residual);
@@ -332,12 +337,12 @@ fn with_lowest(orders: &[f64], mut chosen: Vec<f64>) -> Vec<f64> {
 
 /// A tone, free in phase in each recording, at the compared rate.
 fn tones(problem: &Problem<'_>, frequency_hz: f64) -> Vec<PerRecord> {
-    let silent: PerRecord = problem.records.iter().map(|r| vec![0.0; r.measured.len()]).collect();
+    let silent: PerRecord = problem.records.iter().map(|r| vec![0.0; r.even_samples()]).collect();
     let mut tones = Vec::new();
     for (place, prepared) in problem.records.iter().enumerate() {
         let pace = libm::sincos(TAU * frequency_hz / prepared.rate_hz());
         let waves = core::iter::successors(Some((0.0, 1.0)), |wave| Some(turned(*wave, pace)));
-        let (sines, cosines) = waves.take(prepared.measured.len()).unzip();
+        let (sines, cosines) = waves.take(prepared.even_samples()).unzip();
         for wave in [sines, cosines] {
             let mut tone = silent.clone();
             tone[place] = wave;

@@ -172,6 +172,8 @@ pub(crate) struct Claim {
     /// Logarithm of the chance of that fall times the questions of the catalogue, which may exceed
     /// one.
     pub(crate) log_p: f64,
+    /// Logarithm of the chance of that fall for this effect alone, at the shapes tried.
+    pub(crate) log_p_alone: f64,
     pub(crate) gain: Gain,
     pub(crate) evidence: f64,
     /// True where a number of the effect stands on a bound.
@@ -218,6 +220,11 @@ impl Asked {
     /// As [`Self::log_chance`], by the sizes alone at the shapes tried.
     pub(crate) fn log_chance_of_scan(self, fall: f64) -> f64 {
         self.log_chance_by(fall, self.sizes)
+    }
+
+    /// Logarithm of the chance that the objective falls so far with this effect, whatever else was asked.
+    pub(crate) fn log_chance_alone(self, fall: f64) -> f64 {
+        chi_squared_log_tail(2.0 * fall, self.numbers)
     }
 
     fn log_chance_by(self, fall: f64, numbers: usize) -> f64 {
@@ -379,6 +386,7 @@ impl Rival {
         let claim = Claim {
             fall,
             log_p: asked.log_chance(fall),
+            log_p_alone: asked.log_chance_alone(fall),
             gain: judged.gain_over(current),
             evidence: judged.evidence_over(current, samples) - libm::log(asked.looked_at),
             on_bound: is_on_bound(
@@ -441,8 +449,15 @@ impl Rival {
     pub(crate) fn at(id: EffectId, judged: Judged, log_p: f64, gain: [f64; 2]) -> Self {
         let asked = Asked { sizes: 1, numbers: 1, looked_at: 1.0, questions: 1.0 };
         let gain = Gain { nats: gain[0], std_error: gain[1], energy: 0.0 };
-        let claim =
-            Claim { fall: 0.0, log_p, gain, evidence: 0.0, on_bound: false, fits_there: false };
+        let claim = Claim {
+            fall: 0.0,
+            log_p,
+            log_p_alone: log_p,
+            gain,
+            evidence: 0.0,
+            on_bound: false,
+            fits_there: false,
+        };
         Self { id, family: 0, judged, claim, asked }
     }
 }

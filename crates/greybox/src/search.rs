@@ -479,7 +479,8 @@ impl Session<'_> {
         let is_no_form = fall >= MOST_FORM_SHARE * others;
         let (gain, log_p) = (current.gain_over(without), chi_squared_log_tail(2.0 * fall, numbers));
         let evidence = current.evidence_over(without, self.train.samples());
-        self.is_held_out(&gain, log_p, current.fits_more_there(without), is_no_form)
+        log_p <= self.log_alone()
+            && self.is_held_out(&gain, log_p, current.fits_more_there(without), is_no_form)
             && nats_together(&gain, evidence) > self.options.evidence_nats
             && fall >= form_share(search.found[place].rival.id) * search.explained()
             && self.has_size(current, place, &search.floor.whitener)
@@ -563,8 +564,7 @@ impl Session<'_> {
     ) -> Result<Vec<Rival>, GreyboxError> {
         let scored = &round.scan.scored;
         let questions = round.families.len() as f64;
-        let alone = libm::log(self.options.false_alarm_rate);
-        let worth = (0..scored.len()).filter(|&n| scored[n].log_p <= alone);
+        let worth = (0..scored.len()).filter(|&n| scored[n].log_p <= self.log_alone());
         let by_score: Vec<usize> = worth.take(self.options.refitted).collect();
         // where the model is far off the linear picture may be wrong
         let far_off = current.fitted.objective > self.train.samples() as f64;
@@ -605,6 +605,12 @@ impl Session<'_> {
         Ok(rivals)
     }
 
+    /// Logarithm of the chance that an effect alone may have, before the choice among all, by the scan
+    /// and by its fit: what is held out does not name what was not seen in what was fitted.
+    fn log_alone(&self) -> f64 {
+        libm::log(self.options.false_alarm_rate)
+    }
+
     /// Logarithm of the chance below which chance is out of the question.
     fn log_sure(&self) -> f64 {
         libm::log(self.options.sure_rate)
@@ -614,6 +620,7 @@ impl Session<'_> {
     pub(crate) fn stands(&self, id: EffectId, claim: &Claim, explained: f64, alpha: f64) -> bool {
         let is_no_form = claim.fall >= MOST_FORM_SHARE * explained;
         claim.is_no_chance(alpha)
+            && claim.log_p_alone <= self.log_alone()
             && self.is_held_out(&claim.gain, claim.log_p, claim.fits_there, is_no_form)
             && claim.score() > self.options.evidence_nats
             && !claim.on_bound

@@ -34,7 +34,7 @@ pub use central::{central_differences, central_differences_together, try_central
 pub use chance::{chi_squared_log_tail, ljung_box_chance};
 pub use in_box::{QuadraticForm, least_in_box};
 pub use most_probable::{MostProbable, Unknown, Whitened, most_probable};
-pub use runs::{EqualRuns, Standing, ends};
+pub use runs::{EqualRuns, LIMIT_SHARE, Standing, ends};
 pub use shrinkage::shrunk_covariance;
 pub use symmetric::SymmetricMatrix;
 pub use taper::{add_tapered_covariance, gaspari_cohn, tapered_covariance};

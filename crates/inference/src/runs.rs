@@ -73,7 +73,7 @@ const LEAST_RUN: usize = 3;
 const LEAST_SAMPLES: usize = 8;
 const LEAST_SHARE: f64 = 1e-3;
 /// Share of a limit from which a level is that limit.
-const LIMIT_SHARE: f64 = 0.98;
+pub const LIMIT_SHARE: f64 = 0.98;
 
 /// Least and largest value of a signal; infinite, least above largest, without samples.
 pub fn ends(signal: &[f64]) -> [f64; 2] {

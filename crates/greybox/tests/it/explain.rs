@@ -44,6 +44,20 @@ fn a_friction_that_may_be_off_leaves_damage_open() {
     let known = answer(&Options { exact, ..Options::default() }).faults.swap_remove(0);
     assert!(known.ambiguous_with.is_empty(), "{known:?}");
     assert!(known.after.std < 0.5 * open.after.std, "{known:?} {open:?}");
+    // damage that is less likely than a wrong file is in the interval too
+    let worn = Truth { k1: 0.2, seed: 1, ..Truth::default() };
+    let level = |options: &Options| {
+        let answer =
+            explain(&model(), &recordings(&worn), options).expect("the recordings are good");
+        answer.faults.into_iter().next().expect("k1")
+    };
+    let open = level(&Options::default());
+    let [low, high] = open.after.interval_95;
+    assert!(low <= 0.2 && 0.2 <= high && !open.ambiguous_with.is_empty(), "{open:?}");
+    let exact = open.ambiguous_with;
+    let known = level(&Options { exact, ..Options::default() }).after;
+    let [low, high] = known.interval_95;
+    assert!(low <= 0.2 && 0.2 <= high && high - low < 0.1, "{known:?}");
 }
 
 #[test]
