@@ -110,6 +110,14 @@ fn three_commands_lead_from_a_data_sheet_to_a_diagnosis() {
     assert!((value - 0.3).abs() < DEVIATIONS * std, "k7: {value} ± {std}");
 }
 
+#[cfg(unix)]
+#[test]
+fn what_the_guide_prints_is_what_its_commands_print() {
+    let folder = tempfile::tempdir().unwrap();
+    let guide = include_str!("../../../../docs/guide/your-actuator.md");
+    crate::guides::check(guide, folder.path());
+}
+
 #[test]
 fn a_bundle_for_a_start_angle_is_for_recordings_that_start_there() {
     let folder = bench();

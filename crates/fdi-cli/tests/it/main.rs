@@ -19,6 +19,7 @@ mod effects;
 mod explain;
 mod explained;
 mod files;
+mod first_guide;
 mod fleet_guide;
 #[cfg(unix)]
 mod guides;

@@ -1,10 +1,10 @@
-//! `docs/guide/what-a-model-misses.md` as it stands.
+//! `docs/guide/what-a-model-misses.md` as it stands, and answers that it does not show.
 
 use std::{fs, process::Output};
 
 use fdi_core::{
     Schema,
-    report::{Calibration, Explanation, ExplanationVerdict, Proposal, SignalCode},
+    report::{Explanation, ExplanationVerdict, SignalCode},
 };
 use tempfile::TempDir;
 
@@ -13,7 +13,7 @@ use crate::{
     servo_axis::fixture,
 };
 
-/// How the guide's recordings are used.
+/// How recordings are used.
 const RECORDINGS: [&str; 8] = [
     "--train",
     "axis/swing.csv",
@@ -50,7 +50,7 @@ fn explained_again(folder: &TempDir) -> Explanation {
     answer(&asked(folder, &explain), Schema::Explanation)
 }
 
-/// The recordings of the guide.
+/// Recordings of the guide's bench, worn.
 fn bench() -> TempDir {
     recorded(&fixture("models/axis-on-the-bench.toml"), "k1=0.03")
 }
@@ -83,56 +83,12 @@ fn recorded(model: &str, faults: &str) -> TempDir {
     folder
 }
 
+#[cfg(unix)]
 #[test]
-fn what_the_guide_shows_comes_out() {
-    let folder = bench();
-    let nominal = fixture("models/axis.toml");
-    let calibrated = asked(&folder, &["calibrate", "--model", &nominal]);
-    let calibrated: Calibration = answer(&calibrated, Schema::Calibration);
-    let inertia = &calibrated.parameters["axis.inertia-kg-m2"];
-    let [least, most] = inertia.interval_95;
-    assert!(least < 2.3e-4 && 2.3e-4 < most, "{inertia:?}");
-
-    let explained = explained(&folder, &nominal);
-    assert_eq!(explained.verdict, ExplanationVerdict::Named);
-    assert_eq!(explained.effects.len(), 1);
-    let cogging = &explained.effects[0];
-    assert_eq!((cogging.id.as_str(), cogging.parameters["order"].value), ("E11", 12.0));
-    let [least, most] = cogging.parameters["cogging_sin_n_m"].interval_95.unwrap();
-    assert!(least < 0.004 && 0.004 < most, "{cogging:?}");
-    let friction = &explained.faults["k1"];
-    let [least, most] = friction.interval_95_after;
-    assert!(least < 0.03 && 0.03 < most, "{friction:?}");
-    let half_width = |[least, most]: [f64; 2]| 0.5 * (most - least);
-    let gain = half_width(friction.interval_95_before) / half_width(friction.interval_95_after);
-    // the guide says a sixteenth
-    assert!((14.0..20.0).contains(&gain), "{friction:?}");
-
-    // where other numbers may be off too, friction is theirs or damage
-    let by_default = asked(&folder, &["explain", "--model", &nominal]);
-    let by_default: Explanation = answer(&by_default, Schema::Explanation);
-    let ids: Vec<&str> = by_default.effects.iter().map(|effect| effect.id.as_str()).collect();
-    assert_eq!((by_default.verdict, &ids[..]), (ExplanationVerdict::Named, &["E11"][..]));
-    let [least, most] = by_default.faults["k1"].interval_95_after;
-    assert!(least == 0.0 && (0.03..0.045).contains(&most), "{:?}", by_default.faults["k1"]);
-    let friction = &by_default.nominal["axis.kinetic-friction-n-m"];
-    assert!((friction.fitted / friction.nominal - 1.0).abs() < 0.05, "{friction:?}");
-    assert!(by_default.numbers.is_empty());
-
-    // the model with what was found leaves nothing to be named
-    let again = explained_again(&folder);
-    assert_eq!((again.verdict, again.effects.len()), (ExplanationVerdict::Absorbed, 0));
-
-    let propose = ["propose", "--model", &nominal, "--exact", "all", "-o", "next.csv"];
-    let proposal = asked(&folder, &propose);
-    let proposal: Proposal = answer(&proposal, Schema::Proposal);
-    assert_eq!(proposal.open[0], "E11");
-    assert!(proposal.menu[0].separation > 1000.0, "{:?}", proposal.menu[0]);
-    // what is proposed can be run
-    done(
-        &folder,
-        &["simulate", "--model", &nominal, "--command", "next.csv", "-o", "next-run.csv"],
-    );
+fn what_the_guide_prints_is_what_its_commands_print() {
+    let folder = tempfile::tempdir().unwrap();
+    let guide = include_str!("../../../../docs/guide/what-a-model-misses.md");
+    crate::guides::check(guide, folder.path());
 }
 
 /// With nothing to tell apart no command is written, and that is said.
@@ -267,9 +223,6 @@ fn a_late_channel_is_told_and_set_right() {
         assert_eq!(refused.status.code(), Some(2), "{said}");
         assert!(said.contains("late: axis/late.csv: the current channel is 5.0 ms"), "{said}");
     }
-    let calibrated = asked_of_late(&folder, "calibrate", &["--correct"]);
-    let said = String::from_utf8_lossy(&calibrated.stderr).into_owned();
-    assert!(calibrated.status.success() && said.starts_with("set right: "), "{said}");
 }
 
 #[test]
