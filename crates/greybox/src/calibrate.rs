@@ -97,8 +97,10 @@ pub fn calibrate(
 
     let guess = Whitener::white(rms(&train.records[0].measured).max(1e-9));
     let first = fit(&train, nominal.clone(), &guess)?;
-    let floor = Floor::of_pairs(&train, &repeat, &pairs(recordings))
-        .unwrap_or_else(|| Floor::of_saturated(&first.residuals, &[]));
+    let floor = match Floor::of_pairs(&train, &repeat, &pairs(recordings)) {
+        Some(floor) => floor,
+        None => Floor::of_saturated(&first.residuals, &[])?,
+    };
     let mut fitted = fit(&train, nominal.started_at(&first.values), &floor.whitener)?;
     let mut numbers = judged(&machine, &fitted, &train, &floor.whitener);
     // what is not determined stays where the data sheet has it, first what that knows best

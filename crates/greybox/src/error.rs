@@ -37,6 +37,15 @@ pub enum GreyboxError {
         /// Least length.
         least_s: f64,
     },
+    /// Recordings that the catalogue explains whatever they show, and nothing tells the noise.
+    #[error(
+        "the recordings fitted have {samples} samples at the rate compared, no more than the catalogue has \
+         numbers: they tell no noise; record longer, or at a higher rate"
+    )]
+    FewSamples {
+        /// Samples compared.
+        samples: usize,
+    },
     /// One recording given for two uses.
     #[error("{first} and {second} are one recording, expected one use of each")]
     Twice {

@@ -108,7 +108,10 @@ pub fn explain(
         return Ok(Explained::unsound(finds));
     }
     let machine = with_suspects(&machine, &recordings, &options.exact, options.jobs)?;
-    let mut explained = Session::new(&machine, &recordings, options).run()?;
+    let mut explained = match Session::new(&machine, &recordings, options).run() {
+        Err(few @ GreyboxError::FewSamples { .. }) => Explained::inconclusive(few.to_string()),
+        answered => answered?,
+    };
     explained.signals = finds;
     Ok(explained)
 }
@@ -452,7 +455,7 @@ impl<'a> Session<'a> {
         let tried = tried.run(&families)?;
         let mut columns: Vec<&PerRecord> = fitted.sensitivities.iter().collect();
         columns.extend(tried.iter().flat_map(|t| &t.columns));
-        let floor = Floor::of_saturated(&fitted.residuals, &columns);
+        let floor = Floor::of_saturated(&fitted.residuals, &columns)?;
         let look = Some(Look { standing: self.standing.clone(), drive, tried });
         let fitted = self.nominal(nominal, &floor.whitener)?;
         Ok(Floored { floor, fitted, look })

@@ -107,9 +107,20 @@ impl Floor {
     }
 
     /// From a residual beside columns that may explain it.
-    pub(crate) fn of_saturated(residuals: &PerRecord, columns: &[&PerRecord]) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// [`GreyboxError::FewSamples`], where the columns explain any residual of so few samples.
+    pub(crate) fn of_saturated(
+        residuals: &PerRecord,
+        columns: &[&PerRecord],
+    ) -> Result<Self, GreyboxError> {
         let joined: Vec<Vec<f64>> = columns.iter().map(|column| column.concat()).collect();
         let basis = orthonormal(joined);
+        let samples = residuals.iter().map(Vec::len).sum();
+        if basis.len() >= samples {
+            return Err(GreyboxError::FewSamples { samples });
+        }
         let rest = without(&basis, residuals.concat());
         let mut from = 0;
         let mut stretches = Vec::new();
@@ -120,7 +131,7 @@ impl Floor {
         let whitener = Whitener::fit(&stretches, basis.len());
         let n = rest.len() as f64;
         let level = rms(&rest) * libm::sqrt(n / (n - basis.len() as f64).max(1.0));
-        Self { source: NoiseSource::Saturated, whitener, rms: level }
+        Ok(Self { source: NoiseSource::Saturated, whitener, rms: level })
     }
 }
 
@@ -205,6 +216,18 @@ fn rms_std_of(blocks: &[&[f64]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Three samples are any three columns: what is left would be rounding and no noise.
+    #[test]
+    fn columns_as_many_as_samples_tell_no_noise() {
+        let column = |values: [f64; 3]| vec![values.to_vec()];
+        let residuals = column([1.0, -2.0, 0.5]);
+        let columns = [column([1.0, 0.0, 0.0]), column([1.0, 1.0, 0.0]), column([1.0, 1.0, 1.0])];
+        let all: Vec<&PerRecord> = columns.iter().collect();
+        let told = Floor::of_saturated(&residuals, &all).map(|floor| floor.rms);
+        assert_eq!(told, Err(GreyboxError::FewSamples { samples: 3 }));
+        assert!(Floor::of_saturated(&residuals, &all[..2]).is_ok());
+    }
 
     /// Where two of a hundred blocks hold all that there is, the mean square has a relative scatter of
     /// `√(100/99·98/200)`, by hand; blocks alike have that of normal samples.

@@ -61,6 +61,7 @@ struct Page {
 /// Pages whose sections can be rebuilt one by one.
 const SECTIONED: &[(&str, &[Section])] = &[
     ("experiments", experiments::SECTIONS),
+    ("measured", measured::SECTIONS),
     ("planned", planned::SECTIONS),
     ("signal-chain", signal_chain::SECTIONS),
     ("units", units::SECTIONS),

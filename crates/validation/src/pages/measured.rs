@@ -1,31 +1,41 @@
 //! `docs/validation/measured.md`: what the models of two real machines leave out, found from
 //! recordings of other laboratories that are not part of this repository.
 
+mod answers;
 mod benchmark;
+mod delays;
 mod emps;
 mod filter;
+mod forces;
 mod laas;
+mod others;
+mod peers;
 pub(super) mod recording;
+mod setting;
+mod table;
+mod wording;
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use ema_sim::{
     Effect, EffectId,
     model_file::{AxisModel, MachineModel},
 };
-use greybox::{
-    Calibrated, CalibratedNumber, Explained, Finding, Options, RecordChange, Use, Verdict,
+use greybox::{Calibrated, CalibratedNumber, Explained, RecordChange, Use};
+
+use self::{
+    answers::Answers,
+    setting::axis,
+    wording::{fall, short, symbols},
 };
 
+pub(super) use self::wording::verdict;
 pub(super) use emps::{model as emps_model, published as emps_published};
 pub(super) use laas::{Data as Laas, model as laas_model};
 
-use super::{bar::met, figure::Figure};
-use crate::terminal::clock;
+use super::{bar::met, figure::Figure, section::Section};
 
-/// Threads.
-const JOBS: usize = 2;
 /// Least squares over 2400 samples.
 const FITTED_REL: f64 = 1e-6;
 /// Relative difference that a search with tolerances of its own may show.
@@ -53,6 +63,9 @@ pub(super) fn quick() -> Result<Vec<Figure>> {
     };
     let mut figures = Vec::new();
     let emps = emps::Data::read()?;
+    let best_s = delays::best_of_training(&emps)?;
+    figures.push(figure("emps-best-delay-of-training".to_owned(), best_s, FITTED_REL, "s"));
+    figures.extend(peers::quick()?);
     for (name, fit) in emps.known()? {
         let id = name.replace(' ', "-");
         figures.push(figure(format!("emps-{id}-train"), fit.train_n, FITTED_REL, "N"));
@@ -84,50 +97,43 @@ fn number<'c>(calibrated: &'c Calibrated, key: &str) -> Result<&'c CalibratedNum
     calibrated.numbers.iter().find(|number| number.key == key).context("a number by its key")
 }
 
+/// Sections that can be rebuilt on their own.
+pub(super) const SECTIONS: &[Section] = &[
+    Section {
+        name: "sets",
+        write: |page| {
+            let answers = Answers::new(&emps::Data::read()?, &laas::Data::read()?)?;
+            table::write(&mut page.markdown, &answers)
+        },
+    },
+    Section {
+        name: "peers",
+        write: |page| {
+            let answers = Answers::new(&emps::Data::read()?, &laas::Data::read()?)?;
+            peers::story(&mut page.markdown, &answers)
+        },
+    },
+    Section {
+        name: "delay",
+        write: |page| {
+            let emps = emps::Data::read()?;
+            delays::story(&mut page.markdown, &emps, &emps.explained(0)?)
+        },
+    },
+];
+
 pub(super) fn text(_: &[Figure]) -> Result<String> {
     let mut page = String::from(include_str!("measured/head.md"));
-    emps_story(&mut page)?;
-    laas_story(&mut page)?;
+    let (emps, laas) = (emps::Data::read()?, laas::Data::read()?);
+    let answers = Answers::new(&emps, &laas)?;
+    table::write(&mut page, &answers)?;
+    peers::story(&mut page, &answers)?;
+    emps_story(&mut page, &emps, &answers)?;
+    delays::story(&mut page, &emps, &answers.emps)?;
+    laas_story(&mut page, &answers)?;
+    page.push_str(include_str!("measured/elsewhere.md"));
     page.push_str(include_str!("measured/limits.md"));
     Ok(page)
-}
-
-fn axis(model: MachineModel) -> Result<AxisModel> {
-    match model {
-        MachineModel::ServoAxis(model) => Ok(model),
-        MachineModel::Actuator(_) => bail!("a servo axis"),
-    }
-}
-
-fn symbols<'f>(findings: impl IntoIterator<Item = &'f Finding>) -> String {
-    let named: Vec<&str> = findings.into_iter().map(|f| f.effect.id().info().symbol).collect();
-    if named.is_empty() { "none".to_owned() } else { named.join(", ") }
-}
-
-pub(super) fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Adequate => "adequate",
-        Verdict::Named => "named",
-        Verdict::NamedWithRemainder => "named-with-remainder",
-        Verdict::OneOf => "one-of",
-        Verdict::Unknown => "unknown",
-        Verdict::Absorbed => "absorbed",
-        Verdict::Inconclusive => "inconclusive",
-    }
-}
-
-/// Fall in percent.
-fn fall(from: f64, to: f64) -> f64 {
-    100.0 * (1.0 - to / from)
-}
-
-/// Four digits, without a power of ten where it does without.
-fn short(value: f64) -> String {
-    match value.abs() {
-        size if (1e-2..10.0).contains(&size) => format!("{value:.4}"),
-        size if (10.0..1e4).contains(&size) => format!("{value:.2}"),
-        _ => format!("{value:.2e}"),
-    }
 }
 
 /// Each effect with the numbers that are not zero, their intervals and what speaks for it.
@@ -168,11 +174,8 @@ fn findings(page: &mut String, explained: &Explained) -> Result<()> {
     Ok(())
 }
 
-fn emps_story(page: &mut String) -> Result<()> {
-    let data = emps::Data::read()?;
-    let start = clock();
-    let explained = data.explained(0)?;
-    let took_s = start.elapsed().as_secs_f64();
+fn emps_story(page: &mut String, data: &emps::Data, answers: &Answers) -> Result<()> {
+    let Answers { emps: explained, emps_took_s: took_s, .. } = answers;
     page.push_str(include_str!("measured/emps.md"));
     let [before, after] = explained.holdout_rms.context("recordings held out")?;
     writeln!(
@@ -182,11 +185,11 @@ fn emps_story(page: &mut String) -> Result<()> {
         verdict(explained.verdict),
         symbols(&explained.effects),
     )?;
-    findings(page, &explained)?;
-    emps_bars(page, &explained)?;
-    emps_residual(page, &data, &explained)?;
-    emps_again(page, &data)?;
-    emps_loop(page, &data, &explained)
+    findings(page, explained)?;
+    emps_bars(page, explained)?;
+    emps_residual(page, data, explained)?;
+    emps_again(page, data)?;
+    emps_loop(page, data, explained)
 }
 
 fn emps_bars(page: &mut String, explained: &Explained) -> Result<()> {
@@ -244,8 +247,8 @@ fn emps_residual(page: &mut String, data: &emps::Data, explained: &Explained) ->
         let found = &effects[..count];
         let name = format!("found: {}", symbols(&explained.effects[..count]));
         let asked = match count {
-            1 => "54 / 33 %",
-            _ if count == effects.len() => "57 / 45 %",
+            _ if count == effects.len() => ALL_FOUND,
+            1 => FIRST_FOUND,
             _ => "",
         };
         rows.push((name, data.with_effects(found)?, asked));
@@ -253,11 +256,14 @@ fn emps_residual(page: &mut String, data: &emps::Data, explained: &Explained) ->
     for (name, fit, asked) in rows {
         let falls = [fall(train_n, fit.train_n), fall(test_n, fit.test_n)];
         let verdict = match asked {
-            "3.83 / 4.68 N" => met(within(&fit, [3.83, 4.68])),
-            "2.16 / 3.41 N" => met(within(&fit, [2.16, 3.41])),
-            "54 / 33 %" => met(falls[0] >= 54.0 && falls[1] >= 33.0),
-            "57 / 45 %" => met(falls_are_met(falls)),
-            _ => "",
+            "3.83 / 4.68 N" => met(within(&fit, [3.83, 4.68])).to_owned(),
+            "2.16 / 3.41 N" => met(within(&fit, [2.16, 3.41])).to_owned(),
+            FIRST_FOUND => met(falls[0] >= 54.0 && falls[1] >= 33.0).to_owned(),
+            ALL_FOUND => {
+                let bars = [[57.0, 34.0], [57.0, 45.0]];
+                bars.map(|bar| met(falls[0] >= bar[0] && falls[1] >= bar[1])).join("; ")
+            }
+            _ => String::new(),
         };
         writeln!(
             page,
@@ -272,26 +278,13 @@ fn emps_residual(page: &mut String, data: &emps::Data, explained: &Explained) ->
              {dry:.2} N, asymmetry {drag:.1} N·s/m."
         )?;
     }
-    page.push_str(include_str!("measured/delay.md"));
-    let [before, after] = [&known[2].1, &known[3].1];
-    let falls = [fall(train_n, after.train_n), fall(test_n, after.test_n)];
-    let is_found = explained.effects.iter().any(|f| f.effect.id() == EffectId::ControllerMismatch);
-    writeln!(
-        page,
-        "\nWith that delay the last falls asked for are {}; beside the asymmetry it takes {:.1} points off the \
-         residual in training and {:.0} on the test. Found by the tool: {}.",
-        met(falls_are_met(falls)),
-        falls[0] - fall(train_n, before.train_n),
-        falls[1] - fall(test_n, before.test_n),
-        if is_found { "yes" } else { "no" },
-    )?;
     Ok(())
 }
 
-/// True where the falls are those asked for with the last effect, `57 / 45 %`.
-fn falls_are_met([train, test]: [f64; 2]) -> bool {
-    train >= 57.0 && test >= 45.0
-}
+/// Falls asked for of what is found: with the first effect, and with all of them by the training alone;
+/// an earlier aim for the last is kept beside it.
+const FIRST_FOUND: &str = "54 / 33 %";
+const ALL_FOUND: &str = "57 / 34 %; earlier 57 / 45 %";
 
 /// True where a fit is what was published, to the digits given.
 fn within(fit: &benchmark::Refit, [train_n, test_n]: [f64; 2]) -> bool {
@@ -349,10 +342,9 @@ fn emps_loop(page: &mut String, data: &emps::Data, explained: &Explained) -> Res
     Ok(())
 }
 
-fn laas_story(page: &mut String) -> Result<()> {
+fn laas_story(page: &mut String, answers: &Answers) -> Result<()> {
     page.push_str(include_str!("measured/laas.md"));
-    let data = laas::Data::read()?;
-    let calibrated = data.calibrated()?;
+    let Answers { calibrated, laas: explained, laas_took_s: took_s, .. } = answers;
     writeln!(
         page,
         "\n| number | model file | calibrated | 95 % | determined |\n\
@@ -379,20 +371,16 @@ fn laas_story(page: &mut String) -> Result<()> {
     for (order, amplitude_a) in laas::orders_of_table()?.iter().take(5) {
         writeln!(page, "| {order} | {amplitude_a:.4} |")?;
     }
-    let start = clock();
-    let options = Options { jobs: JOBS, ..Options::default() };
-    let explained = data.explained(&calibrated.model, &options)?;
-    let took_s = start.elapsed().as_secs_f64();
     writeln!(
         page,
         "\nThe answer, after {took_s:.0} s: **{}**, {}.",
         verdict(explained.verdict),
         symbols(&explained.effects),
     )?;
-    findings(page, &explained)?;
-    laas_records(page, &explained)?;
-    laas_bars(page, &calibrated, &explained)?;
-    laas_speed_tests(page, &calibrated, &explained)
+    findings(page, explained)?;
+    laas_records(page, explained)?;
+    laas_bars(page, calibrated, explained)?;
+    laas_speed_tests(page, calibrated, explained)
 }
 
 fn laas_records(page: &mut String, explained: &Explained) -> Result<()> {
@@ -540,7 +528,9 @@ fn laas_compared(page: &mut String, all: &[Vec<Ways>]) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use greybox::Options;
+
+    use super::{setting::JOBS, *};
 
     #[track_caller]
     fn is_skipped() -> bool {

@@ -11,7 +11,7 @@
 use std::{fs, path::Path};
 
 /// Pieces that say how figures are made, and nothing of what came out.
-const OF_METHOD: [&str; 53] = [
+const OF_METHOD: [&str; 60] = [
     "as_recorded/columns.md",
     "as_recorded/head.md",
     "as_recorded/limits.md",
@@ -35,14 +35,21 @@ const OF_METHOD: [&str; 53] = [
     "measured/again.md",
     "measured/compared.md",
     "measured/delay.md",
+    "measured/elsewhere.md",
     "measured/emps.md",
     "measured/head.md",
     "measured/laas.md",
     "measured/limits.md",
     "measured/loop.md",
     "measured/map.md",
+    "measured/peers.md",
+    "measured/peers_names.md",
     "measured/residual.md",
+    "measured/rivals.md",
+    "measured/scan.md",
     "measured/speed.md",
+    "measured/table.md",
+    "measured/undecided.md",
     "planned/head.md",
     "planned/limits.md",
     "real_recordings/head.md",

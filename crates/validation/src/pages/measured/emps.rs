@@ -1,26 +1,29 @@
 //! The EMPS rig: what its published structure without the offset leaves out.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use ema_sim::{
-    AxisInput, AxisScenario, AxisStart, Command, Effect, EffectId, HealthState, Load,
-    ServoAxisSimulation,
+    AxisInput, AxisScenario, AxisStart, Command, Effect, HealthState, Load, ServoAxisSimulation,
     model_file::{AxisModel, MachineModel, parse_machine},
 };
 use greybox::{CommandKind, Explained, Options, Record, Recordings, Signals, explain, rms};
 
 use super::{
-    JOBS,
-    benchmark::{Motion, Refit, Term, refit},
-    recording::columns,
+    benchmark::{FORCE_PER_VOLT, Motion, Raw, Refit, Term, refit},
+    forces::of_effects,
+    recording::{columns, interpolated},
+    setting::JOBS,
 };
 
 const RATE_HZ: f64 = 1000.0;
 /// The recording moves there and back four times; here the second two begin.
-const HALF: usize = 12_464;
+pub(super) const HALF: usize = 12_464;
 /// Left out of a simulation: the start of a recording that is under way.
 const SETTLED: usize = 300;
 /// A delay of the voltage, s: what the benchmark's residual would gain from, for comparison.
 pub(super) const DELAY_S: f64 = 5e-4;
+
+/// Mass, drag and friction.
+pub(super) const STRUCTURE: [Term; 3] = [Term::Mass, Term::Viscous, Term::Dry];
 
 /// The published structure.
 pub(crate) fn published() -> Result<AxisModel> {
@@ -71,21 +74,23 @@ impl Data {
 
     /// The training recording alone: its first half fitted, its second held out.
     /// Each begins `later` samples on.
-    pub(super) fn explained(&self, later: usize) -> Result<Explained> {
-        let recordings = Recordings {
+    fn halves(&self, later: usize) -> Recordings {
+        Recordings {
             train: vec![self.record("first half", later..HALF)],
             holdout: vec![self.record("second half", HALF + later..self.train[0].len())],
             repeat: Vec::new(),
-        };
-        // both halves are of the one motion that there is
-        let options = Options { jobs: JOBS, signals: Signals::Trusted, ..Options::default() };
-        Ok(explain(&MachineModel::ServoAxis(model()?), &recordings, &options)?)
+        }
+    }
+
+    /// The answer to the two halves.
+    pub(super) fn explained(&self, later: usize) -> Result<Explained> {
+        explained(model()?, &self.halves(later))
     }
 
     /// Rows of the benchmark's residual that need no explanation: the structure without and with
     /// the offset, and a drag that differs between the directions, without and with a delay.
     pub(super) fn known(&self) -> Result<Vec<(&'static str, Refit)>> {
-        let with = |more: &[Term]| [&[Term::Mass, Term::Viscous, Term::Dry], more].concat();
+        let with = |more: &[Term]| [&STRUCTURE[..], more].concat();
         let asymmetry = with(&[Term::ViscousAsymmetry]);
         Ok(vec![
             ("structure without offset", self.refit(&with(&[]), 0.0)?),
@@ -97,11 +102,39 @@ impl Data {
 
     /// The structure with effects at the shapes in which they were found.
     pub(super) fn with_effects(&self, effects: &[&Effect]) -> Result<Refit> {
-        self.refit(&terms(effects)?, 0.0)
+        self.refit(&of_effects(&STRUCTURE, effects)?, 0.0)
+    }
+
+    /// The training as it was recorded, its force in N.
+    pub(super) fn raw_training(&self) -> Raw {
+        Raw {
+            rate_hz: RATE_HZ,
+            position: self.train[2].clone(),
+            force: self.train[3].iter().map(|volt| FORCE_PER_VOLT * volt).collect(),
+            load: None,
+        }
+    }
+
+    /// The answer to slower recordings of the training, straight between samples, from a model that
+    /// has these effects already.
+    pub(super) fn explained_at(&self, rate_hz: f64, effects: &[Effect]) -> Result<Explained> {
+        let mut model = model()?;
+        model.effects.extend(effects.iter().cloned().map(Into::into));
+        let mut halves = self.halves(0);
+        for record in halves.train.iter_mut().chain(&mut halves.holdout) {
+            *record = at_rate(record, rate_hz);
+        }
+        explained(model, &halves)
+    }
+
+    /// Training and test as the benchmark's procedure sees them.
+    pub(super) fn motions(&self) -> [Motion; 2] {
+        [Motion::of(&self.train), Motion::of(&self.test)]
     }
 
     fn refit(&self, terms: &[Term], delay_s: f64) -> Result<Refit> {
-        refit((&Motion::of(&self.train), &Motion::of(&self.test)), terms, delay_s)
+        let [train, test] = self.motions();
+        refit((&[train], &[test]), terms, delay_s)
     }
 
     /// Root mean square of measured less simulated voltage in closed loop, V, training and test.
@@ -110,49 +143,29 @@ impl Data {
     }
 }
 
-/// The forces of the structure with these effects in it.
-///
-/// # Errors
-///
-/// For an effect that the benchmark's identification has no force for.
-fn terms(effects: &[&Effect]) -> Result<Vec<Term>> {
-    let mut terms = vec![Term::Mass, Term::Viscous, Term::Dry];
-    for effect in effects {
-        let number = |key: &str| {
-            let absent = || format!("{}: no number `{key}`", effect.id().info().symbol);
-            effect.get(key).with_context(absent)
-        };
-        match effect.id() {
-            EffectId::DirectionalFriction => {
-                if number("viscous_asymmetry_n_s_per_m")? != 0.0 {
-                    terms.push(Term::ViscousAsymmetry);
-                }
-                if number("coulomb_asymmetry_n")? != 0.0 {
-                    terms.push(Term::Offset);
-                }
-            }
-            EffectId::NonlinearViscous => terms.push(Term::Power {
-                reference: number("reference_speed_m_per_s")?,
-                exponent: number("viscous_exponent")?,
-            }),
-            EffectId::Presliding => {
-                terms[2] = Term::Bristle { deflection: number("presliding_m")? };
-            }
-            EffectId::Vibration => {
-                let hz = number("frequency_hz")?;
-                terms.extend([Term::Sine { hz }, Term::Cosine { hz }]);
-            }
-            other => {
-                let info = other.info();
-                bail!(
-                    "{} ({}) was found, and the benchmark's identification has no force for it",
-                    info.symbol,
-                    info.name
-                );
-            }
-        }
+fn explained(model: AxisModel, recordings: &Recordings) -> Result<Explained> {
+    // both halves are of the one motion that there is
+    let options = Options { jobs: JOBS, signals: Signals::Trusted, ..Options::default() };
+    Ok(explain(&MachineModel::ServoAxis(model), recordings, &options)?)
+}
+
+/// A recording at a lower rate, straight between its samples.
+fn at_rate(record: &Record, rate_hz: f64) -> Record {
+    if rate_hz >= RATE_HZ {
+        return record.clone();
     }
-    Ok(terms)
+    let times: Vec<f64> = (0..record.drive.len()).map(|n| n as f64 / record.rate_hz).collect();
+    let samples = (record.duration_s() * rate_hz) as usize;
+    let slower = |channel: &Vec<f64>| {
+        (0..samples).map(|n| interpolated(&times, channel, n as f64 / rate_hz)).collect()
+    };
+    Record {
+        rate_hz,
+        command: slower(&record.command),
+        drive: slower(&record.drive),
+        position: record.position.as_ref().map(slower),
+        ..record.clone()
+    }
 }
 
 /// A model whose friction is raised by what was fitted as wear.
@@ -212,25 +225,4 @@ fn pulses(model: &AxisModel, columns: &[Vec<f64>], flag: &[f64]) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     let size = all.get(all.len() / 2).copied().unwrap_or(0.0);
     flag.iter().map(|flag| if *flag == 0.0 { 0.0 } else { size }).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use ema_sim::Geometry;
-
-    use super::*;
-
-    #[test]
-    fn an_effect_without_a_force_in_the_identification_is_named() {
-        let drag = Effect::new(EffectId::DirectionalFriction, Geometry::Linear)
-            .with("viscous_asymmetry_n_s_per_m", -37.0)
-            .unwrap();
-        let delay = Effect::new(EffectId::ControllerMismatch, Geometry::Linear)
-            .with("delay_s", DELAY_S)
-            .unwrap();
-        let known = [Term::Mass, Term::Viscous, Term::Dry, Term::ViscousAsymmetry];
-        assert_eq!(terms(&[&drag]).unwrap(), known);
-        let said = terms(&[&drag, &delay]).unwrap_err().to_string();
-        assert!(said.starts_with("E21 ("), "{said}");
-    }
 }

@@ -13,8 +13,8 @@ use greybox::{
 };
 
 use super::{
-    JOBS,
     recording::{columns, interpolated},
+    setting::JOBS,
 };
 
 const RATE_HZ: f64 = 1000.0;
@@ -86,12 +86,13 @@ fn sweep(name: &str, points: &[(f64, f64)]) -> Record {
     record(name, angle, current)
 }
 
-/// Columns at equal times, straight between samples: the recordings have gaps of a few ms.
-fn at_equal_times(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+/// Columns at equal times, straight between samples: recordings have gaps of a few ms. The first
+/// column holds the times.
+pub(super) fn at_equal_times(columns: &[Vec<f64>], rate_hz: f64) -> Vec<Vec<f64>> {
     let (start, end) = (columns[0][0], columns[0][columns[0].len() - 1]);
-    let samples = ((end - start) * RATE_HZ) as usize;
+    let samples = ((end - start) * rate_hz) as usize;
     let at = |column: &Vec<f64>| {
-        let of = |n: usize| interpolated(&columns[0], column, start + n as f64 / RATE_HZ);
+        let of = |n: usize| interpolated(&columns[0], column, start + n as f64 / rate_hz);
         (0..samples).map(of).collect()
     };
     columns.iter().map(at).collect()
@@ -110,7 +111,7 @@ impl Data {
         let map = columns("laas_cogging/stopped_data.csv.gz")?;
         let (angle, current) = (&map[1], &map[3]);
         let top = (0..angle.len()).fold(0, |top, n| if angle[n] > angle[top] { n } else { top });
-        let run = at_equal_times(&columns("laas_cogging/acc_current.csv.gz")?);
+        let run = at_equal_times(&columns("laas_cogging/acc_current.csv.gz")?, RATE_HZ);
         let half = run[0].len() / 2;
         let part = |name: &str, range: core::ops::Range<usize>| {
             record(name, run[1][range.clone()].to_vec(), run[3][range].to_vec())
@@ -215,7 +216,8 @@ impl TableOff {
         let ripple = |columns: &[Vec<f64>]| amplitude(&columns[1], &columns[2], 72.0);
         let ripples = [ripple(&phases[0]), ripple(&phases[1])];
         let off = usize::from(ripples[1] > ripples[0]);
-        let [_, angle, speed, reference, current, _] = &at_equal_times(&phases[off])[..] else {
+        let [_, angle, speed, reference, current, _] = &at_equal_times(&phases[off], RATE_HZ)[..]
+        else {
             bail!("{file}: six columns");
         };
         Ok(Self {
