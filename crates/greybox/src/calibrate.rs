@@ -91,13 +91,15 @@ pub fn calibrate(
         return Err((&cut).into());
     }
     let problem = |records| Problem::new(&machine, records, jobs);
-    let (train, repeat) = (problem(&recordings.train), problem(&recordings.repeat));
+    let (mut train, mut repeat) = (problem(&recordings.train), problem(&recordings.repeat));
+    let pairs = pairs(recordings);
+    train.leave_out_alike(&mut repeat, &pairs);
     let (torque, speed) = scales(&recordings.train, machine.constant());
     let nominal = Structure::calibration(&machine, torque, speed);
 
     let guess = Whitener::white(rms(&train.records[0].measured).max(1e-9));
     let first = fit(&train, nominal.clone(), &guess)?;
-    let floor = match Floor::of_pairs(&train, &repeat, &pairs(recordings)) {
+    let floor = match Floor::of_pairs(&train, &repeat, &pairs) {
         Some(floor) => floor,
         None => Floor::of_saturated(&first.residuals, &[])?,
     };

@@ -196,15 +196,18 @@ impl<'a> Session<'a> {
         options: &'a Options,
     ) -> Self {
         let problem = |records: &'a [Record]| Problem::new(machine, records, options.jobs);
+        let (mut train, mut repeat) = (problem(&recordings.train), problem(&recordings.repeat));
+        let pairs = pairs(recordings);
+        train.leave_out_alike(&mut repeat, &pairs);
         Self {
             machine,
             options,
-            train: problem(&recordings.train),
+            train,
             holdout: problem(&recordings.holdout),
-            repeat: problem(&recordings.repeat),
+            repeat,
             standing: None,
             sensor_noise: None,
-            pairs: pairs(recordings),
+            pairs,
         }
     }
 
@@ -568,7 +571,7 @@ impl<'a> Session<'a> {
             if let Some(place) = place.filter(|_| ambiguous.iter().any(|(of, _)| of == key)) {
                 let within = level.interval_95;
                 level.interval_95 =
-                    self.profiled_interval(&after.fitted, place, within, whitener)?;
+                    self.likelihood_interval(&after.fitted, place, within, whitener)?;
             }
         }
         let change = |((key, before), (_, after)): ((String, _), (_, _))| {

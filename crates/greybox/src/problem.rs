@@ -114,17 +114,37 @@ impl<'a> Prepared<'a> {
     /// range ends there cuts noise and ripple on one side.
     fn leave_out_limit(&mut self, machine: &Machine) {
         let is_at_limit = at_limit(machine, self.record, self.place, self.factor);
-        let share = |n: usize| f64::from(u8::from(is_at_limit[n]));
-        let shares = self.evenly_averaged_of(is_at_limit.len(), share);
-        let below: Vec<usize> = (0..shares.len()).filter(|&n| shares[n] == 0.0).collect();
-        let is_enough = below.len() as f64 > LEAST_BELOW_LIMIT * shares.len() as f64;
-        self.below_limit = (is_enough && below.len() < shares.len()).then_some(below);
+        let averaged = is_at_limit.get(self.skip..).unwrap_or_default().chunks_exact(self.factor);
+        let below = averaged.enumerate().filter(|(_, samples)| !samples.contains(&true));
+        let below: Vec<usize> = below.map(|(place, _)| place).collect();
+        let all = self.even_samples();
+        let is_enough = below.len() as f64 > LEAST_BELOW_LIMIT * all as f64;
+        self.below_limit = (is_enough && below.len() < all).then_some(below);
+    }
+
+    /// Share of the averaged samples that is left out.
+    fn left_out_frac(&self) -> f64 {
+        1.0 - self.measured.len() as f64 / self.even_samples().max(1) as f64
+    }
+
+    /// Leaves out what is left out of a recording of the same command.
+    fn leave_out_of(&mut self, other: &Self) {
+        let Some(theirs) = &other.below_limit else { return };
+        let is_theirs = |place: &usize| theirs.binary_search(place).is_ok();
+        let own = (0..self.even_samples()).collect();
+        let own: Vec<usize> = self.below_limit.take().unwrap_or(own);
+        self.below_limit = Some(own.into_iter().filter(is_theirs).collect());
+        self.averaged = self.reduce(&Machine::measured_drive(self.record));
+        self.measured.clone_from(&self.averaged);
     }
 
     /// The samples of an averaged signal that are compared.
     pub(crate) fn below_limit(&self, signal: Vec<f64>) -> Vec<f64> {
         match &self.below_limit {
-            Some(places) => places.iter().map(|&place| signal[place]).collect(),
+            Some(places) => {
+                debug_assert_eq!(signal.len(), self.even_samples(), "a signal at equal distances");
+                places.iter().map(|&place| signal[place]).collect()
+            }
             None => signal,
         }
     }
@@ -340,6 +360,29 @@ impl<'a> Problem<'a> {
                 .collect(),
             jobs,
         }
+    }
+
+    /// Leaves out of recordings of one command, by their places here and among the `others`, what is left
+    /// out of either: they are compared sample by sample.
+    pub(crate) fn leave_out_alike(&mut self, others: &mut Self, pairs: &[(usize, usize)]) {
+        for &(own, other) in pairs {
+            self.records[own].leave_out_of(&others.records[other]);
+        }
+        for &(own, other) in pairs {
+            others.records[other].leave_out_of(&self.records[own]);
+        }
+    }
+
+    /// Recordings of which samples at the limit of the drive are left out, in words.
+    pub(crate) fn left_out(&self) -> impl Iterator<Item = String> {
+        let some = self.records.iter().filter(|prepared| prepared.below_limit.is_some());
+        some.map(|prepared| {
+            let percent = 100.0 * prepared.left_out_frac();
+            format!(
+                "{}: {percent:.1} % is at the limit of the drive: left out",
+                prepared.record.name
+            )
+        })
     }
 
     /// Anchors of the recordings, to be [put back](Self::put_back).

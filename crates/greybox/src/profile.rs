@@ -6,11 +6,12 @@ use crate::{
     error::{GreyboxError, if_run},
     explain::Session,
     fit::{Fitted, fit},
+    interval::Z_95,
 };
 
 /// Rise of the objective at the ends of a 95 % interval, nats: half of the quantile of χ² with one
 /// degree of freedom.
-const RISE_95: f64 = 1.920_729_410_347_062;
+const RISE_95: f64 = 0.5 * Z_95 * Z_95;
 /// How much further each move of a level goes than the one before.
 const FURTHER: f64 = 1.5;
 /// Most moves of a level to either side.
@@ -36,7 +37,7 @@ impl Session<'_> {
     /// # Source
     ///
     /// Venzon and Moolgavkar, Applied Statistics 37, 1988.
-    pub(crate) fn profiled_interval(
+    pub(crate) fn likelihood_interval(
         &self,
         fitted: &Fitted,
         place: usize,
@@ -126,7 +127,7 @@ mod tests {
     fn law_an_interval_of_a_parabola_is_the_normal_one() {
         let held = |at: f64| Held { at, objective: 7.0 + 2.0 * (at - 0.3) * (at - 0.3) };
         let moved = [0.3, 0.7, 1.3, 2.2].map(held);
-        assert!((end(&moved, 7.0) - (0.3 + 1.959_963_984_540_054 / 2.0)).abs() < 1e-9);
+        assert!((end(&moved, 7.0) - (0.3 + Z_95 / 2.0)).abs() < 1e-9);
         // never so far
         assert_eq!(end(&moved[..2], 7.0), 0.7);
     }

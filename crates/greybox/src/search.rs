@@ -14,7 +14,7 @@ use crate::{
     observation::Observation,
     observing::{AllAnchors, Place},
     plausible::Plausible,
-    problem::PerRecord,
+    problem::{PerRecord, Problem},
     response::leads,
     rival::{Claim, Judged, Rival, Shortlisted, nats_together},
     scan::{Scan, score},
@@ -157,7 +157,8 @@ impl Session<'_> {
     /// Effects, one a round, until no other stands the tests; then those that the others leave
     /// needed.
     pub(crate) fn search(&mut self) -> Result<Search, GreyboxError> {
-        let mut log = Vec::new();
+        let left_out = [&self.train, &self.holdout, &self.repeat].map(Problem::left_out);
+        let mut log: Vec<String> = left_out.into_iter().flatten().collect();
         let (observation, values) = self.observe(&mut log)?;
         let nominal = Structure::nominal(self.machine).started_at(&values);
         let Floored { floor, fitted, look } = self.floor(&nominal)?;

@@ -25,7 +25,8 @@ const LEFT_OUT: &str = "…";
 fn fenced(guide: &str) -> Vec<(&str, &str)> {
     let mut parts = guide.split("```").skip(1);
     let mut found = Vec::new();
-    while let (Some(block), Some(_)) = (parts.next(), parts.next()) {
+    while let Some(block) = parts.next() {
+        assert!(parts.next().is_some(), "a block that is not closed: {block}");
         found.push(block.split_once('\n').expect("a language"));
     }
     found

@@ -1,4 +1,4 @@
-//! `docs/validation/measured.md`: what the models of two real machines leave out, found from
+//! `docs/validation/measured.md`: what the models of real machines leave out, found from
 //! recordings of other laboratories that are not part of this repository.
 
 mod answers;

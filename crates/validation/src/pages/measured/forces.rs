@@ -38,7 +38,7 @@ pub(super) fn of_effects(structure: &[Term], effects: &[&Effect]) -> Result<Vec<
                 reference: number(effect, "reference_speed")?,
                 exponent: number(effect, "viscous_exponent")?,
             }),
-            EffectId::LoadFriction => terms.push(Term::LoadFriction),
+            EffectId::LoadFriction if has("load_share")? => terms.push(Term::LoadFriction),
             EffectId::Presliding => {
                 terms.retain(|term| *term != Term::Dry);
                 terms.push(Term::Bristle { deflection: number(effect, "presliding")? });

@@ -229,8 +229,7 @@ fn added(answer: &Kind, structure: &[Term]) -> Result<String> {
     Ok(if names.is_empty() { "none".to_owned() } else { names.join(", ") })
 }
 
-/// The tool's residual on the benchmark's test, and those of the script's answers to EMPS computed
-/// again.
+/// Residuals of the script's answers to EMPS, computed again.
 pub(super) fn quick() -> Result<Vec<Figure>> {
     let kept = kept()?;
     let set = kept.sets.iter().find(|set| set.set == "emps").context("a set of EMPS")?;
