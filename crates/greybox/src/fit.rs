@@ -316,8 +316,9 @@ impl Search<'_> {
             let step = |at: &f64| normal.bounded(&structure.free, &stand.values, *at);
             let stands = self.stands(structure, dampings.iter().map(step).collect());
             for (next, at) in stands.zip(dampings) {
-                let next = next?;
-                if next.objective < stand.objective {
+                // a machine that cannot be run so is no step
+                let next = if_run(next)?.filter(|next| next.objective < stand.objective);
+                if let Some(next) = next {
                     *damping = at * 0.1;
                     let foretold = normal.foretold(&stand.values, &next.values);
                     return Ok(Some((next, foretold)));

@@ -7,7 +7,7 @@ use inference::{BandedCholesky, LIMIT_SHARE, Whitener, rms};
 
 use crate::{
     anchor::{Anchor, loop_covariance},
-    error::GreyboxError,
+    error::{GreyboxError, if_run},
     gram::dot,
     machine::{AskedDrive, Machine, State},
     mains::Mains,
@@ -560,6 +560,7 @@ impl<'a> Problem<'a> {
                 let step = share * free.step;
                 let [below, above] = [(value - step).max(free.least), value + step];
                 match (is_central(free), above <= free.most) {
+                    _ if free.least == free.most => [value; 2],
                     (true, true) => [below, above],
                     (_, true) => [value, above],
                     (_, false) => [value - step, value],
@@ -578,23 +579,28 @@ impl<'a> Problem<'a> {
             let away = ends.iter().filter(|&&end| !stands(place, end));
             states.extend(away.map(|&end| moved(place, end)));
         }
-        let mut drives = self.drives(&states)?.into_iter();
+        let mut drives = self.drives_of_each(&states).into_iter();
         let mut slopes = Vec::new();
-        for (place, ends) in ends.iter().enumerate() {
-            let [below, above] =
-                ends.map(|end| if stands(place, end) { None } else { drives.next() });
+        for (place, ends) in ends.into_iter().enumerate() {
+            // an end at which the machine cannot be run is none
+            let mut reached = |end: f64| -> Result<(f64, Option<PerRecord>), GreyboxError> {
+                let drive = if stands(place, end) { None } else { drives.next() };
+                let drive = drive.map_or(Ok(None), if_run)?;
+                Ok((if drive.is_some() { end } else { values[first + place] }, drive))
+            };
+            let [(low, below), (high, above)] = [reached(ends[0])?, reached(ends[1])?];
             let (below, above) = (below.as_ref().unwrap_or(at), above.as_ref().unwrap_or(at));
-            slopes.push(difference(above, below, ends[1] - ends[0]));
+            slopes.push(difference(above, below, high - low));
         }
         Ok(slopes)
     }
 }
 
-/// Difference of two predictions over a step.
+/// Difference of two predictions over a step; none over no step.
 fn difference(after: &PerRecord, before: &PerRecord, step: f64) -> PerRecord {
-    let of = |(after, before): (&Vec<f64>, &Vec<f64>)| {
-        after.iter().zip(before).map(|(a, b)| (a - b) / step).collect()
-    };
+    let slope = |(a, b): (&f64, &f64)| if step == 0.0 { 0.0 } else { (a - b) / step };
+    let of =
+        |(after, before): (&Vec<f64>, &Vec<f64>)| after.iter().zip(before).map(slope).collect();
     after.iter().zip(before).map(of).collect()
 }
 
