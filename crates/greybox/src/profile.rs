@@ -121,8 +121,8 @@ fn end(moved: &[Held], base: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of a parabola with a curvature of 4 the interval ends 1.96/2 beside its least, wherever fits
-    /// stand.
+    /// An objective that is a parabola of curvature 4 has its interval end 1.96/2 beside the least,
+    /// wherever fits stand.
     #[test]
     fn law_an_interval_of_a_parabola_is_the_normal_one() {
         let held = |at: f64| Held { at, objective: 7.0 + 2.0 * (at - 0.3) * (at - 0.3) };

@@ -172,7 +172,8 @@ pub(crate) struct Claim {
     /// Logarithm of the chance of that fall times the questions of the catalogue, which may exceed
     /// one.
     pub(crate) log_p: f64,
-    /// Logarithm of the chance of that fall for this effect alone, at the shapes tried.
+    /// Logarithm of the chance of that fall for this effect alone, before the choice of its shape and
+    /// among all.
     pub(crate) log_p_alone: f64,
     pub(crate) gain: Gain,
     pub(crate) evidence: f64,

@@ -18,7 +18,7 @@ use std::{
 
 use crate::commands::whole;
 
-/// What stands for lines that are left out.
+/// Line of a `text` block that stands for printed lines left out.
 const LEFT_OUT: &str = "…";
 
 /// The fenced blocks of a guide, each with its language, in their order.
@@ -37,7 +37,7 @@ pub(crate) fn blocks(guide: &'static str, language: &str) -> Vec<&'static str> {
     fenced(guide).into_iter().filter(|(of, _)| *of == language).map(|(_, block)| block).collect()
 }
 
-/// What comes of the lines of a block with `fdi` as the program under test, up to one that fails.
+/// Output of a block of shell commands, with `fdi` as the program under test, up to one that fails.
 fn shell(folder: &Path, block: &str) -> Output {
     let program = Path::new(env!("CARGO_BIN_EXE_fdi"));
     let folders = [program.parent().unwrap().to_owned()];
@@ -55,7 +55,7 @@ pub(crate) fn run(folder: &Path, block: &str) -> String {
     whole(&said)
 }
 
-/// Whether lines are those that were printed, but for those left out.
+/// Compares the lines that a guide shows with those printed; [`LEFT_OUT`] matches one or more.
 fn is_printed(shown: &[&str], printed: &[&str]) -> bool {
     match shown {
         [] => printed.is_empty(),
@@ -69,7 +69,7 @@ fn is_all_printed(shown: &str, printed: &str) -> bool {
     is_printed(&lines(shown), &lines(printed))
 }
 
-/// Whether a line of a block sets a variable: `NAME="..."`.
+/// Tells whether a line of shell sets a variable: `NAME="..."`.
 fn sets_variable(line: &str) -> bool {
     let name = line.split_once("=\"").map_or("", |(name, _)| name);
     !name.is_empty() && name.chars().all(|letter| letter.is_ascii_uppercase())
@@ -84,7 +84,7 @@ fn assert_each_digit_counts(shown: &str, printed: &str) {
     }
 }
 
-/// What the lines of a block printed on both streams, and whether all of them succeeded.
+/// Text that a block of shell commands printed on both streams, and whether all of them succeeded.
 fn printed(folder: &Path, block: &str) -> (String, bool) {
     let said = shell(folder, &format!("exec 2>&1\n{block}"));
     (String::from_utf8(said.stdout).unwrap(), said.status.success())

@@ -188,7 +188,7 @@ fn emps_story(page: &mut String, data: &emps::Data, answers: &Answers) -> Result
     findings(page, explained)?;
     emps_bars(page, explained)?;
     emps_residual(page, data, explained)?;
-    emps_again(page, data)?;
+    emps_again(page, data, explained)?;
     emps_loop(page, data, explained)
 }
 
@@ -291,12 +291,12 @@ fn within(fit: &benchmark::Refit, [train_n, test_n]: [f64; 2]) -> bool {
     (fit.train_n - train_n).abs() <= 0.005 && (fit.test_n - test_n).abs() <= 0.005
 }
 
-/// Explains the recording with both halves cut a few samples later.
-fn emps_again(page: &mut String, data: &emps::Data) -> Result<()> {
+/// Explains the recording with both halves cut a few samples later, beside the answer to it as it is.
+fn emps_again(page: &mut String, data: &emps::Data, as_it_is: &Explained) -> Result<()> {
     page.push_str(include_str!("measured/again.md"));
     let mut answers = Vec::new();
     for later in 0..CUTS {
-        let explained = data.explained(later)?;
+        let explained = if later == 0 { as_it_is.clone() } else { data.explained(later)? };
         let [before, after] = explained.holdout_rms.context("recordings held out")?;
         let first = explained.effects.first().map_or(0.0, |first| largest(&first.effect));
         let named = symbols(&explained.effects);
