@@ -21,6 +21,7 @@ cargo xtask gen-dataset [--check]       rebuild datasets, bundles and recordings
 cargo xtask validate [PAGE] [--check]   rebuild docs/validation, or recompute its quick figures
 cargo xtask validate PAGE SECTION       rebuild one section of a long page
 cargo xtask blind [FLAG...]             the scored hidden-effect cases
+cargo xtask mutants                     breaks the program in a copy, one way after another, and tells which test sees it
 cargo xtask budget                      the inference budgets, guarded
 cargo xtask same-answers FDI [FLAG...]  answers of another program compared with those of this one, byte by byte
 cargo xtask docs [--check]              rebuild the generated reference pages and drawings, or compare them
@@ -44,6 +45,7 @@ fn main() -> Result<()> {
         ["fleet-check", recordings] => fleet_check::run(&root, Some(recordings)),
         ["gen-dataset"] => gen_dataset::run(&root, false),
         ["gen-dataset", "--check"] => gen_dataset::run(&root, true),
+        ["mutants"] => validation::break_the_program(&root),
         ["python"] => python::run(&root),
         ["same-answers", arguments @ ..] => validation::same_answers(&root, arguments),
         ["tidy"] => tidy::run(&root),

@@ -7,6 +7,7 @@
 mod blind;
 mod budget;
 mod median;
+mod mutants;
 mod pages;
 mod processor;
 mod same_answers;
@@ -14,6 +15,7 @@ mod terminal;
 
 pub use blind::score_blind_cases;
 pub use budget::check_budgets;
+pub use mutants::break_the_program;
 pub use pages::{validate_pages, validate_section};
 pub use same_answers::same_answers;
 pub use terminal::{clock, say};

@@ -1,103 +1,19 @@
-//! `fdi explain` on machines from a crate that knows nothing of the catalogue: the truth is
-//! sealed before, and opened after.
+//! `fdi explain`: what it says of recordings in other units, with electronics, cut or lacking
+//! something.
 
-use std::{fs, path::Path, process::Command, thread};
+use std::{fs, path::Path, process::Command};
 
 use fdi_core::report::{Explanation, ExplanationVerdict, Prediction};
-use greybox_blind::{Case, Class, File, Role, sha256_hex};
+use greybox_blind::{Case, Class};
+
+use crate::sealed;
 
 /// Seeds of these cases: neither those of development nor the scored ones.
 const SEEDS: u64 = 9 << 16;
 
-struct Answered {
-    class: Class,
-    truth: String,
-    visible: bool,
-    hidden: Vec<&'static str>,
-    answer: Explanation,
-}
-
-/// What `fdi explain` says of the recordings of a case.
-fn asked(folder: &Path, files: &[File], more: &[&str]) -> Explanation {
-    let named = |role: Role| -> Vec<&str> {
-        files.iter().filter(|f| f.role == role).map(|f| f.name.as_str()).collect()
-    };
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fdi"));
-    // numbers without a tolerance are exact in all cases
-    command.current_dir(folder).args(["explain", "--model", "nominal.toml", "--exact", "all"]);
-    command.arg("--train").args(named(Role::Train));
-    command.arg("--holdout").args(named(Role::HoldOut));
-    command.arg("--repeat").args(named(Role::Repeat));
-    command.args(["--output-format", "json", "--stable", "--jobs", "1"]).args(more);
-    let output = command.output().unwrap();
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}: {complaint}", folder.display());
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn answered(class: Class, number: u64) -> Answered {
-    let case = Case::draw(SEEDS | number, class).unwrap();
-    let seal = case.seal();
-    let folder = tempfile::tempdir().unwrap();
-    let files = case.write(folder.path()).unwrap();
-    let answer = asked(folder.path(), &files, &[]);
-    // only now
-    let truth = case.truth_json();
-    assert_eq!(sha256_hex(truth.as_bytes()), seal);
-    let hidden = case.truth().hidden.iter().map(|h| h.symbol).collect();
-    let visible = case.truth().hidden.iter().any(|h| h.visible);
-    Answered { class, truth, visible, hidden, answer }
-}
-
 fn is_name(verdict: ExplanationVerdict) -> bool {
     use ExplanationVerdict::{Named, NamedWithRemainder, OneOf};
     matches!(verdict, Named | NamedWithRemainder | OneOf)
-}
-
-/// Twenty-four cases of five classes. The scored set with its bars is `cargo xtask blind`; here a
-/// break of the chain is to be seen, not a rate.
-#[test]
-fn what_is_hidden_is_found_and_what_is_not_is_not() {
-    let classes = [
-        (Class::Null, 6),
-        (Class::UnusualNull, 2),
-        (Class::FaultOnly, 3),
-        (Class::Single, 10),
-        (Class::Double, 1),
-    ];
-    // odd numbers are servos, which are quicker to explain than actuators
-    let servos = classes
-        .iter()
-        .flat_map(|&(class, count)| (0..count).map(move |number| (class, 2 * number + 1)));
-    let actuators = [(Class::Null, 0), (Class::FaultOnly, 2)];
-    let cases: Vec<(Class, u64)> = servos.chain(actuators).collect();
-    let halves = [0, 1].map(|half| {
-        let cases: Vec<_> = cases.iter().skip(half).step_by(2).copied().collect();
-        thread::spawn(move || cases.into_iter().map(|(c, n)| answered(c, n)).collect::<Vec<_>>())
-    });
-    let answers: Vec<Answered> = halves.into_iter().flat_map(|h| h.join().unwrap()).collect();
-    let (mut alarms, mut wrong, mut visible, mut right) = (0, 0, 0, 0);
-    for case in &answers {
-        let verdict = case.answer.verdict;
-        let named: Vec<&str> =
-            case.answer.effects.iter().map(|effect| effect.id.as_str()).collect();
-        let others = case.answer.alternatives.iter().map(|effect| effect.id.as_str());
-        let set: Vec<&str> = named.iter().copied().chain(others).collect();
-        let holds = case.hidden.iter().any(|id| set.contains(id));
-        eprintln!("{:?} {verdict:?} {set:?} of {:?}", case.class, case.hidden);
-        if case.class.hides() {
-            wrong += usize::from(is_name(verdict) && !holds);
-            visible += usize::from(case.visible);
-            right += usize::from(case.visible && holds);
-        } else {
-            let alarm = is_name(verdict) || verdict == ExplanationVerdict::Unknown;
-            alarms += usize::from(alarm);
-        }
-        assert!(case.truth.contains(case.class.name()));
-    }
-    assert_eq!(alarms, 0, "of 13 cases with nothing hidden");
-    assert!(wrong <= 1, "{wrong} wrong names");
-    assert!(3 * right >= 2 * visible, "{right} of {visible} visible ones");
 }
 
 /// A recording in milliseconds, degrees and milliamperes.
@@ -155,14 +71,14 @@ fn other_units_change_nothing() {
         let case = Case::draw(SEEDS | number, class).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let files = case.write(folder.path()).unwrap();
-        let plain = asked(folder.path(), &files, &[]);
+        let plain = sealed::read(&sealed::explain(folder.path(), "nominal.toml", &[]));
         for file in &files {
             let path = folder.path().join(&file.name);
             let other = in_other_units(&file.text);
             assert_ne!(other, file.text);
             fs::write(path, other).unwrap();
         }
-        let scaled = asked(folder.path(), &files, &map);
+        let scaled = sealed::read(&sealed::explain(folder.path(), "nominal.toml", &map));
         if exact {
             assert_eq!(scaled.verdict, plain.verdict, "{class:?}");
         }

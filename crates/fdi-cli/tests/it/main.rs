@@ -31,6 +31,7 @@ mod planned;
 mod reference;
 mod report;
 mod schema;
+mod sealed;
 mod servo_axis;
 mod setup;
 mod stand_in;

@@ -164,7 +164,7 @@ impl<'a> Judged<'a> {
         if let Some(inputs) = self.inputs(law) {
             return Ok(Some(inputs));
         }
-        if before > FAILS {
+        if before > FAILS && law.left_of_whole() > HOLDS {
             return Ok(Some(self.another_controller(before)));
         }
         Ok(self.constant())

@@ -2,7 +2,7 @@
 //! position, against the drive signal recorded.
 
 use super::{
-    regression::{Estimate, Regression, least},
+    regression::{Estimate, Regression, least, spread},
     shift::shifted,
     view::{MOST_SHIFT_S, View},
 };
@@ -87,6 +87,13 @@ impl<'a> Law<'a> {
         let constant = vec![1.0; self.course.len()];
         let columns = [self.view.averaged(replay), constant, self.course.clone()];
         Regression::of(&self.measured, &columns, self.view.block()).map_or(1.0, |fit| fit.left)
+    }
+
+    /// Share of the drive's whole energy, its mean included, that the replay leaves. How large the mean
+    /// is, a replay cannot say: at a steady speed all else may be noise.
+    pub(super) fn left_of_whole(&self) -> f64 {
+        let whole: f64 = self.measured.iter().map(|u| u * u).sum();
+        self.likeness.left * spread(&self.measured) / whole.max(f64::MIN_POSITIVE)
     }
 
     /// Likeness with command and position in the place of the recorded ones.

@@ -38,6 +38,8 @@ pub(crate) enum Motion {
     Chirp,
     /// There and back without a rest.
     Back,
+    /// One way at a steady speed.
+    OneWay,
 }
 
 impl Motion {
@@ -53,6 +55,7 @@ impl Motion {
                 let load = if libm::floor(0.5 * t) % 2.0 == 0.0 { 0.05 } else { -0.03 };
                 (wave(2.0, 0.3) + wave(0.6, 1.1) + wave(0.2, 2.7), load)
             }
+            Self::OneWay => (1.2 * t, 0.0),
             Self::Ramps => {
                 let phase = t % 3.0;
                 let ramp = if phase < 1.5 { phase } else { 3.0 - phase };

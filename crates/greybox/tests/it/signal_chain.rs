@@ -139,6 +139,22 @@ fn another_controller_and_another_constant_are_told_apart() {
     }
 }
 
+/// At a steady speed the current stands, and about its mean there is noise alone: no controller makes
+/// that, and none is wrong for it.
+#[test]
+fn a_steady_speed_is_no_other_controller() {
+    let of = |motion, take| record(&Truth::default(), motion, 6.0, take);
+    let set = Recordings {
+        train: vec![of(Motion::OneWay, 0), of(Motion::Waves, 1)],
+        holdout: vec![of(Motion::Ramps, 2)],
+        repeat: Vec::new(),
+    };
+    assert_eq!(finds(&model(), &set), []);
+    // where it moves about, another controller is told beside it
+    let other = with("position-gain-per-s = 20.0", "position-gain-per-s = 40.0");
+    assert_eq!(first(&other, &set).0, SignalCode::Controller);
+}
+
 #[test]
 fn samples_that_are_missing_cut_or_coarse_are_told() {
     let gap = spoilt(healthy(63), |record| {
