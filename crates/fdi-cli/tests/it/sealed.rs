@@ -3,7 +3,7 @@
 //! is what a program with the rates of that set keeps nine times in ten at least, and one that is
 //! broken does not (`cargo xtask mutants`).
 
-mod case;
+pub(crate) mod case;
 mod seal;
 
 use std::{
@@ -39,7 +39,7 @@ const CASES: [(Kind, u64, u64); 9] = [
 
 /// How the recordings of a case are to be used.
 #[derive(Deserialize)]
-pub(crate) struct Roles {
+struct Roles {
     train: Vec<String>,
     holdout: Vec<String>,
     repeat: Vec<String>,
@@ -54,8 +54,7 @@ struct Opened {
 
 /// What `fdi explain` prints of the recordings in a folder, by what stands there alone.
 pub(crate) fn explain(folder: &Path, model: &str, more: &[&str]) -> Vec<u8> {
-    let roles = fs::read_to_string(folder.join("roles.toml")).unwrap();
-    let Roles { train, holdout, repeat } = toml::from_str(&roles).unwrap();
+    let Roles { train, holdout, repeat } = roles(folder);
     // numbers without a tolerance are exact in all cases
     let mut arguments = vec!["explain", "--model", model, "--exact", "all"];
     for (role, files) in [("--train", &train), ("--holdout", &holdout), ("--repeat", &repeat)] {
@@ -250,9 +249,11 @@ fn held_out_samples(folder: &Path) -> usize {
 }
 
 fn held_out(folder: &Path) -> PathBuf {
-    let roles = fs::read_to_string(folder.join("roles.toml")).unwrap();
-    let Roles { holdout, .. } = toml::from_str(&roles).unwrap();
-    folder.join(&holdout[0])
+    folder.join(&roles(folder).holdout[0])
+}
+
+fn roles(folder: &Path) -> Roles {
+    toml::from_str(&fs::read_to_string(folder.join("roles.toml")).unwrap()).unwrap()
 }
 
 /// Rows of a recording, without its header.
