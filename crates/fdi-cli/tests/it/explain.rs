@@ -9,12 +9,8 @@ use greybox_blind::Class;
 use crate::sealed::{
     self,
     case::{Kind, Name},
+    is_name,
 };
-
-fn is_name(verdict: ExplanationVerdict) -> bool {
-    use ExplanationVerdict::{Named, NamedWithRemainder, OneOf};
-    matches!(verdict, Named | NamedWithRemainder | OneOf)
-}
 
 /// A recording in milliseconds, degrees and milliamperes.
 fn in_other_units(text: &str) -> String {

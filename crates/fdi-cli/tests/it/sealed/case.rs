@@ -18,7 +18,8 @@ use crate::commands::output;
 /// Seeds of these cases: neither those of development nor the scored ones.
 const SEEDS: u64 = 9 << 16;
 
-/// A case: its class and a number. Even numbers are actuators, odd ones servo axes.
+/// A case: its class and a number. Even numbers of a blind class are actuators and odd ones servo
+/// axes; in high fidelity all are actuators, those of even numbers damaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Name {
     pub(crate) kind: Kind,
@@ -47,7 +48,7 @@ impl Kind {
         }
     }
 
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Blind(class) => class.name(),
             Self::HighFidelity { hides } => Self::HIGH[usize::from(hides)].0,
@@ -72,13 +73,23 @@ impl Name {
         Some(Self { kind: Kind::find(kind)?, number: number.parse().ok()? })
     }
 
-    /// The truth as JSON, on no disk.
+    /// The truth as JSON; writes no file.
     pub(crate) fn truth(self) -> String {
         match self.kind {
             Kind::Blind(class) => Case::draw(SEEDS | self.number, class).unwrap().truth_json(),
             Kind::HighFidelity { hides } => {
                 serde_json::to_string(&High::draw(self.number, hides).truth).unwrap()
             }
+        }
+    }
+
+    /// The model file that whoever answers sees.
+    pub(crate) fn nominal(self) -> String {
+        match self.kind {
+            Kind::Blind(class) => {
+                Case::draw(SEEDS | self.number, class).unwrap().nominal_toml().to_owned()
+            }
+            Kind::HighFidelity { .. } => nominal(),
         }
     }
 
@@ -94,8 +105,7 @@ impl Name {
 }
 
 /// The truth of a case, as far as it is scored.
-#[derive(Debug, Default, Deserialize, Serialize)]
-#[serde(default)]
+#[derive(Debug, Deserialize, Serialize)]
 pub(crate) struct Truth {
     pub(crate) class: String,
     pub(crate) hidden: Vec<Hidden>,
@@ -105,6 +115,7 @@ pub(crate) struct Truth {
     pub(crate) noise: String,
     pub(crate) noise_a: f64,
     /// Effects that the recordings cannot tell from the one hidden.
+    #[serde(default)]
     pub(crate) tied_with: Vec<String>,
 }
 
@@ -122,10 +133,9 @@ const SECONDS: f64 = 2.5;
 const RATE_HZ: f64 = 1000.0;
 
 /// Effects hidden in high fidelity: symbol, other parameters, key and range of the size.
-const EFFECTS: [(&str, &str, &str, [f64; 2]); 3] = [
+const EFFECTS: [(&str, &str, &str, [f64; 2]); 2] = [
     ("E11", "order = 12, ", "cogging-sin-n-m", [0.004, 0.01]),
     ("E03", "", "coulomb-asymmetry-n-m", [0.006, 0.012]),
-    ("E12", "order = 6, ", "ripple-sin-ratio", [0.02, 0.05]),
 ];
 
 /// A machine in high fidelity, its electronics with all their noise and steps.
@@ -143,7 +153,8 @@ fn nominal() -> String {
 
 impl High {
     fn draw(number: u64, hides: bool) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(SEEDS | number);
+        let seed = SEEDS | number << 1 | u64::from(hides);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut between = |[least, most]: [f64; 2]| random.random_range(least..most);
         let (id, more, key, sizes) = EFFECTS[number as usize % EFFECTS.len()];
         let size = between(sizes);
@@ -157,10 +168,10 @@ impl High {
         let hidden = if hides { vec![Hidden { id: id.to_owned(), visible: true }] } else { vec![] };
         let is_damaged = number.is_multiple_of(2);
         let level = |key: &str| {
-            let level = between([0.0, 0.04]);
-            (key.to_owned(), if is_damaged { level } else { 0.0 })
+            let most = if is_damaged && ["k1", "k3"].contains(&key) { 0.04 } else { 0.0 };
+            (key.to_owned(), most * between([0.5, 1.0]))
         };
-        let faults = ["k1", "k3"].map(level).into_iter().collect();
+        let faults = ["k1", "k2", "k3", "k4", "k5", "k6"].map(level).into_iter().collect();
         let [first, second, third] = [[0.5, 0.9], [1.9, 2.6], [0.4, 0.6]].map(&mut between);
         let commands = [
             command(|t| 4e-3 * (TAU * first * t).sin() + 2e-3 * (TAU * second * t).sin()),
@@ -169,8 +180,16 @@ impl High {
         ];
         let class = Kind::HighFidelity { hides }.name().to_owned();
         let noise = "white".to_owned();
-        let truth = Truth { class, hidden, faults, noise, noise_a: NOISE_A, ..Truth::default() };
-        Self { truth, model, commands, seed: number }
+        let truth = Truth {
+            class,
+            hidden,
+            excess: 1.0,
+            faults,
+            noise,
+            noise_a: NOISE_A,
+            tied_with: Vec::new(),
+        };
+        Self { truth, model, commands, seed }
     }
 
     fn record(&self, folder: &Path) {
