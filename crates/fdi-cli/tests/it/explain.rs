@@ -65,7 +65,7 @@ fn other_units_change_nothing() {
         [(Class::Null, 1, true), (Class::Single, 7, true), (Class::Single, 5, false)]
     {
         let folder = tempfile::tempdir().unwrap();
-        Name { kind: Kind::Blind(class), number }.write(folder.path());
+        Name { kind: Kind::Blind(class), number }.draw().write(folder.path());
         let plain = sealed::read(&sealed::explain(folder.path(), "nominal.toml", &[]));
         for number in 1..=4 {
             let path = folder.path().join(format!("rec{number:02}.csv"));

@@ -73,33 +73,48 @@ impl Name {
         Some(Self { kind: Kind::find(kind)?, number: number.parse().ok()? })
     }
 
-    /// The truth as JSON; writes no file.
-    pub(crate) fn truth(self) -> String {
+    pub(crate) fn draw(self) -> Drawn {
         match self.kind {
-            Kind::Blind(class) => Case::draw(SEEDS | self.number, class).unwrap().truth_json(),
-            Kind::HighFidelity { hides } => {
-                serde_json::to_string(&High::draw(self.number, hides).truth).unwrap()
+            Kind::Blind(class) => {
+                Drawn::Blind(Box::new(Case::draw(SEEDS | self.number, class).unwrap()))
             }
+            Kind::HighFidelity { hides } => {
+                Drawn::HighFidelity(Box::new(High::draw(self.number, hides)))
+            }
+        }
+    }
+}
+
+/// A case with all that is hidden in it.
+pub(crate) enum Drawn {
+    Blind(Box<Case>),
+    HighFidelity(Box<High>),
+}
+
+impl Drawn {
+    /// The truth as JSON; writes no file.
+    pub(crate) fn truth(&self) -> String {
+        match self {
+            Self::Blind(case) => case.truth_json(),
+            Self::HighFidelity(high) => serde_json::to_string(&high.truth).unwrap(),
         }
     }
 
     /// The model file that whoever answers sees.
-    pub(crate) fn nominal(self) -> String {
-        match self.kind {
-            Kind::Blind(class) => {
-                Case::draw(SEEDS | self.number, class).unwrap().nominal_toml().to_owned()
-            }
-            Kind::HighFidelity { .. } => nominal(),
+    pub(crate) fn nominal(&self) -> String {
+        match self {
+            Self::Blind(case) => case.nominal_toml().to_owned(),
+            Self::HighFidelity(_) => nominal(),
         }
     }
 
     /// Writes recordings, their roles and the nominal model into a folder.
-    pub(crate) fn write(self, folder: &Path) {
-        match self.kind {
-            Kind::Blind(class) => {
-                Case::draw(SEEDS | self.number, class).unwrap().write(folder).unwrap();
+    pub(crate) fn write(&self, folder: &Path) {
+        match self {
+            Self::Blind(case) => {
+                case.write(folder).unwrap();
             }
-            Kind::HighFidelity { hides } => High::draw(self.number, hides).record(folder),
+            Self::HighFidelity(high) => high.record(folder),
         }
     }
 }
@@ -139,7 +154,7 @@ const EFFECTS: [(&str, &str, &str, [f64; 2]); 2] = [
 ];
 
 /// A machine in high fidelity, its electronics with all their noise and steps.
-struct High {
+pub(crate) struct High {
     truth: Truth,
     model: String,
     commands: [String; 3],

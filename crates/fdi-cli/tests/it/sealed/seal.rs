@@ -89,14 +89,14 @@ fn a_case_is_drawn_without_its_truth() {
     let of_this_test = tempfile::tempdir().unwrap();
     let a_case = Name { kind: Kind::HighFidelity { hides: true }, number: 1 };
     let (name, folder) = asked_for().unwrap_or((a_case, of_this_test.path().to_owned()));
-    let truth = name.truth();
-    fs::write(folder.join(SEAL), sha256_hex(truth.as_bytes())).unwrap();
-    name.write(&folder.join(SEEN));
+    let case = name.draw();
+    fs::write(folder.join(SEAL), sha256_hex(case.truth().as_bytes())).unwrap();
+    case.write(&folder.join(SEEN));
     for file in fs::read_dir(folder.join(SEEN)).unwrap() {
         let file = file.unwrap();
         let text = fs::read_to_string(file.path()).unwrap();
         match file.file_name().to_str().unwrap() {
-            "nominal.toml" => assert_eq!(text, name.nominal(), "{name}"),
+            "nominal.toml" => assert_eq!(text, case.nominal(), "{name}"),
             "roles.toml" => assert_eq!(text.lines().count(), 3, "{text}"),
             recording => assert_tells_nothing(recording, &text),
         }
@@ -124,13 +124,13 @@ fn a_truth_is_opened_once_there_is_an_answer() {
     let at = |file: &str| folder.path().join(file);
     let [name, other] =
         [1, 2].map(|number| Name { kind: Kind::HighFidelity { hides: true }, number });
-    fs::write(at(SEAL), sha256_hex(name.truth().as_bytes())).unwrap();
+    fs::write(at(SEAL), sha256_hex(name.draw().truth().as_bytes())).unwrap();
     assert_eq!(open(name, folder.path()), Err("no answer is written down"));
     fs::write(at(ANSWER), "{}").unwrap();
     assert_eq!(open(other, folder.path()), Err("the truth is not the one that was sealed"));
     assert!(!at(TRUTH).exists());
     open(name, folder.path()).unwrap();
-    assert_eq!(fs::read_to_string(at(TRUTH)).unwrap(), name.truth());
+    assert_eq!(fs::read_to_string(at(TRUTH)).unwrap(), name.draw().truth());
 }
 
 /// Draws the truth again and writes it beside its answer.
@@ -138,7 +138,7 @@ fn open(name: Name, folder: &Path) -> Result<(), &'static str> {
     if !folder.join(ANSWER).exists() {
         return Err("no answer is written down");
     }
-    let truth = name.truth();
+    let truth = name.draw().truth();
     if sha256_hex(truth.as_bytes()) != fs::read_to_string(folder.join(SEAL)).unwrap() {
         return Err("the truth is not the one that was sealed");
     }
