@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use anyhow::{Context, Result};
 use ema_sim::{
-    Effect, EffectId, FaultCoordinates, HighFidelity, LowFidelity, MachineKind as _, MachineScales,
-    NumberValue, PhysicalFaults,
+    Effect, EffectId, FaultCoordinates, HighFidelity, Imperfections, LowFidelity, MachineKind as _,
+    MachineScales, NumberValue, PhysicalFaults,
 };
 use experiments::{effect_of_size, effects_of_both};
 use fdi_core::{Experiment, Purpose, RootSeed};
@@ -39,6 +39,10 @@ const FARTHEST_STDS: f64 = 100.0;
 const LEAST: [f64; LEVELS] = [0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0];
 /// Rate of the signals, Hz: each sample is the mean of the recorded ones.
 const SIGNAL_HZ: f64 = 500.0;
+/// Without the steps of the encoder and of the current set-point. Each change, however small, moves the
+/// places where they fall: a pattern like white noise, which no fit can follow and which is not the
+/// effect's.
+const WITHOUT_STEPS: Imperfections = Imperfections { digitisation: false, ..Imperfections::REAL };
 /// Draws until an effect shows, and steps towards the evidence that is drawn.
 const MOST_DRAWS: u64 = 60;
 const STEPS: usize = 6;
@@ -55,7 +59,7 @@ pub(super) struct Outlook<'a> {
 /// One test of the set.
 struct Test {
     experiment: Experiment,
-    /// Signals without an effect, a noise each, A.
+    /// Signals without an effect and [without steps](WITHOUT_STEPS), a noise each, A.
     plain: Vec<Vec<f64>>,
     /// Factor of the covariance of sensors and loop.
     noise: BandedCholesky,
@@ -168,7 +172,7 @@ impl<'a> Outlook<'a> {
         for (place, test) in self.tests.iter().enumerate() {
             let mut experiment = test.experiment.clone();
             experiment.effects.push(effect.clone());
-            let with = signals(self.choice, &experiment, HEALTHY, place, runs.clone())?;
+            let with = Ask::without_steps(self.choice, &experiment, place).signals(runs.clone())?;
             let pairs = with.iter().zip(&test.plain[runs.clone()]);
             for (joined, (with, without)) in changes.iter_mut().zip(pairs) {
                 let mut change = less(with, without);
@@ -188,23 +192,25 @@ impl Test {
         off: &[&Experiment],
         place: usize,
     ) -> Result<Self> {
-        let plain = signals(choice, &experiment, HEALTHY, place, 0..NOISE_RUNS)?;
-        let mean = mean_of(&plain);
-        let scatter: Vec<Vec<f64>> = plain.iter().map(|run| less(run, &mean)).collect();
+        let ask = Ask::without_steps(choice, &experiment, place);
+        let recorded = Ask { imperfections: Imperfections::REAL, ..ask };
+        let runs = recorded.signals(0..NOISE_RUNS)?;
+        let mean = mean_of(&runs);
+        let scatter: Vec<Vec<f64>> = runs.iter().map(|run| less(run, &mean)).collect();
         let support = (MEMORY_S * SIGNAL_HZ).ceil() as usize;
         let mut covariance = tapered_covariance(&scatter, support);
         covariance.scale(NOISE_RUNS as f64 / (NOISE_RUNS as f64 - 1.0));
         let noise = covariance.cholesky()?;
-        let mut checked = signals(choice, &experiment, HEALTHY, place, CHECKED)?;
+        let mut checked = recorded.signals(CHECKED)?;
         for run in &mut checked {
             noise.whiten(run);
         }
         let middle = mean_of(&checked);
         let checked = checked.iter().map(|run| less(run, &middle)).collect();
+        let plain = ask.signals(0..TELLING.end)?;
         let known = mean_of(&plain[SIZING]);
-        let slope = |test: &Experiment, faults: FaultCoordinates, step: f64| -> Result<Vec<f64>> {
-            let with = signals(choice, test, faults, place, SIZING)?;
-            let mut slope = less(&mean_of(&with), &known);
+        let slope = |with: Ask<'_>, step: f64| -> Result<Vec<f64>> {
+            let mut slope = less(&mean_of(&with.signals(SIZING)?), &known);
             for x in &mut slope {
                 *x /= step;
             }
@@ -214,30 +220,43 @@ impl Test {
         let damaged = (0..LEVELS).map(|level| {
             let mut faults = HEALTHY;
             faults.0[level] = STEP;
-            slope(&experiment, faults, STEP)
+            slope(Ask { faults, ..ask }, STEP)
         });
-        let off = off.iter().map(|test| slope(test, HEALTHY, NUMBER_STEP));
+        let off = off.iter().map(|test| slope(Ask { test, ..ask }, NUMBER_STEP));
         let slopes = damaged.chain(off).collect::<Result<_>>()?;
         Ok(Self { experiment, plain, noise, checked, slopes })
     }
 }
 
-/// Signals of the truth in a test as some recordings hold them, a noise each, A.
-fn signals(
-    choice: &Choice<'_>,
-    test: &Experiment,
+/// Truth of which recordings are asked for.
+#[derive(Clone, Copy)]
+struct Ask<'a> {
+    choice: &'a Choice<'a>,
+    test: &'a Experiment,
     faults: FaultCoordinates,
-    place: usize,
-    among: Range<usize>,
-) -> Result<Vec<Vec<f64>>> {
-    let of = |run: usize| -> Result<Vec<f64>> {
-        let seed = RootSeed(choice.seed.derive(Purpose::Acceptance, run as u64));
-        let record = choice.record(test, faults, place as u64, seed)?;
-        let samples = (record.rate_hz / SIGNAL_HZ).round() as usize;
-        let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
-        Ok(record.drive.chunks_exact(samples).map(mean).collect())
-    };
-    among.map(of).collect()
+    imperfections: Imperfections,
+    /// Place of the test in the set.
+    place: u64,
+}
+
+impl<'a> Ask<'a> {
+    /// A test without damage and without steps.
+    fn without_steps(choice: &'a Choice<'a>, test: &'a Experiment, place: usize) -> Self {
+        Self { choice, test, faults: HEALTHY, imperfections: WITHOUT_STEPS, place: place as u64 }
+    }
+
+    /// Signals as some recordings hold them, a noise each, A.
+    fn signals(&self, among: Range<usize>) -> Result<Vec<Vec<f64>>> {
+        let of = |run: usize| -> Result<Vec<f64>> {
+            let seed = RootSeed(self.choice.seed.derive(Purpose::Acceptance, run as u64));
+            let Self { choice, test, faults, imperfections, place } = *self;
+            let record = choice.record(test, faults, imperfections, place, seed)?;
+            let samples = (record.rate_hz / SIGNAL_HZ).round() as usize;
+            let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
+            Ok(record.drive.chunks_exact(samples).map(mean).collect())
+        };
+        among.map(of).collect()
+    }
 }
 
 fn mean_of(runs: &[Vec<f64>]) -> Vec<f64> {

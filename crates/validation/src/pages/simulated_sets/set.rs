@@ -78,7 +78,7 @@ impl Choice<'_> {
         let mut train = tests
             .map(|(place, mut test)| {
                 test.effects.extend_from_slice(effects);
-                self.record(&test, faults, place as u64, self.seed)
+                self.record(&test, faults, Imperfections::REAL, place as u64, self.seed)
             })
             .collect::<Result<Vec<_>>>()?;
         let holdout = train.split_off(FITTED);
@@ -90,6 +90,7 @@ impl Choice<'_> {
         &self,
         test: &Experiment,
         faults: FaultCoordinates,
+        imperfections: Imperfections,
         place: u64,
         seed: RootSeed,
     ) -> Result<Record> {
@@ -97,7 +98,7 @@ impl Choice<'_> {
         let request = SimulatedRecording {
             faults,
             start_angle_rad: 0.0,
-            imperfections: Imperfections::REAL,
+            imperfections,
             controller_seed: seed.derive(Purpose::ControllerNoise, place),
             sensors: PhaseSensors { noise_a: NOISE_A, converter: Some(converter) },
             phase_rate_hz: None,
