@@ -37,7 +37,11 @@ const STEPS: &[Step] = &[
     step("reference datasets", &["xtask", "gen-dataset", "--check"]),
     step("budgets", &["xtask", "budget"]),
     step("validation figures", &["xtask", "validate", "--check"]),
-    step("program for Python", &["build", "--release", "--package", "fdi-cli"]),
+    // with this program, so that what both need has the same features and is compiled once
+    step(
+        "program for Python",
+        &["build", "--release", "--package", "fdi-cli", "--package", "xtask"],
+    ),
     step("Python", &["xtask", "python"]),
 ];
 
